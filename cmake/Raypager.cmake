@@ -1,0 +1,78 @@
+# How the folders of src/ become libraries. One static library a folder group: the engine needs OpenCL and the standard library alone
+# (fmt, xxHash and nlohmann-json are header-only here); the edges bring OpenMesh and OpenImageIO.
+
+macro(raypager_find_dependencies)
+    set(THREADS_PREFER_PTHREAD_FLAG ON)
+    find_package(Threads REQUIRED)
+    find_package(OpenCL REQUIRED)
+    find_package(fmt REQUIRED)
+    find_package(nlohmann_json REQUIRED)
+    if(RAYPAGER_STATIC)
+        set(Boost_USE_STATIC_LIBS ON)
+    endif()
+    find_package(Boost REQUIRED COMPONENTS program_options)
+    if(RAYPAGER_EDGES)
+        find_package(OpenImageIO REQUIRED)
+        find_library(RAYPAGER_OPENMESH_CORE OpenMeshCore REQUIRED)
+        find_path(RAYPAGER_OPENMESH_INCLUDE OpenMesh/Core/IO/MeshIO.hh REQUIRED)
+    endif()
+endmacro()
+
+add_library(raypager_options INTERFACE)
+target_compile_options(raypager_options INTERFACE -Wall -Wextra -Wshadow -Werror)
+# One rounding per operation, as on the devices: host code that kernels are compared with must not fuse.
+target_compile_options(raypager_options INTERFACE -ffp-contract=off)
+if(RAYPAGER_SANITIZE)
+    target_compile_options(raypager_options INTERFACE -fsanitize=${RAYPAGER_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+    target_link_options(raypager_options INTERFACE -fsanitize=${RAYPAGER_SANITIZE})
+endif()
+
+# kernels/ and the abi headers travel inside the program, so that it needs no files beside it.
+function(raypager_embed_kernels)
+    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/kernels/*/*.cl ${CMAKE_SOURCE_DIR}/include/raypager/abi/*.h)
+    set(output ${CMAKE_BINARY_DIR}/generated/kernel_sources.cpp)
+    add_custom_command(
+        OUTPUT ${output}
+        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} "-DSOURCES=${sources}" -DROOT=${CMAKE_SOURCE_DIR} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
+        DEPENDS ${sources} ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
+        VERBATIM)
+    set(RAYPAGER_KERNEL_SOURCES ${output} PARENT_SCOPE)
+endfunction()
+
+function(raypager_libraries)
+    set(engine "")
+    foreach(folder base scene image device store procedural import blocks residency film wavefront render)
+        file(GLOB found CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${folder}/*.cpp)
+        list(APPEND engine ${found})
+    endforeach()
+    # What needs the libraries of the edges lies in files of that name.
+    list(FILTER engine EXCLUDE REGEX "(openmesh|openimageio)[^/]*\\.cpp$")
+    add_library(raypager_engine STATIC ${engine} ${RAYPAGER_KERNEL_SOURCES})
+    target_include_directories(raypager_engine PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
+    target_compile_definitions(raypager_engine PUBLIC CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120 CL_HPP_MINIMUM_OPENCL_VERSION=120
+        FMT_HEADER_ONLY RAYPAGER_VERSION="${PROJECT_VERSION}")
+    target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json)
+    target_precompile_headers(raypager_engine PRIVATE <algorithm> <string> <vector> <memory> <functional> <filesystem> <fmt/format.h>)
+    if(RAYPAGER_EDGES)
+        file(GLOB edges CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*/*openmesh*.cpp ${CMAKE_SOURCE_DIR}/src/*/*openimageio*.cpp)
+        add_library(raypager_edges STATIC ${edges})
+        target_compile_definitions(raypager_engine PUBLIC RAYPAGER_EDGES=1)
+        # Their headers do not stand up to our warnings.
+        target_include_directories(raypager_edges SYSTEM PRIVATE ${RAYPAGER_OPENMESH_INCLUDE})
+        target_link_libraries(raypager_edges PUBLIC raypager_engine PRIVATE OpenImageIO::OpenImageIO ${RAYPAGER_OPENMESH_CORE})
+        # The engine calls the edges through functions that it declares.
+        target_link_libraries(raypager_engine PUBLIC raypager_edges)
+    endif()
+endfunction()
+
+function(raypager_program)
+    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/cli/*.cpp)
+    list(FILTER sources EXCLUDE REGEX "main\\.cpp$")
+    add_library(raypager_cli STATIC ${sources})
+    target_link_libraries(raypager_cli PUBLIC raypager_engine Boost::program_options)
+    add_executable(raypager ${CMAKE_SOURCE_DIR}/src/cli/main.cpp)
+    target_link_libraries(raypager PRIVATE raypager_cli)
+    if(RAYPAGER_STATIC)
+        target_link_options(raypager PRIVATE -static-libstdc++ -static-libgcc)
+    endif()
+endfunction()

@@ -1,0 +1,111 @@
+// The block: a position-independent piece of geometry with its own bounding volume hierarchy (BVH), and the top tree above
+// all blocks. These are the bytes that kernels read; src/store/FORMAT.md says how they lie in a block file.
+//
+// A block is one run of bytes. It starts with rp_block_header; each section starts at a multiple of 16 bytes:
+//   nodes      rp_node[node_count]             inner nodes, two children each
+//   leaves     rp_leaf[leaf_count]             triangle strips, or runs of spheres
+//   vertices   float[3 * vertex_count]         exact positions in world space, grouped in clusters of up to 256
+//   spheres    float[4 * sphere_count]         centre, radius
+//   ids        rp_u32[4 * leaf_count]          primitive k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE
+//   normals    rp_u32[vertex_count], or none   octahedral shading normals beside the vertices (RP_NONE: this vertex has none)
+#ifndef RAYPAGER_ABI_BLOCK_H
+#define RAYPAGER_ABI_BLOCK_H
+
+#include "raypager/abi/types.h"
+
+#define RP_BLOCK_MAGIC 0x4b4c4252u  // "RBLK"
+#define RP_BLOCK_ALIGNMENT 64u      // blocks start at, and have sizes that are, multiples of this
+#define RP_MAX_BLOCK_BYTES (32u << 20)
+#define RP_MAX_SUB_BOXES 64u        // portals into one block
+
+// Child references ------------------------------------------------------------------------------------------------------
+// Inner node: its index among the nodes of the block (or of the top tree); bit 31 clear.
+// Leaf in a block: bit 31 set, bit 30 clear:
+//   bits 0-1 primitives - 1 | bits 2-4 strip switches | bit 5 winding | bit 6 spheres | bits 7-29 leaf index
+// Leaf of the top tree: bits 31 and 30 set, bits 0-29 portal index.
+#define RP_REF_LEAF 0x80000000u
+#define RP_REF_PORTAL 0xc0000000u
+#define RP_REF_EXIT 0xffffffffu    // bottom of a traversal stack; also the root of an empty scene
+#define RP_REF_RETURN 0xfffffffeu  // on a traversal stack: leave the block, go on in the top tree
+#define RP_LEAF_MAX_PRIMITIVES 4u
+#define RP_LEAF_WINDING 0x20u
+#define RP_LEAF_SPHERES 0x40u
+#define RP_LEAF_INDEX_SHIFT 7
+#define RP_LEAF_INDEX_MASK 0x7fffffu
+
+// Quantised boxes -------------------------------------------------------------------------------------------------------
+// A coordinate is 16 bits on a grid: world = origin + cell * grid(q), with grid(q) = as_float(0x47000000 | q << 8), that is
+// 32768 + q below 32768, and 2 q from there on: one byte shuffle decodes it. A box stores, for each axis, lower | upper << 16.
+// Builders round outwards by at least RP_GRID_SLACK cells; tests/property/boxes shows that this suffices for the arithmetic of
+// kernels/lib/box.cl. An absent child has lower 65535 and upper 0 on every axis.
+#define RP_GRID_MIN 32768.0
+#define RP_GRID_MAX 131070.0
+#define RP_GRID_SLACK 0.125
+#define RP_GRID_SPAN 97800.0   // cells that a builder lays over the extent of a block, between margins
+#define RP_GRID_MARGIN 50.0    // cells left free below the extent
+#define RP_BOX_ABSENT 0x0000ffffu
+
+typedef struct rp_child {
+    rp_u32 x, y, z;  // quantised bounds, lower | upper << 16
+    rp_u32 ref;
+} rp_child;
+
+typedef struct rp_node {
+    rp_child child[2];
+} rp_node;
+
+// A strip of n triangles (n <= 4) on n + 2 vertices. Triangle 0 has the vertices (0, 1, 2). Triangle k has the new vertex k + 2
+// and the last vertex of triangle k - 1, and: the middle one of triangle k - 1 if switch k - 1 is clear, the first one if it is
+// set. So, with (A, B, C) the triangle before: (B, C, new), or (A, C, new).
+// The order (A, B, C) of triangle 0 is counter-clockwise seen from the side that its normal points to; with RP_LEAF_WINDING set it
+// is clockwise. Triangle k keeps its parent's orientation if its strip neighbour was consistently oriented:
+// (B, C, new) has the opposite orientation of (A, B, C), (A, C, new) has the same.
+// Builders put two triangles into one strip only if that rule holds, so that one winding bit serves all of them.
+typedef struct rp_leaf {
+    // Strip: bits 0-15 first vertex of the cluster, in units of RP_CLUSTER_UNIT vertices; then six bytes: vertices within the cluster.
+    // Spheres: lo is the index of the first sphere, hi is 0.
+    rp_u32 lo, hi;
+} rp_leaf;
+
+#define RP_CLUSTER_UNIT 16u
+#define RP_CLUSTER_VERTICES 256u
+
+typedef struct rp_block_header {
+    rp_u32 magic, block_index, bytes, flags;
+    rp_u32 node_count, leaf_count, vertex_count, sphere_count;
+    rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
+    rp_u32 ids_at, normals_at /* 0: no normals */, triangle_count, portal_count;
+    float origin[4];  // grid: xyz
+    float cell[4];    // grid: xyz
+    float lower[4], upper[4];  // exact bounds: xyz
+} rp_block_header;
+
+// A sub-box of a block, and a leaf of the top tree: where a ray enters the block's BVH. The grid is that of the block.
+typedef struct rp_portal {
+    float origin[3];
+    rp_u32 block;
+    float cell[3];
+    rp_u32 root;  // child reference inside the block
+} rp_portal;
+
+// Each portal also has a rp_u64 path: the way from the root of the top tree down to it, one bit a level (which child), the first
+// step in the most significant place, below a leading 1 bit. So a ray that waits at a portal needs nothing but its index to go on.
+#define RP_TOP_MAX_DEPTH 62
+
+typedef struct rp_top_grid {
+    float origin[3];
+    rp_u32 root;  // child reference; RP_REF_EXIT for an empty scene
+    float cell[3];
+    rp_u32 portal_count;
+} rp_top_grid;
+
+// Page table: one entry a block. Where it lies (slab << RP_PAGE_SLAB_SHIFT | offset / RP_BLOCK_ALIGNMENT), or RP_NONE while it is
+// absent, and the round in which it became resident.
+typedef struct rp_page {
+    rp_u32 address, resident_since;
+} rp_page;
+#define RP_PAGE_SLAB_SHIFT 28
+#define RP_PAGE_OFFSET_MASK 0x0fffffffu
+#define RP_MAX_SLABS 8
+
+#endif

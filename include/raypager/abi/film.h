@@ -1,0 +1,15 @@
+// The film as the device accumulates it: sums in fixed point, so that the order of additions does not matter.
+#ifndef RAYPAGER_ABI_FILM_H
+#define RAYPAGER_ABI_FILM_H
+
+#include "raypager/abi/types.h"
+
+// A pixel is RP_FILM_WORDS words: for each of r, g, b the sum of sample radiance * 2^RP_FILM_SCALE_BITS, low word first,
+// then the number of finished samples, then the number of samples that were clamped or not finite (those count as their clamp, or 0).
+#define RP_FILM_WORDS 8
+#define RP_FILM_SCALE_BITS 28
+#define RP_FILM_MAX_RADIANCE 1048576.0f  // 2^20: 2^16 samples of it fit into 64 bits
+#define RP_FILM_COUNT 6
+#define RP_FILM_CLAMPED 7
+
+#endif

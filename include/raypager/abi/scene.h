@@ -1,0 +1,60 @@
+// What shading needs to know of a scene: materials, lights, primitive ranges, camera. Always resident.
+#ifndef RAYPAGER_ABI_SCENE_H
+#define RAYPAGER_ABI_SCENE_H
+
+#include "raypager/abi/types.h"
+
+#define RP_MATERIAL_DIFFUSE 0u     // color = reflectance; both sides
+#define RP_MATERIAL_CONDUCTOR 1u   // eta + i k by channel, GGX if alpha > 0, a mirror otherwise; both sides
+#define RP_MATERIAL_DIELECTRIC 2u  // ior = index inside over index outside; the normal points outside; smooth
+#define RP_MATERIAL_NONE 3u        // absorbs everything (surfaces that only emit)
+
+typedef struct rp_material {
+    rp_u32 kind;
+    float alpha;  // GGX roughness
+    float ior;
+    rp_u32 pad;
+    float color[4];
+    float eta[4];
+    float k[4];
+} rp_material;
+
+#define RP_LIGHT_TRIANGLE 0u  // p = vertex 0, e1, e2 = edges to vertices 1 and 2; emits on the side of cross(e1, e2)
+#define RP_LIGHT_SPHERE 1u    // p = centre, e1[0] = radius; emits outwards
+#define RP_LIGHT_INFINITE 2u  // constant radiance from everywhere
+#define RP_LIGHT_DISTANT 3u   // p = unit direction towards the light, radiance = irradiance on a facing surface
+#define RP_LIGHT_POINT 4u     // p = position, radiance = intensity
+#define RP_LIGHT_TWO_SIDED 1u
+
+typedef struct rp_light {
+    float p[3];
+    rp_u32 kind;
+    float e1[3];
+    rp_u32 flags;
+    float e2[3];
+    float area;         // of an emitter with surface
+    float radiance[3];
+    float probability;  // of being chosen for next-event estimation; the sum over all lights is 1
+} rp_light;
+
+// Primitives first_primitive .. (next range's first_primitive - 1) share a material. If first_light is not RP_NONE, primitive i is
+// the emitter first_light + (i - first_primitive).
+typedef struct rp_primitive_range {
+    rp_u32 first_primitive, material, first_light, pad;
+} rp_primitive_range;
+
+// A ray through the image point (u, v) in [0,1]^2, (0, 0) top left, has the direction forward + (2u - 1) right + (1 - 2v) up.
+typedef struct rp_camera {
+    float eye[4], right[4], up[4], forward[4];
+} rp_camera;
+
+// Scalars of the scene and the render, one copy on the device.
+typedef struct rp_render_params {
+    rp_camera camera;
+    rp_u32 width, height, spp, max_depth;
+    rp_u32 seed, light_count, range_count, infinite_light;  // infinite_light: index of the infinite light or RP_NONE
+    rp_u32 roulette_connection, tile_size, slot_count, pad1;
+    rp_u64 first_sample, sample_limit;  // samples are numbered pass by pass: index = pass * width * height + position in tile order
+} rp_render_params;
+
+#endif

@@ -1,0 +1,129 @@
+// A scene as importers and generators hand it over: light-weight, with meshes that are loaded one at a time when they are baked.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "raypager/abi/scene.h"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+struct Float3 {
+    float x = 0, y = 0, z = 0;
+    bool operator==(const Float3&) const = default;
+};
+
+using Triangle = std::array<uint32_t, 3>;
+
+struct TriangleMesh {
+    std::vector<Float3> positions;
+    std::vector<Triangle> triangles;  // indices into positions; counter-clockwise seen from outside
+    std::vector<Float3> normals;      // one a position, or none
+};
+
+// Row-major affine or projective transform on column vectors, in double precision.
+struct Transform {
+    std::array<std::array<double, 4>, 4> m = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
+
+    static Transform translate(double x, double y, double z);
+    static Transform scale(double x, double y, double z);
+    static Transform rotate(double degrees, double x, double y, double z);  // about the axis (x, y, z)
+    // World to camera as pbrt defines it: left-handed, looking along +z. Fails if the vectors are degenerate.
+    static std::optional<Transform> look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target, const std::array<double, 3>& up);
+    Transform operator*(const Transform& other) const;
+    std::optional<Transform> inverse() const;  // nothing if singular
+    Transform transpose() const;
+    std::array<double, 3> point(double x, double y, double z) const;
+    std::array<double, 3> vector(double x, double y, double z) const;
+    bool swaps_handedness() const;
+    bool is_identity() const;
+};
+
+// What was met and mended while a mesh was read. Counts of triangles, unless said otherwise.
+struct MeshIssues {
+    uint64_t not_finite = 0;      // used a vertex that is not finite (NaN, Inf): dropped
+    uint64_t bad_index = 0;       // used a vertex that does not exist: dropped
+    uint64_t degenerate = 0;      // no area, or a vertex twice: dropped, no ray can hit them
+    uint64_t duplicate = 0;       // the same three vertices again: kept
+    uint64_t non_manifold_edges = 0;  // edges of more than two triangles: kept
+    void add(const MeshIssues& other);
+    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges; }
+    std::string describe() const;  // "12 degenerate triangles dropped, ..."
+};
+
+// Something that can put a mesh into memory when asked. Implementations: a mesh in memory, a file.
+class MeshSource {
+public:
+    virtual ~MeshSource() = default;
+    // Fills mesh (emptied first). Dropped and suspicious triangles are counted in issues.
+    virtual Status load(TriangleMesh& mesh, MeshIssues& issues) const = 0;
+    virtual std::string name() const = 0;                     // for messages: the file's path, or "scene.pbrt:12"
+    virtual std::vector<std::string> files() const { return {}; }  // that the result depends on
+};
+
+class MeshInMemory final : public MeshSource {
+public:
+    MeshInMemory(std::string name, TriangleMesh mesh) : name_(std::move(name)), mesh_(std::move(mesh)) {}
+    Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
+    std::string name() const override { return name_; }
+    const TriangleMesh& mesh() const { return mesh_; }
+
+private:
+    std::string name_;
+    TriangleMesh mesh_;
+};
+
+struct SpherePrimitive {
+    Float3 center;  // object space
+    float radius = 1;
+};
+
+struct AreaLight {
+    Float3 radiance;
+    bool two_sided = false;
+};
+
+// One mesh or sphere, placed in the world.
+struct Shape {
+    std::string name;  // for messages
+    Transform to_world;
+    bool reverse_orientation = false;
+    uint32_t material = 0;                 // index into Scene::materials
+    std::optional<uint32_t> area_light;    // index into Scene::area_lights
+    std::shared_ptr<const MeshSource> mesh;  // or, if null:
+    SpherePrimitive sphere;
+};
+
+struct Camera {
+    Float3 eye{0, 0, 0};
+    Float3 right{1, 0, 0}, up{0, 1, 0};  // half the image's width and height at distance |forward|
+    Float3 forward{0, 0, 1};
+};
+
+// A pinhole camera at eye. fov_degrees spans the shorter side of a width x height image.
+// right_handed: +x of the image is forward x up (as in the real world); otherwise up x forward (pbrt's left-handed space).
+std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const Float3& up, double fov_degrees, uint32_t width, uint32_t height,
+                                  bool right_handed = true);
+
+struct Scene {
+    Camera camera;
+    uint32_t width = 1280, height = 720;  // of the picture, where no option says otherwise
+    uint32_t spp = 64;
+    uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine
+    std::vector<rp_material> materials;
+    std::vector<AreaLight> area_lights;
+    std::vector<rp_light> lights;  // infinite (at most one), distant and point lights; probability is filled in when baked
+    std::vector<Shape> shapes;     // primitives are numbered through in this order
+    std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
+    std::vector<std::string> warnings;  // one line each, with file:line where there is one
+};
+
+// Checks indices, finiteness and ranges. Importers and generators call it last.
+Status validate(const Scene& scene);
+
+}  // namespace raypager

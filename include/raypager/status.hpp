@@ -1,0 +1,61 @@
+// What the world can do to us (bad files, full disks, missing devices) travels as a value that the caller must look at.
+// Bugs are assertions (base/check.hpp). Exceptions of libraries are converted at the edge where the library is called.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace raypager {
+
+// Exit status of the program for an error.
+enum class ErrorKind { failed = 1, usage = 2 };
+
+class [[nodiscard]] Status {
+public:
+    Status() = default;
+    // message: one line that names what, where and what to do.
+    static Status failed(std::string message) { return Status(ErrorKind::failed, std::move(message)); }
+    static Status usage(std::string message) { return Status(ErrorKind::usage, std::move(message)); }
+
+    bool ok() const { return !error_; }
+    explicit operator bool() const { return ok(); }
+    const std::string& message() const;  // empty if ok
+    ErrorKind kind() const { return error_ ? error_->first : ErrorKind::failed; }
+    int exit_code() const { return error_ ? static_cast<int>(error_->first) : 0; }
+    // The same error with a place before it: "place: message".
+    Status at(const std::string& place) const;
+
+private:
+    Status(ErrorKind kind, std::string message) : error_(std::in_place, kind, std::move(message)) {}
+    std::optional<std::pair<ErrorKind, std::string>> error_;
+};
+
+// A value or the reason why there is none.
+template <class T>
+class [[nodiscard]] Result {
+public:
+    Result(T value) : value_(std::move(value)) {}
+    Result(Status error) : status_(std::move(error)) {}
+    bool ok() const { return value_.has_value(); }
+    explicit operator bool() const { return ok(); }
+    const Status& status() const { return status_; }
+    T& value() { return *value_; }
+    const T& value() const { return *value_; }
+    T* operator->() { return &*value_; }
+    const T* operator->() const { return &*value_; }
+    T& operator*() { return *value_; }
+    const T& operator*() const { return *value_; }
+
+private:
+    std::optional<T> value_;
+    Status status_;
+};
+
+}  // namespace raypager
+
+// Returns from the current function with the error if expression is not ok.
+#define RAYPAGER_TRY(expression)                                     \
+    do {                                                             \
+        if (auto status_ = (expression); !status_.ok()) return status_; \
+    } while (false)

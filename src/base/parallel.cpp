@@ -1,0 +1,24 @@
+#include "base/parallel.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+#include <vector>
+
+namespace raypager {
+
+size_t worker_count() { return std::max<size_t>(1, std::thread::hardware_concurrency()); }
+
+void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work) {
+    piece = std::max<size_t>(1, piece);
+    std::atomic<size_t> next{0};
+    auto run = [&] {
+        for (size_t begin; (begin = next.fetch_add(piece)) < count;) work(begin, std::min(count, begin + piece));
+    };
+    const size_t pieces = (count + piece - 1) / piece;
+    std::vector<std::jthread> helpers;
+    for (size_t i = 1; i < std::min(worker_count(), pieces); i++) helpers.emplace_back(run);
+    run();
+}
+
+}  // namespace raypager

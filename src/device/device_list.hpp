@@ -1,0 +1,23 @@
+// Which OpenCL devices there are.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+struct DeviceInfo {
+    uint32_t index = 0;  // as in --device N
+    std::string name, platform, driver, type;  // type: "GPU", "CPU", "accelerator"
+    uint64_t memory_bytes = 0, max_allocation_bytes = 0;
+    uint32_t compute_units = 0;
+    bool is_default = false;  // a GPU before a CPU
+};
+
+// Fails with a sentence that says what to install if there is no platform or no device.
+Result<std::vector<DeviceInfo>> list_devices();
+
+}  // namespace raypager

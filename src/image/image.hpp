@@ -1,0 +1,27 @@
+// Pictures in files. PFM is read and written here; everything else through OpenImageIO, where it was built in.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// Rows from top to bottom, channels interleaved, linear light.
+struct Image {
+    uint32_t width = 0, height = 0, channels = 3;
+    std::vector<float> values;  // width * height * channels
+};
+
+// By the ending of the path: .pfm always; .exr (32-bit float, linear), .png (8 bit, sRGB) and others with OpenImageIO.
+// Refuses images of more than 2^28 pixels. Integer images: divided by their maximum unless raw (then: the stored numbers).
+Result<Image> read_image(const std::filesystem::path& path, bool raw = false);
+// The file appears whole or not at all.
+Status write_image(const std::filesystem::path& path, const Image& image);
+// Refused up front, before hours of rendering: an error if no writer knows the ending or the folder does not exist.
+Status check_writable_image(const std::filesystem::path& path);
+
+}  // namespace raypager

@@ -1,0 +1,14 @@
+// Files -> scene.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+// One .pbrt file, or any number of bare meshes (.ply .obj .stl .off), which are framed, lit and given a ground together.
+Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs);
+
+}  // namespace raypager

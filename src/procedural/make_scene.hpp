@@ -1,0 +1,28 @@
+// Writes procedural scenes of any size: a .pbrt file and its meshes (binary PLY) beside it, streaming, the same for the same seed.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+struct MakeSceneOptions {
+    std::string kind;                       // "cornell", "terrain" or "clutter"
+    std::filesystem::path directory;        // made if absent
+    uint64_t triangles = 0;                 // about so many; 0: the kind's default
+    uint64_t seed = 1;
+    std::optional<std::filesystem::path> heightmap;  // terrain only: an elevation image
+};
+
+struct MadeScene {
+    std::filesystem::path scene_file;
+    uint64_t triangles = 0, bytes = 0;
+};
+
+Result<MadeScene> make_scene(const MakeSceneOptions& options);
+
+}  // namespace raypager

@@ -1,0 +1,38 @@
+// Names of the paging policies, as on the command line and in reports.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+namespace raypager {
+
+enum class PolicyKind {
+    aged_wants,       // load: wants x age of the oldest want / bytes; evict: least recently used
+    most_wanted,      // the paper, 3.5: load the most wanted; evict the least bounced of the last round
+    wanted_per_byte,  // load: wants / bytes; evict: least recently used
+    lru               // load: the block wanted for longest; evict: least recently used
+};
+
+struct PolicyName {
+    PolicyKind kind;
+    std::string_view name;
+};
+inline constexpr std::array<PolicyName, 4> policy_names = {{{PolicyKind::aged_wants, "aged-wants"},
+                                                            {PolicyKind::most_wanted, "most-wanted"},
+                                                            {PolicyKind::wanted_per_byte, "wanted-per-byte"},
+                                                            {PolicyKind::lru, "lru"}}};
+
+constexpr std::string_view policy_name(PolicyKind kind) {
+    for (const PolicyName& entry : policy_names)
+        if (entry.kind == kind) return entry.name;
+    return "?";
+}
+
+constexpr std::optional<PolicyKind> policy_from_name(std::string_view name) {
+    for (const PolicyName& entry : policy_names)
+        if (entry.name == name) return entry.kind;
+    return std::nullopt;
+}
+
+}  // namespace raypager

@@ -1,0 +1,80 @@
+// Reads and writes block files (.rpb): src/store/FORMAT.md says byte for byte what they are.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/files.hpp"
+#include "raypager/abi/block.h"
+#include "raypager/abi/scene.h"
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+struct BlockRecord {
+    uint64_t offset = 0;         // in the file
+    uint64_t checksum = 0;       // hash64 of the stored bytes
+    uint32_t stored_bytes = 0;
+    uint32_t memory_bytes = 0;   // in the device's format, a multiple of RP_BLOCK_ALIGNMENT
+    uint32_t triangles = 0;
+    uint32_t spheres = 0;
+    float lower[3] = {}, upper[3] = {};
+};
+
+// All of a baked scene but the blocks themselves.
+struct BakedScene {
+    Camera camera;
+    uint32_t width = 0, height = 0, spp = 0, max_depth = 0;
+    std::vector<rp_material> materials;
+    std::vector<rp_light> lights;               // all, emissive primitives included; probabilities filled in
+    std::vector<rp_primitive_range> ranges;     // sorted by first_primitive, starting at 0
+    float lower[3] = {}, upper[3] = {};         // bounds of all geometry; zeros for an empty scene
+    rp_top_grid top_grid = {};
+    std::vector<rp_node> top_nodes;
+    std::vector<rp_portal> portals;
+    std::vector<uint64_t> portal_paths;         // see abi/block.h
+    std::vector<BlockRecord> blocks;
+    uint64_t triangles = 0, spheres = 0;        // primitives in the blocks
+    uint64_t fingerprint = 0;                   // of the input and the bake options; tells whether a cached file is still good
+    uint64_t geometry_bytes() const;            // sum of memory_bytes
+    uint64_t stored_bytes() const;
+    uint32_t largest_block() const;             // its memory_bytes; 0 without blocks
+    uint64_t identity() const;                  // hash of everything that decides the picture, blocks included
+};
+
+class BlockFileWriter {
+public:
+    static Result<BlockFileWriter> create(const std::filesystem::path& path);
+    // Appends one block; record's offset, checksum and stored_bytes are filled in.
+    Status append(std::span<const std::byte> stored, BlockRecord& record);
+    // Writes everything else; scene.blocks holds the records in block order. The file appears under its name only now.
+    Status finish(const BakedScene& scene);
+
+private:
+    OutputFile file_;
+};
+
+// An open block file. Reading blocks is thread-safe.
+class BlockFile {
+public:
+    // Reads and checks everything but the blocks: magic, version, sizes, checksums, and that indices and bounds make sense.
+    static Result<std::shared_ptr<const BlockFile>> open(const std::filesystem::path& path);
+    const BakedScene& scene() const { return scene_; }
+    const std::filesystem::path& path() const { return file_.path(); }
+    uint64_t file_bytes() const { return file_.size(); }
+    // Reads the stored bytes of a block (exactly stored_bytes of them) and verifies the checksum; an error names file, block and offset.
+    Status read_block(uint32_t block, std::span<std::byte> stored) const;
+    // Checks that the bytes of a block hold together (section bounds, references, vertex indices), so that no kernel can read outside.
+    Status check_block(uint32_t block, std::span<const std::byte> stored) const;
+
+private:
+    InputFile file_;
+    BakedScene scene_;
+};
+
+}  // namespace raypager
