@@ -57,5 +57,5 @@ private:
 // Returns from the current function with the error if expression is not ok.
 #define RAYPAGER_TRY(expression)                                     \
     do {                                                             \
-        if (auto status_ = (expression); !status_.ok()) return status_; \
+        if (auto try_status = (expression); !try_status.ok()) return try_status; \
     } while (false)

@@ -11,8 +11,8 @@
 namespace raypager {
 
 struct BakeOptions {
-    uint64_t block_bytes = uint64_t{4} << 20;  // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES
-    uint32_t sub_boxes = 64;                   // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
+    uint64_t block_bytes = uint64_t{4} << 20;                          // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES
+    uint32_t sub_boxes = 64;                                           // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
     std::function<void(const char* stage, double fraction)> progress;  // may be empty
 };
 

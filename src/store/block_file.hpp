@@ -17,10 +17,10 @@
 namespace raypager {
 
 struct BlockRecord {
-    uint64_t offset = 0;         // in the file
-    uint64_t checksum = 0;       // hash64 of the stored bytes
+    uint64_t offset = 0;    // in the file
+    uint64_t checksum = 0;  // hash64 of the stored bytes
     uint32_t stored_bytes = 0;
-    uint32_t memory_bytes = 0;   // in the device's format, a multiple of RP_BLOCK_ALIGNMENT
+    uint32_t memory_bytes = 0;  // in the device's format, a multiple of RP_BLOCK_ALIGNMENT
     uint32_t triangles = 0;
     uint32_t spheres = 0;
     float lower[3] = {}, upper[3] = {};
@@ -31,20 +31,20 @@ struct BakedScene {
     Camera camera;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0;
     std::vector<rp_material> materials;
-    std::vector<rp_light> lights;               // all, emissive primitives included; probabilities filled in
-    std::vector<rp_primitive_range> ranges;     // sorted by first_primitive, starting at 0
-    float lower[3] = {}, upper[3] = {};         // bounds of all geometry; zeros for an empty scene
+    std::vector<rp_light> lights;            // all, emissive primitives included; probabilities filled in
+    std::vector<rp_primitive_range> ranges;  // sorted by first_primitive, starting at 0
+    float lower[3] = {}, upper[3] = {};      // bounds of all geometry; zeros for an empty scene
     rp_top_grid top_grid = {};
     std::vector<rp_node> top_nodes;
     std::vector<rp_portal> portals;
-    std::vector<uint64_t> portal_paths;         // see abi/block.h
+    std::vector<uint64_t> portal_paths;  // see abi/block.h
     std::vector<BlockRecord> blocks;
-    uint64_t triangles = 0, spheres = 0;        // primitives in the blocks
-    uint64_t fingerprint = 0;                   // of the input and the bake options; tells whether a cached file is still good
-    uint64_t geometry_bytes() const;            // sum of memory_bytes
+    uint64_t triangles = 0, spheres = 0;  // primitives in the blocks
+    uint64_t fingerprint = 0;             // of the input and the bake options; tells whether a cached file is still good
+    uint64_t geometry_bytes() const;      // sum of memory_bytes
     uint64_t stored_bytes() const;
-    uint32_t largest_block() const;             // its memory_bytes; 0 without blocks
-    uint64_t identity() const;                  // hash of everything that decides the picture, blocks included
+    uint32_t largest_block() const;  // its memory_bytes; 0 without blocks
+    uint64_t identity() const;       // hash of everything that decides the picture, blocks included
 };
 
 class BlockFileWriter {

@@ -17,6 +17,7 @@
 #define RP_BLOCK_ALIGNMENT 64u      // blocks start at, and have sizes that are, multiples of this
 #define RP_MAX_BLOCK_BYTES (32u << 20)
 #define RP_MAX_SUB_BOXES 64u        // portals into one block
+#define RP_BLOCK_MAX_DEPTH 40       // inner nodes on the way from a portal's root to a leaf, at most; builders guarantee it, checks refuse more
 
 // Child references ------------------------------------------------------------------------------------------------------
 // Inner node: its index among the nodes of the block (or of the top tree); bit 31 clear.
@@ -90,7 +91,7 @@ typedef struct rp_portal {
 
 // Each portal also has a rp_u64 path: the way from the root of the top tree down to it, one bit a level (which child), the first
 // step in the most significant place, below a leading 1 bit. So a ray that waits at a portal needs nothing but its index to go on.
-#define RP_TOP_MAX_DEPTH 62
+#define RP_TOP_MAX_DEPTH 40    // inner nodes on the way from the root of the top tree to a portal, at most
 
 typedef struct rp_top_grid {
     float origin[3];

@@ -1,0 +1,61 @@
+// Path state, queues and counters of the wavefront tracer (structure of arrays in device memory), shared by its kernels and the host.
+#ifndef RAYPAGER_ABI_PATH_H
+#define RAYPAGER_ABI_PATH_H
+
+#include "raypager/abi/types.h"
+
+// A path occupies one slot and has one ray under way at a time: its extension ray (closest hit), or the shadow ray of its last vertex.
+// The state lies in planes of 16 bytes a slot; plane k of slot s is at index k * slot_count + s.
+//   RP_PLANE_ORIGIN      ray origin xyz | extension: closest hit so far, shadow: end of the ray (distances along the unit direction)
+//   RP_PLANE_DIRECTION   ray direction xyz (unit) | density of the last BSDF sample by solid angle (for MIS)
+//   RP_PLANE_THROUGHPUT  throughput rgb | flags (RP_PATH_*)
+//   RP_PLANE_RADIANCE    radiance gathered so far rgb | pixel index
+//   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
+//   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
+// The portal is where a waiting ray stands in its order of visits; RP_NONE: it starts at the root of the top tree.
+#define RP_PLANE_ORIGIN 0u
+#define RP_PLANE_DIRECTION 1u
+#define RP_PLANE_THROUGHPUT 2u
+#define RP_PLANE_RADIANCE 3u
+#define RP_PLANE_HIT 4u
+#define RP_PLANE_SURFACE 5u
+#define RP_PATH_PLANES 6u
+
+#define RP_PATH_DEPTH_MASK 0xffffu   // scattering events so far
+#define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
+#define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
+
+// The status word of a slot: what it waits for (low bits), and for shadow rays the round in which all blocks resident then were tested.
+#define RP_STATUS_FREE 0u
+#define RP_STATUS_EXTEND 1u  // extension ray under way or waiting for a block
+#define RP_STATUS_SHADOW 2u  // shadow ray under way or waiting for a block
+#define RP_STATUS_SHADE 3u   // extension ray done
+#define RP_STATUS_IDLE 4u    // free, and no samples are left
+#define RP_STATUS_MASK 7u
+#define RP_STATUS_ROUND_SHIFT 3
+#define RP_ROUND_MASK 0x1fffffffu  // rounds are counted modulo 2^29; round 0 never happens
+
+// Counters of one round; the first RP_COUNTERS_PER_ROUND words are zeroed before it, the others add up over the render.
+#define RP_COUNT_EXTEND 0u   // extension rays that can go on
+#define RP_COUNT_SHADOW 1u   // shadow rays that can go on
+#define RP_COUNT_FREE 2u     // free slots
+#define RP_COUNT_SHADE 3u    // extension rays that were finished
+#define RP_COUNT_WAITING 4u  // rays that wait for an absent block
+#define RP_COUNT_IDLE 5u
+#define RP_COUNTERS_PER_ROUND 8u
+#define RP_COUNT_NEXT_SAMPLE 8u     // 64 bits: low, high
+#define RP_COUNT_CAMERA_RAYS 10u    // 64 bits each from here on
+#define RP_COUNT_BOUNCE_RAYS 12u
+#define RP_COUNT_SHADOW_RAYS 14u
+#define RP_COUNT_WANTS_SERVED 16u   // times that a waiting extension ray entered the portal that it had waited for
+#define RP_COUNT_WANTS_NO_HIT 18u   // of these: nothing was hit behind it
+#define RP_COUNT_FINISHED 20u       // paths
+#define RP_COUNTER_WORDS 24u
+
+// Demand: arrays of one word a block, one after the other.
+#define RP_DEMAND_WANTS 0u    // rays that wait for the block, this round
+#define RP_DEMAND_BOUNCES 1u  // extension rays whose path ended up on a surface of the block, this round
+#define RP_DEMAND_USED 2u     // last round in which a ray entered the block
+#define RP_DEMAND_ARRAYS 3u
+
+#endif

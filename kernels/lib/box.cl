@@ -1,0 +1,61 @@
+// Rays against quantised boxes. Conservative: a ray that meets a primitive, by the test of primitive.cl, meets every box around it, and
+// enters that box no later than the distance that the primitive's test returns.
+//
+// Why: a plane lies at t = fma(grid, cell * inv, (grid origin - ray origin) * inv). In float arithmetic (u = 2^-24), t is wrong by a few
+// u * (|D| + |w|) * |inv|, with D = grid origin - ray origin and w = grid * cell. Boxes are rounded outwards by RP_GRID_SLACK = 1/8 of a
+// cell, 1.3e-6 of the block's extent, which covers that while the ray starts within two extents of the block (along that axis). For
+// origins farther away it is within 16 u of t itself, and RP_BOX_WIDEN covers it. tests/property tries to refute this.
+#ifndef RP_BOX_CL
+#define RP_BOX_CL
+
+#include "lib/arithmetic.cl"
+#include "raypager/abi/block.h"
+
+#define RP_BOX_WIDEN 1.000002f  // above 1 + 32 u
+
+// What stays the same along a ray.
+typedef struct rp_ray {
+    float3 origin, direction, reciprocal;
+    uint near_x, near_y, near_z;  // selectors: is the lower or the upper plane of an axis the near one
+} rp_ray;
+
+// A ray seen from a grid: t of a plane = fma(grid coordinate, scale, shift).
+typedef struct rp_frame {
+    float3 scale, shift;
+} rp_frame;
+
+static inline rp_ray rp_make_ray(float3 origin, float3 direction) {
+    rp_ray ray;
+    ray.origin = origin;
+    ray.direction = direction;
+    ray.reciprocal = (float3)(rp_safe_reciprocal(direction.x), rp_safe_reciprocal(direction.y), rp_safe_reciprocal(direction.z));
+    ray.near_x = ray.reciprocal.x < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
+    ray.near_y = ray.reciprocal.y < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
+    ray.near_z = ray.reciprocal.z < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
+    return ray;
+}
+
+static inline rp_frame rp_make_frame(const rp_ray* ray, float3 grid_origin, float3 cell) {
+    rp_frame frame;
+    frame.scale = cell * ray->reciprocal;
+    frame.shift = (grid_origin - ray->origin) * ray->reciprocal;
+    return frame;
+}
+
+// Where the ray enters the box, at least 0.
+static inline float rp_box_entry(uint4 box, const rp_ray* ray, const rp_frame* frame) {
+    const float x = fma(rp_grid_near(box.x, ray->near_x), frame->scale.x, frame->shift.x);
+    const float y = fma(rp_grid_near(box.y, ray->near_y), frame->scale.y, frame->shift.y);
+    const float z = fma(rp_grid_near(box.z, ray->near_z), frame->scale.z, frame->shift.z);
+    return rp_max(rp_max(x, y), rp_max(z, 0.0f));
+}
+
+// Where it leaves the box, at most t_max, widened: the ray meets the box if its entry is not beyond this.
+static inline float rp_box_exit(uint4 box, const rp_ray* ray, const rp_frame* frame, float t_max) {
+    const float x = fma(rp_grid_far(box.x, ray->near_x), frame->scale.x, frame->shift.x);
+    const float y = fma(rp_grid_far(box.y, ray->near_y), frame->scale.y, frame->shift.y);
+    const float z = fma(rp_grid_far(box.z, ray->near_z), frame->scale.z, frame->shift.z);
+    return rp_min(rp_min(x, y), rp_min(z, t_max)) * RP_BOX_WIDEN;
+}
+
+#endif

@@ -1,0 +1,29 @@
+// Adds a finished sample to the film: fixed point, so that the sum does not depend on the order (abi/film.h).
+#ifndef RP_FILM_CL
+#define RP_FILM_CL
+
+#include "raypager/abi/film.h"
+
+// Radiance <= 2^20 in units of 2^-28 is a whole number of up to 48 bits; its upper part counts 2^32 such units = 2^4. All steps are exact
+// but for the final truncation: v / 16 and its floor are exact, so is the remainder, and 2^28 is a power of two.
+static inline void rp_film_add_channel(volatile __global uint* words, float v) {
+    const float upper = floor(v * 0.0625f);
+    const uint high = (uint)upper, low = (uint)((v - upper * 16.0f) * 268435456.0f);
+    const uint before = low != 0u ? atomic_add(words, low) : 0u;
+    const uint carry = low != 0u && before + low < before ? 1u : 0u;
+    if (high + carry != 0u) atomic_add(words + 1, high + carry);
+}
+
+static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance) {
+    volatile __global uint* words = film + (size_t)pixel * RP_FILM_WORDS;
+    const float3 clamped = (float3)(radiance.x > 0.0f ? fmin(radiance.x, RP_FILM_MAX_RADIANCE) : 0.0f,
+                                    radiance.y > 0.0f ? fmin(radiance.y, RP_FILM_MAX_RADIANCE) : 0.0f,
+                                    radiance.z > 0.0f ? fmin(radiance.z, RP_FILM_MAX_RADIANCE) : 0.0f);
+    if (any(isnotequal(clamped, radiance)) || any(isnan(radiance))) atomic_inc(words + RP_FILM_CLAMPED);
+    rp_film_add_channel(words, clamped.x);
+    rp_film_add_channel(words + 2, clamped.y);
+    rp_film_add_channel(words + 4, clamped.z);
+    atomic_inc(words + RP_FILM_COUNT);
+}
+
+#endif

@@ -1,0 +1,88 @@
+// Where the kernels find blocks: the top tree, the page table, and the slabs of the pool.
+#ifndef RP_GEOMETRY_CL
+#define RP_GEOMETRY_CL
+
+#include "lib/primitive.cl"
+
+// Parameters that every kernel with access to geometry takes, and the argument list that passes them on. RP_SLABS (1 to 8) is set by the
+// host: one slab is the common case and costs no selection.
+#if RP_SLABS == 1
+#define RP_SLAB_PARAMETERS const __global uchar *restrict slab0
+#define RP_SLAB_ADDRESS(g, page) ((g)->slab[0])
+#else
+#define RP_SLAB_PARAMETERS                                                                                                                   \
+    const __global uchar *restrict slab0, const __global uchar *restrict slab1, const __global uchar *restrict slab2,                        \
+        const __global uchar *restrict slab3, const __global uchar *restrict slab4, const __global uchar *restrict slab5,                    \
+        const __global uchar *restrict slab6, const __global uchar *restrict slab7
+#endif
+#define RP_GEOMETRY_PARAMETERS                                                                                                               \
+    __constant rp_top_grid *restrict top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict portals,             \
+        const __global ulong *restrict portal_paths, const __global uint2 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
+
+typedef struct rp_geometry {
+    __constant rp_top_grid* top_grid;
+    const __global uint4* top_nodes;
+    const __global uint4* portals;
+    const __global ulong* portal_paths;
+    const __global uint2* pages;
+    __global uint* used;  // last round in which a ray entered a block
+    const __global uchar* slab0;
+#if RP_SLABS > 1
+    const __global uchar *slab1, *slab2, *slab3, *slab4, *slab5, *slab6, *slab7;
+#endif
+} rp_geometry;
+
+#if RP_SLABS == 1
+#define RP_MAKE_GEOMETRY(used)                                                          \
+    {                                                                                   \
+        top_grid, top_nodes, portals, portal_paths, pages, used, slab0                  \
+    }
+#else
+#define RP_MAKE_GEOMETRY(used)                                                                                                     \
+    {                                                                                                                              \
+        top_grid, top_nodes, portals, portal_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7            \
+    }
+#endif
+
+// A resident block's first byte, from its page table entry.
+static inline const __global uchar* rp_block_address(const rp_geometry* g, uint address) {
+    const size_t offset = (size_t)(address & RP_PAGE_OFFSET_MASK) * RP_BLOCK_ALIGNMENT;
+#if RP_SLABS == 1
+    return g->slab0 + offset;
+#else
+    const uint slab = address >> RP_PAGE_SLAB_SHIFT;
+    const __global uchar* low = slab < 2u ? (slab == 0u ? g->slab0 : g->slab1) : (slab == 2u ? g->slab2 : g->slab3);
+    const __global uchar* high = slab < 6u ? (slab == 4u ? g->slab4 : g->slab5) : (slab == 6u ? g->slab6 : g->slab7);
+    return (slab < 4u ? low : high) + offset;
+#endif
+}
+
+// The sections of a block that traversal reads.
+typedef struct rp_block_view {
+    const __global uchar* base;
+    const __global uint4* nodes;
+    const __global uint2* leaves;
+    const __global float* vertices;
+} rp_block_view;
+
+static inline rp_block_view rp_view_block(const __global uchar* base) {
+    const __global rp_block_header* header = (const __global rp_block_header*)base;
+    rp_block_view view;
+    view.base = base;
+    view.nodes = (const __global uint4*)(base + header->nodes_at);
+    view.leaves = (const __global uint2*)(base + header->leaves_at);
+    view.vertices = (const __global float*)(base + header->vertices_at);
+    return view;
+}
+
+static inline uint rp_leaf_index(uint ref) { return ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK; }
+static inline uint rp_primitive_id(const __global uchar* block, uint ref, uint k) {
+    const __global rp_block_header* header = (const __global rp_block_header*)block;
+    return ((const __global uint*)(block + header->ids_at))[4u * rp_leaf_index(ref) + k];
+}
+static inline float4 rp_sphere(const __global uchar* block, uint2 leaf, uint k) {
+    const __global rp_block_header* header = (const __global rp_block_header*)block;
+    return ((const __global float4*)(block + header->spheres_at))[leaf.x + k];
+}
+
+#endif

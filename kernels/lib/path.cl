@@ -1,0 +1,21 @@
+// Access to path slots, queues and counters (abi/path.h).
+#ifndef RP_PATH_CL
+#define RP_PATH_CL
+
+#include "raypager/abi/path.h"
+#include "raypager/abi/scene.h"
+
+#define RP_PLANE(paths, plane, slot_count, slot) (paths)[(size_t)(plane) * (slot_count) + (slot)]
+
+// One queue of slots serves both kinds of rays: extension rays from the front, shadow rays from the back.
+static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
+static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }
+
+// Adds to a counter of 64 bits that is kept as two words.
+static inline void rp_count_add(volatile __global uint* counter, uint amount) {
+    if (amount == 0u) return;
+    const uint before = atomic_add(counter, amount);
+    if (before + amount < before) atomic_inc(counter + 1);
+}
+
+#endif

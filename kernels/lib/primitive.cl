@@ -1,0 +1,89 @@
+// Rays against triangles and spheres: exact positions, one test for every device and traversal.
+//
+// Triangles: Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", in single precision with unfused products, so that two
+// triangles see their shared edge with exactly opposite signs and no ray slips between. On top of that the result does not depend on the
+// order in which a strip lists the three vertices (rp_sum3), so that it is the same however the scene was cut into blocks.
+#ifndef RP_PRIMITIVE_CL
+#define RP_PRIMITIVE_CL
+
+#include "lib/box.cl"
+
+// Woop's transform: the axis along which the ray travels farthest becomes z, and the other two are sheared so that the ray runs along it.
+typedef struct rp_shear {
+    uint axis;           // 0, 1, 2: which axis became z
+    float3 origin;       // permuted
+    float x, y, z;       // shear constants d.x / d.z, d.y / d.z, 1 / d.z (permuted)
+    float3 reciprocal;   // permuted, see rp_ray
+} rp_shear;
+
+static inline float3 rp_permute(uint axis, float3 v) { return axis == 2u ? v : axis == 0u ? v.yzx : v.zxy; }
+
+static inline rp_shear rp_make_shear(const rp_ray* ray) {
+    const float3 magnitude = fabs(ray->direction);
+    rp_shear s;
+    s.axis = magnitude.x >= magnitude.y && magnitude.x >= magnitude.z ? 0u : magnitude.y >= magnitude.z ? 1u : 2u;
+    const float3 d = rp_permute(s.axis, ray->direction);
+    s.origin = rp_permute(s.axis, ray->origin);
+    s.z = 1.0f / d.z;
+    s.x = rp_mul(d.x, s.z);
+    s.y = rp_mul(d.y, s.z);
+    s.reciprocal = rp_permute(s.axis, ray->reciprocal);
+    return s;
+}
+
+// A vertex as the test needs it: relative to the ray's origin, and sheared.
+typedef struct rp_sheared {
+    float3 relative;
+    float x, y;
+} rp_sheared;
+
+static inline rp_sheared rp_shear_vertex(const rp_shear* s, float3 position) {
+    rp_sheared v;
+    v.relative = rp_permute(s->axis, position) - s->origin;
+    v.x = v.relative.x - rp_mul(s->x, v.relative.z);
+    v.y = v.relative.y - rp_mul(s->y, v.relative.z);
+    return v;
+}
+
+// Lifts t to where the ray enters the bounds [low, high] (relative to its origin, permuted): a computed distance may fall short of the
+// primitive's own bounds by rounding, and then it would depend on the order of visits whether a nearer hit had hidden it.
+static inline float rp_not_before(float t, float3 low, float3 high, float3 reciprocal) {
+    const float3 a = low * reciprocal, b = high * reciprocal;
+    const float entry = rp_max(rp_max(rp_min(a.x, b.x), rp_min(a.y, b.y)), rp_min(a.z, b.z));
+    const float leave = rp_min(rp_min(rp_max(a.x, b.x), rp_max(a.y, b.y)), rp_max(a.z, b.z));
+    return entry <= leave ? rp_max(t, entry) : t;
+}
+
+// Distance of the hit, or -1. Edges and vertices belong to all triangles that share them.
+static inline float rp_hit_triangle(const rp_shear* s, const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
+    const float u = rp_mul(c->x, b->y) - rp_mul(c->y, b->x);
+    const float v = rp_mul(a->x, c->y) - rp_mul(a->y, c->x);
+    const float w = rp_mul(b->x, a->y) - rp_mul(b->y, a->x);
+    const float low = rp_min(rp_min(u, v), w), high = rp_max(rp_max(u, v), w);
+    if (low < 0.0f && high > 0.0f) return -1.0f;
+    const float determinant = rp_sum3(u, v, w);
+    if (determinant == 0.0f) return -1.0f;
+    const float az = rp_mul(a->relative.z, s->z), bz = rp_mul(b->relative.z, s->z), cz = rp_mul(c->relative.z, s->z);
+    const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
+    if (!(t > 0.0f)) return -1.0f;
+    const float3 lower = fmin(fmin(a->relative, b->relative), c->relative), upper = fmax(fmax(a->relative, b->relative), c->relative);
+    return rp_not_before(t, lower, upper, s->reciprocal);
+}
+
+// Distance of the nearest hit in front of the origin, or -1. Haines, Guenther, Akenine-Moeller 2019, "Precision Improvements for
+// Ray/Sphere Intersection" (Ray Tracing Gems, chapter 7).
+static inline float rp_hit_sphere(const rp_ray* ray, float4 sphere) {
+    const float3 f = ray->origin - sphere.xyz, d = ray->direction;
+    const float a = dot(d, d), b = -dot(f, d), radius = sphere.w;
+    const float3 l = f + (b / a) * d;
+    const float discriminant = radius * radius - dot(l, l);
+    if (!(discriminant >= 0.0f)) return -1.0f;
+    const float c = dot(f, f) - radius * radius, q = b + copysign(sqrt(a * discriminant), b);
+    const float t0 = c / q, t1 = q / a;
+    const float first = rp_min(t0, t1), second = rp_max(t0, t1);
+    const float t = first > 0.0f ? first : second;
+    if (!(t > 0.0f)) return -1.0f;
+    return rp_not_before(t, -radius - f, radius - f, ray->reciprocal);
+}
+
+#endif

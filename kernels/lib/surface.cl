@@ -1,0 +1,96 @@
+// What shading needs to know of a hit, read from the block while it is resident.
+#ifndef RP_SURFACE_CL
+#define RP_SURFACE_CL
+
+#include "lib/leaf.cl"
+
+typedef struct rp_surface {
+    float3 position;
+    uint geometric_normal, shading_normal;  // octahedral
+    // 2^(offset_exponent - 150) bounds the rounding error of position along the normal: rays that start here are moved by it.
+    uint offset_exponent;
+} rp_surface;
+
+// Rounding moves a point that is an affine combination of vertices by a few units in the last place of the largest of them; 2^-20 of it,
+// rounded up to a power of two, is 8 to 16 of these.
+static inline uint rp_offset_exponent(float largest_coordinate) {
+    const uint exponent = as_uint(largest_coordinate) >> 23 & 255u;
+    return exponent + 150u - 127u - 19u;
+}
+static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f, (int)offset_exponent - 150); }
+
+static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
+
+static inline bool rp_comes_before(float3 a, float3 b) {
+    if (a.x != b.x) return a.x < b.x;
+    if (a.y != b.y) return a.y < b.y;
+    return a.z < b.z;
+}
+
+static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
+    const uint2 leaf = block->leaves[rp_leaf_index(ref)];
+    const uint k = ref & 3u;
+    uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
+    for (uint j = 1u; j <= k; j++) {
+        if (!(ref >> (1u + j) & 1u)) {
+            ia = ib;
+            flipped ^= 1u;
+        }
+        ib = ic;
+        ic = j + 2u;
+    }
+    if (flipped) {
+        const uint i = ib;
+        ib = ic;
+        ic = i;
+    }
+    uint3 offset = (uint3)(rp_vertex_offset(leaf, ia), rp_vertex_offset(leaf, ib), rp_vertex_offset(leaf, ic));
+    const __global float* cluster = rp_cluster(block, leaf);
+    float3 a = rp_load3(cluster + offset.x), b = rp_load3(cluster + offset.y), c = rp_load3(cluster + offset.z);
+    // Begin with the first vertex by position, so that the arithmetic below does not depend on how the strip lists them.
+    for (int turn = 0; turn < 2 && (rp_comes_before(b, a) || rp_comes_before(c, a)); turn++) {
+        const float3 first = a;
+        a = b;
+        b = c;
+        c = first;
+        offset = offset.yzx;
+    }
+    const rp_shear shear = rp_make_shear(ray);
+    const rp_sheared sa = rp_shear_vertex(&shear, a), sb = rp_shear_vertex(&shear, b), sc = rp_shear_vertex(&shear, c);
+    const float u = rp_mul(sc.x, sb.y) - rp_mul(sc.y, sb.x), v = rp_mul(sa.x, sc.y) - rp_mul(sa.y, sc.x);
+    const float w = rp_mul(sb.x, sa.y) - rp_mul(sb.y, sa.x), total = u + v + w;
+    const float bb = v / total, bc = w / total;
+    rp_surface s;
+    const float3 e1 = b - a, e2 = c - a;
+    s.position = a + (bb * e1 + bc * e2);
+    s.geometric_normal = rp_encode_normal(cross(normalize(e1), normalize(e2)));
+    s.shading_normal = s.geometric_normal;
+    s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
+    const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
+    if (normals_at != 0u) {
+        const __global uint* normals = (const __global uint*)(block->base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+        const uint na = normals[offset.x / 3u], nb = normals[offset.y / 3u], nc = normals[offset.z / 3u];
+        if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
+            const float3 n = (1.0f - bb - bc) * rp_decode_normal(na) + bb * rp_decode_normal(nb) + bc * rp_decode_normal(nc);
+            if (dot(n, n) > 1e-12f) s.shading_normal = rp_encode_normal(n);
+        }
+    }
+    return s;
+}
+
+static inline rp_surface rp_sphere_surface(const rp_ray* ray, const rp_block_view* block, uint ref, float t) {
+    const float4 sphere = rp_sphere(block->base, block->leaves[rp_leaf_index(ref)], ref & 3u);
+    const float3 normal = normalize(ray->origin + t * ray->direction - sphere.xyz);
+    rp_surface s;
+    s.position = sphere.xyz + sphere.w * normal;
+    s.geometric_normal = s.shading_normal = rp_encode_normal(normal);
+    s.offset_exponent = rp_offset_exponent(rp_largest(sphere.xyz) + sphere.w);
+    return s;
+}
+
+static inline rp_surface rp_hit_surface(const rp_geometry* g, const rp_ray* ray, const rp_hit* hit) {
+    const rp_block_view block = rp_view_block(rp_block_address(g, hit->found_in));
+    return hit->ref & RP_LEAF_SPHERES ? rp_sphere_surface(ray, &block, hit->ref, hit->t) : rp_triangle_surface(ray, &block, hit->ref);
+}
+
+#endif

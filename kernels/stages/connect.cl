@@ -1,0 +1,43 @@
+// Fifth stage: traces the shadow rays of the queue; adds the light of those that arrive, and lets their paths go on.
+#include "lib/film.cl"
+#include "lib/leaf.cl"
+#include "lib/path.cl"
+
+#define RP_ANY_HIT 1
+#include "lib/traverse.cl"
+#undef RP_ANY_HIT
+
+__kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
+                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
+                         __global uint* restrict film) {
+    const uint i = get_global_id(0);
+    if (i >= counters[RP_COUNT_SHADOW]) return;
+    const uint slot = rp_shadow_entry(queue, slot_count, i);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
+    const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+    const rp_ray ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
+    bool occluded;
+    const uint tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
+    const uint portal = rp_find_any(&geometry, &ray, as_float(origin.w), surface.w, tested_until, round & RP_ROUND_MASK, &occluded);
+    if (portal != RP_NONE) {
+        ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
+        status[slot] = RP_STATUS_SHADOW | (round & RP_ROUND_MASK) << RP_STATUS_ROUND_SHIFT;
+        return;
+    }
+    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+    float3 radiance = as_float3(radiance_plane.xyz);
+    if (!occluded) radiance += (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y));
+    if (RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot).w & RP_PATH_ENDS) {
+        rp_film_add(film, radiance_plane.w, radiance);
+        status[slot] = RP_STATUS_FREE;
+        atomic_inc(counters + RP_COUNT_FINISHED);
+        return;
+    }
+    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), radiance_plane.w);
+    ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = INFINITY;
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(hit.xyz, direction.w);
+    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, surface.z, RP_NONE);
+    status[slot] = RP_STATUS_EXTEND;
+}

@@ -1,0 +1,59 @@
+// Second stage: free slots take the next samples and become camera paths.
+#include "lib/path.cl"
+#include "lib/random.cl"
+#include "raypager/abi/block.h"
+
+// Pixel at place `i` of a pass: tiles of tile x tile pixels, row by row, and rows of pixels within a tile.
+static inline uint2 rp_tile_pixel(uint i, uint width, uint height, uint tile) {
+    const uint band = i / (width * tile), in_band = i - band * width * tile;
+    const uint tile_height = min(tile, height - band * tile);
+    const uint column = in_band / (tile * tile_height), in_tile = in_band - column * tile * tile_height;
+    const uint tile_width = min(tile, width - column * tile);
+    return (uint2)(column * tile + in_tile % tile_width, band * tile + in_tile / tile_width);
+}
+
+__kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
+                          __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue) {
+    const uint i = get_global_id(0), slot_count = params->slot_count;
+    if (i >= counters[RP_COUNT_FREE]) return;
+    const uint slot = free_list[i];
+    const ulong number = ((ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE]) + i;
+    if (number >= params->sample_limit) {
+        status[slot] = RP_STATUS_IDLE;
+        return;
+    }
+    const uint pixels = params->width * params->height;
+    const uint sample = (uint)(number / pixels);
+    const uint2 xy = rp_tile_pixel((uint)(number - (ulong)sample * pixels), params->width, params->height, params->tile_size);
+    const uint pixel = xy.y * params->width + xy.x;
+    const float4 random = rp_random(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
+    const float u = ((float)xy.x + random.x) / (float)params->width, v = ((float)xy.y + random.y) / (float)params->height;
+    __constant rp_camera* camera = &params->camera;
+    const float3 eye = (float3)(camera->eye[0], camera->eye[1], camera->eye[2]);
+    const float3 right = (float3)(camera->right[0], camera->right[1], camera->right[2]);
+    const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
+    const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
+    const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
+    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
+    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
+    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
+    status[slot] = RP_STATUS_EXTEND;
+    queue[counters[RP_COUNT_EXTEND] + i] = slot;
+}
+
+// One work-item, after rp_generate: accounts for the samples that were given out.
+__kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters) {
+    const ulong number = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
+    const ulong left = number < params->sample_limit ? params->sample_limit - number : 0ul;
+    const uint free_slots = counters[RP_COUNT_FREE], started = left < free_slots ? (uint)left : free_slots;
+    const ulong next = number + started;
+    counters[RP_COUNT_NEXT_SAMPLE] = (uint)next;
+    counters[RP_COUNT_NEXT_SAMPLE + 1u] = (uint)(next >> 32);
+    counters[RP_COUNT_EXTEND] += started;
+    const uint before = counters[RP_COUNT_CAMERA_RAYS];
+    counters[RP_COUNT_CAMERA_RAYS] = before + started;
+    if (before + started < before) counters[RP_COUNT_CAMERA_RAYS + 1u]++;
+}

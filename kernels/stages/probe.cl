@@ -1,0 +1,63 @@
+// For tests: traces given rays through resident blocks, outside the wavefront; and reports the layout of shared structs.
+#include "lib/path.cl"
+#include "lib/surface.cl"
+#include "raypager/abi/film.h"
+
+#define RP_ANY_HIT 0
+#include "lib/traverse.cl"
+#undef RP_ANY_HIT
+#define RP_ANY_HIT 1
+#include "lib/traverse.cl"
+#undef RP_ANY_HIT
+
+// rays: origin xyz, t max; direction xyz, unused. results: t (INFINITY: none), primitive, geometric normal, occluded within t max;
+// position xyz, portal the ray waits at.
+__kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global float4* restrict rays, uint count, __global uint4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const float4 origin = rays[2u * i], direction = rays[2u * i + 1u];
+    const rp_ray ray = rp_make_ray(origin.xyz, direction.xyz);
+    rp_hit hit;
+    hit.t = origin.w;
+    hit.primitive = RP_NONE;
+    hit.ref = 0u;
+    hit.found_in = RP_NONE;
+    uint served;
+    const uint portal = rp_find_closest(&geometry, &ray, &hit, RP_NONE, 1u, &served);
+    bool occluded;
+    rp_find_any(&geometry, &ray, origin.w, RP_NONE, 0u, 1u, &occluded);
+    uint3 position = (uint3)(0u);
+    uint normal = 0u;
+    if (hit.found_in != RP_NONE) {
+        const rp_surface s = rp_hit_surface(&geometry, &ray, &hit);
+        position = as_uint3(s.position);
+        normal = s.geometric_normal;
+    }
+    results[2u * i] = (uint4)(as_uint(hit.primitive == RP_NONE ? INFINITY : hit.t), hit.primitive, normal, occluded ? 1u : 0u);
+    results[2u * i + 1u] = (uint4)(position, portal);
+}
+
+__kernel void rp_struct_sizes(__global uint* sizes) {
+    sizes[0] = sizeof(rp_node);
+    sizes[1] = sizeof(rp_leaf);
+    sizes[2] = sizeof(rp_block_header);
+    sizes[3] = sizeof(rp_portal);
+    sizes[4] = sizeof(rp_top_grid);
+    sizes[5] = sizeof(rp_page);
+    sizes[6] = sizeof(rp_material);
+    sizes[7] = sizeof(rp_light);
+    sizes[8] = sizeof(rp_primitive_range);
+    sizes[9] = sizeof(rp_camera);
+    sizes[10] = sizeof(rp_render_params);
+}
+
+// For tests of the box arithmetic: entry and exit of ray i against box i on a grid.
+__kernel void rp_probe_boxes(const __global float4* restrict rays, const __global float4* restrict grids, const __global uint4* restrict boxes, uint count,
+                             __global float2* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    const rp_ray ray = rp_make_ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz);
+    const rp_frame frame = rp_make_frame(&ray, grids[2u * i].xyz, grids[2u * i + 1u].xyz);
+    results[i] = (float2)(rp_box_entry(boxes[i], &ray, &frame), rp_box_exit(boxes[i], &ray, &frame, rays[2u * i].w));
+}

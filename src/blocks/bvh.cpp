@@ -1,0 +1,212 @@
+#include "blocks/bvh.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <queue>
+
+#include "base/check.hpp"
+#include "blocks/binning.hpp"
+#include "blocks/split_tree.hpp"
+#include "blocks/strip_cover.hpp"
+
+namespace raypager {
+namespace {
+
+// Numbers the vertices of a block in the order in which they are met.
+class VertexTable {
+public:
+    VertexTable(const World& world, size_t expected, std::vector<LocalVertex>& vertices) : world_(world), vertices_(vertices) {
+        slots_.assign(std::bit_ceil(2 * expected + 16), RP_NONE);
+    }
+
+    uint32_t number(uint32_t world_vertex) {
+        const LocalVertex vertex = {world_.positions[world_vertex], world_.normal(world_vertex)};
+        if (2 * vertices_.size() >= slots_.size()) enlarge();
+        uint32_t& slot = find(vertex);
+        if (slot == RP_NONE) {
+            slot = static_cast<uint32_t>(vertices_.size());
+            vertices_.push_back(vertex);
+        }
+        return slot;
+    }
+
+private:
+    static bool same_bits(const LocalVertex& a, const LocalVertex& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+    static uint64_t hash(const LocalVertex& vertex) {
+        uint64_t words[2];
+        static_assert(sizeof vertex == sizeof words);
+        std::memcpy(words, &vertex, sizeof words);
+        uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
+        h = (h ^ h >> 32 ^ words[1]) * 0xd6e8feb86659fd93u;
+        return h ^ h >> 32;
+    }
+
+    uint32_t& find(const LocalVertex& vertex) {
+        size_t i = hash(vertex) & (slots_.size() - 1);
+        while (slots_[i] != RP_NONE && !same_bits(vertices_[slots_[i]], vertex)) i = (i + 1) & (slots_.size() - 1);
+        return slots_[i];
+    }
+
+    void enlarge() {
+        slots_.assign(2 * slots_.size(), RP_NONE);
+        for (uint32_t v = 0; v < vertices_.size(); v++) find(vertices_[v]) = v;
+    }
+
+    const World& world_;
+    std::vector<LocalVertex>& vertices_;
+    std::vector<uint32_t> slots_;
+};
+
+// The tree is split down to treelets of up to most_covered primitives. These are grouped into leaves: triangles into strips, without
+// regard to how a tree would split them, so that leaves get full; then the treelet's own tree is built over its leaves.
+class Builder {
+public:
+    Builder(const World& world, std::span<PrimitiveRef> refs) : world_(world), refs_(refs), table_(world, refs.size(), bvh_.vertices) {
+        treelets_ = build_split_tree(refs, RP_BLOCK_MAX_DEPTH, most_covered);
+        add_node(0, 0);
+        for (const LocalVertex& vertex : bvh_.vertices) bvh_.has_normals |= vertex.normal != RP_NONE;
+    }
+
+    Bvh take() { return std::move(bvh_); }
+
+private:
+    uint32_t add_node(uint32_t split, int depth) {
+        const SplitNode& node = treelets_[split];
+        if (node.is_leaf()) return add_treelet(refs_.subspan(node.first, node.count), depth);
+        const auto index = static_cast<uint32_t>(bvh_.nodes.size());
+        bvh_.nodes.push_back({node.box, node.count});
+        const uint32_t left = add_node(node.left, depth + 1), right = add_node(node.right, depth + 1);
+        bvh_.nodes[index].left = left;
+        bvh_.nodes[index].right = right;
+        return index;
+    }
+
+    uint32_t add_treelet(std::span<PrimitiveRef> refs, int depth) {
+        leaves_.clear();
+        leaf_refs_.clear();
+        const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return !world_.is_sphere(ref.id); });
+        const auto triangles = static_cast<size_t>(middle - refs.begin());
+        if (triangles > 0) group_triangles(refs.first(triangles));
+        if (triangles < refs.size()) group_spheres(refs.subspan(triangles));
+        splits_ = build_split_tree(leaf_refs_, RP_BLOCK_MAX_DEPTH - depth);
+        return add_split(0);
+    }
+
+    void group_triangles(std::span<const PrimitiveRef> refs) {
+        std::array<Triangle, most_covered> triangles;
+        std::array<Box, most_covered> boxes;
+        for (size_t i = 0; i < refs.size(); i++) {
+            const Triangle& t = world_.primitives[refs[i].id];
+            triangles[i] = {table_.number(t[0]), table_.number(t[1]), table_.number(t[2])};
+            boxes[i] = refs[i].box;
+        }
+        for (const Strip& strip : cover_with_strips(std::span(triangles).first(refs.size()), std::span(boxes).first(refs.size()))) {
+            Leaf leaf;
+            Box box;
+            leaf.flags = strip.flags;
+            std::copy(std::begin(strip.vertices), std::end(strip.vertices), leaf.vertices);
+            for (uint32_t i = 0; i < strip.count; i++) {
+                leaf.ids[i] = refs[strip.order[i]].id;
+                box.grow(refs[strip.order[i]].box);
+            }
+            add_leaf(leaf, box);
+        }
+        bvh_.triangles += static_cast<uint32_t>(refs.size());
+    }
+
+    // Splits at multiples of four, so that leaves get full.
+    void group_spheres(std::span<PrimitiveRef> refs) {
+        if (refs.size() > RP_LEAF_MAX_PRIMITIVES) {
+            const size_t middle = split_by_sweep(refs, RP_LEAF_MAX_PRIMITIVES);
+            group_spheres(refs.first(middle));
+            group_spheres(refs.subspan(middle));
+            return;
+        }
+        Leaf leaf;
+        Box box;
+        leaf.flags = static_cast<uint32_t>(refs.size() - 1) | RP_LEAF_SPHERES;
+        for (size_t i = 0; i < refs.size(); i++) {
+            leaf.ids[i] = refs[i].id;
+            box.grow(refs[i].box);
+        }
+        add_leaf(leaf, box);
+        bvh_.spheres += static_cast<uint32_t>(refs.size());
+    }
+
+    void add_leaf(const Leaf& leaf, const Box& box) {
+        leaf_refs_.push_back({box, static_cast<uint32_t>(leaves_.size()), leaf.count()});
+        leaves_.push_back(leaf);
+    }
+
+    uint32_t add_split(uint32_t split) {
+        const SplitNode& node = splits_[split];
+        const auto index = static_cast<uint32_t>(bvh_.nodes.size());
+        bvh_.nodes.push_back({node.box});
+        if (node.is_leaf()) {
+            const Leaf& leaf = leaves_[leaf_refs_[node.first].id];
+            bvh_.nodes[index].primitives = leaf.count();
+            bvh_.nodes[index].leaf = static_cast<uint32_t>(bvh_.leaves.size());
+            bvh_.leaves.push_back(leaf);
+            return index;
+        }
+        const uint32_t left = add_split(node.left), right = add_split(node.right);
+        BvhNode& added = bvh_.nodes[index];
+        added.left = left;
+        added.right = right;
+        added.primitives = bvh_.nodes[left].primitives + bvh_.nodes[right].primitives;
+        return index;
+    }
+
+    const World& world_;
+    std::span<PrimitiveRef> refs_;
+    Bvh bvh_;
+    VertexTable table_;
+    std::vector<SplitNode> treelets_;
+    // Of the treelet at hand:
+    std::vector<Leaf> leaves_;
+    std::vector<PrimitiveRef> leaf_refs_;
+    std::vector<SplitNode> splits_;
+};
+
+// Nodes with fewer primitives are not opened: a portal costs about as much as two nodes.
+constexpr uint32_t least_opened = 64;
+
+// Opens the largest node again and again, from the root down.
+std::vector<uint32_t> choose_portals(const Bvh& bvh, uint32_t sub_boxes) {
+    using Entry = std::pair<double, uint32_t>;
+    std::priority_queue<Entry> open;
+    std::vector<uint32_t> portals;
+    const auto add = [&](uint32_t index) {
+        const BvhNode& node = bvh.nodes[index];
+        if (node.is_leaf() || node.primitives < least_opened) {
+            portals.push_back(index);
+        } else {
+            open.push({node.box.half_area(), index});
+        }
+    };
+    add(0);
+    while (!open.empty() && portals.size() + open.size() < sub_boxes) {
+        const BvhNode& node = bvh.nodes[open.top().second];
+        open.pop();
+        add(node.left);
+        add(node.right);
+    }
+    for (; !open.empty(); open.pop()) portals.push_back(open.top().second);
+    // Indices grow in depth-first order.
+    std::sort(portals.begin(), portals.end());
+    return portals;
+}
+
+}  // namespace
+
+Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t sub_boxes) {
+    RAYPAGER_CHECK(sub_boxes >= 1 && sub_boxes <= RP_MAX_SUB_BOXES);
+    Bvh bvh = Builder(world, refs).take();
+    bvh.portals = choose_portals(bvh, sub_boxes);
+    return bvh;
+}
+
+}  // namespace raypager

@@ -1,0 +1,49 @@
+// The tree of one block, before it is packed into bytes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "blocks/strip.hpp"
+#include "blocks/world.hpp"
+#include "raypager/abi/block.h"
+
+namespace raypager {
+
+// Vertices of a block, by number. Vertices of the world with the same position and normal, bit by bit, are one.
+struct LocalVertex {
+    Float3 position;
+    uint32_t normal;  // RP_NONE: it has none
+};
+
+struct Leaf {
+    uint32_t flags = 0;  // bits 0-6 of its reference
+    uint32_t ids[RP_LEAF_MAX_PRIMITIVES] = {RP_NONE, RP_NONE, RP_NONE, RP_NONE};
+    uint32_t vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {};  // local; for spheres: unused
+    uint32_t count() const { return (flags & 3u) + 1; }
+    bool has_spheres() const { return flags & RP_LEAF_SPHERES; }
+};
+
+struct BvhNode {
+    Box box;
+    uint32_t primitives = 0;       // beneath
+    uint32_t left = 0, right = 0;  // children; both 0 for a leaf
+    uint32_t leaf = 0;
+    bool is_leaf() const { return left == 0; }
+};
+
+struct Bvh {
+    std::vector<BvhNode> nodes;  // the root first, children after parents
+    std::vector<Leaf> leaves;
+    std::vector<LocalVertex> vertices;
+    // Nodes where rays enter, from left to right; every leaf is beneath exactly one.
+    std::vector<uint32_t> portals;
+    uint32_t triangles = 0, spheres = 0;
+    bool has_normals = false;
+};
+
+// Builds the tree over refs (which are reordered; not empty) with at most sub_boxes portals.
+Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t sub_boxes);
+
+}  // namespace raypager

@@ -1,0 +1,71 @@
+#include "blocks/decode.hpp"
+
+#include <cstring>
+
+#include "base/check.hpp"
+#include "blocks/strip.hpp"
+
+namespace raypager {
+namespace {
+
+template <class T>
+std::span<const T> section(std::span<const std::byte> bytes, uint64_t at, uint64_t count) {
+    RAYPAGER_CHECK(at <= bytes.size() && count * sizeof(T) <= bytes.size() - at);
+    return {reinterpret_cast<const T*>(bytes.data() + at), count};
+}
+
+void decode_strip(const BlockView& block, rp_u32 ref, uint32_t index, DecodedLeaf& out) {
+    const rp_leaf& leaf = block.leaves[index];
+    const rp_u32 first = (leaf.lo & 0xffffu) * RP_CLUSTER_UNIT;
+    const rp_u32 vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {first + (leaf.lo >> 16 & 255u), first + (leaf.lo >> 24),        first + (leaf.hi & 255u),
+                                                         first + (leaf.hi >> 8 & 255u),  first + (leaf.hi >> 16 & 255u), first + (leaf.hi >> 24)};
+    visit_strip(ref, vertices, [&](uint32_t k, rp_u32 a, rp_u32 b, rp_u32 c) {
+        DecodedTriangle triangle = {block.ids[RP_LEAF_MAX_PRIMITIVES * index + k], {}, {RP_NONE, RP_NONE, RP_NONE}};
+        const rp_u32 corners[3] = {a, b, c};
+        for (int i = 0; i < 3; i++) {
+            const float* p = &block.vertices[3 * size_t{corners[i]}];
+            triangle.vertices[i] = {p[0], p[1], p[2]};
+            if (!block.normals.empty()) triangle.normals[i] = block.normals[corners[i]];
+        }
+        out.triangles.push_back(triangle);
+    });
+}
+
+}  // namespace
+
+BlockView::BlockView(std::span<const std::byte> bytes) {
+    RAYPAGER_CHECK(bytes.size() >= sizeof header && reinterpret_cast<uintptr_t>(bytes.data()) % 8 == 0);
+    std::memcpy(&header, bytes.data(), sizeof header);
+    nodes = section<rp_node>(bytes, header.nodes_at, header.node_count);
+    leaves = section<rp_leaf>(bytes, header.leaves_at, header.leaf_count);
+    vertices = section<float>(bytes, header.vertices_at, uint64_t{header.vertex_count} * 3);
+    spheres = section<float>(bytes, header.spheres_at, uint64_t{header.sphere_count} * 4);
+    ids = section<rp_u32>(bytes, header.ids_at, uint64_t{header.leaf_count} * RP_LEAF_MAX_PRIMITIVES);
+    if (header.normals_at != 0) normals = section<rp_u32>(bytes, header.normals_at, header.vertex_count);
+}
+
+void decode_leaf(const BlockView& block, rp_u32 ref, DecodedLeaf& out) {
+    const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
+    if (!(ref & RP_LEAF_SPHERES)) return decode_strip(block, ref, index, out);
+    for (uint32_t k = 0; k <= (ref & 3u); k++) {
+        const float* s = &block.spheres[4 * (size_t{block.leaves[index].lo} + k)];
+        out.spheres.push_back({block.ids[RP_LEAF_MAX_PRIMITIVES * index + k], {s[0], s[1], s[2]}, s[3]});
+    }
+}
+
+DecodedLeaf decode_subtree(const BlockView& block, rp_u32 ref) {
+    DecodedLeaf out;
+    std::vector<rp_u32> stack = {ref};
+    while (!stack.empty()) {
+        const rp_u32 top = stack.back();
+        stack.pop_back();
+        if (top & RP_REF_LEAF) {
+            decode_leaf(block, top, out);
+            continue;
+        }
+        for (const int side : {1, 0}) stack.push_back(block.nodes[top].child[side].ref);
+    }
+    return out;
+}
+
+}  // namespace raypager

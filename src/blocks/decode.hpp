@@ -1,0 +1,48 @@
+// A block's bytes -> its primitives, on the host: for tests, inspection and tools.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "raypager/abi/block.h"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+struct DecodedTriangle {
+    uint32_t id;
+    Float3 vertices[3];   // counter-clockwise seen from the side of the normal; which comes first is not kept
+    uint32_t normals[3];  // octahedral; RP_NONE: none
+};
+
+struct DecodedSphere {
+    uint32_t id;
+    Float3 center;
+    float radius;
+};
+
+// Typed views of a block's sections. REQUIRES: bytes that BlockFile::check_block accepts, aligned to 8.
+struct BlockView {
+    explicit BlockView(std::span<const std::byte> bytes);
+    rp_block_header header;
+    std::span<const rp_node> nodes;
+    std::span<const rp_leaf> leaves;
+    std::span<const float> vertices;  // 3 each
+    std::span<const float> spheres;   // 4 each
+    std::span<const rp_u32> ids;      // RP_LEAF_MAX_PRIMITIVES a leaf
+    std::span<const rp_u32> normals;  // one a vertex, or none
+};
+
+struct DecodedLeaf {
+    std::vector<DecodedTriangle> triangles;
+    std::vector<DecodedSphere> spheres;
+};
+
+// Appends the primitives of a leaf, in the order of the leaf.
+void decode_leaf(const BlockView& block, rp_u32 ref, DecodedLeaf& out);
+// All primitives beneath a child reference, depth first.
+DecodedLeaf decode_subtree(const BlockView& block, rp_u32 ref);
+
+}  // namespace raypager

@@ -1,0 +1,66 @@
+#include "blocks/grid.hpp"
+
+#include <bit>
+#include <cmath>
+
+#include "base/check.hpp"
+
+namespace raypager {
+namespace {
+
+// The cell must not be too small beside the coordinates, for two reasons. The origin is rounded to a float: that moves the grid by up
+// to 2^-24 |origin|, which must stay within the margins; and a kernel's own roundings are of that size too. With an extent of at least
+// 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 6 cells of RP_GRID_SPAN, and a cell is still
+// a sixth of the distance between neighbouring floats, so that boxes lose nothing.
+constexpr double least_extent_of_coordinate = 0x1p-10;
+constexpr double least_extent = 1e-28;  // keeps cells and their products with directions normal numbers
+
+// Beyond RP_GRID_SLACK, for the roundings of the double arithmetic here.
+constexpr double own_slack = RP_GRID_SLACK + 1e-6;
+
+uint32_t round_down(double x) {
+    RAYPAGER_CHECK(x >= RP_GRID_MIN && x <= RP_GRID_MAX);
+    return static_cast<uint32_t>(x < 65536 ? std::floor(x) - 32768 : std::floor(x / 2));
+}
+
+uint32_t round_up(double x) {
+    RAYPAGER_CHECK(x >= RP_GRID_MIN && x <= RP_GRID_MAX);
+    return static_cast<uint32_t>(x <= 65535 ? std::ceil(x) - 32768 : std::ceil(x / 2));
+}
+
+}  // namespace
+
+double grid_value(uint32_t q) { return std::bit_cast<float>(0x47000000u | q << 8); }
+
+Grid make_grid(const Box& bounds) {
+    RAYPAGER_CHECK(!bounds.empty());
+    Grid grid;
+    for (int a = 0; a < 3; a++) {
+        const double lower = bounds.lower[a], upper = bounds.upper[a];
+        const double coordinate = std::max(std::abs(lower), std::abs(upper));
+        const double extent = std::max({upper - lower, coordinate * least_extent_of_coordinate, least_extent});
+        grid.cell[a] = static_cast<float>(extent / RP_GRID_SPAN);
+        grid.origin[a] = static_cast<float>(lower - (RP_GRID_MIN + RP_GRID_MARGIN) * double(grid.cell[a]));
+    }
+    return grid;
+}
+
+Interval decode_interval(const Grid& grid, int axis, rp_u32 word) {
+    const double origin = grid.origin[axis], cell = grid.cell[axis];
+    return {origin + cell * grid_value(word & 0xffffu), origin + cell * grid_value(word >> 16)};
+}
+
+rp_child quantise(const Grid& grid, const Box& box, rp_u32 ref) {
+    rp_u32 words[3];
+    for (int a = 0; a < 3; a++) {
+        const double origin = grid.origin[a], cell = grid.cell[a];
+        const uint32_t lower = round_down((double(box.lower[a]) - origin) / cell - own_slack);
+        const uint32_t upper = round_up((double(box.upper[a]) - origin) / cell + own_slack);
+        words[a] = lower | upper << 16;
+        const Interval decoded = decode_interval(grid, a, words[a]);
+        RAYPAGER_CHECK(decoded.lower <= box.lower[a] - RP_GRID_SLACK * cell && decoded.upper >= box.upper[a] + RP_GRID_SLACK * cell);
+    }
+    return {words[0], words[1], words[2], ref};
+}
+
+}  // namespace raypager

@@ -1,0 +1,76 @@
+#include "blocks/lights.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace raypager {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+void store(float (&out)[3], const Float3& value) {
+    out[0] = value.x;
+    out[1] = value.y;
+    out[2] = value.z;
+}
+
+double luminance(const float (&rgb)[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
+
+double triangle_area(const Float3& a, const Float3& b, const Float3& c) {
+    const double ux = double(b.x) - a.x, uy = double(b.y) - a.y, uz = double(b.z) - a.z;
+    const double vx = double(c.x) - a.x, vy = double(c.y) - a.y, vz = double(c.z) - a.z;
+    return 0.5 * std::sqrt(std::pow(uy * vz - uz * vy, 2) + std::pow(uz * vx - ux * vz, 2) + std::pow(ux * vy - uy * vx, 2));
+}
+
+// In watts, for radiance in W/(m^2 sr).
+double power(const rp_light& light, double scene_radius) {
+    const double y = luminance(light.radiance), disk = pi * scene_radius * scene_radius;
+    switch (light.kind) {
+        case RP_LIGHT_TRIANGLE:
+        case RP_LIGHT_SPHERE:
+            return pi * y * light.area * (light.flags & RP_LIGHT_TWO_SIDED ? 2 : 1);
+        case RP_LIGHT_INFINITE:
+            return 4 * pi * disk * y;
+        case RP_LIGHT_DISTANT:
+            return disk * y;
+        default:
+            return 4 * pi * y;
+    }
+}
+
+}  // namespace
+
+rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight& light) {
+    rp_light result = {};
+    result.flags = light.two_sided ? RP_LIGHT_TWO_SIDED : 0;
+    store(result.radiance, light.radiance);
+    if (world.is_sphere(primitive)) {
+        const WorldSphere& sphere = world.sphere(primitive);
+        result.kind = RP_LIGHT_SPHERE;
+        store(result.p, sphere.center);
+        result.e1[0] = sphere.radius;
+        result.area = static_cast<float>(4 * pi * double(sphere.radius) * sphere.radius);
+        return result;
+    }
+    const Triangle& t = world.primitives[primitive];
+    const Float3 &a = world.positions[t[0]], &b = world.positions[t[1]], &c = world.positions[t[2]];
+    result.kind = RP_LIGHT_TRIANGLE;
+    store(result.p, a);
+    store(result.e1, {b.x - a.x, b.y - a.y, b.z - a.z});
+    store(result.e2, {c.x - a.x, c.y - a.y, c.z - a.z});
+    result.area = static_cast<float>(triangle_area(a, b, c));
+    return result;
+}
+
+void set_probabilities(std::vector<rp_light>& lights, double scene_radius) {
+    constexpr double floor = 1e-6;  // of the whole, shared evenly
+    double total = 0;
+    for (const rp_light& light : lights) total += power(light, scene_radius);
+    const double even = 1.0 / static_cast<double>(std::max<size_t>(1, lights.size()));
+    for (rp_light& light : lights) {
+        const double share = total > 0 && std::isfinite(total) ? power(light, scene_radius) / total : even;
+        light.probability = static_cast<float>((1 - floor) * share + floor * even);
+    }
+}
+
+}  // namespace raypager

@@ -1,0 +1,141 @@
+#include "blocks/pack.hpp"
+
+#include <cstring>
+
+#include "base/check.hpp"
+#include "blocks/grid.hpp"
+#include "blocks/vertex_windows.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint64_t section_alignment = 16;
+constexpr uint64_t largest_window = uint64_t{0xffff} * RP_CLUSTER_UNIT;
+
+uint64_t align(uint64_t value, uint64_t alignment) { return (value + alignment - 1) / alignment * alignment; }
+
+class Packer {
+public:
+    Packer(const World& world, const Bvh& bvh)
+        : world_(world), bvh_(bvh), grid_(make_grid(bvh.nodes[0].box)), windows_(static_cast<uint32_t>(bvh.vertices.size())) {}
+
+    bool run(uint64_t limit, PackedBlock& block) {
+        for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal)});
+        if (out_of_reach_ || !layout(limit)) return false;
+        block.bounds = bvh_.nodes[0].box;
+        block.triangles = bvh_.triangles;
+        block.spheres = bvh_.spheres;
+        write(block.bytes);
+        return true;
+    }
+
+private:
+    // Appends a subtree in depth-first order; returns the reference to its root.
+    rp_u32 add_subtree(uint32_t index) {
+        const BvhNode& node = bvh_.nodes[index];
+        if (node.is_leaf()) return add_leaf(bvh_.leaves[node.leaf]);
+        const auto place = static_cast<rp_u32>(nodes_.size());
+        nodes_.emplace_back();
+        const uint32_t children[2] = {node.left, node.right};
+        for (int side = 0; side < 2; side++) {
+            const rp_u32 ref = add_subtree(children[side]);
+            nodes_[place].child[side] = quantise(grid_, bvh_.nodes[children[side]].box, ref);
+        }
+        return place;
+    }
+
+    rp_u32 add_leaf(const Leaf& leaf) {
+        const auto index = static_cast<rp_u32>(leaves_.size());
+        RAYPAGER_CHECK(index <= RP_LEAF_INDEX_MASK);
+        leaves_.push_back(leaf.has_spheres() ? add_spheres(leaf) : add_strip(leaf));
+        for (const uint32_t id : leaf.ids) ids_.push_back(id);
+        return RP_REF_LEAF | index << RP_LEAF_INDEX_SHIFT | leaf.flags;
+    }
+
+    rp_leaf add_strip(const Leaf& leaf) {
+        const VertexWindows::Reference ref = windows_.place(leaf.vertices, leaf.count() + 2);
+        if (ref.first > largest_window) out_of_reach_ = true;
+        const auto& b = ref.bytes;
+        return {(ref.first / RP_CLUSTER_UNIT & 0xffffu) | rp_u32{b[0]} << 16 | rp_u32{b[1]} << 24,
+                b[2] | rp_u32{b[3]} << 8 | rp_u32{b[4]} << 16 | rp_u32{b[5]} << 24};
+    }
+
+    rp_leaf add_spheres(const Leaf& leaf) {
+        const auto first = static_cast<rp_u32>(spheres_.size());
+        for (uint32_t i = 0; i < leaf.count(); i++) spheres_.push_back(world_.sphere(leaf.ids[i]));
+        return {first, 0};
+    }
+
+    bool layout(uint64_t limit) {
+        const uint64_t vertices = windows_.sequence().size();
+        uint64_t end = sizeof header_;
+        const auto section = [&end](uint64_t bytes) {
+            const uint64_t start = end;
+            end = align(end + bytes, section_alignment);
+            return static_cast<rp_u32>(start);
+        };
+        header_.nodes_at = section(nodes_.size() * sizeof(rp_node));
+        header_.leaves_at = section(leaves_.size() * sizeof(rp_leaf));
+        header_.vertices_at = section(vertices * sizeof(Float3));
+        header_.spheres_at = section(spheres_.size() * sizeof(WorldSphere));
+        header_.ids_at = section(ids_.size() * sizeof(rp_u32));
+        header_.normals_at = bvh_.has_normals ? section(vertices * sizeof(rp_u32)) : 0;
+        end = align(end, RP_BLOCK_ALIGNMENT);
+        if (end > limit) return false;
+        header_.bytes = static_cast<rp_u32>(end);
+        return true;
+    }
+
+    void write(std::vector<std::byte>& bytes) {
+        header_.magic = RP_BLOCK_MAGIC;
+        header_.node_count = static_cast<rp_u32>(nodes_.size());
+        header_.leaf_count = static_cast<rp_u32>(leaves_.size());
+        header_.vertex_count = static_cast<rp_u32>(windows_.sequence().size());
+        header_.sphere_count = static_cast<rp_u32>(spheres_.size());
+        header_.triangle_count = bvh_.triangles;
+        header_.portal_count = static_cast<rp_u32>(bvh_.portals.size());
+        for (int a = 0; a < 3; a++) {
+            header_.origin[a] = grid_.origin[a];
+            header_.cell[a] = grid_.cell[a];
+            header_.lower[a] = bvh_.nodes[0].box.lower[a];
+            header_.upper[a] = bvh_.nodes[0].box.upper[a];
+        }
+        std::vector<Float3> positions;
+        std::vector<rp_u32> normals;
+        for (const uint32_t v : windows_.sequence()) {
+            positions.push_back(bvh_.vertices[v].position);
+            normals.push_back(bvh_.vertices[v].normal);
+        }
+        bytes.assign(header_.bytes, std::byte{0});
+        const auto put = [&bytes](rp_u32 at, const auto& items) {
+            if (!items.empty()) std::memcpy(bytes.data() + at, items.data(), items.size() * sizeof items[0]);
+        };
+        std::memcpy(bytes.data(), &header_, sizeof header_);
+        put(header_.nodes_at, nodes_);
+        put(header_.leaves_at, leaves_);
+        put(header_.vertices_at, positions);
+        put(header_.spheres_at, spheres_);
+        put(header_.ids_at, ids_);
+        if (header_.normals_at) put(header_.normals_at, normals);
+    }
+
+    static_assert(sizeof(rp_block_header) == 128 && sizeof(rp_node) == 32 && sizeof(rp_leaf) == 8);
+    static_assert(sizeof(Float3) == 12 && sizeof(WorldSphere) == 16);
+
+    const World& world_;
+    const Bvh& bvh_;
+    const Grid grid_;
+    VertexWindows windows_;
+    rp_block_header header_ = {};
+    std::vector<rp_node> nodes_;
+    std::vector<rp_leaf> leaves_;
+    std::vector<WorldSphere> spheres_;
+    std::vector<rp_u32> ids_;
+    bool out_of_reach_ = false;
+};
+
+}  // namespace
+
+bool pack(const World& world, const Bvh& bvh, uint64_t limit, PackedBlock& block) { return Packer(world, bvh).run(limit, block); }
+
+}  // namespace raypager

@@ -1,0 +1,28 @@
+// Writes a block's tree as the bytes of abi/block.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "blocks/bvh.hpp"
+
+namespace raypager {
+
+struct PackedPortal {
+    Box box;
+    rp_u32 root;  // child reference inside the block
+};
+
+struct PackedBlock {
+    std::vector<std::byte> bytes;  // a multiple of RP_BLOCK_ALIGNMENT
+    std::vector<PackedPortal> portals;
+    Box bounds;
+    uint32_t triangles = 0, spheres = 0;
+};
+
+// header.block_index is left 0. Fails (returns false) if the block would exceed limit bytes or the reach of 16-bit vertex offsets:
+// then it must be cut in two.
+bool pack(const World& world, const Bvh& bvh, uint64_t limit, PackedBlock& block);
+
+}  // namespace raypager

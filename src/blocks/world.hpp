@@ -1,0 +1,50 @@
+// All primitives of a scene, in world space, as the cut and the builders of blocks see them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "blocks/box.hpp"
+#include "raypager/abi/types.h"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+struct WorldSphere {
+    Float3 center;
+    float radius;
+};
+
+struct World {
+    std::vector<Float3> positions;
+    std::vector<uint32_t> normals;  // octahedral, one a position, RP_NONE where there is none; empty: no shape has any
+    // Primitive i, its id in the scene. A triangle: its vertices, counter-clockwise seen from the side of its normal.
+    // A sphere: its index among the spheres, then RP_NONE twice.
+    std::vector<Triangle> primitives;
+    std::vector<WorldSphere> spheres;
+    Box bounds;
+
+    bool is_sphere(uint32_t primitive) const { return primitives[primitive][1] == RP_NONE; }
+    const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
+    uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
+};
+
+// Centre +- radius, rounded outwards.
+Box sphere_bounds(const WorldSphere& sphere);
+// Exact bounds of a triangle, safe bounds of a sphere.
+Box primitive_bounds(const World& world, uint32_t primitive);
+
+// What the cut and the builders move about.
+struct PrimitiveRef {
+    Box box;
+    uint32_t id;
+    uint32_t weight;  // estimated bytes in a block
+    // Twice the centre.
+    float centroid(int axis) const { return box.lower[axis] + box.upper[axis]; }
+};
+static_assert(sizeof(PrimitiveRef) == 32);
+
+// One for each primitive, in order.
+std::vector<PrimitiveRef> make_refs(const World& world);
+
+}  // namespace raypager

@@ -1,0 +1,56 @@
+#include "blocks/bake.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "base/log.hpp"
+#include "cli/baking.hpp"
+#include "cli/output_paths.hpp"
+#include "cli/values.hpp"
+#include "cli/verbs.hpp"
+#include "raypager/abi/block.h"
+
+namespace raypager {
+namespace {
+
+constexpr uint64_t smallest_block = uint64_t{16} << 10;
+
+Result<uint64_t> parse_block_size(const std::string& text) {
+    const auto bytes = parse_size(text);
+    if (bytes && (*bytes < smallest_block || *bytes > RP_MAX_BLOCK_BYTES))
+        return Status::usage(fmt::format("'{}' is not between 16K and {}", text, format_bytes(RP_MAX_BLOCK_BYTES)));
+    return bytes;
+}
+
+}  // namespace
+
+Status run_bake(const Arguments& arguments) {
+    std::vector<std::string> names;
+    std::filesystem::path output;
+    BakeOptions options;
+    bool progress = false;
+    OptionParser parser("bake", "INPUT... -o FILE.rpb [options]",
+                        "Cuts a scene into blocks, builds their hierarchies and writes a block file that 'raypager render' takes. INPUT is one\n"
+                        ".pbrt scene, or any number of meshes (.ply .obj .stl .off), which are framed, lit and given a ground.");
+    parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), names);
+    parser.option("output,o", "FILE.rpb", "the block file to write", into_path(output));
+    parser.option("block-size", "SIZE", "bytes a block at most, in device memory: 16K to 32M (default: 4M)",
+                  into(options.block_bytes, parse_block_size));
+    parser.flag("progress", "show progress even if stderr is no terminal", progress);
+    const auto outcome = parser.parse(arguments);
+    if (!outcome) return outcome.status();
+    if (*outcome == OptionParser::Outcome::help_shown) return {};
+    if (output.empty()) return parser.wrong("-o is missing; name the block file to write");
+    if (!has_ending(output, ".rpb")) return parser.wrong(fmt::format("-o: '{}' does not end in .rpb", output.string()));
+    const std::vector<std::filesystem::path> inputs(names.begin(), names.end());
+    for (const auto& input : inputs)
+        if (has_ending(input, ".rpb")) return parser.wrong(fmt::format("'{}' is baked already; render it", input.string()));
+    RAYPAGER_TRY(check_output_path(output));
+
+    const auto scene = import_with_warnings(inputs);
+    if (!scene) return scene.status();
+    return bake_with_notes(*scene, options, output, progress || stderr_is_terminal()).status();
+}
+
+}  // namespace raypager

@@ -1,0 +1,58 @@
+#include "cli/baking.hpp"
+
+#include <fmt/format.h>
+
+#include <mutex>
+
+#include "base/log.hpp"
+#include "cli/values.hpp"
+#include "import/import.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr size_t most_warnings = 20;
+
+// A progress callback that may be called from several threads. Without a terminal, a line a stage; lines in between would only fill logs.
+std::function<void(const char*, double)> progress_printer() {
+    struct State {
+        std::mutex mutex;
+        std::string stage;
+        int percent = -1;
+    };
+    return [state = std::make_shared<State>()](const char* stage, double fraction) {
+        const std::lock_guard lock(state->mutex);
+        const int percent = static_cast<int>(fraction * 100);
+        if (stage == state->stage && (percent == state->percent || !stderr_is_terminal())) return;
+        state->stage = stage;
+        state->percent = percent;
+        progress_line(fmt::format("bake: {} {} %", stage, percent));
+    };
+}
+
+}  // namespace
+
+void print_warnings(const std::vector<std::string>& warnings) {
+    for (size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i) log_warning(warnings[i]);
+    if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
+}
+
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs) {
+    auto scene = import_scene(inputs);
+    if (scene) print_warnings(scene->warnings);
+    return scene;
+}
+
+Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, const std::filesystem::path& output, bool show_progress) {
+    if (show_progress) options.progress = progress_printer();
+    auto summary = bake(scene, options, output);
+    progress_line("");
+    if (!summary) return summary;
+    if (summary->issues.any()) log_warning(summary->issues.describe());
+    const std::string spheres = summary->spheres ? fmt::format(" and {} spheres", format_count(summary->spheres)) : "";
+    log_note(fmt::format("baked {} triangles{} into {} blocks, {}, in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
+                         format_bytes(summary->stored_bytes), format_duration(summary->seconds), output.string()));
+    return summary;
+}
+
+}  // namespace raypager

@@ -1,0 +1,21 @@
+// Scene files -> block file, as bake and render both do it: with warnings, notes and progress for the person at the terminal.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "blocks/bake.hpp"
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// Reads the scene and prints its warnings, at most 20 of them.
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs);
+void print_warnings(const std::vector<std::string>& warnings);
+
+// Bakes, shows progress if asked to, and says in one line what was made. A failed bake leaves output as it was.
+Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, const std::filesystem::path& output, bool show_progress);
+
+}  // namespace raypager

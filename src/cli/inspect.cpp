@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "cli/report.hpp"
+#include "cli/values.hpp"
+#include "cli/verbs.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Bytes by part, over all blocks.
+struct Parts {
+    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, ids = 0, normals = 0, padding = 0;
+
+    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + ids + normals; }
+    void add(const Parts& other) {
+        headers += other.headers, nodes += other.nodes, leaves += other.leaves, vertices += other.vertices;
+        spheres += other.spheres, ids += other.ids, normals += other.normals, padding += other.padding;
+    }
+};
+
+struct NamedPart {
+    const char* name;
+    uint64_t Parts::*bytes;
+};
+constexpr NamedPart named_parts[] = {{"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},   {"vertices", &Parts::vertices},
+                                     {"ids", &Parts::ids},         {"normals", &Parts::normals}, {"spheres", &Parts::spheres},
+                                     {"headers", &Parts::headers}, {"padding", &Parts::padding}};
+
+struct TopFigures {
+    uint64_t portals = 0, nodes = 0;
+    int depth = 0;  // steps from the root to the deepest portal
+};
+
+TopFigures top_figures(const BakedScene& scene) {
+    TopFigures figures{scene.portals.size(), scene.top_nodes.size(), 0};
+    for (const uint64_t path : scene.portal_paths) figures.depth = std::max(figures.depth, int(std::bit_width(path)) - 1);
+    return figures;
+}
+
+Result<Parts> parts_of_block(std::span<const std::byte> stored) {
+    const auto too_small = [] { return Status::failed("its sections do not fit into it; bake the scene again"); };
+    rp_block_header header;
+    if (stored.size() < sizeof header) return too_small();
+    std::memcpy(&header, stored.data(), sizeof header);
+    Parts parts;
+    parts.headers = sizeof header;
+    parts.nodes = sizeof(rp_node) * uint64_t(header.node_count);
+    parts.leaves = sizeof(rp_leaf) * uint64_t(header.leaf_count);
+    parts.vertices = 3 * sizeof(float) * uint64_t(header.vertex_count);
+    parts.spheres = 4 * sizeof(float) * uint64_t(header.sphere_count);
+    parts.ids = RP_LEAF_MAX_PRIMITIVES * sizeof(rp_u32) * uint64_t(header.leaf_count);
+    parts.normals = header.normals_at != 0 ? sizeof(rp_u32) * uint64_t(header.vertex_count) : 0;
+    if (parts.content() > stored.size()) return too_small();
+    parts.padding = stored.size() - parts.content();
+    return parts;
+}
+
+// Reads every block; its checksum is verified by that. verify: also checks that what is in it holds together.
+Result<Parts> read_all_blocks(const BlockFile& file, bool verify) {
+    Parts sum;
+    std::vector<std::byte> stored;
+    const auto& blocks = file.scene().blocks;
+    for (uint32_t block = 0; block < blocks.size(); ++block) {
+        stored.resize(blocks[block].stored_bytes);
+        RAYPAGER_TRY(file.read_block(block, stored));
+        if (verify) RAYPAGER_TRY(file.check_block(block, stored));
+        const auto parts = parts_of_block(stored);
+        if (!parts) return parts.status().at(fmt::format("{}: block {}", file.path().string(), block));
+        sum.add(*parts);
+    }
+    return sum;
+}
+
+double share(uint64_t bytes, const Parts& parts) {
+    const uint64_t all = parts.content() + parts.padding;
+    return all > 0 ? double(bytes) / double(all) : 0;
+}
+
+std::string as_json(const BakedScene& scene, const Parts& parts, bool verified) {
+    Json shares = Json::object();
+    for (const NamedPart& part : named_parts) shares[part.name] = share(parts.*part.bytes, parts);
+    const TopFigures top = top_figures(scene);
+    return json_text({{"scene", scene_json(scene)},
+                      {"parts", shares},
+                      {"top_tree", {{"portals", top.portals}, {"nodes", top.nodes}, {"depth", top.depth}}},
+                      {"lights", scene.lights.size()},
+                      {"materials", scene.materials.size()},
+                      {"verified", verified}});
+}
+
+std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
+    const BakedScene& scene = file.scene();
+    const TopFigures top = top_figures(scene);
+    const uint64_t primitives = scene.triangles + scene.spheres;
+    const double bytes_each = primitives > 0 ? double(scene.geometry_bytes()) / double(primitives) : 0;
+    std::string text = fmt::format("{}: {}\n", file.path().string(), format_bytes(file.file_bytes()));
+    const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<12} {}\n", name, value); };
+    line("primitives", fmt::format("{} triangles, {} spheres", format_count(scene.triangles), format_count(scene.spheres)));
+    line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block())));
+    line("geometry", fmt::format("{} in memory, {} stored, {:.2f} bytes a primitive in memory", format_bytes(scene.geometry_bytes()),
+                                 format_bytes(scene.stored_bytes()), bytes_each));
+    line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
+    line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
+    line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));
+    text += "  share of bytes\n";
+    for (const NamedPart& part : named_parts) {
+        const uint64_t bytes = parts.*part.bytes;
+        const double each = primitives > 0 ? double(bytes) / double(primitives) : 0;
+        text += fmt::format("    {:<10} {:>5.1f} %  {:>6.2f} bytes a primitive\n", part.name, 100 * share(bytes, parts), each);
+    }
+    if (verified) text += "  every block was read and checked: all is well\n";
+    return text;
+}
+
+}  // namespace
+
+Status run_inspect(const Arguments& arguments) {
+    std::vector<std::string> names;
+    bool json = false, verify = false;
+    OptionParser parser("inspect", "FILE.rpb [--json] [--verify]",
+                        "Says what is in a block file: sizes, bytes a primitive, shares of the parts, tree figures.");
+    parser.inputs("FILE.rpb", 1, 1, names);
+    parser.flag("json", "print one JSON object", json);
+    parser.flag("verify", "check the contents of every block, not only its checksum; name the first bad one", verify);
+    const auto outcome = parser.parse(arguments);
+    if (!outcome) return outcome.status();
+    if (*outcome == OptionParser::Outcome::help_shown) return {};
+
+    const auto file = BlockFile::open(names.front());
+    if (!file) return file.status();
+    const auto parts = read_all_blocks(**file, verify);
+    if (!parts) return parts.status();
+    const std::string text = json ? as_json((*file)->scene(), *parts, verify) : as_text(**file, *parts, verify);
+    std::fputs(text.c_str(), stdout);
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,57 @@
+#include "procedural/make_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "cli/values.hpp"
+#include "cli/verbs.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr const char* about =
+    "Writes a procedural scene: DIR/scene.pbrt and its meshes. The same seed gives the same scene. KIND is one of\n"
+    "  cornell   a Cornell box with three complex models (default: about 1 GB of geometry)\n"
+    "  terrain   a fractal landscape, or one from an elevation image\n"
+    "  clutter   many thousand small parts of very uneven density with overlapping bounds";
+
+constexpr uint64_t most_triangles = 4000000000;  // primitives are numbered in 32 bits
+
+Status check_kind(const OptionParser& parser, const MakeSceneOptions& options) {
+    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter")
+        return parser.wrong(fmt::format("'{}' is no kind of scene; use cornell, terrain or clutter", options.kind));
+    if (options.heightmap && options.kind != "terrain") return parser.wrong("--heightmap: is for terrain only; leave it out");
+    if (options.directory.empty()) return parser.wrong("-o is missing; name the directory to write to");
+    return {};
+}
+
+}  // namespace
+
+Status run_make_scene(const Arguments& arguments) {
+    MakeSceneOptions options;
+    std::vector<std::string> kinds;
+    std::filesystem::path heightmap;
+    OptionParser parser("make-scene", "KIND -o DIR [options]", about);
+    parser.inputs("the kind of scene", 1, 1, kinds);
+    parser.option("output,o", "DIR", "directory to write to; made if absent", into_path(options.directory));
+    parser.option("triangles", "N", "about so many triangles, 1K to 4G in thousands (default: the kind's own)",
+                  into(options.triangles, [](const std::string& text) { return parse_count(text, 1000, most_triangles); }));
+    parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
+                  into(options.seed, [](const std::string& text) { return parse_count(text, 0, 0xffffffffu); }));
+    parser.option("heightmap", "IMAGE", "terrain only: elevations from the pixels of an image", into_path(heightmap));
+    const auto outcome = parser.parse(arguments);
+    if (!outcome) return outcome.status();
+    if (*outcome == OptionParser::Outcome::help_shown) return {};
+    options.kind = kinds.front();
+    if (!heightmap.empty()) options.heightmap = heightmap;
+    RAYPAGER_TRY(check_kind(parser, options));
+
+    const auto made = make_scene(options);
+    if (!made) return made.status();
+    std::fputs(fmt::format("{}: {} triangles, {}\n", made->scene_file.string(), format_count(made->triangles), format_bytes(made->bytes)).c_str(),
+               stdout);
+    return {};
+}
+
+}  // namespace raypager

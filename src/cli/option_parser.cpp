@@ -1,0 +1,121 @@
+#include "cli/option_parser.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/program_options.hpp>
+#include <cstdio>
+#include <set>
+#include <sstream>
+
+#include "cli/values.hpp"
+
+namespace raypager {
+namespace {
+
+namespace options = boost::program_options;
+
+constexpr const char* inputs_key = "(inputs)";  // no option can be called so
+
+options::options_description describe(const auto& declared) {
+    options::options_description visible("Options", 110, 55);
+    for (const auto& entry : declared) {
+        if (entry.value.empty())
+            visible.add_options()(entry.name.c_str(), entry.help.c_str());
+        else
+            visible.add_options()(entry.name.c_str(), options::value<std::string>()->value_name(entry.value), entry.help.c_str());
+    }
+    visible.add_options()("help,h", "show this text");
+    return visible;
+}
+
+std::string long_name(const std::string& name) { return name.substr(0, name.find(',')); }
+
+}  // namespace
+
+OptionParser::OptionParser(std::string verb, std::string usage, std::string about)
+    : verb_(std::move(verb)), usage_(std::move(usage)), about_(std::move(about)) {}
+
+void OptionParser::option(std::string name, std::string value, std::string help, Setter set) {
+    declared_.push_back({std::move(name), std::move(value), std::move(help), std::move(set)});
+}
+
+void OptionParser::flag(std::string name, std::string help, bool& target) {
+    declared_.push_back({std::move(name), "", std::move(help), [&target](const std::string&) {
+                             target = true;
+                             return Status();
+                         }});
+}
+
+void OptionParser::inputs(std::string what, size_t lowest, size_t highest, std::vector<std::string>& target) {
+    inputs_name_ = std::move(what);
+    inputs_lowest_ = lowest;
+    inputs_highest_ = highest;
+    inputs_ = &target;
+}
+
+Status OptionParser::wrong(const std::string& message) const { return Status::usage(fmt::format("{}: {}", verb_, message)); }
+
+std::string OptionParser::help_text() const {
+    std::ostringstream text;
+    text << "Usage: raypager " << verb_ << ' ' << usage_ << "\n\n" << about_ << "\n\n" << describe(declared_);
+    return text.str();
+}
+
+Status OptionParser::apply(const std::string& key, const std::string& text) const {
+    for (const Declared& entry : declared_) {
+        if (long_name(entry.name) != key) continue;
+        const Status status = entry.set(text);
+        return status ? status : wrong(fmt::format("--{}: {}", key, status.message()));
+    }
+    return wrong(fmt::format("--{}: is no option", key));
+}
+
+Result<OptionParser::Outcome> OptionParser::parse(const Arguments& arguments) const {
+    options::options_description all = describe(declared_);
+    all.add_options()(inputs_key, options::value<std::vector<std::string>>());
+    options::positional_options_description positional;
+    positional.add(inputs_key, -1);
+    const std::string see_help = fmt::format("; see 'raypager {} --help'", verb_);
+    std::vector<options::option> given;
+    try {
+        using namespace options::command_line_style;  // an abbreviation that works today would break when an option is added
+        given = options::command_line_parser(arguments).options(all).positional(positional).style(unix_style & ~allow_guessing).run().options;
+    } catch (const options::unknown_option& error) {
+        return wrong(fmt::format("unknown option {}{}", error.get_option_name(), see_help));
+    } catch (const options::error& error) {
+        return wrong(error.what() + see_help);
+    }
+    for (const options::option& option : given)
+        if (option.string_key == "help") {
+            std::fputs(help_text().c_str(), stdout);
+            return Outcome::help_shown;
+        }
+    std::set<std::string> seen;
+    for (const options::option& option : given) {
+        if (option.string_key == inputs_key) {
+            if (inputs_)
+                inputs_->insert(inputs_->end(), option.value.begin(), option.value.end());
+            else
+                return wrong(fmt::format("'{}' is not expected here{}", option.value.front(), see_help));
+            continue;
+        }
+        if (!seen.insert(option.string_key).second) return wrong(fmt::format("--{}: is given more than once", option.string_key));
+        RAYPAGER_TRY(apply(option.string_key, option.value.empty() ? std::string() : option.value.front()));
+    }
+    if (inputs_ && inputs_->size() < inputs_lowest_) return wrong(fmt::format("{} is missing{}", inputs_name_, see_help));
+    if (inputs_ && inputs_->size() > inputs_highest_) return wrong(fmt::format("'{}' is one too many{}", (*inputs_)[inputs_highest_], see_help));
+    return Outcome::run;
+}
+
+OptionParser::Setter into_count(uint32_t& target, uint64_t lowest, uint64_t highest) {
+    return into(target, [lowest, highest](const std::string& text) { return parse_count(text, lowest, highest); });
+}
+
+OptionParser::Setter into_path(std::filesystem::path& target) {
+    return into(target, [](const std::string& text) -> Result<std::filesystem::path> {
+        if (text.empty()) return Status::usage("is empty; give a path");
+        return std::filesystem::path(text);
+    });
+}
+
+}  // namespace raypager

@@ -1,0 +1,92 @@
+#include "render/render.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "base/files.hpp"
+#include "base/log.hpp"
+#include "cli/output_paths.hpp"
+#include "cli/render_monitor.hpp"
+#include "cli/render_settings.hpp"
+#include "cli/report.hpp"
+#include "cli/scene_cache.hpp"
+#include "cli/stop_signal.hpp"
+#include "cli/verbs.hpp"
+
+namespace raypager {
+namespace {
+
+// Everything that can be known to fail is found before the first mesh is read.
+Status check_outputs(const RenderSettings& settings) {
+    RAYPAGER_TRY(check_output_path(settings.output));
+    RAYPAGER_TRY(check_writable_image(settings.output));
+    if (settings.log) RAYPAGER_TRY(check_output_path(*settings.log));
+    if (settings.report) RAYPAGER_TRY(check_output_path(*settings.report));
+    return {};
+}
+
+// Before the scene is read, for a missing file should not cost a bake.
+Result<std::optional<Image>> read_reference(const RenderSettings& settings) {
+    if (!settings.reference) return std::optional<Image>();
+    auto image = read_image(*settings.reference);
+    if (!image) return image.status().at("--reference");
+    return std::optional(std::move(*image));
+}
+
+Status write_results(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderResult& result,
+                     const ReportSeconds& seconds) {
+    RAYPAGER_TRY(write_image(settings.output, result.image));
+    if (!settings.report) return {};
+    return write_text(*settings.report, json_text(report_json(settings, effective, scene, result.report, seconds)));
+}
+
+void print_summary(const RenderSettings& settings, const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds,
+                   std::optional<double> rmse) {
+    std::fputs(summary_text(scene, report, seconds).c_str(), stderr);
+    if (rmse) log_note(fmt::format("RMSE against {}: {:.6g}", settings.reference->string(), *rmse));
+    if (settings.report) log_note(fmt::format("report: {}", settings.report->string()));
+    log_note(fmt::format("picture: {}", settings.output.string()));
+}
+
+Status render_to_files(const RenderSettings& settings) {
+    const auto begin = std::chrono::steady_clock::now();
+    RAYPAGER_TRY(check_outputs(settings));
+    auto reference = read_reference(settings);
+    if (!reference) return reference.status();
+    const bool show_progress = settings.progress || stderr_is_terminal();
+    const auto opened = open_scene(settings.inputs, settings.cache_directory, show_progress);
+    if (!opened) return opened.status();
+    const BakedScene& scene = opened->file->scene();
+    auto options = effective_options(settings, scene);
+    if (!options) return options.status();
+    auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
+    if (!monitor) return monitor.status();
+
+    const StopSignal stop;
+    options->stop = &stop.flag();
+    const RenderCallbacks callbacks = monitor->callbacks(*options);
+    const auto result = render(*opened->file, *options, callbacks);
+    progress_line("");
+    if (!result) return result.status();
+    if (stop.flag()) log_note("stopped by a signal; the picture holds the samples taken so far");
+
+    const Status logged = monitor->finish(result->image, result->report);
+    const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds};
+    RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
+    RAYPAGER_TRY(logged);
+    print_summary(settings, scene, result->report, seconds, monitor->final_rmse());
+    return {};
+}
+
+}  // namespace
+
+Status run_render(const Arguments& arguments) {
+    const auto settings = parse_render_settings(arguments);
+    if (!settings) return settings.status();
+    return *settings ? render_to_files(**settings) : Status();
+}
+
+}  // namespace raypager

@@ -1,0 +1,114 @@
+#include "cli/render_monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "base/log.hpp"
+#include "cli/output_paths.hpp"
+#include "cli/values.hpp"
+#include "film/compare.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr double log_seconds = 1;  // between rows without --snapshots
+constexpr double terminal_progress_seconds = 0.5;
+constexpr double file_progress_seconds = 5;  // each is a line of its own there
+
+Status log_error(const std::filesystem::path& path) {
+    return Status::failed(fmt::format("{}: the log cannot be written: {}", path.string(), std::strerror(errno)));
+}
+
+Status check_reference_size(const Image& reference, const std::filesystem::path& path, const RenderOptions& effective) {
+    if (reference.width == effective.width && reference.height == effective.height) return {};
+    return Status::usage(fmt::format("render: --reference: {} has {}x{} pixels, the picture will have {}x{}; give --size {}x{} or another reference",
+                                     path.string(), reference.width, reference.height, effective.width, effective.height, reference.width,
+                                     reference.height));
+}
+
+}  // namespace
+
+std::string progress_text(const RenderProgress& progress, uint32_t spp) {
+    std::string left;
+    if (progress.fraction > 0.001 && progress.fraction < 1)
+        left = fmt::format(" | {} left", format_duration(progress.seconds * (1 - progress.fraction) / progress.fraction));
+    return fmt::format("spp {:.1f}/{} | {:.2f} Mrays/s | resident {} of {} | {} loads{}", progress.spp, spp, progress.rays_per_second / 1e6,
+                       format_bytes(progress.resident_bytes), format_bytes(progress.geometry_bytes), progress.loads, left);
+}
+
+Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, const RenderOptions& effective, std::optional<Image> reference) {
+    RenderMonitor monitor;
+    monitor.output_ = settings.output;
+    monitor.snapshot_seconds_ = settings.snapshot_seconds;
+    monitor.show_progress_ = settings.progress || stderr_is_terminal();
+    if (reference) RAYPAGER_TRY(check_reference_size(*reference, *settings.reference, effective));
+    monitor.reference_ = std::move(reference);
+    if (settings.log) {
+        monitor.log_path_ = *settings.log;
+        monitor.log_.reset(std::fopen(settings.log->c_str(), "we"));
+        if (!monitor.log_) return log_error(*settings.log);
+        if (std::fputs("seconds,spp,rmse,loads,bytes_loaded,rays\n", monitor.log_.get()) < 0 || std::fflush(monitor.log_.get()) != 0)
+            return log_error(*settings.log);
+    }
+    return monitor;
+}
+
+RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
+    RenderCallbacks result;
+    if (show_progress_) {
+        options.progress_seconds = stderr_is_terminal() ? terminal_progress_seconds : file_progress_seconds;
+        result.progress = [spp = options.spp](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
+    }
+    options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_ ? log_seconds : 0;
+    if (options.snapshot_seconds > 0)
+        result.snapshot = [this](const Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
+    return result;
+}
+
+// A snapshot or a row that cannot be written is no reason to throw the render away: the disk may have room again at its end.
+Status RenderMonitor::snapshot(const Image& image, const RenderProgress& progress) {
+    Status status = snapshot_seconds_ > 0 ? write_image(output_, image) : Status();
+    if (status && log_) status = log_row(image, progress);
+    if (!status && !warned_) log_warning(status.message() + "; the render goes on");
+    warned_ = warned_ || !status;
+    return {};
+}
+
+Status RenderMonitor::log_row(const Image& image, const RenderProgress& progress) {
+    const auto error = rmse(image);
+    if (!error) return error.status();
+    const std::string row = fmt::format("{:.3f},{:.4f},{},{},{},{}\n", progress.seconds, progress.spp, *error ? fmt::format("{:.8g}", **error) : "",
+                                        progress.loads, progress.bytes_loaded, progress.rays);
+    if (std::fputs(row.c_str(), log_.get()) < 0 || std::fflush(log_.get()) != 0) {
+        const Status status = log_error(log_path_);
+        std::clearerr(log_.get());
+        return status;
+    }
+    return {};
+}
+
+Result<std::optional<double>> RenderMonitor::rmse(const Image& image) const {
+    if (!reference_) return std::optional<double>();
+    const auto difference = compare_images(image, *reference_);
+    if (!difference) return difference.status();
+    return std::optional(difference->rmse);
+}
+
+Status RenderMonitor::finish(const Image& image, const RenderReport& report) {
+    progress_line("");
+    const auto error = rmse(image);
+    if (!error) return error.status();
+    final_rmse_ = *error;
+    if (!log_) return {};
+    RenderProgress last;
+    last.seconds = report.seconds.render;
+    last.spp = report.spp;
+    last.rays = report.rays.total();
+    last.loads = report.paging.loads;
+    last.bytes_loaded = report.paging.bytes_loaded;
+    return log_row(image, last);
+}
+
+}  // namespace raypager

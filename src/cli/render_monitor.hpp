@@ -1,0 +1,46 @@
+// What is shown and written while a render runs: the progress line, snapshots of the picture, the convergence log.
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "cli/render_settings.hpp"
+#include "image/image.hpp"
+#include "render/render.hpp"
+
+namespace raypager {
+
+class RenderMonitor {
+public:
+    // Opens the log. The reference, if there is one, must have the picture's size.
+    static Result<RenderMonitor> create(const RenderSettings& settings, const RenderOptions& effective, std::optional<Image> reference);
+
+    // Sets the intervals in options to those of the monitor. The callbacks refer to the monitor; it must outlive the render.
+    RenderCallbacks callbacks(RenderOptions& options);
+    // The last row of the log, with the finished picture.
+    Status finish(const Image& image, const RenderReport& report);
+    std::optional<double> final_rmse() const { return final_rmse_; }
+
+private:
+    struct CloseFile {
+        void operator()(std::FILE* file) const { std::fclose(file); }
+    };
+    Status snapshot(const Image& image, const RenderProgress& progress);
+    Status log_row(const Image& image, const RenderProgress& progress);
+    Result<std::optional<double>> rmse(const Image& image) const;
+
+    std::filesystem::path output_, log_path_;
+    double snapshot_seconds_ = 0;
+    bool show_progress_ = false;
+    bool warned_ = false;  // about a snapshot that could not be written
+    std::unique_ptr<std::FILE, CloseFile> log_;
+    std::optional<Image> reference_;
+    std::optional<double> final_rmse_;
+};
+
+// "spp 12.5/64 | 3.21 Mrays/s | resident 120 MiB of 480 MiB | 812 loads | 0:42 left"; at most about 80 columns in all but extreme renders.
+std::string progress_text(const RenderProgress& progress, uint32_t spp);
+
+}  // namespace raypager

@@ -1,0 +1,137 @@
+#include "cli/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/hash.hpp"
+#include "cli/values.hpp"
+
+namespace raypager {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json limits_json(const RenderReport::Limits& limits) {
+    return {{"memory_bytes", limits.memory_bytes}, {"geometry_bytes", limits.geometry_bytes}, {"host_bytes", limits.host_bytes}};
+}
+
+Json vector_json(const Float3& v) { return {v.x, v.y, v.z}; }
+
+Json camera_json(const Camera& camera) {
+    return {{"eye", vector_json(camera.eye)},
+            {"right", vector_json(camera.right)},
+            {"up", vector_json(camera.up)},
+            {"forward", vector_json(camera.forward)}};
+}
+
+Json path_json(const std::optional<std::filesystem::path>& path) { return path ? Json(path->string()) : Json(nullptr); }
+
+Json settings_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report) {
+    Json inputs = Json::array();
+    for (const auto& input : settings.inputs) inputs.push_back(input.string());
+    return {{"input", inputs},
+            {"output", settings.output.string()},
+            {"cache_dir", path_json(settings.cache_directory)},
+            {"device", report.device.name},
+            {"memory_limit", report.limits.memory_bytes},
+            {"geometry_limit", report.limits.geometry_bytes},
+            {"host_limit", report.limits.host_bytes},
+            {"spp", effective.spp},
+            {"time", effective.time_seconds > 0 ? Json(effective.time_seconds) : Json(nullptr)},
+            {"size", {report.width, report.height}},
+            {"max_depth", report.max_depth},
+            {"seed", report.seed},
+            {"paths", report.paths},
+            {"policy", report.policy},
+            {"connection", report.connection},
+            {"camera", camera_json(effective.camera.value_or(scene.camera))},
+            {"reference", path_json(settings.reference)},
+            {"log", path_json(settings.log)},
+            {"snapshots", settings.snapshot_seconds > 0 ? Json(settings.snapshot_seconds) : Json(nullptr)},
+            {"report", path_json(settings.report)},
+            {"progress", settings.progress}};
+}
+
+double ratio(double a, double b) { return b > 0 ? a / b : 0; }
+
+std::string paging_table(const BakedScene& scene, const RenderReport& report) {
+    const uint64_t geometry = scene.geometry_bytes();
+    const uint64_t resident = std::min(report.limits.geometry_bytes, geometry);
+    const auto& paging = report.paging;
+    std::string text;
+    const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<16} {}\n", name, value); };
+    line("scene",
+         fmt::format("{} primitives in {} blocks, {}", format_count(scene.triangles + scene.spheres), scene.blocks.size(), format_bytes(geometry)));
+    line("resident limit", fmt::format("{}, {:.1f} % of the scene", format_bytes(report.limits.geometry_bytes),
+                                       geometry ? 100 * ratio(double(resident), double(geometry)) : 100.0));
+    line("loads", fmt::format("{} blocks ({:.1f} times all of them), {} evicted", format_count(paging.loads),
+                              ratio(double(paging.loads), double(scene.blocks.size())), format_count(paging.evictions)));
+    line("loaded",
+         fmt::format("{}, {:.1f} bytes a ray", format_bytes(paging.bytes_loaded), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
+    line("stalled", fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(report.seconds.stall),
+                                100 * ratio(report.seconds.stall, report.seconds.render)));
+    line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));
+    return text;
+}
+
+}  // namespace
+
+Json scene_json(const BakedScene& scene) {
+    const double primitives = double(scene.triangles + scene.spheres);
+    return {{"triangles", scene.triangles},
+            {"spheres", scene.spheres},
+            {"blocks", scene.blocks.size()},
+            {"block_bytes_max", scene.largest_block()},
+            {"geometry_bytes", scene.geometry_bytes()},
+            {"stored_bytes", scene.stored_bytes()},
+            {"bytes_per_primitive", ratio(double(scene.geometry_bytes()), primitives)}};
+}
+
+Json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report,
+                 const ReportSeconds& seconds) {
+    const auto& rays = report.rays;
+    const auto& paging = report.paging;
+    return {{"raypager", RAYPAGER_VERSION},
+            {"device",
+             {{"name", report.device.name}, {"platform", report.device.platform}, {"driver", report.device.driver}, {"type", report.device.type}}},
+            {"scene", scene_json(scene)},
+            {"limits", limits_json(report.limits)},
+            {"peak", limits_json(report.peak)},
+            {"image", {{"width", report.width}, {"height", report.height}, {"spp", report.spp}, {"film_hash", hex64(report.film_hash)}}},
+            {"seconds",
+             {{"total", seconds.total},
+              {"bake", seconds.bake},
+              {"render", report.seconds.render},
+              {"trace", report.seconds.trace},
+              {"stall", report.seconds.stall}}},
+            {"rays",
+             {{"camera", rays.camera},
+              {"bounce", rays.bounce},
+              {"shadow", rays.shadow},
+              {"total", rays.total()},
+              {"per_second", ratio(double(rays.total()), report.seconds.render)}}},
+            {"paging",
+             {{"policy", report.policy},
+              {"loads", paging.loads},
+              {"evictions", paging.evictions},
+              {"bytes_loaded", paging.bytes_loaded},
+              {"rounds", paging.rounds},
+              {"wants_without_hit", paging.wants_without_hit}}},
+            {"settings", settings_json(settings, effective, scene, report)}};
+}
+
+std::string json_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds) {
+    std::string text = fmt::format("raypager: {}x{}, {} spp in {} (baking {}, rendering {}), {:.2f} Mrays/s on {}\n", report.width, report.height,
+                                   report.spp, format_duration(seconds.total), format_duration(seconds.bake), format_duration(report.seconds.render),
+                                   ratio(double(report.rays.total()), report.seconds.render) / 1e6, report.device.name);
+    text += paging_table(scene, report);
+    if (report.clamped_samples > 0)
+        text += fmt::format("raypager: warning: {} samples were too bright or not finite and were clamped\n", format_count(report.clamped_samples));
+    return text;
+}
+
+}  // namespace raypager

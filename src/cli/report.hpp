@@ -1,0 +1,28 @@
+// What a render did, for scripts (--report) and for people (the lines at the end).
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "cli/render_settings.hpp"
+#include "render/render.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager {
+
+struct ReportSeconds {
+    double total = 0, bake = 0;  // of the whole program, and of its part before rendering; the rest is in RenderReport
+};
+
+// The report's "scene" object; 'inspect --json' prints the same.
+nlohmann::ordered_json scene_json(const BakedScene& scene);
+// All keys that scripts may rely on; every option's effective value is under "settings".
+nlohmann::ordered_json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene,
+                                   const RenderReport& report, const ReportSeconds& seconds);
+// JSON as text; file names that are no UTF-8 do not throw.
+std::string json_text(const nlohmann::ordered_json& json);
+
+// Time, rays, and a table of what was paged; several lines.
+std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds);
+
+}  // namespace raypager

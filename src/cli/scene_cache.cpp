@@ -1,0 +1,91 @@
+#include "cli/scene_cache.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+
+#include "base/hash.hpp"
+#include "base/log.hpp"
+#include "cli/baking.hpp"
+#include "cli/output_paths.hpp"
+
+namespace raypager {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// $XDG_CACHE_HOME/raypager, or ~/.cache/raypager; nothing without a home.
+std::optional<std::filesystem::path> user_cache_folder() {
+    const auto variable = [](const char* name) -> std::optional<std::filesystem::path> {
+        const char* value = std::getenv(name);
+        if (value == nullptr || value[0] != '/') return std::nullopt;
+        return value;
+    };
+    if (const auto cache = variable("XDG_CACHE_HOME")) return *cache / "raypager";
+    if (const auto home = variable("HOME")) return *home / ".cache" / "raypager";
+    return std::nullopt;
+}
+
+// The block file at path, if it is there, whole, and made from these inputs.
+std::shared_ptr<const BlockFile> open_cached(const std::filesystem::path& path, uint64_t fingerprint) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return nullptr;
+    const auto file = BlockFile::open(path);
+    if (!file) {
+        log_warning(fmt::format("{}; it is baked again", file.status().message()));
+        return nullptr;
+    }
+    return (*file)->scene().fingerprint == fingerprint ? *file : nullptr;
+}
+
+Result<std::filesystem::path> first_writable(const std::vector<std::filesystem::path>& folders) {
+    for (const auto& folder : folders) {
+        std::error_code error;
+        std::filesystem::create_directories(folder, error);
+        if (folder_is_writable(folder)) return folder;
+    }
+    return Status::failed(
+        fmt::format("{}: the baked scene cannot be kept there, the folder is not writable; name another with --cache-dir", folders.front().string()));
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> cache_folders(const std::filesystem::path& input, const std::optional<std::filesystem::path>& cache_directory) {
+    if (cache_directory) return {*cache_directory};
+    std::vector<std::filesystem::path> folders = {folder_of(input)};
+    if (const auto user = user_cache_folder()) folders.push_back(*user);
+    return folders;
+}
+
+Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,
+                               bool show_progress) {
+    if (inputs.size() == 1 && has_ending(inputs.front(), ".rpb")) {
+        auto file = BlockFile::open(inputs.front());
+        if (!file) return file.status();
+        return OpenedScene{*file, 0};
+    }
+    const auto begin = Clock::now();
+    const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+    const auto scene = import_with_warnings(inputs);
+    if (!scene) return scene.status();
+    const auto fingerprint = bake_fingerprint(*scene, BakeOptions());
+    if (!fingerprint) return fingerprint.status();
+
+    const std::string name = fmt::format("{}-{}.rpb", inputs.front().stem().string(), hex64(*fingerprint));
+    const auto folders = cache_folders(inputs.front(), cache_directory);
+    for (const auto& folder : folders)
+        if (auto file = open_cached(folder / name, *fingerprint)) {
+            log_note(fmt::format("the scene is baked already: {}", (folder / name).string()));
+            return OpenedScene{std::move(file), seconds()};
+        }
+    const auto folder = first_writable(folders);
+    if (!folder) return folder.status();
+    const auto summary = bake_with_notes(*scene, BakeOptions(), *folder / name, show_progress);
+    if (!summary) return summary.status();
+    auto file = BlockFile::open(*folder / name);
+    if (!file) return file.status();
+    return OpenedScene{*file, seconds()};
+}
+
+}  // namespace raypager

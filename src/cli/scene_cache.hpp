@@ -1,0 +1,27 @@
+// Block files of scenes that are given unbaked: baked once, kept, and found again by the fingerprint of their inputs.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "raypager/status.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager {
+
+struct OpenedScene {
+    std::shared_ptr<const BlockFile> file;
+    double bake_seconds = 0;  // import included; 0 if the block file was given
+};
+
+// One .rpb is opened. Anything else is imported, and baked unless a folder holds its block file already. The block file goes to
+// cache_directory (made if absent) if given; otherwise beside the first input, or to the user's cache folder where that is not writable.
+Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,
+                               bool show_progress);
+
+// Where an unbaked scene's block file may lie, the best place first.
+std::vector<std::filesystem::path> cache_folders(const std::filesystem::path& input, const std::optional<std::filesystem::path>& cache_directory);
+
+}  // namespace raypager

@@ -1,0 +1,148 @@
+#include "cli/values.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace raypager {
+namespace {
+
+constexpr double largest_size = 1152921504606846976.0;  // 2^60 bytes: sums of a few sizes stay far inside 64 bits
+constexpr uint64_t largest_picture = uint64_t{1} << 28;
+
+// The number that text starts with, and what stands behind it.
+std::optional<std::pair<double, std::string_view>> leading_number(std::string_view text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::general);
+    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+    return std::pair(value, text.substr(static_cast<size_t>(end - text.data())));
+}
+
+std::optional<double> whole_number_text(std::string_view text) {
+    const auto parsed = leading_number(text);
+    if (!parsed || !parsed->second.empty()) return std::nullopt;
+    return parsed->first;
+}
+
+// What the suffix multiplies by: base^1 for K, base^2 for M, ...; nothing for anything else.
+std::optional<double> unit(std::string_view suffix, double base) {
+    if (suffix.empty()) return 1;
+    if (suffix.size() != 1) return std::nullopt;
+    const size_t power = std::string_view("KMGTkmgt").find(suffix[0]);
+    if (power == std::string_view::npos) return std::nullopt;
+    return std::pow(base, static_cast<double>(power % 4 + 1));
+}
+
+double squared_length(const std::array<double, 3>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
+
+bool has_direction(const CameraText& camera) {
+    const std::array<double, 3> forward = {double(camera.target.x) - camera.eye.x, double(camera.target.y) - camera.eye.y,
+                                           double(camera.target.z) - camera.eye.z};
+    const std::array<double, 3> up = {camera.up.x, camera.up.y, camera.up.z};
+    const std::array<double, 3> across = {forward[1] * up[2] - forward[2] * up[1], forward[2] * up[0] - forward[0] * up[2],
+                                          forward[0] * up[1] - forward[1] * up[0]};
+    return squared_length(across) > 1e-12 * squared_length(forward) * squared_length(up);
+}
+
+}  // namespace
+
+Result<uint64_t> parse_size(std::string_view text) {
+    const auto parsed = leading_number(text);
+    const auto factor = parsed ? unit(parsed->second, 1024) : std::nullopt;
+    const double bytes = factor ? parsed->first * *factor : 0;
+    if (!(bytes >= 1 && bytes <= largest_size))
+        return Status::usage(fmt::format("'{}' is not a size; give a positive number of bytes, with K, M, G or T behind it if you like", text));
+    return static_cast<uint64_t>(bytes);
+}
+
+Result<SizeOrPercent> parse_size_or_percent(std::string_view text) {
+    if (!text.ends_with('%')) {
+        const auto size = parse_size(text);
+        if (!size) return Status::usage(size.status().message() + ", or a percentage such as 25%");
+        return SizeOrPercent{*size, 0};
+    }
+    const auto percent = whole_number_text(text.substr(0, text.size() - 1));
+    if (!percent || !(*percent > 0 && *percent <= 100)) return Status::usage(fmt::format("'{}' is not a percentage over 0% and at most 100%", text));
+    return SizeOrPercent{0, *percent};
+}
+
+Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest) {
+    const auto wrong = [&] { return Status::usage(fmt::format("'{}' is not a whole number from {} to {}", text, lowest, highest)); };
+    const auto parsed = leading_number(text);
+    const auto factor = parsed && parsed->second != "T" && parsed->second != "t" ? unit(parsed->second, 1000) : std::nullopt;
+    if (!factor) return wrong();
+    // A rounding error of the decimal fraction (1.1M) must not make the number a broken one.
+    const double count = parsed->second.empty() ? parsed->first : std::round(parsed->first * *factor * 1e3) / 1e3;
+    if (!(count >= double(lowest) && count <= double(highest)) || count != std::floor(count)) return wrong();
+    return static_cast<uint64_t>(count);
+}
+
+Result<double> parse_seconds(std::string_view text) {
+    const auto seconds = whole_number_text(text);
+    if (!seconds || !(*seconds > 0 && *seconds <= 1e9)) return Status::usage(fmt::format("'{}' is not a number of seconds over 0", text));
+    return *seconds;
+}
+
+Result<ImageSize> parse_image_size(std::string_view text) {
+    const size_t cross = text.find('x');
+    if (cross != std::string_view::npos) {
+        const auto width = parse_count(text.substr(0, cross), 1, largest_picture);
+        const auto height = parse_count(text.substr(cross + 1), 1, largest_picture);
+        if (width && height && *width * *height <= largest_picture) return ImageSize{static_cast<uint32_t>(*width), static_cast<uint32_t>(*height)};
+    }
+    return Status::usage(fmt::format("'{}' is not a size of a picture; give WIDTHxHEIGHT, each at least 1, of at most 2^28 pixels", text));
+}
+
+Result<CameraText> parse_camera(std::string_view text) {
+    const auto wrong = [&](std::string_view reason) {
+        return Status::usage(fmt::format("'{}' {}; give ten numbers: eye x,y,z, target x,y,z, up x,y,z, field of view in degrees", text, reason));
+    };
+    std::array<double, 10> numbers = {};
+    std::string_view rest = text;
+    for (size_t i = 0; i < numbers.size(); ++i) {
+        const bool last = i + 1 == numbers.size();
+        const size_t comma = rest.find(',');
+        if (last != (comma == std::string_view::npos)) return wrong("is not a camera");
+        const auto number = whole_number_text(rest.substr(0, comma));
+        if (!number || !std::isfinite(static_cast<float>(*number))) return wrong("is not a camera");
+        numbers[i] = *number;
+        rest.remove_prefix(last ? rest.size() : comma + 1);
+    }
+    const auto point = [&](size_t i) {
+        return Float3{static_cast<float>(numbers[i]), static_cast<float>(numbers[i + 1]), static_cast<float>(numbers[i + 2])};
+    };
+    const CameraText camera{point(0), point(3), point(6), numbers[9]};
+    if (!(camera.fov_degrees > 0 && camera.fov_degrees < 180)) return wrong("has a field of view that is not between 0 and 180 degrees");
+    if (!has_direction(camera)) return wrong("has no direction: eye and target are the same, or up lies along the line of sight");
+    return camera;
+}
+
+std::string format_bytes(uint64_t bytes) {
+    constexpr std::array<const char*, 5> units = {"bytes", "KiB", "MiB", "GiB", "TiB"};
+    double value = static_cast<double>(bytes);
+    size_t index = 0;
+    for (; value >= 1000 && index + 1 < units.size(); ++index) value /= 1024;
+    const int digits = index == 0 || value >= 100 ? 0 : value >= 10 ? 1 : 2;
+    return fmt::format("{:.{}f} {}", value, digits, units[index]);
+}
+
+std::string format_count(uint64_t count) {
+    std::string text = std::to_string(count);
+    for (size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, 1, ',');
+    return text;
+}
+
+std::string format_duration(double seconds) {
+    if (!(seconds >= 0)) seconds = 0;
+    if (seconds < 10) return fmt::format("{:.2f} s", seconds);
+    if (seconds < 60) return fmt::format("{:.1f} s", seconds);
+    const auto whole = static_cast<uint64_t>(std::min(seconds, 1e12));
+    if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+}  // namespace raypager

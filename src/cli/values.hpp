@@ -1,0 +1,46 @@
+// Texts of the command line -> values, and values -> texts for people. Errors are usage errors that say what was expected; who calls
+// knows the option and puts its name in front.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// Bytes: a positive number with K, M, G or T (binary, either case) behind it or nothing: "4M", "1.5G", "65536".
+Result<uint64_t> parse_size(std::string_view text);
+
+struct SizeOrPercent {
+    uint64_t bytes = 0;  // 0: given as a percentage
+    double percent = 0;  // 0: given in bytes; otherwise over 0 and at most 100
+};
+Result<SizeOrPercent> parse_size_or_percent(std::string_view text);
+
+// How many: a whole number from lowest to highest. With K, M or G behind it: thousands, millions, billions ("2.5M" is 2500000).
+Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest);
+// A number over 0, in seconds.
+Result<double> parse_seconds(std::string_view text);
+
+struct ImageSize {
+    uint32_t width = 0, height = 0;
+};
+// "1280x720"; each side at least 1, together at most 2^28 pixels, which is what picture files are read up to.
+Result<ImageSize> parse_image_size(std::string_view text);
+
+struct CameraText {
+    Float3 eye, target, up;
+    double fov_degrees = 0;  // of the shorter side of the picture
+};
+// "eye,target,up,fov": ten numbers with commas between them. The camera must have a direction: eye and target differ, up is not
+// along the line between them.
+Result<CameraText> parse_camera(std::string_view text);
+
+std::string format_bytes(uint64_t bytes);     // "12.3 MiB"
+std::string format_count(uint64_t count);     // "1,234,567"
+std::string format_duration(double seconds);  // "0.42 s", "12.3 s", "4:05", "1:02:03"
+
+}  // namespace raypager

@@ -1,0 +1,229 @@
+#include "device/device.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "base/check.hpp"
+#include "device/program_cache.hpp"
+#include "device/select.hpp"
+
+namespace raypager {
+
+Status cl_failed(std::string_view what, cl_int code) {
+    const bool memory = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY;
+    return Status::failed(fmt::format("OpenCL: {} failed: {}{}", what, cl_error_name(code),
+                                      memory ? "; the device may be short of memory: try a smaller --memory-limit" : ""));
+}
+
+std::string cl_error_name(cl_int code) {
+    static const std::map<cl_int, const char*> names = {{CL_DEVICE_NOT_FOUND, "CL_DEVICE_NOT_FOUND"},
+                                                        {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
+                                                        {CL_COMPILER_NOT_AVAILABLE, "CL_COMPILER_NOT_AVAILABLE"},
+                                                        {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+                                                        {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
+                                                        {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
+                                                        {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE"},
+                                                        {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
+                                                        {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
+                                                        {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
+                                                        {CL_INVALID_BINARY, "CL_INVALID_BINARY"},
+                                                        {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME"},
+                                                        {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
+                                                        {CL_INVALID_ARG_SIZE, "CL_INVALID_ARG_SIZE"},
+                                                        {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
+                                                        {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE (device lost?)"}};
+    const auto found = names.find(code);
+    return found == names.end() ? fmt::format("error {}", code) : found->second;
+}
+
+bool MemoryBudget::reserve(uint64_t bytes) {
+    uint64_t used = used_.load();
+    do {
+        if (bytes > limit_ || used > limit_ - bytes) return false;
+    } while (!used_.compare_exchange_weak(used, used + bytes));
+    const uint64_t now = used + bytes;
+    uint64_t peak = peak_.load();
+    while (peak < now && !peak_.compare_exchange_weak(peak, now)) {
+    }
+    RAYPAGER_CHECK(now <= limit_);
+    return true;
+}
+
+PinnedBuffer& PinnedBuffer::operator=(PinnedBuffer&& other) noexcept {
+    std::swap(queue_, other.queue_);
+    std::swap(handle_, other.handle_);
+    std::swap(bytes_, other.bytes_);
+    return *this;
+}
+
+PinnedBuffer::~PinnedBuffer() {
+    if (bytes_.empty()) return;
+    queue_.enqueueUnmapMemObject(handle_, bytes_.data());
+    queue_.finish();
+}
+
+Result<bool> Event::finished() const {
+    if (handle_() == nullptr) return true;
+    cl_int state = CL_COMPLETE;
+    const cl_int code = handle_.getInfo(CL_EVENT_COMMAND_EXECUTION_STATUS, &state);
+    if (code != CL_SUCCESS) return cl_failed("asking for the state of a command", code);
+    if (state < 0) return cl_failed("a command on the device", state);
+    return state == CL_COMPLETE;
+}
+
+Status Event::wait() const {
+    if (handle_() == nullptr) return {};
+    const cl_int code = handle_.wait();
+    return code == CL_SUCCESS ? Status() : cl_failed("waiting for the device", code);
+}
+
+uint64_t Event::duration_ns() const {
+    cl_ulong begin = 0, end = 0;
+    if (handle_() == nullptr || handle_.getProfilingInfo(CL_PROFILING_COMMAND_START, &begin) != CL_SUCCESS ||
+        handle_.getProfilingInfo(CL_PROFILING_COMMAND_END, &end) != CL_SUCCESS)
+        return 0;
+    return end - begin;
+}
+
+Status Queue::launch(const Kernel& kernel, uint64_t items, uint32_t group_size, Event* event) {
+    const uint64_t global = (items + group_size - 1) / group_size * group_size;
+    const cl_int code = queue_.enqueueNDRangeKernel(kernel.kernel_, cl::NullRange, cl::NDRange(global), cl::NDRange(group_size), nullptr,
+                                                    event ? &event->handle_ : nullptr);
+    return code == CL_SUCCESS ? Status() : cl_failed("launching " + kernel.name(), code);
+}
+
+Status Queue::fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes) {
+    RAYPAGER_CHECK(offset + bytes <= buffer.bytes());
+    const cl_int code = queue_.enqueueFillBuffer(buffer.handle(), cl_uint{0}, offset, bytes);
+    return code == CL_SUCCESS ? Status() : cl_failed("clearing a buffer", code);
+}
+
+Status Queue::write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event) {
+    RAYPAGER_CHECK(offset + source.size() <= buffer.bytes());
+    if (source.empty()) return {};
+    const cl_int code =
+        queue_.enqueueWriteBuffer(buffer.handle(), CL_FALSE, offset, source.size(), source.data(), nullptr, event ? &event->handle_ : nullptr);
+    return code == CL_SUCCESS ? Status() : cl_failed("writing to the device", code);
+}
+
+Status Queue::read(const Buffer& buffer, uint64_t offset, std::span<std::byte> target, Event* event) {
+    RAYPAGER_CHECK(offset + target.size() <= buffer.bytes());
+    if (target.empty()) return {};
+    const cl_int code =
+        queue_.enqueueReadBuffer(buffer.handle(), CL_FALSE, offset, target.size(), target.data(), nullptr, event ? &event->handle_ : nullptr);
+    return code == CL_SUCCESS ? Status() : cl_failed("reading from the device", code);
+}
+
+Status Queue::write_now(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source) {
+    Event event;
+    RAYPAGER_TRY(write(buffer, offset, source, &event));
+    return event.wait();
+}
+
+Status Queue::read_now(const Buffer& buffer, uint64_t offset, std::span<std::byte> target) {
+    Event event;
+    RAYPAGER_TRY(read(buffer, offset, target, &event));
+    return event.wait();
+}
+
+Status Queue::flush() {
+    const cl_int code = queue_.flush();
+    return code == CL_SUCCESS ? Status() : cl_failed("flushing a queue", code);
+}
+
+Status Queue::finish() {
+    const cl_int code = queue_.finish();
+    return code == CL_SUCCESS ? Status() : cl_failed("finishing a queue", code);
+}
+
+Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64_t memory_limit) {
+    auto chosen = select_device(selector);
+    if (!chosen) return chosen.status();
+    std::unique_ptr<Device> device(new Device);
+    device->info_ = chosen->info;
+    device->device_ = chosen->device;
+    cl_int code = CL_SUCCESS;
+    device->context_ = cl::Context(chosen->device, nullptr, nullptr, nullptr, &code);
+    if (code != CL_SUCCESS) return cl_failed("opening " + device->info_.name, code);
+    for (Queue* queue : {&device->kernels_, &device->uploads_}) {
+        queue->queue_ = cl::CommandQueue(device->context_, chosen->device, cl::QueueProperties::Profiling, &code);
+        if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
+    }
+    const uint64_t most = device->info_.memory_bytes;
+    if (memory_limit > most)
+        return Status::usage(fmt::format("--memory-limit {}: {} has only {} bytes", memory_limit, device->info_.name, most));
+    device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : most / 4 * 3);
+    size_t group = 0;
+    chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
+    device->group_size_ = static_cast<uint32_t>(std::min<size_t>(64, std::max<size_t>(1, group)));
+    return device;
+}
+
+Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
+    RAYPAGER_CHECK(bytes > 0);
+    if (bytes > info_.max_allocation_bytes)
+        return Status::failed(fmt::format("{}: {} bytes are more than {} allocates at once ({} bytes)", what, bytes, info_.name, info_.max_allocation_bytes));
+    if (!budget_->reserve(bytes))
+        return Status::failed(fmt::format("{}: {} bytes more do not fit into the memory limit of {} bytes, of which {} are in use; at least {} are needed", what,
+                                          bytes, budget_->limit(), budget_->used(), budget_->used() + bytes));
+    Buffer buffer;
+    buffer.bytes_ = bytes;
+    buffer.reservation_ = std::shared_ptr<void>(nullptr, [budget = budget_, bytes](void*) { budget->release(bytes); });
+    cl_int code = CL_SUCCESS;
+    buffer.handle_ = cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
+    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes for {}", bytes, what), code);
+    return buffer;
+}
+
+Result<Buffer> Device::upload(std::span<const std::byte> contents, std::string_view what) {
+    auto buffer = allocate(std::max<uint64_t>(contents.size(), 16), what);
+    if (!buffer) return buffer.status();
+    RAYPAGER_TRY(kernels_.write_now(*buffer, 0, contents));
+    return buffer;
+}
+
+Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
+    PinnedBuffer pinned;
+    cl_int code = CL_SUCCESS;
+    pinned.handle_ = cl::Buffer(context_, CL_MEM_ALLOC_HOST_PTR | CL_MEM_READ_WRITE, bytes, nullptr, &code);
+    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes of pinned host memory", bytes), code);
+    pinned.queue_ = uploads_.queue_;
+    void* mapped = pinned.queue_.enqueueMapBuffer(pinned.handle_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, bytes, nullptr, nullptr, &code);
+    if (code != CL_SUCCESS) return cl_failed(fmt::format("mapping {} bytes of pinned host memory", bytes), code);
+    pinned.bytes_ = {static_cast<std::byte*>(mapped), bytes};
+    return pinned;
+}
+
+std::string Device::build_options(const std::string& definitions) const {
+    std::string options = "-cl-std=CL1.2";
+    cl_device_fp_config config = 0;
+    device_.getInfo(CL_DEVICE_SINGLE_FP_CONFIG, &config);
+    if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+    if (info_.platform.find("NVIDIA") != std::string::npos) options += " -DRP_NV_PTX";
+    return options + (definitions.empty() ? "" : " ") + definitions;
+}
+
+Result<cl::Program> Device::program(const std::string& stage, const std::string& definitions) {
+    const std::string options = build_options(definitions), key = stage + " " + options;
+    if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
+    const auto begin = std::chrono::steady_clock::now();
+    auto built = build_program(context_, device_, info_, "stages/" + stage + ".cl", options);
+    if (!built) return built.status();
+    build_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    programs_[key] = *built;
+    return *built;
+}
+
+Result<Kernel> Device::kernel(const std::string& stage, const std::string& name, const std::string& definitions) {
+    auto built = program(stage, definitions);
+    if (!built) return built.status();
+    Kernel kernel;
+    kernel.name_ = name;
+    cl_int code = CL_SUCCESS;
+    kernel.kernel_ = cl::Kernel(*built, name.c_str(), &code);
+    if (code != CL_SUCCESS) return cl_failed("getting kernel " + name, code);
+    return kernel;
+}
+
+}  // namespace raypager

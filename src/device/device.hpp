@@ -1,0 +1,174 @@
+// An OpenCL device as the engine uses it: buffers that are counted against a limit, an in-order queue for kernels, a second one for
+// uploads, kernels from the embedded sources. The only place where buffers are created, and the only user of OpenCL's headers.
+#pragma once
+
+#include <CL/opencl.hpp>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "device/device_list.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+std::string cl_error_name(cl_int code);  // "CL_OUT_OF_RESOURCES"
+Status cl_failed(std::string_view what, cl_int code);
+
+// Bytes of device memory in use, against a limit. Thread-safe.
+class MemoryBudget {
+public:
+    explicit MemoryBudget(uint64_t limit) : limit_(limit) {}
+    uint64_t limit() const { return limit_; }
+    uint64_t used() const { return used_; }
+    uint64_t peak() const { return peak_; }
+    bool reserve(uint64_t bytes);  // false, and nothing reserved, if that would pass the limit
+    void release(uint64_t bytes) { used_ -= bytes; }
+
+private:
+    const uint64_t limit_;
+    std::atomic<uint64_t> used_{0}, peak_{0};
+};
+
+// A device buffer; counted from creation to destruction.
+class Buffer {
+public:
+    Buffer() = default;
+    Buffer(Buffer&&) noexcept = default;
+    Buffer& operator=(Buffer&&) noexcept = default;
+    uint64_t bytes() const { return bytes_; }
+    const cl::Buffer& handle() const { return handle_; }
+
+private:
+    friend class Device;
+    cl::Buffer handle_;
+    uint64_t bytes_ = 0;
+    std::shared_ptr<void> reservation_;
+};
+
+// Host memory that the device can copy from and to at full speed, mapped for as long as it lives.
+class PinnedBuffer {
+public:
+    PinnedBuffer() = default;
+    PinnedBuffer(PinnedBuffer&& other) noexcept { *this = std::move(other); }
+    PinnedBuffer& operator=(PinnedBuffer&& other) noexcept;
+    ~PinnedBuffer();
+    std::span<std::byte> bytes() const { return bytes_; }
+
+private:
+    friend class Device;
+    cl::CommandQueue queue_;
+    cl::Buffer handle_;
+    std::span<std::byte> bytes_;
+};
+
+// A transfer or kernel under way. Default-constructed: done.
+class Event {
+public:
+    Event() = default;
+    // Whether it has ended; an error if it ended badly.
+    Result<bool> finished() const;
+    Status wait() const;
+    // Nanoseconds on the device, after it has finished; 0 if unknown.
+    uint64_t duration_ns() const;
+    const cl::Event& handle() const { return handle_; }
+
+private:
+    friend class Queue;
+    cl::Event handle_;
+};
+
+class Kernel {
+public:
+    Kernel() = default;
+    // Sets all arguments in order: Buffers and plain values.
+    template <class... Arguments>
+    Status set(const Arguments&... arguments) {
+        cl_uint index = 0;
+        cl_int code = CL_SUCCESS;
+        ((code = code == CL_SUCCESS ? set_one(index++, arguments) : code), ...);
+        return code == CL_SUCCESS ? Status() : cl_failed(name_ + ": setting argument " + std::to_string(index - 1), code);
+    }
+    const std::string& name() const { return name_; }
+
+private:
+    friend class Device;
+    friend class Queue;
+    cl_int set_one(cl_uint index, const Buffer& buffer) { return kernel_.setArg(index, buffer.handle()); }
+    template <class T>
+    cl_int set_one(cl_uint index, const T& value) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        return kernel_.setArg(index, value);
+    }
+    std::string name_;
+    mutable cl::Kernel kernel_;
+};
+
+// An in-order command queue.
+class Queue {
+public:
+    Status launch(const Kernel& kernel, uint64_t items, uint32_t group_size, Event* event = nullptr);
+    Status fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes);
+    // The source must stay as it is until the event has finished.
+    Status write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event);
+    Status read(const Buffer& buffer, uint64_t offset, std::span<std::byte> target, Event* event);
+    Status write_now(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source);
+    Status read_now(const Buffer& buffer, uint64_t offset, std::span<std::byte> target);
+    Status flush();
+    Status finish();
+
+private:
+    friend class Device;
+    cl::CommandQueue queue_;
+};
+
+template <class T>
+std::span<const std::byte> bytes_of(const std::vector<T>& values) {
+    return std::as_bytes(std::span(values));
+}
+
+class Device {
+public:
+    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: three quarters of its memory.
+    static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit);
+
+    const DeviceInfo& info() const { return info_; }
+    const MemoryBudget& budget() const { return *budget_; }
+    Queue& kernels() { return kernels_; }
+    Queue& uploads() { return uploads_; }
+    uint32_t group_size() const { return group_size_; }
+
+    // what: for messages. An error names the limit that would be needed. Never 0 bytes: OpenCL has no empty buffers.
+    Result<Buffer> allocate(uint64_t bytes, std::string_view what);
+    Result<Buffer> upload(std::span<const std::byte> contents, std::string_view what);
+    Result<PinnedBuffer> allocate_pinned(uint64_t bytes);
+
+    // Builds kernels/stages/<stage>.cl (from the cache of binaries if it is there) and gets a kernel of it.
+    // definitions: "-DNAME=VALUE ..." beside those of the device.
+    Result<Kernel> kernel(const std::string& stage, const std::string& name, const std::string& definitions);
+    double build_seconds() const { return build_seconds_; }
+
+private:
+    Device() = default;
+    Result<cl::Program> program(const std::string& stage, const std::string& definitions);
+    std::string build_options(const std::string& definitions) const;
+
+    DeviceInfo info_;
+    cl::Device device_;
+    cl::Context context_;
+    Queue kernels_, uploads_;
+    uint32_t group_size_ = 64;
+    std::shared_ptr<MemoryBudget> budget_;
+    std::map<std::string, cl::Program> programs_;
+    double build_seconds_ = 0;
+};
+
+}  // namespace raypager

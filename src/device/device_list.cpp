@@ -1,0 +1,81 @@
+#include "device/device_list.hpp"
+
+#include "device/select.hpp"
+
+namespace raypager {
+namespace {
+
+template <class T>
+T device_value(const cl::Device& device, cl_device_info key) {
+    T value{};
+    device.getInfo(key, &value);
+    return value;
+}
+
+std::string device_text(const cl::Device& device, cl_device_info key) {
+    std::string text;
+    device.getInfo(key, &text);
+    while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
+    return text;
+}
+
+}  // namespace
+
+Result<std::vector<FoundDevice>> find_devices() {
+    std::vector<cl::Platform> platforms;
+    // Without any platform the loader answers with an error of its own (CL_PLATFORM_NOT_FOUND_KHR).
+    if (cl::Platform::get(&platforms) != CL_SUCCESS || platforms.empty())
+        return Status::failed("no OpenCL platform found; install one, for instance pocl-opencl-icd (CPU) or the driver of your GPU");
+    std::vector<FoundDevice> found;
+    for (const cl::Platform& platform : platforms) {
+        std::vector<cl::Device> devices;
+        if (platform.getDevices(CL_DEVICE_TYPE_ALL, &devices) != CL_SUCCESS) continue;
+        std::string platform_name;
+        platform.getInfo(CL_PLATFORM_NAME, &platform_name);
+        while (!platform_name.empty() && platform_name.back() == '\0') platform_name.pop_back();
+        for (const cl::Device& device : devices) {
+            if (!device_value<cl_bool>(device, CL_DEVICE_AVAILABLE) || !device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE)) continue;
+            FoundDevice entry;
+            entry.device = device;
+            entry.info.index = static_cast<uint32_t>(found.size());
+            entry.info.name = device_text(device, CL_DEVICE_NAME);
+            entry.info.platform = platform_name;
+            entry.info.driver = device_text(device, CL_DRIVER_VERSION);
+            const auto type = device_value<cl_device_type>(device, CL_DEVICE_TYPE);
+            entry.info.type = type & CL_DEVICE_TYPE_GPU ? "GPU" : type & CL_DEVICE_TYPE_CPU ? "CPU" : "accelerator";
+            entry.info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
+            entry.info.max_allocation_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+            entry.info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
+            found.push_back(entry);
+        }
+    }
+    if (found.empty()) return Status::failed("OpenCL has platforms but no usable device; check the driver of your GPU, or install pocl-opencl-icd");
+    size_t best = 0;
+    for (size_t i = 1; i < found.size(); i++)
+        if (found[i].info.type == "GPU" && found[best].info.type != "GPU") best = i;
+    found[best].info.is_default = true;
+    return found;
+}
+
+Result<FoundDevice> select_device(const std::string& selector) {
+    auto found = find_devices();
+    if (!found) return found.status();
+    const bool number = !selector.empty() && selector.find_first_not_of("0123456789") == std::string::npos;
+    for (const FoundDevice& entry : *found) {
+        const bool chosen = selector.empty() ? entry.info.is_default
+                            : number         ? std::to_string(entry.info.index) == selector
+                                             : entry.info.name.find(selector) != std::string::npos || entry.info.platform.find(selector) != std::string::npos;
+        if (chosen) return entry;
+    }
+    return Status::usage("--device " + selector + ": no such device; `raypager devices` lists those there are");
+}
+
+Result<std::vector<DeviceInfo>> list_devices() {
+    auto found = find_devices();
+    if (!found) return found.status();
+    std::vector<DeviceInfo> infos;
+    for (const FoundDevice& entry : *found) infos.push_back(entry.info);
+    return infos;
+}
+
+}  // namespace raypager

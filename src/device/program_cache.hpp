@@ -1,0 +1,20 @@
+// Kernel sources -> built programs, with a cache of binaries in $XDG_CACHE_HOME/raypager/kernels (or ~/.cache). The name of a binary
+// covers everything that it depends on: source text, options, device, driver and platform. A binary that does not load is built anew.
+#pragma once
+
+#include <CL/opencl.hpp>
+
+#include <string>
+
+#include "device/device_list.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// The embedded source of that name with all #include "..." replaced by the texts they name.
+Result<std::string> expand_kernel_source(const std::string& name);
+
+Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,
+                                  const std::string& options);
+
+}  // namespace raypager

@@ -1,0 +1,87 @@
+#include "film/film.hpp"
+
+#include "base/check.hpp"
+#include "base/hash.hpp"
+
+namespace raypager {
+namespace {
+
+static_assert(RP_FILM_COUNT == 6 && RP_FILM_CLAMPED == 7 && RP_FILM_WORDS == 8, "three sums of two words, then the two counts");
+static_assert(RP_FILM_SCALE_BITS == 28, "to_fixed_point splits at 2^4, that is at bit 32 of the sum");
+
+uint64_t channel_sum(std::span<const uint32_t> pixel, size_t channel) { return pixel[2 * channel] | uint64_t{pixel[2 * channel + 1]} << 32; }
+
+template <class Visit>
+void for_each_pixel(std::span<const uint32_t> words, const Visit& visit) {
+    RAYPAGER_CHECK(words.size() % RP_FILM_WORDS == 0);
+    for (size_t at = 0; at < words.size(); at += RP_FILM_WORDS) visit(words.subspan(at, RP_FILM_WORDS));
+}
+
+}  // namespace
+
+Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height) {
+    RAYPAGER_CHECK(words.size() == uint64_t{width} * height * RP_FILM_WORDS);
+    Image image{width, height, 3, {}};
+    image.values.reserve(uint64_t{width} * height * 3);
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
+        const double scale = double{1u << RP_FILM_SCALE_BITS} * pixel[RP_FILM_COUNT];
+        for (size_t channel = 0; channel < 3; channel++)
+            image.values.push_back(pixel[RP_FILM_COUNT] == 0 ? 0.0f : static_cast<float>(static_cast<double>(channel_sum(pixel, channel)) / scale));
+    });
+    return image;
+}
+
+uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t height) {
+    RAYPAGER_CHECK(words.size() == uint64_t{width} * height * RP_FILM_WORDS);
+    const std::array<uint32_t, 2> size{width, height};
+    return hash64(std::as_bytes(words), hash64(std::as_bytes(std::span(size))));
+}
+
+double average_samples(std::span<const uint32_t> words) {
+    if (words.empty()) return 0;
+    uint64_t samples = 0;
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { samples += pixel[RP_FILM_COUNT]; });
+    return static_cast<double>(samples) / static_cast<double>(words.size() / RP_FILM_WORDS);
+}
+
+uint64_t clamped_samples(std::span<const uint32_t> words) {
+    uint64_t samples = 0;
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { samples += pixel[RP_FILM_CLAMPED]; });
+    return samples;
+}
+
+FilmValue clamp_radiance(float radiance) {
+    if (!(radiance >= 0)) return {0, true};  // negative or NaN
+    if (radiance > RP_FILM_MAX_RADIANCE) return {RP_FILM_MAX_RADIANCE, true};
+    return {radiance, false};
+}
+
+std::array<uint32_t, 2> to_fixed_point(float value) {
+    // Exact, with v = value and the sum's unit 2^-28, so that the high word counts units of 2^-28 * 2^32 = 2^4:
+    // - v * 2^-4 only changes the exponent (a subnormal result may round, but then it lies far below 1 and high is 0 either way);
+    //   high = floor(v / 16) <= 2^16.
+    // - high * 16 <= 2^20 is an integer of at most 17 bits: exact in float. It is v with all bits below the weight 16 cut off.
+    // - So v - high * 16 is v's bits below 16: they fit into the same 24-bit significand, and the subtraction is exact.
+    // - rest < 16, so rest * 2^28 < 2^32; scaling is exact again, and the conversion truncates what lies below 2^-28.
+    //   Devices that flush subnormals see the same: those are below 2^-28 by far.
+    const auto high = static_cast<uint32_t>(value * 0.0625f);
+    const float rest = value - static_cast<float>(high) * 16.0f;
+    return {static_cast<uint32_t>(rest * 268435456.0f), high};
+}
+
+void add_sample(std::span<uint32_t, RP_FILM_WORDS> pixel, const std::array<float, 3>& radiance) {
+    bool clamped = false;
+    for (size_t channel = 0; channel < 3; channel++) {
+        const FilmValue sample = clamp_radiance(radiance[channel]);
+        clamped |= sample.clamped;
+        const auto [low, high] = to_fixed_point(sample.value);
+        uint32_t& low_sum = pixel[2 * channel];
+        low_sum += low;
+        const uint32_t carry = low_sum < low ? 1 : 0;  // the unsigned sum wrapped round
+        pixel[2 * channel + 1] += high + carry;
+    }
+    pixel[RP_FILM_COUNT]++;
+    pixel[RP_FILM_CLAMPED] += clamped ? 1 : 0;
+}
+
+}  // namespace raypager

@@ -1,0 +1,41 @@
+// The host's side of the device film (raypager/abi/film.h): what the accumulated words mean, and how a sample must be added to them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "image/image.hpp"
+#include "raypager/abi/film.h"
+
+namespace raypager {
+
+// words: RP_FILM_WORDS words a pixel, width * height pixels, rows from top to bottom.
+
+// The mean of each pixel's finished samples; black where there are none.
+Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height);
+// Fingerprint of the size and the raw words: equal films have equal hashes, on every host.
+uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t height);
+// Finished samples a pixel, on average.
+double average_samples(std::span<const uint32_t> words);
+// How many samples had a channel that was negative, NaN or above RP_FILM_MAX_RADIANCE.
+uint64_t clamped_samples(std::span<const uint32_t> words);
+
+// A model of the kernel that accumulates ------------------------------------------------------------------------------------
+
+// Radiance as the film adds it: NaN and negative values are 0, values above RP_FILM_MAX_RADIANCE (infinity, too) are that.
+struct FilmValue {
+    float value = 0;
+    bool clamped = false;  // the value was changed
+};
+FilmValue clamp_radiance(float radiance);
+
+// floor(value * 2^RP_FILM_SCALE_BITS) as {low word, high word}, in float32 and 32-bit integers only.
+// REQUIRES: 0 <= value <= RP_FILM_MAX_RADIANCE.
+std::array<uint32_t, 2> to_fixed_point(float value);
+
+// Adds one finished sample of linear rgb radiance to a pixel of RP_FILM_WORDS words. Integer sums, so that any order of the same samples
+// ends in the same words. REQUIRES: fewer than 2^16 samples before (then 64 bits suffice whatever the values).
+void add_sample(std::span<uint32_t, RP_FILM_WORDS> pixel, const std::array<float, 3>& radiance);
+
+}  // namespace raypager

@@ -1,0 +1,33 @@
+// The readers and writers behind image.hpp, one a file format or library.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "image/image.hpp"
+
+namespace raypager {
+
+constexpr uint64_t max_image_pixels = uint64_t{1} << 28;
+
+// An error if a picture of this size is empty or larger than is accepted. To be asked before anything is allocated.
+Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height);
+
+// Portable float map: three channels (PF) or one (Pf), either byte order; rows in the file run from bottom to top. The scale factor
+// in the header multiplies the values unless raw. The file must have exactly the size that its header says.
+Result<Image> read_pfm(const std::filesystem::path& path, bool raw);
+// Little-endian, scale 1; every value comes back bit for bit.
+Status write_pfm(const std::filesystem::path& path, const Image& image);
+
+// Display encoding of IEC 61966-2-1, and back. encode clamps to [0, 1]; a NaN becomes 0.
+uint8_t encode_srgb8(float linear);
+float decode_srgb(float encoded);
+
+#ifdef RAYPAGER_EDGES
+// Everything that OpenImageIO reads. Alpha and further channels are left out: the picture has one channel or three.
+Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw);
+// .exr and .png.
+Status write_with_openimageio(const std::filesystem::path& path, const Image& image);
+#endif
+
+}  // namespace raypager

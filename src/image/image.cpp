@@ -1,0 +1,97 @@
+#include "image/image.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "base/check.hpp"
+#include "image/formats.hpp"
+
+namespace raypager {
+namespace {
+
+#ifdef RAYPAGER_EDGES
+constexpr bool with_openimageio = true;
+#else
+constexpr bool with_openimageio = false;
+#endif
+
+std::string lower_case_ending(const std::filesystem::path& path) {
+    std::string ending = path.extension().string();
+    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+    return path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
+}
+
+Status check_writable_ending(const std::filesystem::path& path) {
+    const std::string ending = lower_case_ending(path);
+    if (ending == ".pfm" || (with_openimageio && (ending == ".exr" || ending == ".png"))) return {};
+    if (!with_openimageio && (ending == ".exr" || ending == ".png"))
+        return Status::usage(fmt::format("{}: this build writes no {} files (it is without OpenImageIO); use .pfm", path.string(), ending));
+    return Status::usage(
+        fmt::format("{}: cannot write pictures with the ending \"{}\"; use {}", path.string(), ending, with_openimageio ? ".exr, .png or .pfm" : ".pfm"));
+}
+
+}  // namespace
+
+Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height) {
+    if (width == 0 || height == 0) return Status::failed(fmt::format("{}: the picture is empty ({} x {} pixels)", path.string(), width, height));
+    if (width > max_image_pixels / height)
+        return Status::failed(fmt::format("{}: the picture has {} x {} pixels; at most {} are accepted", path.string(), width, height, max_image_pixels));
+    return {};
+}
+
+uint8_t encode_srgb8(float linear) {
+    if (!(linear > 0)) return 0;
+    if (linear >= 1) return 255;
+    const double v = linear;
+    const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    return static_cast<uint8_t>(std::lround(255 * encoded));
+}
+
+float decode_srgb(float encoded) {
+    const double v = encoded;
+    return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+}
+
+Result<Image> read_image(const std::filesystem::path& path, bool raw) {
+    if (lower_case_ending(path) == ".pfm") return read_pfm(path, raw);
+#ifdef RAYPAGER_EDGES
+    return read_with_openimageio(path, raw);
+#else
+    return Status::failed(fmt::format("{}: this build reads only .pfm pictures (it is without OpenImageIO)", path.string()));
+#endif
+}
+
+Status write_image(const std::filesystem::path& path, const Image& image) {
+    RAYPAGER_CHECK(image.channels == 1 || image.channels == 3);
+    RAYPAGER_CHECK(image.values.size() == uint64_t{image.width} * image.height * image.channels);
+    RAYPAGER_TRY(check_writable_ending(path));
+    RAYPAGER_TRY(check_image_size(path, image.width, image.height));
+    if (lower_case_ending(path) == ".pfm") return write_pfm(path, image);
+#ifdef RAYPAGER_EDGES
+    return write_with_openimageio(path, image);
+#else
+    return Status::failed(fmt::format("{}: no writer", path.string()));
+#endif
+}
+
+Status check_writable_image(const std::filesystem::path& path) {
+    RAYPAGER_TRY(check_writable_ending(path));
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) return Status::usage(fmt::format("{}: is a folder; name a file in it", path.string()));
+    const std::filesystem::path folder = folder_of(path);
+    if (!std::filesystem::is_directory(folder, error))
+        return Status::failed(fmt::format("{}: the folder {} does not exist; make it first", path.string(), folder.string()));
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        return Status::failed(fmt::format("{}: the folder {} may not be written to; choose another", path.string(), folder.string()));
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,135 @@
+// The one place that knows OpenImageIO; its exceptions end here.
+#include <OpenImageIO/imageio.h>
+#include <OpenImageIO/filesystem.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <span>
+
+#include "base/files.hpp"
+#include "base/log.hpp"
+#include "image/formats.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr int rows_at_once = 64;
+
+// One line of a library's message.
+std::string one_line(std::string text) {
+    std::ranges::replace(text, '\n', ' ');
+    while (!text.empty() && text.back() == ' ') text.pop_back();
+    return text.empty() ? "no reason given" : text;
+}
+
+// Pixels are read piece by piece into an array that grows with them, so that a small damaged file that promises a huge picture fails
+// before much is allocated. Values keep their stored type if raw; otherwise integers are divided by their maximum.
+template <class Stored>
+Status read_pixels(OIIO::ImageInput& input, const std::filesystem::path& path, OIIO::TypeDesc type, uint32_t channels, std::vector<float>& values) {
+    const OIIO::ImageSpec& spec = input.spec();
+    const bool tiled = spec.tile_width > 0;
+    const int step = tiled ? spec.tile_height : rows_at_once;
+    std::vector<Stored> rows;
+    for (int y = 0; y < spec.height; y += step) {
+        const int count = std::min(step, spec.height - y);
+        rows.resize(size_t{channels} * static_cast<size_t>(spec.width) * static_cast<size_t>(count));
+        const int top = spec.y + y, bottom = top + count, last_channel = static_cast<int>(channels);
+        const bool good = tiled ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, top, bottom, 0, 1, 0, last_channel, type, rows.data())
+                                : input.read_scanlines(0, 0, top, bottom, 0, 0, last_channel, type, rows.data());
+        if (!good) return Status::failed(fmt::format("{}: cannot be read: {}", path.string(), one_line(input.geterror())));
+        std::ranges::transform(rows, std::back_inserter(values), [](Stored value) { return static_cast<float>(value); });
+    }
+    return {};
+}
+
+Status read_values(OIIO::ImageInput& input, const std::filesystem::path& path, bool raw, uint32_t channels, std::vector<float>& values) {
+    const OIIO::TypeDesc type = raw ? input.spec().format : OIIO::TypeDesc(OIIO::TypeDesc::FLOAT);
+    switch (type.basetype) {
+        case OIIO::TypeDesc::UINT8: return read_pixels<uint8_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::INT8: return read_pixels<int8_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::UINT16: return read_pixels<uint16_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::INT16: return read_pixels<int16_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::UINT32: return read_pixels<uint32_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::INT32: return read_pixels<int32_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::DOUBLE: return read_pixels<double>(input, path, type, channels, values);
+        default: return read_pixels<float>(input, path, OIIO::TypeDesc::FLOAT, channels, values);  // half and float
+    }
+}
+
+// Display-encoded values: sRGB by what the file or its format says.
+bool is_srgb(const OIIO::ImageSpec& spec) {
+    const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+    if (!space.empty()) return OIIO::Strutil::iequals(space, "sRGB");
+    return spec.format == OIIO::TypeDesc::UINT8 && spec.nchannels >= 3;
+}
+
+Result<Image> read_open(OIIO::ImageInput& input, const std::filesystem::path& path, bool raw) {
+    const OIIO::ImageSpec& spec = input.spec();
+    if (spec.width < 0 || spec.height < 0 || spec.nchannels < 1 || spec.depth > 1)
+        return Status::failed(fmt::format("{}: is not a flat picture ({} x {} x {} pixels, {} channels)", path.string(), spec.width, spec.height, spec.depth,
+                                          spec.nchannels));
+    RAYPAGER_TRY(check_image_size(path, static_cast<uint64_t>(spec.width), static_cast<uint64_t>(spec.height)));
+    Image image{static_cast<uint32_t>(spec.width), static_cast<uint32_t>(spec.height), spec.nchannels >= 3 ? 3u : 1u, {}};
+    RAYPAGER_TRY(read_values(input, path, raw, image.channels, image.values));
+    if (!raw && is_srgb(spec)) std::ranges::transform(image.values, image.values.begin(), decode_srgb);
+    return image;
+}
+
+template <class Value>
+Status encode(OIIO::ImageOutput& output, const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::Filesystem::IOVecOutput& memory,
+              std::span<const Value> values) {
+    OIIO::Filesystem::IOProxy* proxy = &memory;
+    OIIO::ImageSpec with_proxy = spec;
+    with_proxy.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    const std::string name = path.filename().string();
+    if (!output.open(name, with_proxy) || !output.write_image(spec.format, values.data()) || !output.close())
+        return Status::failed(fmt::format("{}: cannot be encoded: {}", path.string(), one_line(output.geterror())));
+    return {};
+}
+
+Status encode_png(OIIO::ImageOutput& output, const std::filesystem::path& path, const Image& image, OIIO::Filesystem::IOVecOutput& memory) {
+    OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels), OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    std::vector<uint8_t> bytes(image.values.size());
+    std::ranges::transform(image.values, bytes.begin(), encode_srgb8);
+    const auto nans = std::ranges::count_if(image.values, [](float v) { return v != v; });
+    if (nans > 0) log_warning(fmt::format("{}: {} values that are not a number are written as black", path.string(), nans));
+    return encode(output, path, spec, memory, std::span<const uint8_t>(bytes));
+}
+
+Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, const Image& image, OIIO::Filesystem::IOVecOutput& memory) {
+    OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels), OIIO::TypeDesc::FLOAT);
+    spec.attribute("oiio:ColorSpace", "Linear");
+    spec.attribute("compression", "zip");
+    return encode(output, path, spec, memory, std::span<const float>(image.values));
+}
+
+}  // namespace
+
+Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw) try {
+    // Absent, unreadable and irregular files are told apart by us: the library's words for them vary with the format.
+    if (auto file = InputFile::open(path); !file) return file.status();
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
+    if (!input) return Status::failed(fmt::format("{}: is not a picture that can be read: {}", path.string(), one_line(OIIO::geterror())));
+    return read_open(*input, path, raw);
+} catch (const std::exception& error) {
+    return Status::failed(fmt::format("{}: cannot be read: {}", path.string(), one_line(error.what())));
+}
+
+// The library encodes into memory; what reaches the disk goes through OutputFile, whole or not at all.
+Status write_with_openimageio(const std::filesystem::path& path, const Image& image) try {
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path.string());
+    if (!output) return Status::failed(fmt::format("{}: no writer for this ending: {}", path.string(), one_line(OIIO::geterror())));
+    OIIO::Filesystem::IOVecOutput memory;
+    const bool png = OIIO::Strutil::iequals(output->format_name(), "png");
+    RAYPAGER_TRY(png ? encode_png(*output, path, image, memory) : encode_exr(*output, path, image, memory));
+    auto file = OutputFile::create(path);
+    if (!file) return file.status();
+    RAYPAGER_TRY(file->write(std::as_bytes(std::span<const unsigned char>(memory.buffer()))));
+    return file->commit();
+} catch (const std::exception& error) {
+    return Status::failed(fmt::format("{}: cannot be written: {}", path.string(), one_line(error.what())));
+}
+
+}  // namespace raypager

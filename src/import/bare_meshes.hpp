@@ -1,0 +1,18 @@
+// Meshes that come without a scene: they get a camera, light and ground, so that the picture is worth looking at.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+// Which way is up: +y, unless the meshes say otherwise. They say "+z" in one of two ways:
+// - they are an open sheet facing z, such as a terrain: the sum of all triangles' area vectors (zero for a closed surface) along z is
+//   more than half of the bounding box's base there, and larger than that along y;
+// - they stand on z: the part of the bounding box's base that is covered by triangles which face down, within 2 % of the bottom, is more
+//   than 5 % for z and more than three times that for y.
+Result<Scene> import_bare_meshes(const std::vector<std::filesystem::path>& paths);
+
+}  // namespace raypager

@@ -1,0 +1,108 @@
+#include "import/checked_input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "import/text.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr size_t piece = size_t{1} << 20;
+constexpr size_t longest_line = size_t{16} << 20;
+constexpr size_t content_goal = size_t{64} << 10;
+
+}  // namespace
+
+CheckedInput::int_type CheckedInput::underflow() {
+    if (gptr() < egptr()) return traits_type::to_int_type(*gptr());
+    content_.clear();
+    if (error_.ok()) error_ = produce(content_);
+    if (!error_.ok()) throw InputError{};
+    if (content_.empty()) return traits_type::eof();
+    setg(content_.data(), content_.data(), content_.data() + content_.size());
+    return traits_type::to_int_type(*gptr());
+}
+
+CheckedInput::pos_type CheckedInput::seekoff(off_type offset, std::ios_base::seekdir direction, std::ios_base::openmode) {
+    if (offset != 0 || direction != std::ios_base::beg) return pos_type(off_type(-1));
+    content_.clear();
+    setg(nullptr, nullptr, nullptr);
+    rewind();
+    return pos_type(off_type(0));
+}
+
+CheckedInput::pos_type CheckedInput::seekpos(pos_type position, std::ios_base::openmode mode) {
+    return seekoff(off_type(position), std::ios_base::beg, mode);
+}
+
+void CheckedText::rewind() {
+    CheckedInput::rewind();
+    buffer_.clear();
+    at_ = 0;
+    offset_ = line_ = 0;
+    finished_ = false;
+}
+
+Status CheckedText::next_line(std::string_view& line, bool& end) {
+    size_t searched = at_;
+    while (true) {
+        const size_t newline = buffer_.find('\n', searched);
+        if (newline != std::string::npos || offset_ == file_.size()) {
+            const size_t stop = std::min(newline, buffer_.size());
+            end = newline == std::string::npos && stop == at_;
+            line = trim_line_end(std::string_view(buffer_).substr(at_, stop - at_));
+            at_ = std::min(stop + 1, buffer_.size());
+            ++line_;
+            return {};
+        }
+        buffer_.erase(0, at_);
+        at_ = 0;
+        searched = buffer_.size();
+        if (searched > longest_line) return bad("a line is longer than 16 MiB; this is no such text file");
+        const size_t count = static_cast<size_t>(std::min<uint64_t>(piece, file_.size() - offset_));
+        buffer_.resize(searched + count);
+        RAYPAGER_TRY(file_.read(offset_, std::as_writable_bytes(std::span(buffer_).subspan(searched))));
+        offset_ += count;
+    }
+}
+
+Status CheckedText::produce(std::string& out) {
+    while (!finished_ && out.size() < content_goal) {
+        std::string_view line;
+        RAYPAGER_TRY(next_line(line, finished_));
+        if (finished_) return finish();
+        if (line.find('\0') != std::string_view::npos) return bad("a zero byte in text; the file is damaged or of another kind");
+        RAYPAGER_TRY(rewrite(line, out));
+    }
+    return {};
+}
+
+Status CheckedText::bad(const std::string& what) const { return Status::failed(fmt::format("{}:{}: {}", file_.path().string(), line_, what)); }
+
+Status CheckedText::append_position(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const {
+    for (const size_t i : at) {
+        if (i >= words.size()) return bad("too few numbers; three coordinates are needed");
+        const NumberKind kind = classify_number(words[i]);
+        if (kind == NumberKind::none) return bad(fmt::format("\"{}\" is no number", clipped(words[i])));
+        out += ' ';
+        if (kind == NumberKind::finite) out += words[i];
+        else out += "3.402823466e+38";
+    }
+    return {};
+}
+
+Status CheckedText::append_normal(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const {
+    const size_t before = out.size();
+    RAYPAGER_TRY(append_position(words, at, out));
+    for (const size_t i : at)
+        if (classify_number(words[i]) != NumberKind::finite) {
+            out.resize(before);
+            out += " 0 0 0";
+            break;
+        }
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,40 @@
+// A mesh in a file of its own.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "import/mesh_readers.hpp"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+// By the ending, in either case; nothing if it is not that of a mesh.
+std::optional<MeshFormat> mesh_format(const std::filesystem::path& path);
+
+class MeshFile final : public MeshSource {
+public:
+    // Checks that the file exists, looks like its ending says, and can be read in this build; the rest is found out by load().
+    static Result<std::shared_ptr<const MeshFile>> open(const std::filesystem::path& path);
+    Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
+    std::string name() const override { return path_.string(); }
+    std::vector<std::string> files() const override { return {path_.string()}; }
+    // Saves the next load() from reading the file again: it takes this mesh, as an earlier load() gave it.
+    void keep_for_next_load(TriangleMesh mesh, const MeshIssues& issues) const;
+
+private:
+    struct Kept {
+        TriangleMesh mesh;
+        MeshIssues issues;
+    };
+    MeshFile(std::filesystem::path path, MeshFormat format) : path_(std::move(path)), format_(format) {}
+
+    std::filesystem::path path_;
+    MeshFormat format_;
+    mutable std::mutex mutex_;
+    mutable std::optional<Kept> kept_;
+};
+
+}  // namespace raypager

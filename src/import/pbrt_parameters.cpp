@@ -1,0 +1,186 @@
+#include "import/pbrt_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "import/text.hpp"
+
+namespace raypager {
+namespace {
+
+enum class Values { numbers, strings, booleans, spectrum };
+
+struct TypeRule {
+    std::string_view name;
+    Values values;
+    size_t group;  // the number of values is a multiple of this
+};
+constexpr TypeRule type_rules[] = {
+    {"integer", Values::numbers, 1}, {"float", Values::numbers, 1},     {"point", Values::numbers, 3},      {"point2", Values::numbers, 2},
+    {"point3", Values::numbers, 3},  {"vector", Values::numbers, 3},    {"vector2", Values::numbers, 2},    {"vector3", Values::numbers, 3},
+    {"normal", Values::numbers, 3},  {"normal3", Values::numbers, 3},   {"rgb", Values::numbers, 3},        {"color", Values::numbers, 3},
+    {"xyz", Values::numbers, 3},     {"blackbody", Values::numbers, 1}, {"spectrum", Values::spectrum, 1}, {"bool", Values::booleans, 1},
+    {"string", Values::strings, 1},  {"texture", Values::strings, 1},
+};
+
+const TypeRule* find_rule(std::string_view type) {
+    for (const TypeRule& rule : type_rules)
+        if (rule.name == type) return &rule;
+    return nullptr;
+}
+
+// Takes one value of a parameter off tokens.
+Status parse_value(PbrtTokens& tokens, Values values, PbrtParameter& parameter) {
+    const PbrtToken* token = nullptr;
+    RAYPAGER_TRY(tokens.peek(token));
+    const bool numbers = values == Values::numbers || values == Values::spectrum, strings = values == Values::strings || values == Values::spectrum;
+    const bool boolean = token->text == "true" || token->text == "false";
+    if (numbers && token->kind == PbrtTokenKind::number && parameter.strings.empty()) {
+        parameter.numbers.push_back(token->number);
+    } else if (strings && token->kind == PbrtTokenKind::string && parameter.numbers.empty()) {
+        parameter.strings.push_back(token->text);
+    } else if (values == Values::booleans && boolean && (token->kind == PbrtTokenKind::string || token->kind == PbrtTokenKind::word)) {
+        parameter.numbers.push_back(token->text == "true");
+    } else {
+        constexpr const char* wanted[] = {"a number", "a string", "true or false", "numbers or a name"};
+        return tokens.error(*token, fmt::format("expected {} for \"{} {}\" instead of {}", wanted[static_cast<size_t>(values)], parameter.type,
+                                                clipped(parameter.name), token->describe()));
+    }
+    tokens.take();
+    return {};
+}
+
+// One value, or any number of them in brackets.
+Status parse_values(PbrtTokens& tokens, PbrtParameter& parameter) {
+    const TypeRule& rule = *find_rule(parameter.type);
+    const PbrtToken* token = nullptr;
+    RAYPAGER_TRY(tokens.peek(token));
+    if (token->kind != PbrtTokenKind::open) {
+        RAYPAGER_TRY(parse_value(tokens, rule.values, parameter));
+    } else {
+        tokens.take();
+        while (true) {
+            RAYPAGER_TRY(tokens.peek(token));
+            if (token->kind == PbrtTokenKind::close) break;
+            RAYPAGER_TRY(parse_value(tokens, rule.values, parameter));
+        }
+        tokens.take();
+    }
+    const size_t count = parameter.numbers.size() + parameter.strings.size();
+    if (count % rule.group != 0) return parameter_error(parameter, fmt::format("expected a multiple of {} values instead of {}", rule.group, count));
+    return {};
+}
+
+}  // namespace
+
+Status parameter_error(const PbrtParameter& parameter, const std::string& what) {
+    return Status::failed(fmt::format("{}: parameter \"{} {}\": {}", parameter.place.with_column(), clipped(parameter.type), clipped(parameter.name), what));
+}
+
+Status PbrtParameters::parse(PbrtTokens& tokens, PbrtParameters& parameters) {
+    while (true) {
+        const PbrtToken* token = nullptr;
+        RAYPAGER_TRY(tokens.peek(token));
+        if (token->kind == PbrtTokenKind::word || token->kind == PbrtTokenKind::end) return {};
+        if (token->kind != PbrtTokenKind::string)
+            return tokens.error(*token, fmt::format("expected \"type name\" of a parameter, or a directive, instead of {}", token->describe()));
+        const auto words = split_words(token->text);
+        if (words.size() != 2) return tokens.error(*token, fmt::format("expected \"type name\" of a parameter instead of \"{}\"", clipped(token->text)));
+        if (!find_rule(words[0])) return tokens.error(*token, fmt::format("\"{}\" is no type of parameter", clipped(words[0])));
+        PbrtParameter parameter;
+        parameter.type = words[0];
+        parameter.name = words[1];
+        parameter.place = tokens.place(*token);
+        tokens.take();
+
+        RAYPAGER_TRY(parse_values(tokens, parameter));
+        parameters.parameters_.push_back(std::move(parameter));
+    }
+}
+const PbrtParameter* PbrtParameters::find(std::string_view name) const {
+    for (const PbrtParameter& p : parameters_)
+        if (p.name == name) return &p;
+    return nullptr;
+}
+
+const PbrtParameter* PbrtParameters::find(std::initializer_list<std::string_view> names) const {
+    for (const std::string_view name : names)
+        if (const PbrtParameter* p = find(name)) return p;
+    return nullptr;
+}
+
+void PbrtParameters::fail(const PbrtParameter& parameter, const std::string& what) const {
+    if (error_.ok()) error_ = parameter_error(parameter, what);
+}
+
+double PbrtParameters::number(std::string_view name, double fallback) const {
+    const PbrtParameter* p = find(name);
+    if (!p) return fallback;
+    if (p->numbers.size() == 1 && p->type != "bool") return p->numbers[0];
+    fail(*p, "expected one number");
+    return fallback;
+}
+
+uint32_t PbrtParameters::count(std::string_view name, uint32_t fallback, uint32_t largest) const {
+    const double value = number(name, fallback);
+    if (value >= 0 && value <= largest && value == std::floor(value)) return static_cast<uint32_t>(value);
+    fail(*find(name), fmt::format("expected a whole number from 0 to {} instead of {}", largest, value));
+    return fallback;
+}
+
+bool PbrtParameters::boolean(std::string_view name, bool fallback) const {
+    const PbrtParameter* p = find(name);
+    if (!p) return fallback;
+    if (p->type == "bool" && p->numbers.size() == 1) return p->numbers[0] != 0;
+    fail(*p, "expected one of true and false");
+    return fallback;
+}
+
+std::string PbrtParameters::text(std::string_view name, const std::string& fallback) const {
+    const PbrtParameter* p = find(name);
+    if (!p) return fallback;
+    if (p->strings.size() == 1) return p->strings[0];
+    fail(*p, "expected one string");
+    return fallback;
+}
+
+std::array<double, 3> PbrtParameters::point(std::string_view name, const std::array<double, 3>& fallback) const {
+    const PbrtParameter* p = find(name);
+    if (!p) return fallback;
+    if (p->numbers.size() == 3) return {p->numbers[0], p->numbers[1], p->numbers[2]};
+    fail(*p, "expected three numbers");
+    return fallback;
+}
+
+std::vector<Float3> PbrtParameters::points(std::string_view name) const {
+    std::vector<Float3> result;
+    const PbrtParameter* p = find(name);
+    if (!p) return result;
+    if (p->numbers.size() % 3 != 0 || p->numbers.empty()) {
+        fail(*p, "expected triples of numbers");
+        return result;
+    }
+    result.reserve(p->numbers.size() / 3);
+    for (size_t i = 0; i < p->numbers.size(); i += 3)
+        result.push_back({static_cast<float>(p->numbers[i]), static_cast<float>(p->numbers[i + 1]), static_cast<float>(p->numbers[i + 2])});
+    return result;
+}
+
+std::vector<uint32_t> PbrtParameters::indices(std::string_view name) const {
+    std::vector<uint32_t> result;
+    const PbrtParameter* p = find(name);
+    if (!p) return result;
+    if (p->numbers.empty()) fail(*p, "expected whole numbers");
+    result.reserve(p->numbers.size());
+    for (const double value : p->numbers) {
+        if (value != std::floor(value)) {
+            fail(*p, fmt::format("expected whole numbers, but one is {}", value));
+            return {};
+        }
+        result.push_back(value < 0 || value > 0xfffffffe ? RP_NONE : static_cast<uint32_t>(value));
+    }
+    return result;
+}
+
+}  // namespace raypager

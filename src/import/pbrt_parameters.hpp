@@ -1,0 +1,52 @@
+// The parameter list of a pbrt directive: "type name" value, or "type name" [ values ].
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "import/pbrt_tokens.hpp"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+struct PbrtParameter {
+    std::string type, name;
+    PbrtPlace place;
+    std::vector<double> numbers;       // booleans are 0 or 1
+    std::vector<std::string> strings;  // one of the two is empty
+};
+
+class PbrtParameters {
+public:
+    // Reads parameters until something else comes.
+    static Status parse(PbrtTokens& tokens, PbrtParameters& parameters);
+
+    const PbrtParameter* find(std::string_view name) const;
+    // The first that is there.
+    const PbrtParameter* find(std::initializer_list<std::string_view> names) const;
+
+    // Values, or fallback where the parameter is absent. A parameter of another type, or with too few values, is remembered as an error
+    // that status() returns, so that a directive may read all that it wants and look once.
+    double number(std::string_view name, double fallback) const;
+    uint32_t count(std::string_view name, uint32_t fallback, uint32_t largest) const;  // whole, 0 to largest
+    bool boolean(std::string_view name, bool fallback) const;
+    std::string text(std::string_view name, const std::string& fallback) const;
+    std::array<double, 3> point(std::string_view name, const std::array<double, 3>& fallback) const;
+    // x y z triples; empty if absent.
+    std::vector<Float3> points(std::string_view name) const;
+    std::vector<uint32_t> indices(std::string_view name) const;  // negative ones become RP_NONE
+    const Status& status() const { return error_; }
+
+private:
+    void fail(const PbrtParameter& parameter, const std::string& what) const;
+
+    std::vector<PbrtParameter> parameters_;
+    mutable Status error_;
+};
+
+// A parameter that does not say what it should, as file:line:column.
+Status parameter_error(const PbrtParameter& parameter, const std::string& what);
+
+}  // namespace raypager

@@ -1,0 +1,160 @@
+// Interprets a pbrt scene file (version 4 syntax, tolerant of version 3's names): keeps the graphics state as the directives change
+// it, and adds what they describe to a scene. One member function a directive; they are spread over the pbrt_*.cpp files by subject.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "import/mesh_file.hpp"
+#include "import/pbrt_parameters.hpp"
+#include "import/pbrt_tokens.hpp"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+// Warnings, one a kind: the place of the first, and how many more there were.
+class PbrtWarnings {
+public:
+    void add(const PbrtPlace& place, const std::string& text);
+    std::vector<std::string> lines() const;
+
+private:
+    struct Entry {
+        std::string place, text;
+        uint64_t count = 0;
+    };
+    std::vector<Entry> entries_;
+    std::unordered_map<std::string, size_t> by_text_;
+};
+
+class PbrtReader {
+public:
+    Result<Scene> read(const std::filesystem::path& path);
+
+private:
+    struct Directive {
+        std::string name;
+        PbrtPlace place;
+    };
+    using Handler = Status (PbrtReader::*)(const Directive&);
+    struct GraphicsState {
+        Transform transform;  // object to world; before Camera: world to camera
+        uint32_t material = 0;  // or no_surface
+        std::optional<uint32_t> area_light;
+        bool reverse_orientation = false;
+    };
+    struct SavedState {
+        GraphicsState state;
+        bool transform_only;
+        PbrtPlace place;  // of the Begin
+    };
+    struct CameraSettings {
+        Transform camera_to_world;
+        double fov = 90;
+    };
+    static constexpr uint32_t no_surface = RP_NONE;  // rays pass: pbrt's "interface" material
+
+    // pbrt_reader.cpp: files, directives, state.
+    static const std::unordered_map<std::string_view, Handler>& handlers();
+    Status read_file(const std::filesystem::path& path);
+    Status read_directives();
+    Status skip_unsupported(const Directive& directive);
+    Status take_string(std::string& text);
+    Status take_numbers(size_t count, double* numbers);
+    Status take_parameters(PbrtParameters& parameters);
+    Status take_type_and_parameters(std::string& type, PbrtParameters& parameters);
+    Status error(const Directive& directive, const std::string& what) const;
+    void warn(const PbrtPlace& place, const std::string& text) { warnings_.add(place, text); }
+    // Warns of each of these parameters that is present, saying what is done instead.
+    void warn_if_present(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const char* instead);
+    Status find_file(const std::string& name, std::filesystem::path& path) const;
+    Status include(const Directive& directive);
+    Status import(const Directive& directive);
+    Status world_begin(const Directive& directive);
+    Status world_end(const Directive& directive);
+    Status attribute_begin(const Directive& directive);
+    Status attribute_end(const Directive& directive);
+    Status transform_begin(const Directive& directive);
+    Status transform_end(const Directive& directive);
+    Status reverse_orientation(const Directive& directive);
+    Status push(const Directive& directive, bool transform_only);
+    Status pop(const Directive& directive, bool transform_only);
+
+    // pbrt_transforms.cpp
+    Status identity(const Directive& directive);
+    Status translate(const Directive& directive);
+    Status scale(const Directive& directive);
+    Status rotate(const Directive& directive);
+    Status look_at(const Directive& directive);
+    Status transform(const Directive& directive);
+    Status concat_transform(const Directive& directive);
+    Status coordinate_system(const Directive& directive);
+    Status coord_sys_transform(const Directive& directive);
+    Status active_transform(const Directive& directive);
+    Status take_matrix(const Directive& directive, Transform& matrix);
+    Status apply(const Directive& directive, const Transform& transform);
+    Status set_transform(const Directive& directive, const Transform& transform);
+
+    // pbrt_camera.cpp
+    Status film(const Directive& directive);
+    Status camera(const Directive& directive);
+    Status sampler(const Directive& directive);
+    Status integrator(const Directive& directive);
+    Status place_camera();
+
+    // pbrt_materials.cpp
+    Status material(const Directive& directive);
+    Status make_named_material(const Directive& directive);
+    Status named_material(const Directive& directive);
+    Status texture(const Directive& directive);
+    Status make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index);
+    Status conductor(const PbrtParameters& parameters, const std::string& prefix, double default_roughness, rp_material& material);
+    Status dielectric(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
+    // The colour of the first of these parameters that is there. Never negative, always finite.
+    Status color(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const Float3& fallback, Float3& color);
+    Status parameter_color(const PbrtParameter& parameter, const Float3& fallback, Float3& color);
+
+    // pbrt_lights.cpp
+    Status light_source(const Directive& directive);
+    Status area_light_source(const Directive& directive);
+    Status light_color(const PbrtParameters& parameters, std::string_view name, Float3& color);
+    void add_infinite_light(const Float3& radiance);
+
+    // pbrt_shapes.cpp
+    Status shape(const Directive& directive);
+    Status object_begin(const Directive& directive);
+    Status object_end(const Directive& directive);
+    Status object_instance(const Directive& directive);
+    Status triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
+    Status add_shape(const Directive& directive, Shape shape);
+
+    Scene scene_;
+    PbrtWarnings warnings_;
+    PbrtTokens* tokens_ = nullptr;          // of the file that is being read
+    std::vector<std::filesystem::path> open_files_;  // from the scene file to the one being read, to find cycles and relative paths
+    uint64_t included_ = 0;
+    GraphicsState state_;
+    std::vector<SavedState> saved_;
+    bool transforms_active_ = true;
+    std::map<std::string, Transform> coordinate_systems_;
+    std::optional<CameraSettings> camera_;
+    std::map<std::string, uint32_t> named_materials_;
+    std::map<std::string, Float3> textures_;
+    std::map<std::string, std::vector<Shape>> objects_;
+    std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
+    PbrtPlace object_place_;
+    std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
+};
+
+}  // namespace raypager

@@ -1,0 +1,212 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "import/materials.hpp"
+#include "import/pbrt_reader.hpp"
+#include "import/tessellate.hpp"
+#include "import/text.hpp"
+
+namespace raypager {
+namespace {
+
+// Instances are placed as shapes of their own, so a small file can ask for any number of them.
+constexpr size_t most_shapes = size_t{4} << 20;
+constexpr double degrees = 3.14159265358979323846 / 180;
+
+// Lengths and angles are the same in all directions: spheres stay spheres.
+bool is_similarity(const Transform& t) {
+    double gram[3][3], largest = 0;
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j) {
+            gram[i][j] = t.m[0][i] * t.m[0][j] + t.m[1][i] * t.m[1][j] + t.m[2][i] * t.m[2][j];
+            largest = std::max(largest, std::abs(gram[i][j]));
+        }
+    // Squares of lengths; what the file's six or seven digits leave of a rotation passes.
+    const double tolerance = 1e-5 * largest;
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j)
+            if (std::abs(gram[i][j] - (i == j ? gram[0][0] : 0.0)) > tolerance) return false;
+    return true;
+}
+
+}  // namespace
+
+Status PbrtReader::shape(const Directive& directive) {
+    std::string type;
+    PbrtParameters parameters;
+    RAYPAGER_TRY(take_type_and_parameters(type, parameters));
+    warn_if_present(parameters, {"alpha"}, "the surface is opaque");
+    Shape shape;
+    shape.name = directive.place.with_line();
+    if (type == "trianglemesh" || type == "loopsubdiv") {
+        if (type == "loopsubdiv") warn(directive.place, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
+        RAYPAGER_TRY(triangle_mesh(directive, parameters, shape));
+    } else if (type == "bilinearmesh") {
+        RAYPAGER_TRY(bilinear_mesh(directive, parameters, shape));
+    } else if (type == "plymesh") {
+        RAYPAGER_TRY(ply_mesh(directive, parameters, shape));
+    } else if (type == "sphere") {
+        RAYPAGER_TRY(sphere(directive, parameters, shape));
+    } else if (type == "disk") {
+        RAYPAGER_TRY(disk(directive, parameters, shape));
+    } else if (type == "cylinder") {
+        RAYPAGER_TRY(cylinder(directive, parameters, shape));
+    } else {
+        warn(directive.place, fmt::format("Shape \"{}\" is not supported; it is left out", clipped(type)));
+        return {};
+    }
+    RAYPAGER_TRY(parameters.status());
+    shape.to_world = state_.transform;
+    shape.reverse_orientation = state_.reverse_orientation;
+    shape.area_light = state_.area_light;
+    shape.material = state_.material;
+    if (state_.material == no_surface) {
+        if (!state_.area_light) return {};  // nothing to be seen
+        warn(directive.place, "a light without a surface is not supported; it absorbs what meets it");
+        shape.material = static_cast<uint32_t>(scene_.materials.size());
+        scene_.materials.push_back(absorbing_material());
+    }
+    if (!shape.to_world.inverse()) {
+        warn(directive.place, "a transform that cannot be inverted flattens a shape; it is left out");
+        return {};
+    }
+    if (!object_) return add_shape(directive, std::move(shape));
+    object_->push_back(std::move(shape));
+    return {};
+}
+
+Status PbrtReader::add_shape(const Directive& directive, Shape shape) {
+    if (scene_.shapes.size() >= most_shapes) return error(directive, fmt::format("more than {} shapes", most_shapes));
+    scene_.shapes.push_back(std::move(shape));
+    return {};
+}
+
+Status PbrtReader::mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape) {
+    shape.mesh = std::make_shared<MeshInMemory>(directive.place.with_line(), std::move(mesh));
+    return {};
+}
+
+Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    TriangleMesh mesh;
+    mesh.positions = parameters.points("P");
+    mesh.normals = parameters.points("N");
+    std::vector<uint32_t> indices = parameters.indices("indices");
+    RAYPAGER_TRY(parameters.status());
+    if (mesh.positions.empty()) return error(directive, "expected \"point3 P\" among its parameters");
+    if (indices.empty() && mesh.positions.size() == 3) indices = {0, 1, 2};
+    if (indices.empty() || indices.size() % 3 != 0) return error(directive, fmt::format("expected indices in threes instead of {}", indices.size()));
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+        return error(directive, fmt::format("{} normals for {} points", mesh.normals.size(), mesh.positions.size()));
+    mesh.triangles.reserve(indices.size() / 3);
+    for (size_t i = 0; i < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    return mesh_in_memory(directive, std::move(mesh), shape);
+}
+
+// Patches of four points p00, p10, p01, p11: two triangles each.
+Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    TriangleMesh mesh;
+    mesh.positions = parameters.points("P");
+    std::vector<uint32_t> indices = parameters.indices("indices");
+    RAYPAGER_TRY(parameters.status());
+    if (indices.empty() && mesh.positions.size() == 4) indices = {0, 1, 2, 3};
+    if (mesh.positions.empty() || indices.empty() || indices.size() % 4 != 0) return error(directive, "expected points and indices in fours");
+    warn(directive.place, "Shape \"bilinearmesh\" is not supported; two triangles are used for each patch");
+    for (size_t i = 0; i < indices.size(); i += 4) {
+        mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 3]});
+        mesh.triangles.push_back({indices[i], indices[i + 3], indices[i + 2]});
+    }
+    return mesh_in_memory(directive, std::move(mesh), shape);
+}
+
+// A file that several shapes name is the same source for all of them.
+Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const std::string name = parameters.text("filename", "");
+    RAYPAGER_TRY(parameters.status());
+    std::filesystem::path path;
+    if (const Status found = find_file(name, path); !found.ok()) return error(directive, found.message());
+    warn_if_present(parameters, {"displacement"}, "the mesh stays as it is");
+    auto& source = mesh_files_[path.lexically_normal()];
+    if (!source) {
+        const auto file = MeshFile::open(path);
+        if (!file) return file.status().at(directive.place.with_line());
+        source = *file;
+    }
+    shape.mesh = source;
+    return {};
+}
+
+Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const double radius = parameters.number("radius", 1);
+    RAYPAGER_TRY(parameters.status());
+    if (!(radius > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
+    const bool partial = parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
+    if (partial) warn(directive.place, "partial spheres are not supported; the whole one is used");
+    if (is_similarity(state_.transform)) {
+        shape.sphere.radius = static_cast<float>(radius);
+        return {};
+    }
+    warn(directive.place, "ellipsoids are not supported; a mesh of 65024 triangles is used");
+    return mesh_in_memory(directive, tessellate_sphere(radius), shape);
+}
+
+Status PbrtReader::disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const double height = parameters.number("height", 0), radius = parameters.number("radius", 1), inner = parameters.number("innerradius", 0);
+    const double sweep = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
+    RAYPAGER_TRY(parameters.status());
+    if (!(radius > 0) || !(inner >= 0 && inner < radius) || !(sweep > 0)) return error(directive, "its radii must be 0 <= innerradius < radius");
+    warn(directive.place, "disks are not supported; a mesh of triangles is used");
+    return mesh_in_memory(directive, tessellate_disk(height, radius, inner, sweep), shape);
+}
+
+Status PbrtReader::cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const double radius = parameters.number("radius", 1), z_min = parameters.number("zmin", -1), z_max = parameters.number("zmax", 1);
+    const double sweep = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
+    RAYPAGER_TRY(parameters.status());
+    if (!(radius > 0) || z_min == z_max || !(sweep > 0)) return error(directive, "its radius, height and sweep must be more than 0");
+    warn(directive.place, "cylinders are not supported; a mesh of triangles is used");
+    return mesh_in_memory(directive, tessellate_cylinder(radius, std::min(z_min, z_max), std::max(z_min, z_max), sweep), shape);
+}
+
+// Instances are not shared: each places the object's shapes again.
+Status PbrtReader::object_begin(const Directive& directive) {
+    std::string name;
+    RAYPAGER_TRY(take_string(name));
+    if (object_) return error(directive, fmt::format("inside the object begun in {}", object_place_.with_line()));
+    RAYPAGER_TRY(push(directive, false));
+    object_ = &objects_[name];
+    object_->clear();
+    object_place_ = directive.place;
+    return {};
+}
+
+Status PbrtReader::object_end(const Directive& directive) {
+    if (!object_) return error(directive, "without ObjectBegin");
+    object_ = nullptr;
+    return pop(directive, false);
+}
+
+Status PbrtReader::object_instance(const Directive& directive) {
+    std::string name;
+    RAYPAGER_TRY(take_string(name));
+    if (object_) return error(directive, "an object cannot contain instances");
+    const auto found = objects_.find(name);
+    if (found == objects_.end()) return error(directive, fmt::format("there is no object \"{}\"", clipped(name)));
+    if (!state_.transform.inverse()) {
+        warn(directive.place, "a transform that cannot be inverted flattens an instance; it is left out");
+        return {};
+    }
+    for (Shape shape : found->second) {
+        // What is a sphere in the object is one in the world only if it is not stretched on the way.
+        if (!shape.mesh && !is_similarity(state_.transform * shape.to_world)) {
+            warn(directive.place, "ellipsoids are not supported; a mesh of 65024 triangles is used");
+            RAYPAGER_TRY(mesh_in_memory(directive, tessellate_sphere(shape.sphere.radius), shape));
+        }
+        shape.to_world = state_.transform * shape.to_world;
+        RAYPAGER_TRY(add_shape(directive, std::move(shape)));
+    }
+    return {};
+}
+
+}  // namespace raypager

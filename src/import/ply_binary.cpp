@@ -1,0 +1,185 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "import/mesh_readers.hpp"
+
+namespace raypager {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary PLY is decoded on little-endian machines only");
+
+// Reads a file front to back in large pieces.
+class ByteStream {
+public:
+    ByteStream(const InputFile& file, uint64_t offset) : file_(file), offset_(offset) {}
+    uint64_t left() const { return file_.size() - offset_ + (end_ - at_); }
+    // Makes the next count bytes available at data(). REQUIRES: count <= piece.
+    Status need(size_t count) { return end_ - at_ >= count ? Status() : refill(count); }
+    const std::byte* data() const { return buffer_.data() + at_; }
+    void skip(size_t count) { at_ += count; }
+    static constexpr size_t piece = size_t{4} << 20;
+
+private:
+    Status refill(size_t count) {
+        buffer_.resize(piece);
+        std::copy(buffer_.begin() + static_cast<ptrdiff_t>(at_), buffer_.begin() + static_cast<ptrdiff_t>(end_), buffer_.begin());
+        end_ -= at_;
+        at_ = 0;
+        const size_t more = static_cast<size_t>(std::min<uint64_t>(piece - end_, file_.size() - offset_));
+        // Too few bytes: let the read fail, its message says where the file ends.
+        RAYPAGER_TRY(file_.read(offset_, std::span(buffer_).subspan(end_, std::max(more, count - std::min(count, end_)))));
+        end_ += more;
+        offset_ += more;
+        return {};
+    }
+
+    const InputFile& file_;
+    uint64_t offset_;
+    std::vector<std::byte> buffer_;
+    size_t at_ = 0, end_ = 0;
+};
+
+template <class T>
+T load(const std::byte* from, bool swap) {
+    std::array<std::byte, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), from, sizeof(T));
+    if (swap) std::reverse(bytes.begin(), bytes.end());
+    return std::bit_cast<T>(bytes);
+}
+
+float load_float(const std::byte* from, PlyType type, bool swap) {
+    switch (type) {
+        case PlyType::int8: return load<int8_t>(from, swap);
+        case PlyType::uint8: return load<uint8_t>(from, swap);
+        case PlyType::int16: return load<int16_t>(from, swap);
+        case PlyType::uint16: return load<uint16_t>(from, swap);
+        case PlyType::int32: return static_cast<float>(load<int32_t>(from, swap));
+        case PlyType::uint32: return static_cast<float>(load<uint32_t>(from, swap));
+        case PlyType::float32: return load<float>(from, swap);
+        case PlyType::float64: return static_cast<float>(load<double>(from, swap));
+    }
+    return 0;
+}
+
+int64_t load_integer(const std::byte* from, PlyType type, bool swap) {
+    switch (type) {
+        case PlyType::int8: return load<int8_t>(from, swap);
+        case PlyType::uint8: return load<uint8_t>(from, swap);
+        case PlyType::int16: return load<int16_t>(from, swap);
+        case PlyType::uint16: return load<uint16_t>(from, swap);
+        case PlyType::int32: return load<int32_t>(from, swap);
+        case PlyType::uint32: return load<uint32_t>(from, swap);
+        default: return -1;  // not whole: no index
+    }
+}
+
+class BinaryReader {
+public:
+    BinaryReader(const InputFile& file, const PlyHeader& header, const PlyLayout& layout, TriangleMesh& mesh, MeshIssues& issues)
+        : stream_(file, header.bytes), name_(file.path().string()), header_(header), layout_(layout), mesh_(mesh), fan_(mesh, issues),
+          swap_(header.encoding == PlyEncoding::big_endian) {}
+
+    Status read() {
+        // The header's counts have been checked against the file's size.
+        mesh_.positions.reserve(layout_.vertices->count);
+        if (layout_.normal) mesh_.normals.reserve(layout_.vertices->count);
+        mesh_.triangles.reserve(layout_.faces->count);
+        for (const PlyElement& element : header_.elements) {
+            if (&element == layout_.vertices && !element.has_list()) RAYPAGER_TRY(plain_vertices(element));
+            else
+                for (uint64_t i = 0; i < element.count; ++i) RAYPAGER_TRY(item(element));
+        }
+        if (stream_.left() > 0)
+            return Status::failed(fmt::format("{}: {} bytes follow the last element; header and data do not match", name_, stream_.left()));
+        return {};
+    }
+
+private:
+    // Vertices without lists have a fixed size: many at a time.
+    Status plain_vertices(const PlyElement& element) {
+        std::vector<size_t> offsets;
+        size_t stride = 0;
+        for (const PlyProperty& p : element.properties) {
+            offsets.push_back(stride);
+            stride += ply_type_bytes(p.type);
+        }
+        if (stride > ByteStream::piece) return Status::failed(name_ + ": a vertex has too many properties");
+        const auto vector = [&](const std::byte* vertex, const size_t (&properties)[3]) {
+            const auto value = [&](size_t p) { return load_float(vertex + offsets[p], element.properties[p].type, swap_); };
+            return Float3{value(properties[0]), value(properties[1]), value(properties[2])};
+        };
+        for (uint64_t i = 0; i < element.count; ++i) {
+            RAYPAGER_TRY(stream_.need(stride));
+            mesh_.positions.push_back(vector(stream_.data(), layout_.position));
+            if (layout_.normal) mesh_.normals.push_back(vector(stream_.data(), {(*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]}));
+            stream_.skip(stride);
+        }
+        return {};
+    }
+
+    // One item of any element, property by property.
+    Status item(const PlyElement& element) {
+        const bool vertex = &element == layout_.vertices, face = &element == layout_.faces;
+        values_.assign(vertex ? element.properties.size() : 0, 0.0f);
+        for (size_t p = 0; p < element.properties.size(); ++p) {
+            const PlyProperty& property = element.properties[p];
+            const size_t bytes = ply_type_bytes(property.type);
+            if (property.count_type) {
+                RAYPAGER_TRY(list(property, face && p == layout_.indices));
+                continue;
+            }
+            RAYPAGER_TRY(stream_.need(bytes));
+            if (vertex) values_[p] = load_float(stream_.data(), property.type, swap_);
+            stream_.skip(bytes);
+        }
+        if (!vertex) return {};
+        const auto vector = [&](size_t x, size_t y, size_t z) { return Float3{values_[x], values_[y], values_[z]}; };
+        mesh_.positions.push_back(vector(layout_.position[0], layout_.position[1], layout_.position[2]));
+        if (layout_.normal) mesh_.normals.push_back(vector((*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]));
+        return {};
+    }
+
+    Status list(const PlyProperty& property, bool polygon) {
+        const size_t count_bytes = ply_type_bytes(*property.count_type), bytes = ply_type_bytes(property.type);
+        RAYPAGER_TRY(stream_.need(count_bytes));
+        const int64_t count = load_integer(stream_.data(), *property.count_type, swap_);
+        stream_.skip(count_bytes);
+        if (count < 0 || static_cast<uint64_t>(count) > stream_.left() / bytes)
+            return Status::failed(fmt::format("{}: a list of {} values does not fit into the {} bytes that are left; the file is truncated or damaged", name_,
+                                              count, stream_.left()));
+        if (polygon) fan_.begin();
+        for (int64_t i = 0; i < count; ++i) {
+            RAYPAGER_TRY(stream_.need(bytes));
+            if (polygon) {
+                const int64_t index = load_integer(stream_.data(), property.type, swap_);
+                fan_.corner(index < 0 ? RP_NONE : static_cast<uint32_t>(index));  // no vertex has the number RP_NONE
+            }
+            stream_.skip(bytes);
+        }
+        if (polygon) fan_.end();
+        return {};
+    }
+
+    ByteStream stream_;
+    std::string name_;
+    const PlyHeader& header_;
+    const PlyLayout& layout_;
+    TriangleMesh& mesh_;
+    FanBuilder fan_;
+    bool swap_;
+    std::vector<float> values_;
+};
+
+}  // namespace
+
+Status read_ply_binary(const InputFile& file, const PlyHeader& header, TriangleMesh& mesh, MeshIssues& issues) {
+    const auto layout = find_ply_layout(header, file.path().string());
+    if (!layout) return layout.status();
+    return BinaryReader(file, header, *layout, mesh, issues).read();
+}
+
+}  // namespace raypager

@@ -1,0 +1,198 @@
+#include "import/ply_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "import/text.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint64_t largest_header = uint64_t{1} << 20;
+// Vertex indices are 32 bits wide, and the last one is kept for "none".
+constexpr uint64_t largest_count = 0xfffffffe;
+
+struct TypeName {
+    std::string_view name;
+    PlyType type;
+};
+constexpr TypeName type_names[] = {
+    {"char", PlyType::int8},       {"int8", PlyType::int8},     {"uchar", PlyType::uint8},     {"uint8", PlyType::uint8},
+    {"short", PlyType::int16},     {"int16", PlyType::int16},   {"ushort", PlyType::uint16},   {"uint16", PlyType::uint16},
+    {"int", PlyType::int32},       {"int32", PlyType::int32},   {"uint", PlyType::uint32},     {"uint32", PlyType::uint32},
+    {"float", PlyType::float32},   {"float32", PlyType::float32}, {"double", PlyType::float64}, {"float64", PlyType::float64},
+};
+
+std::optional<PlyType> parse_type(std::string_view name) {
+    for (const TypeName& t : type_names)
+        if (t.name == name) return t.type;
+    return std::nullopt;
+}
+
+// Parses the header's lines one by one.
+class HeaderParser {
+public:
+    explicit HeaderParser(std::string name) : name_(std::move(name)) {}
+
+    Status line(std::string_view text) {
+        ++header.lines;
+        const auto words = split_words(text);
+        if (header.lines == 1) return words.size() == 1 && words[0] == "ply" ? Status() : bad("does not start with \"ply\": not a PLY file");
+        if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return {};
+        if (words[0] == "format") return format(words);
+        if (words[0] == "element") return element(words);
+        if (words[0] == "property") return property(words);
+        if (words[0] != "end_header" || words.size() != 1) return bad(fmt::format("\"{}\" is no line of a PLY header", clipped(text)));
+        if (!has_format_) return bad("the header has no format line");
+        ended = true;
+        return {};
+    }
+
+    PlyHeader header;
+    bool ended = false;
+
+private:
+    Status bad(const std::string& what) const { return Status::failed(fmt::format("{}:{}: {}", name_, header.lines, what)); }
+
+    Status format(const std::vector<std::string_view>& words) {
+        if (words.size() != 3 || words[2] != "1.0") return bad("expected \"format ENCODING 1.0\"");
+        if (words[1] == "ascii") header.encoding = PlyEncoding::ascii;
+        else if (words[1] == "binary_little_endian") header.encoding = PlyEncoding::little_endian;
+        else if (words[1] == "binary_big_endian") header.encoding = PlyEncoding::big_endian;
+        else return bad(fmt::format("unknown encoding \"{}\"", clipped(words[1])));
+        has_format_ = true;
+        return {};
+    }
+
+    Status element(const std::vector<std::string_view>& words) {
+        if (words.size() != 3) return bad("expected \"element NAME COUNT\"");
+        PlyElement element;
+        element.name = words[1];
+        const auto [end, error] = std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
+        if (error != std::errc() || end != words[2].data() + words[2].size()) return bad(fmt::format("\"{}\" is no count", clipped(words[2])));
+        if (element.count > largest_count) return bad(fmt::format("{} elements are more than the {} that can be read", element.count, largest_count));
+        header.elements.push_back(std::move(element));
+        return {};
+    }
+
+    Status property(const std::vector<std::string_view>& words) {
+        if (header.elements.empty()) return bad("a property before any element");
+        PlyProperty property;
+        const bool list = words.size() == 5 && words[1] == "list";
+        if (!list && words.size() != 3) return bad("expected \"property TYPE NAME\" or \"property list TYPE TYPE NAME\"");
+        const auto type = parse_type(words[list ? 3 : 1]);
+        const auto count_type = list ? parse_type(words[2]) : std::nullopt;
+        if (!type || (list && !count_type)) return bad("unknown property type");
+        if (list && !ply_type_is_integer(*count_type)) return bad("the length of a list must be an integer");
+        property.type = *type;
+        property.count_type = count_type;
+        property.name = words.back();
+        header.elements.back().properties.push_back(std::move(property));
+        return {};
+    }
+
+    std::string name_;
+    bool has_format_ = false;
+};
+
+// The least number of bytes that one item of element takes.
+uint64_t smallest_item(const PlyElement& element, PlyEncoding encoding) {
+    uint64_t bytes = 0;
+    for (const PlyProperty& p : element.properties) bytes += encoding == PlyEncoding::ascii ? 2 : ply_type_bytes(p.count_type.value_or(p.type));
+    return bytes;
+}
+
+Status check_counts(const PlyHeader& header, const InputFile& file) {
+    uint64_t available = file.size() - header.bytes;
+    if (header.encoding == PlyEncoding::ascii) ++available;  // the last line need not end in a newline
+    for (const PlyElement& element : header.elements) {
+        const uint64_t bytes = smallest_item(element, header.encoding);
+        if (element.count == 0) continue;
+        if (bytes == 0) return Status::failed(fmt::format("{}: element \"{}\" has no properties", file.path().string(), clipped(element.name)));
+        if (element.count > available / bytes)
+            return Status::failed(fmt::format("{}: the header promises {} items of \"{}\", but the file has only {} bytes; it is truncated or damaged",
+                                              file.path().string(), element.count, clipped(element.name), file.size()));
+        available -= element.count * bytes;
+    }
+    return {};
+}
+
+}  // namespace
+
+size_t ply_type_bytes(PlyType type) {
+    switch (type) {
+        case PlyType::int8:
+        case PlyType::uint8: return 1;
+        case PlyType::int16:
+        case PlyType::uint16: return 2;
+        case PlyType::float64: return 8;
+        default: return 4;
+    }
+}
+
+bool ply_type_is_integer(PlyType type) { return type != PlyType::float32 && type != PlyType::float64; }
+
+bool PlyElement::has_list() const {
+    return std::any_of(properties.begin(), properties.end(), [](const PlyProperty& p) { return p.count_type.has_value(); });
+}
+
+std::optional<size_t> PlyElement::find(std::string_view property) const {
+    for (size_t i = 0; i < properties.size(); ++i)
+        if (properties[i].name == property) return i;
+    return std::nullopt;
+}
+
+const PlyElement* PlyHeader::find(std::string_view element) const {
+    for (const PlyElement& e : elements)
+        if (e.name == element) return &e;
+    return nullptr;
+}
+
+Result<PlyHeader> read_ply_header(const InputFile& file) {
+    std::string text(std::min(file.size(), largest_header), '\0');
+    RAYPAGER_TRY(file.read(0, std::as_writable_bytes(std::span(text))));
+    HeaderParser parser(file.path().string());
+    size_t at = 0;
+    while (!parser.ended) {
+        const size_t end = text.find('\n', at);
+        const bool last = end == std::string::npos;
+        // A first line without end may be a megabyte of anything: look at its start only.
+        RAYPAGER_TRY(parser.line(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at))));
+        if (parser.ended) at = last ? text.size() : end + 1;
+        else if (last) return Status::failed(file.path().string() + ": ends within its PLY header; it is truncated or no PLY file");
+        else at = end + 1;
+    }
+    parser.header.bytes = at;
+    RAYPAGER_TRY(check_counts(parser.header, file));
+    return std::move(parser.header);
+}
+
+Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name) {
+    PlyLayout layout;
+    layout.vertices = header.find("vertex");
+    layout.faces = header.find("face");
+    if (!layout.vertices || layout.vertices->count == 0) return Status::failed(name + ": has no vertices");
+    if (!layout.faces || layout.faces->count == 0) return Status::failed(name + ": has no faces; point clouds cannot be rendered as a mesh");
+    const auto scalars = [&](const char* x, const char* y, const char* z) -> std::optional<std::array<size_t, 3>> {
+        const auto i = layout.vertices->find(x), j = layout.vertices->find(y), k = layout.vertices->find(z);
+        if (!i || !j || !k) return std::nullopt;
+        for (const size_t p : {*i, *j, *k})
+            if (layout.vertices->properties[p].count_type) return std::nullopt;
+        return std::array{*i, *j, *k};
+    };
+    const auto position = scalars("x", "y", "z");
+    if (!position) return Status::failed(name + ": its vertices lack x, y or z");
+    std::copy(position->begin(), position->end(), layout.position);
+    layout.normal = scalars("nx", "ny", "nz");
+    auto indices = layout.faces->find("vertex_indices");
+    if (!indices) indices = layout.faces->find("vertex_index");
+    if (!indices || !layout.faces->properties[*indices].count_type || !ply_type_is_integer(layout.faces->properties[*indices].type))
+        return Status::failed(name + ": its faces lack a list of whole numbers named vertex_indices");
+    layout.indices = *indices;
+    return layout;
+}
+
+}  // namespace raypager

@@ -1,0 +1,57 @@
+// The header of a PLY file: which elements follow, with which properties, in which encoding.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/files.hpp"
+
+namespace raypager {
+
+enum class PlyEncoding { ascii, little_endian, big_endian };
+enum class PlyType { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+size_t ply_type_bytes(PlyType type);
+bool ply_type_is_integer(PlyType type);
+
+struct PlyProperty {
+    std::string name;
+    PlyType type = PlyType::float32;
+    std::optional<PlyType> count_type;  // of a list
+};
+
+struct PlyElement {
+    std::string name;
+    uint64_t count = 0;
+    std::vector<PlyProperty> properties;
+    bool has_list() const;
+    std::optional<size_t> find(std::string_view property) const;
+};
+
+struct PlyHeader {
+    PlyEncoding encoding = PlyEncoding::ascii;
+    std::vector<PlyElement> elements;
+    uint64_t bytes = 0;  // where the data start
+    uint64_t lines = 0;
+    const PlyElement* find(std::string_view element) const;
+};
+
+// Where the mesh is among the properties of its elements.
+struct PlyLayout {
+    const PlyElement* vertices = nullptr;
+    const PlyElement* faces = nullptr;
+    size_t position[3] = {};                       // property indices
+    std::optional<std::array<size_t, 3>> normal;
+    size_t indices = 0;
+};
+
+// Also refuses element counts that the file is too short for, so that counts may be trusted with memory afterwards.
+Result<PlyHeader> read_ply_header(const InputFile& file);
+// The layout points into header. An error if there are no vertices or faces to make a mesh of.
+Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name);
+
+}  // namespace raypager

@@ -1,0 +1,12 @@
+// The kinds of scene that make_scene dispatches to. options.triangles is never 0 here (but for terrain from a height map: as the image).
+#pragma once
+
+#include "procedural/make_scene.hpp"
+
+namespace raypager {
+
+Result<MadeScene> make_cornell(const MakeSceneOptions& options);
+Result<MadeScene> make_terrain(const MakeSceneOptions& options);
+Result<MadeScene> make_clutter(const MakeSceneOptions& options);
+
+}  // namespace raypager

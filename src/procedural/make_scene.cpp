@@ -1,0 +1,31 @@
+#include "procedural/make_scene.hpp"
+
+#include <fmt/format.h>
+
+#include "procedural/kinds.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint64_t min_triangles = 1000, max_triangles = 4'000'000'000;
+constexpr uint64_t default_triangles = 10'000'000;
+constexpr uint64_t default_cornell_triangles = 45'000'000;  // about 1 GB of geometry
+
+}  // namespace
+
+Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
+    MakeSceneOptions options = wanted;
+    if (options.triangles != 0 && (options.triangles < min_triangles || options.triangles > max_triangles))
+        return Status::usage(fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
+    if (options.heightmap && options.kind != "terrain") return Status::usage(fmt::format("a height map makes a terrain, not a {}", options.kind));
+    if (options.kind == "terrain") {
+        if (options.triangles == 0 && !options.heightmap) options.triangles = default_triangles;
+        return make_terrain(options);
+    }
+    if (options.triangles == 0) options.triangles = options.kind == "cornell" ? default_cornell_triangles : default_triangles;
+    if (options.kind == "cornell") return make_cornell(options);
+    if (options.kind == "clutter") return make_clutter(options);
+    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain and clutter", options.kind));
+}
+
+}  // namespace raypager

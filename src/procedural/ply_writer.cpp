@@ -1,0 +1,69 @@
+#include "procedural/ply_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "base/check.hpp"
+
+namespace raypager {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "positions are stored as they lie in memory");
+static_assert(sizeof(Float3) == 12 && sizeof(Triangle) == 12);
+
+constexpr size_t face_bytes = 1 + sizeof(Triangle);
+constexpr size_t faces_at_once = 8192;
+
+}  // namespace
+
+Result<PlyWriter> PlyWriter::create(const std::filesystem::path& path, uint64_t vertex_count, uint64_t triangle_count) {
+    RAYPAGER_CHECK(vertex_count <= static_cast<uint64_t>(std::numeric_limits<int32_t>::max()));
+    auto file = OutputFile::create(path);
+    if (!file) return file.status();
+    PlyWriter writer;
+    writer.file_ = std::move(*file);
+    writer.vertices_left_ = writer.vertex_count_ = vertex_count;
+    writer.triangles_left_ = writer.triangle_count_ = triangle_count;
+    RAYPAGER_TRY(writer.file_.write(
+        fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+                    "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                    vertex_count, triangle_count)));
+    return writer;
+}
+
+Status PlyWriter::add_vertices(std::span<const Float3> positions) {
+    RAYPAGER_CHECK(positions.size() <= vertices_left_);
+    vertices_left_ -= positions.size();
+    return file_.write(std::as_bytes(positions));
+}
+
+Status PlyWriter::add_triangles(std::span<const Triangle> triangles) {
+    RAYPAGER_CHECK(vertices_left_ == 0 && triangles.size() <= triangles_left_);
+    triangles_left_ -= triangles.size();
+    std::vector<std::byte> bytes;
+    while (!triangles.empty()) {
+        const auto piece = triangles.first(std::min(triangles.size(), faces_at_once));
+        bytes.resize(piece.size() * face_bytes);
+        std::byte* to = bytes.data();
+        for (const Triangle& triangle : piece) {
+            RAYPAGER_CHECK(triangle[0] < vertex_count_ && triangle[1] < vertex_count_ && triangle[2] < vertex_count_);
+            *to = std::byte{3};
+            std::memcpy(to + 1, triangle.data(), sizeof triangle);
+            to += face_bytes;
+        }
+        RAYPAGER_TRY(file_.write(std::span<const std::byte>(bytes)));
+        triangles = triangles.subspan(piece.size());
+    }
+    return {};
+}
+
+Status PlyWriter::commit() {
+    RAYPAGER_CHECK(vertices_left_ == 0 && triangles_left_ == 0);
+    return file_.commit();
+}
+
+}  // namespace raypager

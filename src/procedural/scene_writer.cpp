@@ -1,0 +1,118 @@
+#include "procedural/scene_writer.hpp"
+
+#include <fmt/format.h>
+
+namespace raypager {
+namespace {
+
+std::string numbers(const std::array<double, 3>& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); }
+
+// Coordinates are written as floats, since that is what a reader keeps.
+std::string point(const Double3& p) {
+    const Float3 f = to_float3(p);
+    return fmt::format("{} {} {}", f.x, f.y, f.z);
+}
+
+Status cannot_make(const std::filesystem::path& folder, const std::error_code& error) {
+    return Status::failed(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
+}
+
+std::string mesh_path(std::string_view name) { return fmt::format("meshes/{}.ply", name); }
+
+}  // namespace
+
+Result<SceneWriter> SceneWriter::create(const MakeSceneOptions& options) {
+    SceneWriter writer;
+    writer.options_ = options;
+    std::error_code error;
+    const std::filesystem::path meshes = options.directory / "meshes";
+    std::filesystem::create_directories(meshes, error);
+    if (error) return cannot_make(meshes, error);
+    writer.made_.scene_file = options.directory / "scene.pbrt";
+    std::filesystem::remove(writer.made_.scene_file, error);
+    if (error) return Status::failed(fmt::format("{}: the old scene cannot be removed: {}", writer.made_.scene_file.string(), error.message()));
+    return writer;
+}
+
+void SceneWriter::begin(std::string_view comment, const View& view) {
+    text_ += fmt::format("# {}\n\n", comment);
+    text_ += fmt::format("Film \"rgb\" \"integer xresolution\" {} \"integer yresolution\" {} \"string filename\" \"{}.exr\"\n", view.width, view.height,
+                         options_.kind);
+    text_ += "Sampler \"independent\" \"integer pixelsamples\" 64\nIntegrator \"path\" \"integer maxdepth\" 5\n";
+    // pbrt's camera looks into a left-handed space: mirrored, so that the world is right-handed.
+    text_ += fmt::format("Scale -1 1 1\nLookAt {}  {}  {}\nCamera \"perspective\" \"float fov\" {}\n\nWorldBegin\n", point(view.eye), point(view.target),
+                         point(view.up), view.fov_degrees);
+}
+
+void SceneWriter::diffuse(std::string_view name, const Rgb& reflectance) {
+    text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"diffuse\" \"rgb reflectance\" [{}]\n", name, numbers(reflectance));
+}
+
+void SceneWriter::conductor(std::string_view name, const Rgb& eta, const Rgb& k, double roughness) {
+    text_ += fmt::format(
+        "MakeNamedMaterial \"{}\" \"string type\" \"conductor\" \"rgb eta\" [{}] \"rgb k\" [{}] \"float roughness\" {} \"bool remaproughness\" false\n",
+        name, numbers(eta), numbers(k), roughness);
+}
+
+void SceneWriter::glass(std::string_view name, double ior) {
+    text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"dielectric\" \"float eta\" {}\n", name, ior);
+}
+
+void SceneWriter::sky(const Rgb& radiance) { text_ += fmt::format("LightSource \"infinite\" \"rgb L\" [{}]\n", numbers(radiance)); }
+
+void SceneWriter::sun(const Double3& towards_sun, const Rgb& irradiance) {
+    text_ += fmt::format("LightSource \"distant\" \"rgb L\" [{}] \"point3 from\" [{}] \"point3 to\" [0 0 0]\n", numbers(irradiance), point(towards_sun));
+}
+
+void SceneWriter::shape_quad(const Double3& p, const Double3& a, const Double3& b) {
+    text_ += fmt::format("  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [{}  {}  {}  {}]\n", point(p), point(p + a),
+                         point(p + a + b), point(p + b));
+    made_.triangles += 2;
+}
+
+void SceneWriter::light(const Double3& p, const Double3& a, const Double3& b, const Rgb& radiance) {
+    text_ += fmt::format("AttributeBegin\n  Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n  AreaLightSource \"diffuse\" \"rgb L\" [{}]\n",
+                         numbers(radiance));
+    shape_quad(p, a, b);
+    text_ += "AttributeEnd\n";
+}
+
+void SceneWriter::sphere(std::string_view material, const Double3& center, double radius) {
+    text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n  Translate {}\n  Shape \"sphere\" \"float radius\" {}\nAttributeEnd\n", material,
+                         point(center), radius);
+}
+
+void SceneWriter::quad(std::string_view material, const Double3& p, const Double3& a, const Double3& b) {
+    text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n", material);
+    shape_quad(p, a, b);
+    text_ += "AttributeEnd\n";
+}
+
+Result<PlyWriter> SceneWriter::begin_mesh(std::string_view name, uint64_t vertices, uint64_t triangles) const {
+    return PlyWriter::create(options_.directory / mesh_path(name), vertices, triangles);
+}
+
+Status SceneWriter::finish_mesh(std::string_view name, std::string_view material, PlyWriter& writer) {
+    RAYPAGER_TRY(writer.commit());
+    text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n  Shape \"plymesh\" \"string filename\" \"{}\"\nAttributeEnd\n", material,
+                         mesh_path(name));
+    made_.triangles += writer.triangle_count();
+    made_.bytes += writer.bytes();
+    return {};
+}
+
+Status SceneWriter::mesh(std::string_view name, std::string_view material, std::span<const Float3> positions, std::span<const Triangle> triangles) {
+    auto writer = begin_mesh(name, positions.size(), triangles.size());
+    if (!writer) return writer.status();
+    RAYPAGER_TRY(writer->add_vertices(positions));
+    RAYPAGER_TRY(writer->add_triangles(triangles));
+    return finish_mesh(name, material, *writer);
+}
+
+Result<MadeScene> SceneWriter::finish() {
+    RAYPAGER_TRY(write_text(made_.scene_file, text_));
+    made_.bytes += text_.size();
+    return made_;
+}
+
+}  // namespace raypager

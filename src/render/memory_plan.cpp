@@ -1,0 +1,49 @@
+#include "render/memory_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace raypager {
+namespace {
+
+uint64_t pool_limit(const MemoryNeeds& needs) {
+    uint64_t limit = needs.geometry;
+    if (needs.geometry_limit) limit = std::min(limit, needs.geometry_limit);
+    if (needs.geometry_limit_percent > 0) {
+        const auto share = static_cast<uint64_t>(static_cast<double>(needs.geometry) * needs.geometry_limit_percent / 100);
+        limit = std::min(limit, std::max(share, needs.largest_block));
+    }
+    return limit;
+}
+
+uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
+    uint64_t slots = needs.default_slots;
+    if (pool < needs.geometry) slots = std::clamp(needs.geometry / 6 / needs.per_slot, slots, 4 * slots);
+    slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
+    // Half of what is left, unless the pool needs less than the other half.
+    const uint64_t room = left > pool ? std::max(left / 2, left - pool) : left / 2;
+    return std::max(min_slots, std::min(slots, room / needs.per_slot));
+}
+
+}  // namespace
+
+Result<MemoryPlan> plan_memory(const MemoryNeeds& needs) {
+    const uint64_t fewest = needs.requested_slots ? needs.requested_slots : min_slots;
+    const uint64_t smallest = needs.fixed + fewest * needs.per_slot + needs.largest_block;
+    if (needs.geometry_limit && needs.geometry_limit < needs.largest_block)
+        return Status::failed(fmt::format("--geometry-limit {}: the largest block of the scene has {} bytes; give at least that, or bake with a smaller --block-size",
+                                          needs.geometry_limit, needs.largest_block));
+    if (smallest > needs.limit)
+        return Status::failed(fmt::format("the memory limit of {} bytes is too small for this job; the smallest that would do is {} "
+                                          "({} for film and tables, {} for {} path slots, {} for the largest block)",
+                                          needs.limit, smallest, needs.fixed, fewest * needs.per_slot, fewest, needs.largest_block));
+    const uint64_t left = needs.limit - needs.fixed;
+    const uint64_t pool = pool_limit(needs);
+    MemoryPlan plan;
+    plan.slots = needs.requested_slots ? needs.requested_slots : wanted_slots(needs, pool, left - needs.largest_block);
+    plan.pool_bytes = std::min(pool, left - plan.slots * needs.per_slot);
+    return plan;
+}
+
+}  // namespace raypager

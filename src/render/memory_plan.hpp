@@ -1,0 +1,38 @@
+// How the memory limit is divided between what must be there, path slots and the geometry pool. Pure arithmetic.
+#pragma once
+
+#include <cstdint>
+
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+struct MemoryNeeds {
+    uint64_t limit = 0;            // all device memory
+    uint64_t fixed = 0;            // scene tables, film, page table
+    uint64_t per_slot = 0;         // bytes of a path slot
+    uint64_t geometry = 0;         // all blocks
+    uint64_t largest_block = 0;
+    uint64_t geometry_limit = 0;   // the user's; 0: none
+    double geometry_limit_percent = 0;  // the user's; 0: none
+    uint64_t requested_slots = 0;  // the user's; 0: choose
+    uint64_t default_slots = 0;    // that keep the device busy
+    uint64_t total_paths = 0;      // of the whole render
+};
+
+struct MemoryPlan {
+    uint64_t pool_bytes = 0;
+    uint64_t slots = 0;
+};
+
+// The fewest slots that a plan chooses by itself.
+inline constexpr uint64_t min_slots = 1024;
+
+// Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
+//
+// The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident;
+// when blocks must be swapped, every ray in flight makes a load serve more rays (bytes moved a ray fall as 1 / slots), so slots may then
+// grow to half of what is left beside the fixed part, up to a sixth of the scene's bytes and a quarter of all paths of the render.
+Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
+
+}  // namespace raypager

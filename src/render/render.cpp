@@ -1,0 +1,263 @@
+#include "render/render.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "base/check.hpp"
+#include "device/device.hpp"
+#include "film/film.hpp"
+#include "raypager/abi/film.h"
+#include "render/memory_plan.hpp"
+#include "residency/residency.hpp"
+#include "wavefront/wavefront.hpp"
+
+namespace raypager {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+// One render from start to end. run() is the loop; everything else serves it.
+class Renderer {
+public:
+    Renderer(const BlockFile& file, const RenderOptions& options, const RenderCallbacks& callbacks)
+        : file_(file), scene_(file.scene()), options_(options), callbacks_(callbacks) {}
+
+    Result<RenderResult> run() {
+        RAYPAGER_TRY(prepare());
+        for (uint32_t round = 1; !finished(); round++) {
+            RAYPAGER_TRY(residency_->publish(device_->kernels()));
+            RAYPAGER_TRY(wavefront_->start_round(round));
+            RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
+            RAYPAGER_TRY(residency_->after_round(round, demand_, ready_rays(), slots()));
+            if (nothing_to_trace()) RAYPAGER_TRY(wait_for_block(round));
+            RAYPAGER_TRY(end_at_a_pass());
+            RAYPAGER_TRY(tell());
+            rounds_ = round;
+        }
+        return result();
+    }
+
+private:
+    Status prepare();
+    Result<rp_render_params> make_params() const;
+    uint32_t slots() const { return wavefront_->params().slot_count; }
+    uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
+    bool finished() const { return counters_.idle_slots() == slots(); }
+    // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
+    bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
+    Status wait_for_block(uint32_t round);
+    Status end_at_a_pass();
+    Status tell();
+    RenderProgress progress() const;
+    Result<RenderResult> result();
+
+    const BlockFile& file_;
+    const BakedScene& scene_;
+    const RenderOptions& options_;
+    const RenderCallbacks& callbacks_;
+    std::unique_ptr<Device> device_;
+    std::unique_ptr<Residency> residency_;
+    std::unique_ptr<Wavefront> wavefront_;
+    RoundCounters counters_;
+    std::vector<uint32_t> demand_;
+    uint64_t pixels_ = 0;
+    uint32_t rounds_ = 0;
+    bool ending_ = false;
+    double stall_seconds_ = 0;
+    Clock::time_point start_ = Clock::now(), render_start_ = start_;
+    double next_progress_ = 0, next_snapshot_ = 0, last_told_ = 0;
+    uint64_t last_rays_ = 0;
+    mutable double rate_ = 0;
+};
+
+// Half of the memory that is free now, for the cache of stored blocks.
+uint64_t default_host_limit() {
+    const long pages = ::sysconf(_SC_AVPHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
+    return pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(page) / 2 : uint64_t{1} << 30;
+}
+
+// Path slots that keep a device busy while everything is resident.
+uint64_t default_slots(const DeviceInfo& info) {
+    if (info.type == "CPU") return std::max<uint64_t>(uint64_t{1} << 16, info.compute_units * (uint64_t{1} << 15));
+    return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
+}
+
+void set3(float (&target)[4], const Float3& value) {
+    target[0] = value.x;
+    target[1] = value.y;
+    target[2] = value.z;
+    target[3] = 0;
+}
+
+Result<rp_render_params> Renderer::make_params() const {
+    rp_render_params params = {};
+    const Camera& camera = options_.camera ? *options_.camera : scene_.camera;
+    set3(params.camera.eye, camera.eye);
+    set3(params.camera.right, camera.right);
+    set3(params.camera.up, camera.up);
+    set3(params.camera.forward, camera.forward);
+    params.width = options_.width ? options_.width : scene_.width;
+    params.height = options_.height ? options_.height : scene_.height;
+    params.spp = options_.spp ? options_.spp : scene_.spp;
+    params.max_depth = options_.max_depth ? *options_.max_depth : scene_.max_depth;
+    params.seed = options_.seed;
+    params.light_count = static_cast<uint32_t>(scene_.lights.size());
+    params.range_count = static_cast<uint32_t>(scene_.ranges.size());
+    params.infinite_light = RP_NONE;
+    for (uint32_t i = 0; i < scene_.lights.size(); i++)
+        if (scene_.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
+    params.roulette_connection = options_.connection == Connection::roulette;
+    params.tile_size = 16;
+    const uint64_t pixels = uint64_t{params.width} * params.height;
+    if (pixels == 0 || pixels > uint64_t{1} << 31) return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
+    if (params.spp == 0) return Status::usage("--spp: at least 1");
+    if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
+    params.sample_limit = pixels * params.spp;
+    return params;
+}
+
+Status Renderer::prepare() {
+    auto params = make_params();
+    if (!params) return params.status();
+    pixels_ = uint64_t{params->width} * params->height;
+    auto device = Device::open(options_.device, options_.memory_limit);
+    if (!device) return device.status();
+    device_ = std::move(*device);
+
+    const WavefrontBytes bytes = wavefront_bytes(scene_, params->width, params->height);
+    MemoryNeeds needs;
+    needs.limit = device_->budget().limit();
+    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene_.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT;
+    needs.per_slot = bytes.per_slot;
+    needs.geometry = scene_.geometry_bytes();
+    needs.largest_block = scene_.largest_block();
+    needs.geometry_limit = options_.geometry_limit;
+    needs.geometry_limit_percent = options_.geometry_limit_percent;
+    needs.requested_slots = options_.paths;
+    needs.default_slots = default_slots(device_->info());
+    needs.total_paths = params->sample_limit;
+    auto plan = plan_memory(needs);
+    if (!plan) return plan.status();
+    params->slot_count = static_cast<uint32_t>(plan->slots);
+
+    ResidencySettings settings;
+    settings.pool_bytes = plan->pool_bytes;
+    settings.slab_bytes = options_.slab_bytes;
+    settings.host_limit = options_.host_limit ? options_.host_limit : default_host_limit();
+    settings.policy = default_settings(options_.policy);
+    if (options_.loads_in_flight) settings.policy.loads_in_flight = options_.loads_in_flight;
+    auto residency = Residency::create(*device_, file_, settings);
+    if (!residency) return residency.status();
+    residency_ = std::move(*residency);
+    auto wavefront = Wavefront::create(*device_, scene_, *params, residency_->slabs(), residency_->page_table());
+    if (!wavefront) return wavefront.status();
+    wavefront_ = std::move(*wavefront);
+    render_start_ = Clock::now();
+    next_snapshot_ = options_.snapshot_seconds;
+    return {};
+}
+
+Status Renderer::wait_for_block(uint32_t round) {
+    const auto begin = Clock::now();
+    auto arrived = residency_->wait_for_block(round);
+    stall_seconds_ += seconds_since(begin);
+    if (!arrived) return arrived.status();
+    if (*arrived) return {};
+    return Status::failed(fmt::format("no progress in round {}: {} rays wait for blocks, but none is on its way (pool {} bytes, {} resident); this is a bug",
+                                      round, counters_.waiting_rays(), residency_->pool_bytes(), residency_->resident_bytes()));
+}
+
+// A time limit or a stop from outside ends the render with the pass that is under way: no more camera paths after it, all paths finish.
+Status Renderer::end_at_a_pass() {
+    const bool stop = options_.stop && options_.stop->load();
+    const bool late = options_.time_seconds > 0 && seconds_since(render_start_) >= options_.time_seconds;
+    if (ending_ || !(stop || late)) return {};
+    ending_ = true;
+    const uint64_t passes = std::max<uint64_t>(1, (counters_.next_sample() + pixels_ - 1) / pixels_);
+    return wavefront_->set_sample_limit(std::min(wavefront_->params().sample_limit, passes * pixels_));
+}
+
+RenderProgress Renderer::progress() const {
+    RenderProgress p;
+    p.seconds = seconds_since(render_start_);
+    p.spp = static_cast<double>(counters_.next_sample()) / static_cast<double>(pixels_);
+    const double by_samples = static_cast<double>(counters_.next_sample()) / static_cast<double>(wavefront_->params().sample_limit);
+    const double by_time = options_.time_seconds > 0 ? p.seconds / options_.time_seconds : 0;
+    p.fraction = std::min(1.0, std::max(by_samples, by_time));
+    p.rays = counters_.camera_rays() + counters_.bounce_rays() + counters_.total_shadow_rays();
+    p.rays_per_second = rate_;
+    p.loads = residency_->statistics().loads;
+    p.bytes_loaded = residency_->statistics().bytes_loaded;
+    p.resident_bytes = residency_->resident_bytes();
+    p.geometry_bytes = scene_.geometry_bytes();
+    return p;
+}
+
+Status Renderer::tell() {
+    const double now = seconds_since(render_start_);
+    if (callbacks_.progress && now >= next_progress_) {
+        next_progress_ = now + options_.progress_seconds;
+        const uint64_t rays = counters_.camera_rays() + counters_.bounce_rays() + counters_.total_shadow_rays();
+        if (now > last_told_) rate_ = static_cast<double>(rays - last_rays_) / (now - last_told_);
+        last_told_ = now;
+        last_rays_ = rays;
+        callbacks_.progress(progress());
+    }
+    if (callbacks_.snapshot && options_.snapshot_seconds > 0 && now >= next_snapshot_) {
+        std::vector<uint32_t> words;
+        RAYPAGER_TRY(wavefront_->read_film(words));
+        RenderProgress p = progress();
+        p.spp = average_samples(words);
+        RAYPAGER_TRY(callbacks_.snapshot(resolve_film(words, wavefront_->params().width, wavefront_->params().height), p));
+        next_snapshot_ = seconds_since(render_start_) + options_.snapshot_seconds;
+    }
+    return {};
+}
+
+Result<RenderResult> Renderer::result() {
+    const rp_render_params& params = wavefront_->params();
+    std::vector<uint32_t> words;
+    RAYPAGER_TRY(wavefront_->read_film(words));
+    const double render_seconds = seconds_since(render_start_);
+    RenderResult result;
+    result.image = resolve_film(words, params.width, params.height);
+    RenderReport& report = result.report;
+    const DeviceInfo& info = device_->info();
+    report.device = {info.name, info.platform, info.driver, info.type};
+    report.limits = {device_->budget().limit(), residency_->pool_bytes(), options_.host_limit ? options_.host_limit : default_host_limit()};
+    report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
+    report.width = params.width;
+    report.height = params.height;
+    report.spp = static_cast<uint32_t>(params.sample_limit / pixels_);
+    report.max_depth = params.max_depth;
+    report.paths = params.slot_count;
+    report.seed = params.seed;
+    report.policy = policy_name(options_.policy);
+    report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
+    report.film_hash = film_hash(words, params.width, params.height);
+    report.clamped_samples = clamped_samples(words);
+    report.seconds.total = seconds_since(start_);
+    report.seconds.render = render_seconds;
+    report.seconds.trace = static_cast<double>(wavefront_->kernel_nanoseconds()) * 1e-9;
+    report.seconds.stall = stall_seconds_;
+    report.seconds.build = device_->build_seconds();
+    report.rays = {counters_.camera_rays(), counters_.bounce_rays(), counters_.total_shadow_rays()};
+    const PagingStatistics& paging = residency_->statistics();
+    report.paging = {paging.loads, paging.evictions, paging.bytes_loaded, rounds_, counters_.wants_without_hit()};
+    // Every sample that was begun has ended up in the film.
+    if (average_samples(words) != static_cast<double>(report.spp)) return Status::failed("the film holds fewer samples than were begun; this is a bug");
+    return result;
+}
+
+}  // namespace
+
+Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
+    return Renderer(scene, options, callbacks).run();
+}
+
+}  // namespace raypager

@@ -1,0 +1,102 @@
+#include "residency/policy.hpp"
+
+#include <algorithm>
+
+namespace raypager {
+namespace {
+
+double age(const BlockState& block, uint32_t round) { return block.wanted_since ? double(round - block.wanted_since) + 1.0 : 0.0; }
+
+// How much a block is wanted; the highest comes in first.
+double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
+    switch (kind) {
+        case PolicyKind::aged_wants: return block.wants * age(block, round) / block.bytes;
+        case PolicyKind::most_wanted: return block.wants;
+        case PolicyKind::wanted_per_byte: return double(block.wants) / block.bytes;
+        case PolicyKind::lru: return age(block, round);
+    }
+    return 0;
+}
+
+// Absent wanted blocks, most wanted first.
+std::vector<uint32_t> load_order(const PolicySettings& settings, const PolicyInput& input) {
+    std::vector<std::pair<double, uint32_t>> wanted;
+    for (uint32_t i = 0; i < input.blocks.size(); i++) {
+        const BlockState& block = input.blocks[i];
+        if (block.state != PageState::absent || block.wants == 0) continue;
+        double score = load_score(settings.kind, block, input.round);
+        const double rounds = age(block, input.round);
+        if (settings.max_age && rounds > settings.max_age) score = 1e30 * rounds;
+        wanted.emplace_back(-score, i);
+    }
+    std::sort(wanted.begin(), wanted.end());
+    std::vector<uint32_t> order;
+    for (const auto& [score, block] : wanted) order.push_back(block);
+    return order;
+}
+
+// Blocks that may go, the least needed first.
+std::vector<uint32_t> eviction_order(const PolicySettings& settings, const PolicyInput& input) {
+    std::vector<uint32_t> order;
+    for (uint32_t i = 0; i < input.blocks.size(); i++)
+        if (input.blocks[i].state == PageState::resident && input.blocks[i].resident_since <= input.round) order.push_back(i);
+    const bool by_bounces = settings.kind == PolicyKind::most_wanted;
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+        const BlockState &x = input.blocks[a], &y = input.blocks[b];
+        if (!by_bounces && x.last_used != y.last_used) return x.last_used < y.last_used;
+        if (x.bounces != y.bounces) return x.bounces < y.bounces;
+        if (x.last_used != y.last_used) return x.last_used < y.last_used;
+        return a < b;
+    });
+    return order;
+}
+
+}  // namespace
+
+PolicySettings default_settings(PolicyKind kind) {
+    PolicySettings settings;
+    settings.kind = kind;
+    if (kind == PolicyKind::most_wanted) {
+        // The paper swaps once a round, whatever the rays that are ready.
+        settings.loads_in_flight = 1;
+        settings.hold_above_ready = 1.0;
+    }
+    // Most wanted and wanted per byte can let a rarely wanted block wait for ever; the guard ends that.
+    if (kind == PolicyKind::most_wanted || kind == PolicyKind::wanted_per_byte) settings.max_age = 4000;
+    return settings;
+}
+
+Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& current) {
+    Plan plan{{}, {}, current};
+    SlabAllocator& pool = plan.pool;
+    uint32_t in_flight = 0;
+    for (const BlockState& block : input.blocks) in_flight += block.state == PageState::loading;
+    const std::vector<uint32_t> wanted = load_order(settings, input);
+    if (wanted.empty()) return plan;
+    const bool hold = input.ready_rays > settings.hold_above_ready * input.slots;
+    std::vector<uint32_t> victims;
+    size_t next_victim = 0;
+    bool victims_known = false;
+    for (const uint32_t block : wanted) {
+        const uint64_t bytes = input.blocks[block].bytes;
+        std::optional<PoolAddress> place;
+        if (in_flight < settings.loads_into_free) place = pool.allocate(bytes);
+        if (!place) {
+            if (hold || in_flight >= settings.loads_in_flight) break;
+            if (!victims_known) victims = eviction_order(settings, input);
+            victims_known = true;
+            while (!pool.fits(bytes) && next_victim < victims.size()) {
+                const uint32_t victim = victims[next_victim++];
+                pool.release(input.blocks[victim].address, input.blocks[victim].bytes);
+                plan.evict.push_back(victim);
+            }
+            place = pool.allocate(bytes);
+            if (!place) break;  // the rest of the pool is being loaded, or has not been seen by a round
+        }
+        plan.load.push_back({block, *place});
+        in_flight++;
+    }
+    return plan;
+}
+
+}  // namespace raypager

@@ -1,0 +1,59 @@
+// Which blocks come in and which go out: a pure function of the demand, what is resident, and the space there is. No device, no clock,
+// no disk; the same input gives the same plan.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "residency/policy_names.hpp"
+#include "residency/slab_allocator.hpp"
+
+namespace raypager {
+
+enum class PageState : uint8_t { absent, loading, resident };
+
+// What is known of one block when a round has ended.
+struct BlockState {
+    PageState state = PageState::absent;
+    uint32_t bytes = 0;
+    uint32_t wants = 0;           // rays that wait for it now
+    uint32_t bounces = 0;         // rays of the last round that ended on its surfaces
+    uint32_t last_used = 0;       // last round in which a ray entered it
+    uint32_t wanted_since = 0;    // first round of the present run of rounds in which it was wanted; 0: not wanted
+    uint32_t resident_since = 0;  // first round that could see it
+    PoolAddress address;
+};
+
+struct PolicySettings {
+    PolicyKind kind = PolicyKind::aged_wants;
+    uint32_t loads_in_flight = 2;    // while blocks must be evicted for them
+    uint32_t loads_into_free = 8;    // while there is free space
+    double hold_above_ready = 0.15;  // no load that evicts starts while more than this share of the slots is ready; 1: never held back
+    uint32_t max_age = 0;            // rounds after which the longest wanted block comes first whatever the policy says; 0: never
+};
+PolicySettings default_settings(PolicyKind kind);
+
+struct PolicyInput {
+    std::span<const BlockState> blocks;
+    uint32_t round = 0;       // that has ended
+    uint32_t ready_rays = 0;  // that could go on in that round
+    uint32_t slots = 0;
+};
+
+struct PlannedLoad {
+    uint32_t block;
+    PoolAddress address;
+};
+
+struct Plan {
+    std::vector<uint32_t> evict;    // these first
+    std::vector<PlannedLoad> load;  // into these places
+    SlabAllocator pool;             // as it is then
+};
+
+// Never evicts a block that no round has seen yet, nor one that is being loaded. If anything is wanted, nothing is being loaded, and
+// everything resident has been seen by a round, then the plan has a load (REQUIRES: every block fits into an empty pool).
+Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& pool);
+
+}  // namespace raypager

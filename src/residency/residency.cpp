@@ -1,0 +1,135 @@
+#include "residency/residency.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/check.hpp"
+#include "raypager/abi/path.h"
+
+namespace raypager {
+namespace {
+
+uint32_t page_address(PoolAddress place) {
+    const uint64_t unit = place.offset / RP_BLOCK_ALIGNMENT;
+    RAYPAGER_CHECK(unit <= RP_PAGE_OFFSET_MASK && place.slab < RP_MAX_SLABS);
+    return place.slab << RP_PAGE_SLAB_SHIFT | static_cast<uint32_t>(unit);
+}
+
+}  // namespace
+
+Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block) {
+    constexpr uint64_t addressable = (uint64_t{RP_PAGE_OFFSET_MASK} + 1) * RP_BLOCK_ALIGNMENT;
+    const uint64_t slab = std::min(max_slab_bytes, addressable) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+    pool_bytes = pool_bytes / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+    if (largest_block > slab)
+        return Status::failed(fmt::format("the largest block has {} bytes, but the device allocates at most {} at once; bake with a smaller --block-size",
+                                          largest_block, slab));
+    std::vector<uint64_t> sizes;
+    while (pool_bytes > 0 && sizes.size() < RP_MAX_SLABS) {
+        sizes.push_back(std::min(slab, pool_bytes));
+        pool_bytes -= sizes.back();
+    }
+    return sizes;
+}
+
+Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockFile& file, const ResidencySettings& settings) {
+    const BakedScene& scene = file.scene();
+    const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
+    auto sizes = split_pool(settings.pool_bytes, std::max<uint64_t>(max_slab, scene.largest_block()), scene.largest_block());
+    if (!sizes) return sizes.status();
+    std::unique_ptr<Residency> residency(new Residency(SlabAllocator(*sizes)));
+    residency->policy_ = settings.policy;
+    for (size_t i = 0; i < sizes->size(); i++) {
+        auto slab = device.allocate((*sizes)[i], fmt::format("slab {} of the geometry pool", i));
+        if (!slab) return slab.status();
+        residency->slabs_.push_back(std::move(*slab));
+    }
+    if (residency->slabs_.empty()) {  // an empty scene: kernels still need a buffer to point at
+        auto slab = device.allocate(RP_BLOCK_ALIGNMENT, "an empty geometry pool");
+        if (!slab) return slab.status();
+        residency->slabs_.push_back(std::move(*slab));
+    }
+    residency->blocks_.resize(scene.blocks.size());
+    for (size_t i = 0; i < scene.blocks.size(); i++) residency->blocks_[i].bytes = scene.blocks[i].memory_bytes;
+    residency->pages_.assign(std::max<size_t>(scene.blocks.size(), 1), rp_page{RP_NONE, 0});
+    auto table = device.allocate(residency->pages_.size() * sizeof(rp_page), "the page table");
+    if (!table) return table.status();
+    residency->page_table_ = std::move(*table);
+    residency->cache_ = std::make_unique<HostCache>(file, settings.host_limit);
+    const uint32_t staging = std::max(settings.policy.loads_in_flight, settings.policy.loads_into_free);
+    auto loader = Loader::create(device, scene, *residency->cache_, residency->slabs_, std::max(1u, staging));
+    if (!loader) return loader.status();
+    residency->loader_ = std::move(*loader);
+    return residency;
+}
+
+Status Residency::publish(Queue& queue) {
+    if (!pages_changed_) return {};
+    pages_changed_ = false;
+    return queue.write_now(page_table_, 0, bytes_of(pages_));
+}
+
+Status Residency::take_arrivals(uint32_t round, bool wait) {
+    auto arrived = loader_->arrived(wait);
+    if (!arrived) return arrived.status();
+    for (const uint32_t index : *arrived) {
+        BlockState& block = blocks_[index];
+        RAYPAGER_CHECK(block.state == PageState::loading);
+        block.state = PageState::resident;
+        block.resident_since = round + 1;
+        block.last_used = round + 1;
+        pages_[index] = {page_address(block.address), round + 1};
+        pages_changed_ = true;
+        statistics_.loads++;
+        statistics_.bytes_loaded += block.bytes;
+    }
+    if (!arrived->empty()) last_arrival_round_ = round;
+    return {};
+}
+
+void Residency::evict(uint32_t index) {
+    BlockState& block = blocks_[index];
+    RAYPAGER_CHECK(block.state == PageState::resident);
+    resident_bytes_ -= block.bytes;
+    block.state = PageState::absent;
+    block.wanted_since = 0;
+    pages_[index] = {RP_NONE, 0};
+    pages_changed_ = true;
+    statistics_.evictions++;
+}
+
+Status Residency::after_round(uint32_t round, std::span<const uint32_t> demand, uint32_t ready_rays, uint32_t slots) {
+    const size_t count = blocks_.size();
+    RAYPAGER_CHECK(demand.size() >= RP_DEMAND_ARRAYS * count);
+    for (size_t i = 0; i < count; i++) {
+        BlockState& block = blocks_[i];
+        block.wants = demand[RP_DEMAND_WANTS * count + i];
+        block.bounces = demand[RP_DEMAND_BOUNCES * count + i];
+        block.last_used = std::max(block.last_used, demand[RP_DEMAND_USED * count + i]);
+        if (block.wants == 0) block.wanted_since = 0;
+        else if (block.wanted_since == 0) block.wanted_since = round;
+    }
+    RAYPAGER_TRY(take_arrivals(round, false));
+    const Plan plan = plan_paging(policy_, {blocks_, round, ready_rays, slots}, allocator_);
+    allocator_ = plan.pool;
+    for (const uint32_t block : plan.evict) evict(block);
+    for (const PlannedLoad& load : plan.load) {
+        BlockState& block = blocks_[load.block];
+        RAYPAGER_CHECK(block.state == PageState::absent);
+        block.state = PageState::loading;
+        block.address = load.address;
+        resident_bytes_ += block.bytes;
+        RAYPAGER_CHECK(resident_bytes_ <= allocator_.capacity());
+        statistics_.peak_resident_bytes = std::max(statistics_.peak_resident_bytes, resident_bytes_);
+        loader_->start(load.block, load.address);
+    }
+    return {};
+}
+
+Result<bool> Residency::wait_for_block(uint32_t round) {
+    if (last_arrival_round_ != round) RAYPAGER_TRY(take_arrivals(round, true));
+    return last_arrival_round_ == round;
+}
+
+}  // namespace raypager

@@ -1,0 +1,71 @@
+// The geometry pool: which blocks are where on the device, what comes in and goes out. Sits between the rounds of the tracer.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "device/device.hpp"
+#include "raypager/abi/block.h"
+#include "residency/host_cache.hpp"
+#include "residency/loader.hpp"
+#include "residency/policy.hpp"
+#include "residency/slab_allocator.hpp"
+
+namespace raypager {
+
+struct ResidencySettings {
+    uint64_t pool_bytes = 0;   // at most; REQUIRES: at least the largest block
+    uint64_t slab_bytes = 0;   // of one slab at most; 0: what the device allocates at once
+    uint64_t host_limit = 0;   // of the cache of stored blocks
+    PolicySettings policy;
+};
+
+struct PagingStatistics {
+    uint64_t loads = 0, evictions = 0, bytes_loaded = 0, peak_resident_bytes = 0;
+};
+
+// Sizes of the slabs for a pool: as few as possible, each large enough for the largest block.
+Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
+
+class Residency {
+public:
+    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockFile& file, const ResidencySettings& settings);
+
+    const std::vector<Buffer>& slabs() const { return slabs_; }
+    const Buffer& page_table() const { return page_table_; }
+    // Brings the page table on the device up to date, for the rounds that follow.
+    Status publish(Queue& queue);
+    // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
+    // demand: the arrays of abi/path.h (RP_DEMAND_*), one after the other.
+    Status after_round(uint32_t round, std::span<const uint32_t> demand, uint32_t ready_rays, uint32_t slots);
+    // When no ray can go on: waits until a block has arrived since that round began. False if none has, and none is on its way.
+    Result<bool> wait_for_block(uint32_t round);
+
+    const PagingStatistics& statistics() const { return statistics_; }
+    uint64_t resident_bytes() const { return resident_bytes_; }
+    uint64_t pool_bytes() const { return allocator_.capacity(); }
+    uint64_t host_peak_bytes() const { return cache_->peak_bytes(); }
+    std::span<const BlockState> blocks() const { return blocks_; }
+
+private:
+    explicit Residency(const SlabAllocator& allocator) : allocator_(allocator) {}
+    Status take_arrivals(uint32_t round, bool wait);
+    void evict(uint32_t block);
+
+    SlabAllocator allocator_;
+    PolicySettings policy_;
+    std::unique_ptr<HostCache> cache_;
+    std::vector<Buffer> slabs_;
+    Buffer page_table_;
+    std::vector<rp_page> pages_;  // what the device shall see
+    bool pages_changed_ = true;
+    std::vector<BlockState> blocks_;
+    std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
+    PagingStatistics statistics_;
+    uint64_t resident_bytes_ = 0;
+    uint32_t last_arrival_round_ = 0;
+};
+
+}  // namespace raypager

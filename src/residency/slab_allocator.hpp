@@ -1,0 +1,34 @@
+// Where blocks lie in the pool: a few slabs, each with a list of free extents. Plain data without any device: a plan can try an
+// eviction on a copy. Sizes and offsets are multiples of RP_BLOCK_ALIGNMENT.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace raypager {
+
+struct PoolAddress {
+    uint32_t slab = 0;
+    uint64_t offset = 0;
+    bool operator==(const PoolAddress&) const = default;
+};
+
+class SlabAllocator {
+public:
+    // Any number of slabs, with their sizes in bytes (rounded down to the alignment).
+    explicit SlabAllocator(const std::vector<uint64_t>& slab_bytes);
+    // The smallest free extent that is large enough (best fit), if there is one.
+    std::optional<PoolAddress> allocate(uint64_t bytes);
+    bool fits(uint64_t bytes) const;
+    void release(PoolAddress address, uint64_t bytes);  // REQUIRES: allocated with these bytes
+    uint64_t free_bytes() const { return free_bytes_; }
+    uint64_t capacity() const { return capacity_; }
+
+private:
+    std::vector<std::map<uint64_t, uint64_t>> free_;  // per slab: offset -> bytes, neighbours merged
+    uint64_t free_bytes_ = 0, capacity_ = 0;
+};
+
+}  // namespace raypager

@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include "raypager/scene.hpp"
+#include "scene/clean_mesh.hpp"
+
+namespace raypager {
+
+void MeshIssues::add(const MeshIssues& other) {
+    not_finite += other.not_finite;
+    bad_index += other.bad_index;
+    degenerate += other.degenerate;
+    duplicate += other.duplicate;
+    non_manifold_edges += other.non_manifold_edges;
+}
+
+std::string MeshIssues::describe() const {
+    std::string text;
+    const auto tell = [&](uint64_t count, const char* one, const char* many) {
+        if (count == 0) return;
+        if (!text.empty()) text += ", ";
+        text += fmt::format("{} {}", count, count == 1 ? one : many);
+    };
+    tell(not_finite, "triangle with a vertex that is not finite dropped", "triangles with vertices that are not finite dropped");
+    tell(bad_index, "triangle with a vertex that does not exist dropped", "triangles with vertices that do not exist dropped");
+    tell(degenerate, "degenerate triangle dropped", "degenerate triangles dropped");
+    tell(duplicate, "duplicate triangle kept", "duplicate triangles kept");
+    tell(non_manifold_edges, "edge of more than two triangles", "edges of more than two triangles");
+    return text;
+}
+
+Status MeshInMemory::load(TriangleMesh& mesh, MeshIssues& issues) const {
+    mesh = mesh_;
+    clean_mesh(mesh, issues);
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <span>
+
+#include "raypager/scene.hpp"
+
+namespace raypager {
+namespace {
+
+// Far more than anyone renders, small enough that products of the two stay in 32 bits.
+constexpr uint32_t largest_side = 65535;
+
+bool finite(const Float3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(std::span<const float> values) {
+    return std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
+}
+bool at_least(std::span<const float> values, float bound) {
+    return std::all_of(values.begin(), values.end(), [&](float x) { return std::isfinite(x) && x >= bound; });
+}
+
+Status check_camera(const Scene& scene) {
+    const Camera& c = scene.camera;
+    if (!finite(c.eye) || !finite(c.right) || !finite(c.up) || !finite(c.forward)) return Status::failed("camera: a coordinate is not finite");
+    const double determinant = double{c.right.x} * (double{c.up.y} * c.forward.z - double{c.up.z} * c.forward.y) -
+                               double{c.right.y} * (double{c.up.x} * c.forward.z - double{c.up.z} * c.forward.x) +
+                               double{c.right.z} * (double{c.up.x} * c.forward.y - double{c.up.y} * c.forward.x);
+    if (determinant == 0) return Status::failed("camera: its axes lie in one plane; check its transform and field of view");
+    for (const uint32_t side : {scene.width, scene.height})
+        if (side == 0 || side > largest_side)
+            return Status::failed(fmt::format("picture: {} x {} pixels; each side must be 1 to {}", scene.width, scene.height, largest_side));
+    if (scene.spp == 0) return Status::failed("picture: 0 samples a pixel; at least 1 is needed");
+    return {};
+}
+
+Status check_material(const rp_material& material, size_t index) {
+    const auto bad = [&](const char* what) { return Status::failed(fmt::format("material {}: {}", index, what)); };
+    const std::span color(material.color, 3), eta(material.eta, 3), k(material.k, 3);
+    switch (material.kind) {
+        case RP_MATERIAL_DIFFUSE:
+            if (!at_least(color, 0) || *std::max_element(color.begin(), color.end()) > 1) return bad("reflectance must be 0 to 1");
+            return {};
+        case RP_MATERIAL_CONDUCTOR:
+            if (!at_least(eta, 0) || !at_least(k, 0)) return bad("eta and k must be 0 or more");
+            for (size_t i = 0; i < 3; ++i)
+                if (eta[i] == 0 && k[i] == 0) return bad("eta and k must not both be 0");
+            if (!(material.alpha >= 0 && material.alpha <= 1)) return bad("roughness must be 0 to 1");
+            return {};
+        case RP_MATERIAL_DIELECTRIC:
+            if (!(material.ior > 0) || !std::isfinite(material.ior)) return bad("the index of refraction must be more than 0");
+            return {};
+        case RP_MATERIAL_NONE:
+            return {};
+        default:
+            return bad("of an unknown kind");
+    }
+}
+
+Status check_light(const rp_light& light, size_t index) {
+    const auto bad = [&](const char* what) { return Status::failed(fmt::format("light {}: {}", index, what)); };
+    if (!at_least(std::span(light.radiance), 0)) return bad("its radiance must be finite and 0 or more");
+    const std::span p(light.p);
+    switch (light.kind) {
+        case RP_LIGHT_INFINITE:
+            return {};
+        case RP_LIGHT_POINT:
+            return finite(p) ? Status() : bad("its position is not finite");
+        case RP_LIGHT_DISTANT: {
+            const double length = std::hypot(double{p[0]}, double{p[1]}, double{p[2]});
+            return std::abs(length - 1) < 1e-3 ? Status() : bad("its direction is not a unit vector");
+        }
+        default:
+            return bad("of a kind that does not belong here");
+    }
+}
+
+Status check_shape(const Scene& scene, const Shape& shape) {
+    const auto bad = [&](const std::string& what) { return Status::failed(shape.name + ": " + what); };
+    if (shape.material >= scene.materials.size()) return bad(fmt::format("material {} does not exist", shape.material));
+    if (shape.area_light && *shape.area_light >= scene.area_lights.size()) return bad(fmt::format("area light {} does not exist", *shape.area_light));
+    const auto& m = shape.to_world.m;
+    for (const auto& row : m)
+        for (const double x : row)
+            if (!std::isfinite(x)) return bad("its transform is not finite");
+    if (m[3] != std::array<double, 4>{0, 0, 0, 1}) return bad("its transform is projective; only affine ones can place a shape");
+    if (shape.mesh) return {};
+    if (!finite(shape.sphere.center) || !(shape.sphere.radius > 0) || !std::isfinite(shape.sphere.radius))
+        return bad("a sphere needs a finite centre and a radius of more than 0");
+    return {};
+}
+
+}  // namespace
+
+Status validate(const Scene& scene) {
+    RAYPAGER_TRY(check_camera(scene));
+    for (size_t i = 0; i < scene.materials.size(); ++i) RAYPAGER_TRY(check_material(scene.materials[i], i));
+    for (size_t i = 0; i < scene.area_lights.size(); ++i) {
+        const Float3& l = scene.area_lights[i].radiance;
+        if (!at_least(std::array{l.x, l.y, l.z}, 0)) return Status::failed(fmt::format("area light {}: its radiance must be finite and 0 or more", i));
+    }
+    size_t infinite = 0;
+    for (size_t i = 0; i < scene.lights.size(); ++i) {
+        RAYPAGER_TRY(check_light(scene.lights[i], i));
+        if (scene.lights[i].kind == RP_LIGHT_INFINITE && ++infinite > 1) return Status::failed("more than one infinite light; add them up");
+    }
+    for (const Shape& shape : scene.shapes) RAYPAGER_TRY(check_shape(scene, shape));
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,172 @@
+#include "store/block_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/check.hpp"
+#include "base/hash.hpp"
+#include "store/check_scene.hpp"
+#include "store/format.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace format;
+
+Status read_header(const InputFile& file, Header& header) {
+    const std::string path = file.path().string();
+    if (file.size() < page) return Status::failed(fmt::format("{}: is no block file: it has only {} bytes; bake the scene again", path, file.size()));
+    RAYPAGER_TRY(file.read(0, std::as_writable_bytes(std::span(&header, 1))));
+    if (std::memcmp(header.magic, magic, sizeof magic) != 0)
+        return Status::failed(fmt::format("{}: is no block file: it does not begin with \"RAYPAGER\"", path));
+    if (header.endian_mark != endian_mark)
+        return Status::failed(fmt::format("{}: header: the byte order mark is wrong; the file is damaged, bake the scene again", path));
+    if (header.version != version)
+        return Status::failed(
+            fmt::format("{}: has format version {}, but this program reads version {}; bake the scene again", path, header.version, version));
+    const auto bytes = std::as_bytes(std::span(&header, 1));
+    if (header.header_bytes != sizeof header || header.section_count != section_count ||
+        header.checksum != hash64(bytes.first(offsetof(Header, checksum))))
+        return Status::failed(fmt::format("{}: header: the checksum is wrong; the file is damaged, bake the scene again", path));
+    if (header.file_bytes != file.size())
+        return Status::failed(fmt::format("{}: has {} bytes but should have {}; it is truncated or damaged, bake the scene again", path, file.size(),
+                                          header.file_bytes));
+    return {};
+}
+
+// Checks that a section lies in the file before memory is taken for it.
+template <class T>
+Status read_section(const InputFile& file, const Header& header, Section kind, std::vector<T>& items) {
+    const SectionEntry& entry = header.sections[kind];
+    const std::string place = fmt::format("{}: section \"{}\" at byte {}", file.path().string(), section_names[kind], entry.offset);
+    if (entry.kind != kind || entry.item_bytes != sizeof(T) || entry.offset < page || entry.offset > file.size() ||
+        entry.count > (file.size() - entry.offset) / sizeof(T))
+        return Status::failed(place + ": does not lie within the file; the file is damaged, bake the scene again");
+    items.resize(entry.count);
+    RAYPAGER_TRY(file.read(entry.offset, std::as_writable_bytes(std::span(items))));
+    if (hash64(std::as_bytes(std::span(items))) != entry.checksum)
+        return Status::failed(place + ": the checksum is wrong; the file is damaged, bake the scene again");
+    return {};
+}
+
+Float3 load(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+Status read_scalars(const InputFile& file, const Header& header, BakedScene& scene) {
+    std::vector<Scalars> items;
+    RAYPAGER_TRY(read_section(file, header, scalars, items));
+    if (items.size() != 1)
+        return Status::failed(file.path().string() + ": section \"scene\": must have one entry; the file is damaged, bake the scene again");
+    const Scalars& s = items[0];
+    scene.camera = {load(s.eye), load(s.right), load(s.up), load(s.forward)};
+    scene.width = s.width;
+    scene.height = s.height;
+    scene.spp = s.spp;
+    scene.max_depth = s.max_depth;
+    std::memcpy(scene.lower, s.lower, sizeof s.lower);
+    std::memcpy(scene.upper, s.upper, sizeof s.upper);
+    scene.top_grid = s.top_grid;
+    scene.triangles = s.triangles;
+    scene.spheres = s.spheres;
+    scene.fingerprint = s.fingerprint;
+    return {};
+}
+
+class Hasher {
+public:
+    template <class Items>
+    void add_all(const Items& items) {
+        const uint64_t count = std::size(items);
+        add(count);
+        value = hash64(std::as_bytes(std::span(items)), value);
+    }
+    template <class T>
+    void add(const T& item) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        value = hash64(std::as_bytes(std::span(&item, 1)), value);
+    }
+    uint64_t value = 0;
+};
+
+}  // namespace
+
+uint64_t BakedScene::geometry_bytes() const {
+    uint64_t sum = 0;
+    for (const BlockRecord& block : blocks) sum += block.memory_bytes;
+    return sum;
+}
+
+uint64_t BakedScene::stored_bytes() const {
+    uint64_t sum = 0;
+    for (const BlockRecord& block : blocks) sum += block.stored_bytes;
+    return sum;
+}
+
+uint32_t BakedScene::largest_block() const {
+    uint32_t largest = 0;
+    for (const BlockRecord& block : blocks) largest = std::max(largest, block.memory_bytes);
+    return largest;
+}
+
+uint64_t BakedScene::identity() const {
+    Hasher hasher;
+    hasher.add(camera);
+    for (const uint64_t value : {uint64_t{width}, uint64_t{height}, uint64_t{spp}, uint64_t{max_depth}, triangles, spheres}) hasher.add(value);
+    hasher.add_all(lower);
+    hasher.add_all(upper);
+    hasher.add_all(materials);
+    hasher.add_all(lights);
+    hasher.add_all(ranges);
+    hasher.add(top_grid);
+    hasher.add_all(top_nodes);
+    hasher.add_all(portals);
+    hasher.add_all(portal_paths);
+    // Where a block lies in the file does not matter.
+    for (const BlockRecord& block : blocks) {
+        hasher.add(block.checksum);
+        hasher.add(block.stored_bytes);
+    }
+    return hasher.value;
+}
+
+Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::path& path) {
+    auto file = InputFile::open(path);
+    if (!file) return file.status();
+    auto opened = std::make_shared<BlockFile>();
+    BakedScene& scene = opened->scene_;
+    Header header;
+    RAYPAGER_TRY(read_header(*file, header));
+    RAYPAGER_TRY(read_scalars(*file, header, scene));
+    RAYPAGER_TRY(read_section(*file, header, materials, scene.materials));
+    RAYPAGER_TRY(read_section(*file, header, lights, scene.lights));
+    RAYPAGER_TRY(read_section(*file, header, ranges, scene.ranges));
+    RAYPAGER_TRY(read_section(*file, header, top_nodes, scene.top_nodes));
+    RAYPAGER_TRY(read_section(*file, header, portals, scene.portals));
+    RAYPAGER_TRY(read_section(*file, header, portal_paths, scene.portal_paths));
+    RAYPAGER_TRY(read_section(*file, header, blocks, scene.blocks));
+    if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
+    opened->file_ = std::move(*file);
+    return std::shared_ptr<const BlockFile>(std::move(opened));
+}
+
+Status BlockFile::read_block(uint32_t block, std::span<std::byte> stored) const {
+    RAYPAGER_CHECK(block < scene_.blocks.size());
+    const BlockRecord& record = scene_.blocks[block];
+    RAYPAGER_CHECK(stored.size() == record.stored_bytes);
+    if (auto status = file_.read(record.offset, stored); !status.ok()) return status.at(fmt::format("block {}", block));
+    if (hash64(stored) != record.checksum)
+        return Status::failed(fmt::format("{}: block {} at byte {}: the checksum is wrong; the file is damaged, bake the scene again",
+                                          path().string(), block, record.offset));
+    return {};
+}
+
+Status BlockFile::check_block(uint32_t block, std::span<const std::byte> stored) const {
+    RAYPAGER_CHECK(block < scene_.blocks.size());
+    auto status = check_block_bytes(scene_, block, stored);
+    if (status.ok()) return status;
+    return Status::failed(fmt::format("{}: block {} at byte {}: {}; the file is damaged, bake the scene again", path().string(), block,
+                                      scene_.blocks[block].offset, status.message()));
+}
+
+}  // namespace raypager

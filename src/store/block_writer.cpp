@@ -1,0 +1,97 @@
+#include <cstring>
+#include <vector>
+
+#include "base/check.hpp"
+#include "base/hash.hpp"
+#include "store/block_file.hpp"
+#include "store/format.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace format;
+
+void store(float (&out)[3], const Float3& value) {
+    out[0] = value.x;
+    out[1] = value.y;
+    out[2] = value.z;
+}
+
+Scalars make_scalars(const BakedScene& scene) {
+    Scalars s = {};
+    store(s.eye, scene.camera.eye);
+    store(s.right, scene.camera.right);
+    store(s.up, scene.camera.up);
+    store(s.forward, scene.camera.forward);
+    s.width = scene.width;
+    s.height = scene.height;
+    s.spp = scene.spp;
+    s.max_depth = scene.max_depth;
+    std::memcpy(s.lower, scene.lower, sizeof s.lower);
+    std::memcpy(s.upper, scene.upper, sizeof s.upper);
+    s.top_grid = scene.top_grid;
+    s.triangles = scene.triangles;
+    s.spheres = scene.spheres;
+    s.fingerprint = scene.fingerprint;
+    return s;
+}
+
+Status pad_to_page(OutputFile& file) {
+    const std::vector<std::byte> zeros((page - file.position() % page) % page);
+    return file.write(zeros);
+}
+
+template <class T>
+Status write_section(OutputFile& file, Header& header, Section kind, std::span<const T> items) {
+    RAYPAGER_TRY(pad_to_page(file));
+    const auto bytes = std::as_bytes(items);
+    header.sections[kind] = {file.position(), items.size(), hash64(bytes), kind, item_bytes[kind]};
+    static_assert(std::is_trivially_copyable_v<T>);
+    RAYPAGER_CHECK(sizeof(T) == item_bytes[kind]);
+    return file.write(bytes);
+}
+
+}  // namespace
+
+Result<BlockFileWriter> BlockFileWriter::create(const std::filesystem::path& path) {
+    auto file = OutputFile::create(path);
+    if (!file) return file.status();
+    BlockFileWriter writer;
+    writer.file_ = std::move(*file);
+    // Room for the header, which is written last.
+    if (auto status = writer.file_.write(std::vector<std::byte>(page)); !status.ok()) return status;
+    return writer;
+}
+
+Status BlockFileWriter::append(std::span<const std::byte> stored, BlockRecord& record) {
+    RAYPAGER_CHECK(!stored.empty() && stored.size() <= UINT32_MAX);
+    RAYPAGER_TRY(pad_to_page(file_));
+    record.offset = file_.position();
+    record.checksum = hash64(stored);
+    record.stored_bytes = static_cast<uint32_t>(stored.size());
+    return file_.write(stored);
+}
+
+Status BlockFileWriter::finish(const BakedScene& scene) {
+    Header header = {};
+    std::memcpy(header.magic, magic, sizeof magic);
+    header.version = version;
+    header.endian_mark = endian_mark;
+    header.header_bytes = sizeof header;
+    header.section_count = section_count;
+    const Scalars s = make_scalars(scene);
+    RAYPAGER_TRY(write_section(file_, header, scalars, std::span(&s, 1)));
+    RAYPAGER_TRY(write_section<rp_material>(file_, header, materials, scene.materials));
+    RAYPAGER_TRY(write_section<rp_light>(file_, header, lights, scene.lights));
+    RAYPAGER_TRY(write_section<rp_primitive_range>(file_, header, ranges, scene.ranges));
+    RAYPAGER_TRY(write_section<rp_node>(file_, header, top_nodes, scene.top_nodes));
+    RAYPAGER_TRY(write_section<rp_portal>(file_, header, portals, scene.portals));
+    RAYPAGER_TRY(write_section<uint64_t>(file_, header, portal_paths, scene.portal_paths));
+    RAYPAGER_TRY(write_section<BlockRecord>(file_, header, blocks, scene.blocks));
+    header.file_bytes = file_.position();
+    header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
+    RAYPAGER_TRY(file_.write_at(0, std::as_bytes(std::span(&header, 1))));
+    return file_.commit();
+}
+
+}  // namespace raypager

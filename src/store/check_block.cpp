@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "store/check_scene.hpp"
+
+namespace raypager {
+namespace {
+
+Status bad(std::string what) { return Status::failed(std::move(what)); }
+
+class BlockCheck {
+public:
+    BlockCheck(const BakedScene& scene, uint32_t block, std::span<const std::byte> bytes) : scene_(scene), block_(block), bytes_(bytes) {}
+
+    Status run() {
+        RAYPAGER_TRY(check_header());
+        RAYPAGER_TRY(check_numbers());
+        seen_leaves_.resize(header_.leaf_count);
+        const auto portals = std::ranges::equal_range(scene_.portals, block_, {}, &rp_portal::block);
+        if (portals.size() != header_.portal_count) return bad("the number of portals is wrong");
+        for (const rp_portal& portal : portals) RAYPAGER_TRY(check_portal(portal));
+        if (nodes_ != header_.node_count || leaves_ != header_.leaf_count) return bad("some nodes or leaves are never reached");
+        if (triangles_ != header_.triangle_count || spheres_ != header_.sphere_count) return bad("the number of primitives is wrong");
+        return {};
+    }
+
+private:
+    Status check_header() {
+        const BlockRecord& record = scene_.blocks[block_];
+        if (bytes_.size() < sizeof header_) return bad("it is shorter than its header");
+        std::memcpy(&header_, bytes_.data(), sizeof header_);
+        if (header_.magic != RP_BLOCK_MAGIC) return bad("it does not begin with \"RBLK\"");
+        if (header_.block_index != block_ || header_.flags != 0) return bad("its header is that of another block");
+        if (header_.bytes != bytes_.size() || header_.bytes != record.memory_bytes) return bad("its size is wrong");
+        if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
+        if (std::memcmp(header_.lower, record.lower, sizeof record.lower) != 0 || std::memcmp(header_.upper, record.upper, sizeof record.upper) != 0)
+            return bad("its bounds are wrong");
+        if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
+        return check_sections();
+    }
+
+    Status check_sections() const {
+        struct {
+            const char* name;
+            uint64_t at, bytes;
+        } const sections[] = {
+            {"nodes", header_.nodes_at, header_.node_count * uint64_t{sizeof(rp_node)}},
+            {"leaves", header_.leaves_at, header_.leaf_count * uint64_t{sizeof(rp_leaf)}},
+            {"vertices", header_.vertices_at, header_.vertex_count * uint64_t{12}},
+            {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{16}},
+            {"ids", header_.ids_at, header_.leaf_count * uint64_t{4 * RP_LEAF_MAX_PRIMITIVES}},
+            {"normals", header_.normals_at, header_.normals_at ? header_.vertex_count * uint64_t{4} : 0},
+        };
+        uint64_t end = sizeof header_;
+        for (const auto& section : sections) {
+            if (section.at == 0 && section.bytes == 0 && section.name == std::string_view("normals")) continue;
+            if (section.at % 16 != 0 || section.at < end || section.at > bytes_.size() || section.bytes > bytes_.size() - section.at)
+                return bad(fmt::format("the section \"{}\" does not lie within it", section.name));
+            end = section.at + section.bytes;
+        }
+        return {};
+    }
+
+    template <class T>
+    T item(uint64_t section_at, uint64_t index) const {
+        T value;
+        std::memcpy(&value, bytes_.data() + section_at + index * sizeof(T), sizeof(T));
+        return value;
+    }
+
+    Status check_numbers() const {
+        for (uint64_t i = 0; i < uint64_t{header_.vertex_count} * 3; i++)
+            if (!std::isfinite(item<float>(header_.vertices_at, i))) return bad(fmt::format("vertex {} is not finite", i / 3));
+        for (uint64_t i = 0; i < uint64_t{header_.sphere_count} * 4; i++) {
+            const float value = item<float>(header_.spheres_at, i);
+            if (!std::isfinite(value) || (i % 4 == 3 && !(value > 0))) return bad(fmt::format("sphere {} makes no sense", i / 4));
+        }
+        return {};
+    }
+
+    Status check_portal(const rp_portal& portal) {
+        if (std::memcmp(portal.origin, header_.origin, sizeof portal.origin) != 0 || std::memcmp(portal.cell, header_.cell, sizeof portal.cell) != 0)
+            return bad("the grid of a portal is not its own");
+        struct Entry {
+            rp_u32 ref;
+            int depth;
+        };
+        std::vector<Entry> stack = {{portal.root, 0}};
+        while (!stack.empty()) {
+            const auto [ref, depth] = stack.back();
+            stack.pop_back();
+            if (ref & RP_REF_LEAF) {
+                RAYPAGER_TRY(check_leaf(ref));
+                continue;
+            }
+            // Depth-first order over all portals: so there can be no cycle, and nothing is reached twice.
+            if (ref != nodes_ || nodes_ >= header_.node_count) return bad(fmt::format("node {} is absent or out of order", ref));
+            if (depth == RP_BLOCK_MAX_DEPTH) return bad("its tree is too deep");
+            const auto node = item<rp_node>(header_.nodes_at, nodes_++);
+            for (const int side : {1, 0}) stack.push_back({node.child[side].ref, depth + 1});
+        }
+        return {};
+    }
+
+    Status check_leaf(rp_u32 ref) {
+        if (ref & (RP_REF_PORTAL ^ RP_REF_LEAF)) return bad(fmt::format("reference {:08x} leads out of it", ref));
+        const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
+        const uint32_t count = (ref & 3u) + 1;
+        if (index >= header_.leaf_count || seen_leaves_[index]) return bad(fmt::format("leaf {} is absent or reached twice", index));
+        seen_leaves_[index] = true;
+        leaves_++;
+        const auto leaf = item<rp_leaf>(header_.leaves_at, index);
+        if (ref & RP_LEAF_SPHERES) {
+            if (leaf.hi != 0 || uint64_t{leaf.lo} + count > header_.sphere_count) return bad(fmt::format("leaf {} has no spheres", index));
+            spheres_ += count;
+        } else {
+            // Kernels may load all six vertices of a strip, however short it is.
+            const uint64_t first = uint64_t{leaf.lo & 0xffffu} * RP_CLUSTER_UNIT;
+            const uint64_t bytes = leaf.lo >> 16 | uint64_t{leaf.hi} << 16;
+            for (int i = 0; i < 6; i++)
+                if (first + (bytes >> 8 * i & 255u) >= header_.vertex_count)
+                    return bad(fmt::format("leaf {} names a vertex that does not exist", index));
+            triangles_ += count;
+        }
+        const uint64_t primitives = scene_.triangles + scene_.spheres;
+        for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) {
+            const auto id = item<rp_u32>(header_.ids_at, RP_LEAF_MAX_PRIMITIVES * uint64_t{index} + k);
+            if (k < count ? id >= primitives : id != RP_NONE) return bad(fmt::format("leaf {} names a primitive that does not exist", index));
+        }
+        return {};
+    }
+
+    const BakedScene& scene_;
+    const uint32_t block_;
+    const std::span<const std::byte> bytes_;
+    rp_block_header header_ = {};
+    std::vector<bool> seen_leaves_;
+    uint64_t nodes_ = 0, leaves_ = 0, triangles_ = 0, spheres_ = 0;
+};
+
+}  // namespace
+
+Status check_block_bytes(const BakedScene& scene, uint32_t block, std::span<const std::byte> bytes) { return BlockCheck(scene, block, bytes).run(); }
+
+}  // namespace raypager

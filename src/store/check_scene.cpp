@@ -1,0 +1,168 @@
+#include "store/check_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "store/format.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace format;
+
+Status bad(Section section, std::string what) {
+    return Status::failed(fmt::format("section \"{}\": {}; the file is damaged, bake the scene again", section_names[section], what));
+}
+
+bool finite(std::span<const float> values) {
+    for (const float value : values)
+        if (!std::isfinite(value)) return false;
+    return true;
+}
+
+bool good_grid(const float (&origin)[3], const float (&cell)[3]) {
+    return finite(origin) && finite(cell) && cell[0] > 0 && cell[1] > 0 && cell[2] > 0;
+}
+
+bool good_bounds(const float (&lower)[3], const float (&upper)[3]) {
+    return finite(lower) && finite(upper) && lower[0] <= upper[0] && lower[1] <= upper[1] && lower[2] <= upper[2];
+}
+
+Status check_scalars(const BakedScene& scene) {
+    for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward})
+        if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) return bad(scalars, "the camera is not finite");
+    if (scene.width == 0 || scene.height == 0 || scene.spp == 0) return bad(scalars, "the size of the picture is zero");
+    if (!good_bounds(scene.lower, scene.upper)) return bad(scalars, "the bounds make no sense");
+    if (!good_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");
+    if (scene.triangles >= RP_NONE || scene.spheres >= RP_NONE || scene.triangles + scene.spheres >= RP_NONE)
+        return bad(scalars, "too many primitives");
+    return {};
+}
+
+Status check_materials(const BakedScene& scene) {
+    for (size_t i = 0; i < scene.materials.size(); i++) {
+        const rp_material& m = scene.materials[i];
+        if (m.kind > RP_MATERIAL_NONE) return bad(materials, fmt::format("material {} is of an unknown kind", i));
+        if (!std::isfinite(m.alpha) || !std::isfinite(m.ior) || !finite(m.color) || !finite(m.eta) || !finite(m.k))
+            return bad(materials, fmt::format("material {} is not finite", i));
+    }
+    return {};
+}
+
+Status check_lights(const BakedScene& scene) {
+    double sum = 0;
+    size_t infinite = 0;
+    for (size_t i = 0; i < scene.lights.size(); i++) {
+        const rp_light& light = scene.lights[i];
+        if (light.kind > RP_LIGHT_POINT) return bad(lights, fmt::format("light {} is of an unknown kind", i));
+        if (!finite(light.p) || !finite(light.e1) || !finite(light.e2) || !finite(light.radiance) || !std::isfinite(light.area))
+            return bad(lights, fmt::format("light {} is not finite", i));
+        if (!(light.probability > 0 && light.probability <= 1)) return bad(lights, fmt::format("light {} has no probability", i));
+        sum += light.probability;
+        infinite += light.kind == RP_LIGHT_INFINITE;
+    }
+    if (infinite > 1) return bad(lights, "there is more than one infinite light");
+    // Single-precision roundings are far smaller, on average, than this.
+    if (!scene.lights.empty() && std::abs(sum - 1) > 1e-4) return bad(lights, fmt::format("the probabilities sum up to {}", sum));
+    return {};
+}
+
+Status check_ranges(const BakedScene& scene) {
+    const uint64_t primitives = scene.triangles + scene.spheres;
+    if (scene.ranges.empty() != (primitives == 0)) return bad(ranges, "does not cover the primitives");
+    for (size_t i = 0; i < scene.ranges.size(); i++) {
+        const rp_primitive_range& range = scene.ranges[i];
+        const uint64_t end = i + 1 < scene.ranges.size() ? scene.ranges[i + 1].first_primitive : primitives;
+        if ((i == 0 && range.first_primitive != 0) || range.first_primitive >= end) return bad(ranges, fmt::format("range {} is out of order", i));
+        if (range.material >= scene.materials.size()) return bad(ranges, fmt::format("range {} has no material", i));
+        if (range.first_light != RP_NONE && range.first_light + (end - range.first_primitive) > scene.lights.size())
+            return bad(ranges, fmt::format("range {} has no lights", i));
+    }
+    return {};
+}
+
+Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
+    uint64_t triangles = 0, spheres = 0;
+    for (size_t i = 0; i < scene.blocks.size(); i++) {
+        const BlockRecord& block = scene.blocks[i];
+        if (block.offset % page != 0 || block.offset < page || block.offset > file_bytes || block.stored_bytes > file_bytes - block.offset)
+            return bad(blocks, fmt::format("block {} does not lie within the file", i));
+        if (block.stored_bytes < sizeof(rp_block_header) || block.memory_bytes % RP_BLOCK_ALIGNMENT != 0 ||
+            block.memory_bytes < sizeof(rp_block_header) || block.memory_bytes > RP_MAX_BLOCK_BYTES || block.stored_bytes > RP_MAX_BLOCK_BYTES)
+            return bad(blocks, fmt::format("block {} has an impossible size", i));
+        if (!good_bounds(block.lower, block.upper)) return bad(blocks, fmt::format("the bounds of block {} make no sense", i));
+        triangles += block.triangles;
+        spheres += block.spheres;
+    }
+    if (triangles != scene.triangles || spheres != scene.spheres) return bad(blocks, "the blocks do not hold as many primitives as the scene");
+    return {};
+}
+
+Status check_portals(const BakedScene& scene) {
+    if (scene.portals.size() != scene.top_grid.portal_count || scene.portals.size() != scene.portal_paths.size())
+        return bad(portals, "their number is inconsistent");
+    uint64_t next_block = 0, of_block = 0;
+    for (size_t i = 0; i < scene.portals.size(); i++) {
+        const rp_portal& portal = scene.portals[i];
+        of_block = portal.block + uint64_t{1} == next_block ? of_block + 1 : 1;
+        if (of_block == 1 && portal.block != next_block++) return bad(portals, fmt::format("portal {} is out of order", i));
+        if (portal.block >= scene.blocks.size() || of_block > RP_MAX_SUB_BOXES) return bad(portals, fmt::format("portal {} leads to no block", i));
+        if (!good_grid(portal.origin, portal.cell)) return bad(portals, fmt::format("the grid of portal {} makes no sense", i));
+        if ((portal.root & RP_REF_PORTAL) == RP_REF_PORTAL || portal.root == RP_REF_EXIT ||
+            (!(portal.root & RP_REF_LEAF) && uint64_t{portal.root} * sizeof(rp_node) >= scene.blocks[portal.block].memory_bytes))
+            return bad(portals, fmt::format("portal {} has no root", i));
+    }
+    if (next_block != scene.blocks.size()) return bad(portals, fmt::format("block {} has none", next_block));
+    return {};
+}
+
+// Walks the whole top tree: each node and each portal is reached once, within the depth, and by the path that the portal names.
+Status check_top_tree(const BakedScene& scene) {
+    if (scene.portals.empty()) {
+        const bool good = scene.top_grid.root == RP_REF_EXIT && scene.top_nodes.empty();
+        return good ? Status() : bad(top_nodes, "there is a tree but no portal");
+    }
+    struct Entry {
+        rp_u32 ref;
+        int depth;
+        uint64_t path;
+    };
+    std::vector<Entry> stack = {{scene.top_grid.root, 0, 1}};
+    std::vector<bool> seen(scene.portals.size());
+    size_t nodes = 0, reached = 0;
+    while (!stack.empty()) {
+        const Entry entry = stack.back();
+        stack.pop_back();
+        if ((entry.ref & RP_REF_PORTAL) == RP_REF_PORTAL) {
+            const uint32_t portal = entry.ref & ~RP_REF_PORTAL;
+            if (portal >= scene.portals.size() || seen[portal]) return bad(top_nodes, fmt::format("portal {} is absent or reached twice", portal));
+            if (scene.portal_paths[portal] != entry.path) return bad(portal_paths, fmt::format("the path of portal {} leads elsewhere", portal));
+            seen[portal] = true;
+            reached++;
+            continue;
+        }
+        // Depth-first order: a node's number is the number of nodes met before it. So there can be no cycle.
+        if (entry.ref != nodes || nodes >= scene.top_nodes.size()) return bad(top_nodes, fmt::format("node {} is absent or out of order", entry.ref));
+        if (entry.depth == RP_TOP_MAX_DEPTH) return bad(top_nodes, "the tree is too deep");
+        for (const uint64_t side : {1, 0}) stack.push_back({scene.top_nodes[nodes].child[side].ref, entry.depth + 1, entry.path << 1 | side});
+        nodes++;
+    }
+    if (nodes != scene.top_nodes.size() || reached != scene.portals.size()) return bad(top_nodes, "some nodes or portals are never reached");
+    return {};
+}
+
+}  // namespace
+
+Status check_scene(const BakedScene& scene, uint64_t file_bytes) {
+    RAYPAGER_TRY(check_scalars(scene));
+    RAYPAGER_TRY(check_materials(scene));
+    RAYPAGER_TRY(check_lights(scene));
+    RAYPAGER_TRY(check_ranges(scene));
+    RAYPAGER_TRY(check_blocks(scene, file_bytes));
+    RAYPAGER_TRY(check_portals(scene));
+    return check_top_tree(scene);
+}
+
+}  // namespace raypager

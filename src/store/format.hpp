@@ -1,0 +1,53 @@
+// The fixed parts of a block file, as they lie on disk (FORMAT.md). All numbers are little-endian; so is every machine this runs on.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "raypager/abi/block.h"
+#include "raypager/abi/scene.h"
+#include "store/block_file.hpp"
+
+namespace raypager::format {
+
+static_assert(std::endian::native == std::endian::little, "block files are read and written as they lie in memory");
+
+inline constexpr char magic[8] = {'R', 'A', 'Y', 'P', 'A', 'G', 'E', 'R'};
+inline constexpr uint32_t version = 1;
+inline constexpr uint32_t endian_mark = 0x01020304u;
+inline constexpr uint64_t page = 4096;  // the header takes one; blocks start at multiples
+
+enum Section : uint32_t { scalars, materials, lights, ranges, top_nodes, portals, portal_paths, blocks, section_count };
+inline constexpr const char* section_names[section_count] = {"scene",    "materials", "lights",       "ranges",
+                                                             "top tree", "portals",   "portal paths", "block table"};
+
+struct SectionEntry {
+    uint64_t offset, count, checksum;
+    uint32_t kind, item_bytes;
+};
+
+struct Header {
+    char magic[8];
+    uint32_t version, endian_mark;
+    uint32_t header_bytes, section_count;
+    uint64_t file_bytes;
+    SectionEntry sections[format::section_count];
+    uint64_t checksum;  // of the bytes before it
+};
+
+struct Scalars {
+    float eye[3], right[3], up[3], forward[3];
+    uint32_t width, height, spp, max_depth;
+    float lower[3], upper[3];
+    rp_top_grid top_grid;
+    uint64_t triangles, spheres, fingerprint;
+};
+
+inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars), sizeof(rp_material), sizeof(rp_light), sizeof(rp_primitive_range),
+                                                       sizeof(rp_node), sizeof(rp_portal),   sizeof(uint64_t), sizeof(BlockRecord)};
+
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 8 * 32 + 8 && sizeof(Scalars) == 144);
+static_assert(sizeof(rp_material) == 64 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
+static_assert(sizeof(rp_node) == 32 && sizeof(rp_portal) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
+
+}  // namespace raypager::format

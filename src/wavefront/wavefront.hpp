@@ -1,0 +1,80 @@
+// The wavefront path tracer: path slots on the device and the stages that drive them, one round after the other.
+//   wake -> generate -> extend -> shade -> connect
+// A round takes every ray that can go on as far as it gets. This class knows nothing of policies, files or pictures.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "device/device.hpp"
+#include "raypager/abi/path.h"
+#include "raypager/abi/scene.h"
+#include "raypager/status.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager {
+
+// What has to lie on the device beside the geometry pool and the page table, in bytes.
+struct WavefrontBytes {
+    uint64_t scene = 0;     // top tree, materials, lights, ...
+    uint64_t film = 0;
+    uint64_t per_slot = 0;  // of one path slot, queues included
+};
+WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t height);
+
+// Counters of one round, read back after it.
+struct RoundCounters {
+    std::array<uint32_t, RP_COUNTER_WORDS> words{};
+    uint32_t extend_rays() const { return words[RP_COUNT_EXTEND]; }
+    uint32_t shadow_rays() const { return words[RP_COUNT_SHADOW]; }
+    uint32_t idle_slots() const { return words[RP_COUNT_IDLE]; }
+    uint32_t waiting_rays() const { return words[RP_COUNT_WAITING]; }
+    uint64_t next_sample() const { return wide(RP_COUNT_NEXT_SAMPLE); }
+    uint64_t camera_rays() const { return wide(RP_COUNT_CAMERA_RAYS); }
+    uint64_t bounce_rays() const { return wide(RP_COUNT_BOUNCE_RAYS); }
+    uint64_t total_shadow_rays() const { return wide(RP_COUNT_SHADOW_RAYS); }
+    uint64_t wants_served() const { return wide(RP_COUNT_WANTS_SERVED); }
+    uint64_t wants_without_hit() const { return wide(RP_COUNT_WANTS_NO_HIT); }
+
+private:
+    uint64_t wide(uint32_t at) const { return words[at] | static_cast<uint64_t>(words[at + 1]) << 32; }
+};
+
+class Wavefront {
+public:
+    // slabs and page_table outlive the tracer. params.slot_count path slots are made.
+    static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params, const std::vector<Buffer>& slabs,
+                                                     const Buffer& page_table);
+    // Puts all stages of a round into the kernel queue.
+    Status start_round(uint32_t round);
+    // Waits for the round and reads its counters and demand (abi/path.h).
+    Status finish_round(RoundCounters& counters, std::vector<uint32_t>& demand);
+    // No samples from this number on.
+    Status set_sample_limit(uint64_t limit);
+    // The raw film (abi/film.h). Between rounds.
+    Status read_film(std::vector<uint32_t>& words);
+    const rp_render_params& params() const { return params_; }
+    uint64_t kernel_nanoseconds() const { return kernel_ns_; }
+
+private:
+    Wavefront(Device& device, const rp_render_params& params) : device_(device), params_(params) {}
+    Status upload_scene(const BakedScene& scene);
+    Status allocate_state();
+    Status build_kernels(const std::vector<Buffer>& slabs, const Buffer& page_table);
+
+    Device& device_;
+    rp_render_params params_;
+    uint32_t block_count_ = 0;
+    Buffer params_buffer_, materials_, lights_, light_cdf_, ranges_, top_grid_, top_nodes_, portals_, portal_paths_;
+    Buffer film_, status_, paths_, queue_, free_list_, counters_, demand_;
+    const std::vector<Buffer>* slabs_ = nullptr;
+    const Buffer* page_table_ = nullptr;
+    Kernel wake_, generate_, advance_, extend_, shade_, connect_;
+    std::array<Event, 5> stage_events_;
+    uint64_t kernel_ns_ = 0;
+};
+
+}  // namespace raypager

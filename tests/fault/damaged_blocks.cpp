@@ -1,0 +1,302 @@
+// Damaged block files end in an error that names the file, never in a crash or in a scene that leads outside of its arrays.
+// Meant to be run with the sanitizers as well.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "base/files.hpp"
+#include "base/hash.hpp"
+#include "store/check_scene.hpp"
+#include "store/format.hpp"
+#include "unit/blocks_scenes.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace blocks_test;
+using format::Header;
+
+class DamagedBlockFile : public testing::Test {
+protected:
+    void SetUp() override {
+        Scene scene = scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f)});
+        scene.area_lights = {{{5, 5, 5}, false}};
+        scene.shapes[2].area_light = 0;
+        bake_and_open(scene, path_, 16 << 10, 4);
+        auto text = read_text(path_);
+        ASSERT_TRUE(text.ok());
+        good_ = *text;
+        std::memcpy(&header_, good_.data(), sizeof header_);
+    }
+
+    Result<std::shared_ptr<const BlockFile>> open(const std::string& bytes) {
+        EXPECT_TRUE(write_text(damaged_, bytes).ok());
+        return BlockFile::open(damaged_);
+    }
+
+    void expect_refused(const std::string& bytes, const std::string& because = "") {
+        const auto file = open(bytes);
+        ASSERT_FALSE(file.ok());
+        const std::string& message = file.status().message();
+        EXPECT_NE(message.find("damaged.rpb"), std::string::npos) << message;
+        EXPECT_NE(message.find(because), std::string::npos) << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+
+    // Makes all checksums of the header right again.
+    std::string sealed(std::string bytes) const {
+        Header header;
+        std::memcpy(&header, bytes.data(), sizeof header);
+        for (auto& section : header.sections) {
+            const auto all = std::as_bytes(std::span(bytes));
+            if (section.offset <= all.size() && section.count * section.item_bytes <= all.size() - section.offset)
+                section.checksum = hash64(all.subspan(section.offset, section.count * section.item_bytes));
+        }
+        header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
+        std::memcpy(bytes.data(), &header, sizeof header);
+        return bytes;
+    }
+
+    std::string with_header(const std::function<void(Header&)>& change) const {
+        Header header = header_;
+        change(header);
+        std::string bytes = good_;
+        std::memcpy(bytes.data(), &header, sizeof header);
+        return bytes;
+    }
+
+    // The file with one item of a section changed, checksums right.
+    template <class T>
+    std::string with_item(format::Section section, size_t index, const std::function<void(T&)>& change) const {
+        std::string bytes = good_;
+        char* place = bytes.data() + header_.sections[section].offset + index * sizeof(T);
+        T item;
+        std::memcpy(&item, place, sizeof item);
+        change(item);
+        std::memcpy(place, &item, sizeof item);
+        return sealed(bytes);
+    }
+
+    TemporaryFolder folder_;
+    std::filesystem::path path_ = folder_ / "good.rpb", damaged_ = folder_ / "damaged.rpb";
+    std::string good_;
+    Header header_ = {};
+};
+
+TEST_F(DamagedBlockFile, TheGoodOneIsAccepted) {
+    EXPECT_TRUE(open(good_).ok());
+    EXPECT_TRUE(open(sealed(good_)).ok());
+}
+
+TEST_F(DamagedBlockFile, Absent) {
+    const auto file = BlockFile::open(folder_ / "absent.rpb");
+    ASSERT_FALSE(file.ok());
+    EXPECT_NE(file.status().message().find("absent.rpb"), std::string::npos);
+}
+
+TEST_F(DamagedBlockFile, TruncatedAnywhere) {
+    std::vector<uint64_t> sizes = {
+        0, 1, 7, 8, sizeof(Header) - 1, sizeof(Header), format::page - 1, format::page, format::page + 1, good_.size() - 1};
+    for (const auto& section : header_.sections) {
+        const uint64_t end = section.offset + section.count * section.item_bytes;
+        for (const uint64_t size : {section.offset - 1, section.offset, section.offset + 1, end - 1, end})
+            if (size < good_.size()) sizes.push_back(size);
+    }
+    for (const uint64_t size : sizes) {
+        SCOPED_TRACE(size);
+        expect_refused(good_.substr(0, size));
+        // Even with a header that knows the new size.
+        if (size < format::page || size == good_.size()) continue;
+        std::string bytes = with_header([&](Header& header) { header.file_bytes = size; });
+        bytes.resize(size);
+        expect_refused(sealed(bytes));
+    }
+    expect_refused(good_ + "x", "should have");
+}
+
+TEST_F(DamagedBlockFile, WrongKind) {
+    expect_refused("", "only 0 bytes");
+    expect_refused("ply\nformat ascii 1.0\n");
+    expect_refused(std::string(10000, '\x89'), "does not begin with");
+    expect_refused(with_header([](Header& header) { header.magic[0] = 'r'; }), "does not begin with");
+    expect_refused(with_header([](Header& header) { header.version = 2; }), "version 2");
+    expect_refused(with_header([](Header& header) { header.endian_mark = 0x04030201; }), "byte order");
+}
+
+TEST_F(DamagedBlockFile, HugeCounts) {
+    for (uint32_t section = 0; section < format::section_count; section++) {
+        for (const uint64_t huge : {UINT64_MAX, uint64_t{1} << 63, uint64_t{1} << 40, uint64_t{1} << 60}) {
+            SCOPED_TRACE(testing::Message() << format::section_names[section] << " " << huge);
+            expect_refused(sealed(with_header([&](Header& header) { header.sections[section].count = huge; })), format::section_names[section]);
+            expect_refused(sealed(with_header([&](Header& header) { header.sections[section].offset = huge; })), format::section_names[section]);
+            expect_refused(sealed(with_header([&](Header& header) { header.sections[section].item_bytes = static_cast<uint32_t>(huge >> 32); })),
+                           format::section_names[section]);
+        }
+    }
+}
+
+TEST_F(DamagedBlockFile, FlippedBitsAreNoticed) {
+    constexpr uint32_t seed = 99;
+    std::mt19937 random(seed);
+    const auto opened = BlockFile::open(path_);
+    ASSERT_TRUE(opened.ok());
+    const auto in_use = [&](uint64_t at) {
+        if (at < sizeof(Header)) return true;
+        for (const auto& section : header_.sections)
+            if (at >= section.offset && at < section.offset + section.count * section.item_bytes) return true;
+        for (const BlockRecord& block : (*opened)->scene().blocks)
+            if (at >= block.offset && at < block.offset + block.stored_bytes) return true;
+        return false;  // between sections: nobody reads it
+    };
+    for (int trial = 0; trial < 400; trial++) {
+        const uint64_t at = trial % 4 == 0 ? random() % sizeof(Header) : random() % good_.size();
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", byte " << at);
+        std::string bytes = good_;
+        bytes[at] ^= static_cast<char>(1 << random() % 8);
+        const auto file = open(bytes);
+        if (!file.ok()) {
+            EXPECT_NE(file.status().message().find("damaged.rpb"), std::string::npos);
+            continue;
+        }
+        int refused = 0;
+        for (uint32_t block = 0; block < (*file)->scene().blocks.size(); block++) {
+            std::vector<std::byte> stored((*file)->scene().blocks[block].stored_bytes);
+            const Status status = (*file)->read_block(block, stored);
+            if (status.ok()) continue;
+            refused++;
+            EXPECT_NE(status.message().find("damaged.rpb: block " + std::to_string(block)), std::string::npos) << status.message();
+        }
+        EXPECT_EQ(refused, in_use(at) ? 1 : 0);
+    }
+}
+
+// Values that make no sense although every checksum is right.
+TEST_F(DamagedBlockFile, NonsenseIsRefused) {
+    using namespace format;
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.eye[1] = NAN; }), "scene");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.width = 0; }), "scene");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.lower[0] = s.upper[0] + 1; }), "scene");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.triangles++; }), "");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.triangles = UINT64_MAX; }), "too many");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.cell[2] = 0; }), "grid");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.root = 1; }), "top tree");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.root = RP_REF_EXIT; }), "top tree");
+    expect_refused(with_item<rp_material>(materials, 0, [](rp_material& m) { m.kind = 17; }), "material 0");
+    expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.kind = 17; }), "light 0");
+    expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.probability = 0.5f; }), "probabilities");
+    expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.first_primitive = 1; }), "range 0");
+    expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.material = 1; }), "material");
+    expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.first_light = 1; }), "lights");
+    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].ref = 0; }), "top tree");
+    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_LEAF; }), "top tree");
+    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); }), "top tree");
+    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_PORTAL | 0x3ffffff0u; }), "portal");
+    expect_refused(with_item<uint64_t>(portal_paths, 0, [](uint64_t& path) { path ^= 1; }), "path of portal 0");
+    expect_refused(with_item<rp_portal>(portals, 0, [](rp_portal& p) { p.block = 1; }), "portal 0");
+    expect_refused(with_item<rp_portal>(portals, 1, [](rp_portal& p) { p.root = 0x7fffffff; }), "portal 1");
+    expect_refused(with_item<rp_portal>(portals, 1, [](rp_portal& p) { p.root = RP_REF_PORTAL; }), "portal 1");
+    expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.offset += 64; }), "block 0");
+    expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.offset = UINT64_MAX - 4095; }), "block 0");
+    expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.stored_bytes = UINT32_MAX; }), "block 0");
+    expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.memory_bytes = 0; }), "block 0");
+    expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.triangles++; }), "");
+    expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.lower[0] = INFINITY; }), "block 0");
+}
+
+// Random changes with right checksums: whatever open() accepts must be safe to walk.
+TEST_F(DamagedBlockFile, RandomChangesUnderRightChecksums) {
+    constexpr uint32_t seed = 100;
+    std::mt19937 random(seed);
+    for (int trial = 0; trial < 400; trial++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", trial " << trial);
+        std::string bytes = good_;
+        const auto& section = header_.sections[random() % format::section_count];
+        if (section.count == 0) continue;
+        for (uint32_t i = 0; i < 1 + random() % 3; i++)
+            bytes[section.offset + random() % (section.count * section.item_bytes)] = static_cast<char>(random());
+        const auto file = open(sealed(bytes));
+        if (!file.ok()) {
+            EXPECT_NE(file.status().message().find("damaged.rpb"), std::string::npos);
+            continue;
+        }
+        for (uint32_t block = 0; block < (*file)->scene().blocks.size(); block++) {
+            std::vector<std::byte> stored((*file)->scene().blocks[block].stored_bytes);
+            if ((*file)->read_block(block, stored).ok()) (void)(*file)->check_block(block, stored).ok();
+        }
+    }
+}
+
+// Changes inside a block, past its checksum: what check_block accepts can be decoded without leaving the block.
+TEST_F(DamagedBlockFile, ChecksOfBlocksMakeDecodingSafe) {
+    constexpr uint32_t seed = 101;
+    std::mt19937 random(seed);
+    const auto file = BlockFile::open(path_);
+    ASSERT_TRUE(file.ok());
+    const BakedScene& scene = (*file)->scene();
+    int refused = 0, accepted = 0;
+    for (int trial = 0; trial < 4000; trial++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", trial " << trial);
+        const auto block = static_cast<uint32_t>(random() % scene.blocks.size());
+        AlignedBytes bytes = read_block(**file, block);
+        const auto span = bytes.span();
+        // Half of the time in what comes first, header and nodes: that is where a change matters.
+        const size_t reach = trial % 2 == 0 ? span.size() : std::min<size_t>(span.size(), 1024);
+        for (uint32_t i = 0; i < 1 + random() % 4; i++) span[random() % reach] = static_cast<std::byte>(random());
+        const Status status = (*file)->check_block(block, span);
+        if (!status.ok()) {
+            refused++;
+            EXPECT_NE(status.message().find("good.rpb: block " + std::to_string(block)), std::string::npos);
+            continue;
+        }
+        accepted++;
+        const BlockView view(span);
+        uint64_t primitives = 0;
+        for (const rp_portal& portal : scene.portals) {
+            if (portal.block != block) continue;
+            const DecodedLeaf found = decode_subtree(view, portal.root);
+            primitives += found.triangles.size() + found.spheres.size();
+        }
+        EXPECT_EQ(primitives, uint64_t{scene.blocks[block].triangles} + scene.blocks[block].spheres);
+    }
+    // Both must happen, or this tests nothing: vertices and boxes can change freely, references cannot.
+    EXPECT_GT(refused, 100);
+    EXPECT_GT(accepted, 100);
+    AlignedBytes bytes = read_block(**file, 0);
+    for (const size_t size : {size_t{0}, size_t{10}, sizeof(rp_block_header), bytes.size - 1})
+        EXPECT_FALSE((*file)->check_block(0, bytes.span().first(size)).ok());
+}
+
+// Failing reads and full disks.
+TEST_F(DamagedBlockFile, InjectedFaults) {
+    FaultPlan& plan = fault_plan();
+    for (int n = 1; n <= 12; n++) {
+        plan.error_number = EIO;
+        plan.fail_read_in = n;
+        const auto file = BlockFile::open(path_);
+        const bool fired = plan.fail_read_in == 0;
+        plan.fail_read_in = 0;
+        EXPECT_EQ(file.ok(), !fired) << n;
+    }
+    const Scene scene = scene_of({mesh_shape(terrain(300))});
+    bool finished = false;
+    for (int n = 1; n <= 64 && !finished; n++) {
+        plan.error_number = ENOSPC;
+        plan.fail_write_in = n;
+        const auto summary = bake(scene, {}, folder_ / "full.rpb");
+        const bool fired = plan.fail_write_in == 0;
+        plan.fail_write_in = 0;
+        EXPECT_EQ(summary.ok(), !fired) << n;
+        EXPECT_EQ(std::filesystem::exists(folder_ / "full.rpb"), !fired) << n;
+        finished = !fired;
+    }
+    EXPECT_TRUE(finished);
+    // Short reads are completed, not believed.
+    plan.error_number = 0;
+    plan.fail_read_in = 2;
+    EXPECT_TRUE(BlockFile::open(path_).ok());
+    plan.fail_read_in = 0;
+}
+
+}  // namespace
+}  // namespace raypager

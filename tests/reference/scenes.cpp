@@ -1,0 +1,117 @@
+// The scenes whose light is checked.
+#include "reference/scenes.hpp"
+
+#include "base/check.hpp"
+#include "reference/scene_builder.hpp"
+
+namespace raypager::reference {
+namespace {
+
+Vec3 grey(double value) { return Vec3(value); }
+
+}  // namespace
+
+// The room is [-1, 1]^3, seen along -z; its front is open.
+Scene cornell_small(const CornellOptions& options, PictureSize size) {
+    SceneBuilder scene(size);
+    const uint32_t white = scene.material(diffuse(grey(0.73))), red = scene.material(diffuse({0.63, 0.06, 0.05})),
+                   green = scene.material(diffuse({0.14, 0.45, 0.09})), mirror = scene.material(conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, 0)),
+                   clear = scene.material(glass(1.5)), rough = scene.material(conductor({1.3, 1.0, 0.7}, {7.5, 6.4, 5.3}, 0.25)),
+                   black = scene.material(absorber());
+    const uint32_t n = options.wall_divisions;
+    scene.camera({0, 0, 3.6}, {0, 0, 0}, {0, 1, 0}, 42);
+    scene.add("floor", quad({-1, -1, 1}, {2, 0, 0}, {0, 0, -2}, n), white);
+    scene.add("ceiling", quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, n), white);
+    scene.add("back", quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, n), white);
+    scene.add("left", quad({-1, -1, 1}, {0, 0, -2}, {0, 2, 0}, n), red);
+    scene.add("right", quad({1, -1, -1}, {0, 0, 2}, {0, 2, 0}, n), green);
+    scene.shine(scene.add("light", quad({-0.3, 0.98, -0.3}, {0.6, 0, 0}, {0, 0, 0.6}), black), {14, 11, 7});
+    const auto ball = [&](const char* name, const Vec3& center, double radius, uint32_t material) {
+        if (options.sphere_primitives) {
+            scene.add_sphere(name, center, radius, material);
+        } else {
+            scene.add(name, icosphere(radius, options.subdivisions, options.smooth_normals), material,
+                      Transform::translate(center.x, center.y, center.z));
+        }
+    };
+    ball("mirror", {-0.5, -0.62, -0.45}, 0.36, mirror);
+    ball("glass", {0.45, -0.65, 0.35}, 0.33, clear);
+    scene.add("block", box({-0.25, -0.5, -0.25}, {0.25, 0.5, 0.25}, n), rough,
+              Transform::translate(0.4, -0.495, -0.5) * Transform::rotate(25, 0, 1, 0));
+    return scene.finish();
+}
+
+Furnace furnace(FurnaceKind kind, double albedo, double alpha, uint32_t subdivisions, PictureSize size) {
+    SceneBuilder scene(size);
+    const Vec3 much(1e5);  // of an extinction so strong that nothing is lost: 1 - F is about 4 eta / k^2
+    uint32_t material = 0, max_depth = 1;
+    double expected = 1;
+    switch (kind) {
+        case FurnaceKind::closed:
+            max_depth = 12;
+            expected = albedo == 1 ? max_depth + 1 : (1 - std::pow(albedo, max_depth + 1)) / (1 - albedo);
+            [[fallthrough]];
+        case FurnaceKind::diffuse:
+            material = scene.material(diffuse(grey(albedo)));
+            break;
+        case FurnaceKind::mirror:
+            material = scene.material(conductor(grey(1), much, 0));
+            break;
+        case FurnaceKind::rough_conductor:
+            material = scene.material(conductor(grey(1), much, alpha));
+            break;
+        case FurnaceKind::glass:
+            material = scene.material(glass(1.5));
+            max_depth = 64;  // of light that is reflected inside again and again at most 1e-6 is left
+            break;
+    }
+    if (kind == FurnaceKind::diffuse) expected = albedo;
+    Shape& shape = subdivisions ? scene.add("ball", icosphere(1, subdivisions), material) : scene.add_sphere("ball", {0, 0, 0}, 1, material);
+    if (kind == FurnaceKind::closed) {
+        scene.camera({0.2, 0.3, -0.1}, {0, 0, 0}, {0, 1, 0}, 70);
+        // Inwards through the orientation where that can be said of the shape, else on both sides.
+        shape.reverse_orientation = subdivisions > 0;
+        scene.shine(shape, grey(1), subdivisions == 0);
+    } else {
+        scene.camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 16);  // to 0.56 from the middle at distance 4: within an icosahedron, too
+        scene.infinite_light(grey(1));
+    }
+    Furnace result{scene.finish(), expected};
+    result.scene.max_depth = max_depth;
+    return result;
+}
+
+namespace {
+
+// The plane is y = 0.
+constexpr double plane_albedo = 0.6, plane_view = 2.0;
+const Vec3 point_position(0.5, 1.5, -0.25), point_intensity(3, 3, 3), sun_direction(0.48, 0.6, 0.64), sun_irradiance(2, 2, 2);
+
+}  // namespace
+
+LitPlane two_lights_plane(PlaneLights lights, PictureSize size) {
+    SceneBuilder scene(size);
+    const uint32_t material = scene.material(diffuse(grey(plane_albedo)));
+    scene.add("plane", quad({-8, 0, 8}, {16, 0, 0}, {0, 0, -16}, 4), material);
+    scene.camera({0, plane_view, 0}, {0, 0, 0}, {0, 0, -1}, 60);
+    if (lights != PlaneLights::distant) scene.point_light(point_position, point_intensity);
+    if (lights != PlaneLights::point) scene.distant_light(sun_direction, sun_irradiance);
+    LitPlane result{scene.finish(), lights};
+    result.scene.max_depth = 1;
+    return result;
+}
+
+double LitPlane::radiance(double u, double v) const {
+    const Vec3 direction = Vec3(scene.camera.forward) + (2 * u - 1) * Vec3(scene.camera.right) + (1 - 2 * v) * Vec3(scene.camera.up);
+    const Vec3 seen = Vec3(scene.camera.eye) - direction * (double{scene.camera.eye.y} / direction.y);
+    double irradiance = 0;
+    if (lights != PlaneLights::distant) {
+        const Vec3 to_point = point_position - seen;
+        const double distance2 = dot(to_point, to_point);
+        irradiance += point_intensity.x * to_point.y / (distance2 * std::sqrt(distance2));
+    }
+    if (lights != PlaneLights::point) irradiance += sun_irradiance.x * normalized(sun_direction).y;
+    return plane_albedo / pi * irradiance;
+}
+
+}  // namespace raypager::reference

@@ -1,0 +1,64 @@
+// Small scenes in memory whose pictures, or hits, are known or checked. All sizes can be changed; what is random depends on the seed.
+#pragma once
+
+#include <cstdint>
+
+#include "raypager/scene.hpp"
+#include "reference/vector.hpp"
+
+namespace raypager::reference {
+
+struct PictureSize {
+    uint32_t width = 96, height = 64;
+};
+
+// Light transport ------------------------------------------------------------------------------------------------------------
+
+struct CornellOptions {
+    bool sphere_primitives = false;  // the mirror and glass balls; otherwise meshes of 20 * 4^subdivisions triangles each
+    bool smooth_normals = false;     // of the balls, where they are meshes
+    uint32_t subdivisions = 3;
+    uint32_t wall_divisions = 8;  // 2 * divisions^2 triangles a wall
+};
+// Diffuse walls, an area light below the ceiling, a mirror ball, a glass ball, a block of rough metal.
+Scene cornell_small(const CornellOptions& options = {}, PictureSize size = {64, 64});
+
+enum class FurnaceKind {
+    closed,           // inside a white-hot sphere that reflects as well: radiance * (1 + albedo + ... + albedo^max_depth) everywhere
+    diffuse,          // a diffuse ball under an even sky: albedo * radiance
+    mirror,           // a mirror that loses nothing, under an even sky: radiance
+    rough_conductor,  // rough metal that loses nothing but multiple scattering, under an even sky: at most radiance
+    glass,            // a glass ball under an even sky: radiance
+};
+struct Furnace {
+    Scene scene;          // the object covers the whole picture
+    double expected = 0;  // in every pixel, for scene.max_depth and unit radiance; an upper bound for rough_conductor
+};
+// albedo: of closed and diffuse. alpha: of rough_conductor. subdivisions: 0 for a SpherePrimitive, else an icosphere. Flat normals.
+Furnace furnace(FurnaceKind kind, double albedo = 0.5, double alpha = 0.3, uint32_t subdivisions = 0, PictureSize size = {32, 32});
+
+enum class PlaneLights { both, point, distant };
+struct LitPlane {
+    Scene scene;
+    PlaneLights lights = PlaneLights::both;
+    // Radiance seen at the image point (u, v) in [0, 1]^2, from the top left: grey.
+    double radiance(double u, double v) const;
+};
+// A diffuse plane from straight above, under a point light and a slanting distant one.
+LitPlane two_lights_plane(PlaneLights lights = PlaneLights::both, PictureSize size = {32, 32});
+
+// Hits -----------------------------------------------------------------------------------------------------------------------
+
+// A height field of 2 n^2 triangles under sun and sky.
+Scene terrain_small(uint32_t n = 64, bool smooth_normals = false, PictureSize size = {});
+// Boxes, tori, balls of very uneven size and density with overlapping bounds, turned, stretched and mirrored; all materials; several
+// area lights of both kinds. A part has 12 to about 1300 triangles.
+Scene clutter_small(uint32_t parts = 200, uint64_t seed = 1, PictureSize size = {});
+// n triangles of all sizes, slivers among them, some much flatter than float can tell apart.
+Scene soup(uint32_t n = 2000, uint64_t seed = 1, PictureSize size = {});
+// Fans and grids on small integers and away from them, closed boxes and balls: for rays through edges and vertices.
+Scene shared_edges(uint32_t divisions = 8, PictureSize size = {});
+// Closed shells inside each other (glass and mirrors outside, diffuse inside) and shells that cut each other: all bounds overlap.
+Scene overlapping_shells(uint32_t shells = 12, uint32_t subdivisions = 3, PictureSize size = {});
+
+}  // namespace raypager::reference

@@ -1,0 +1,237 @@
+// What goes into a bake comes out of the block file, exactly once, and every promise of abi/block.h holds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "base/files.hpp"
+#include "blocks/gather.hpp"
+#include "blocks/grid.hpp"
+#include "unit/blocks_scenes.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace blocks_test;
+
+// The triangle's vertices rotated so that the least one comes first: orientation is kept.
+std::array<Float3, 3> canonical(std::array<Float3, 3> t) {
+    const auto less = [](const Float3& a, const Float3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); };
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end(), less), t.end());
+    return t;
+}
+
+struct Case {
+    const char* name;
+    std::function<Scene()> scene;
+    uint64_t block_bytes;
+    uint32_t sub_boxes;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+constexpr uint32_t seed = 20240611;
+
+class Bake : public testing::TestWithParam<Case> {
+protected:
+    void SetUp() override {
+        scene_ = GetParam().scene();
+        auto gathered = gather(scene_, [](double) {});
+        ASSERT_TRUE(gathered.ok()) << gathered.status().message();
+        gathered_ = std::move(*gathered);
+        file_ = bake_and_open(scene_, folder_ / "scene.rpb", GetParam().block_bytes, GetParam().sub_boxes);
+    }
+
+    // Portals of a block, in order.
+    std::vector<rp_portal> portals_of(uint32_t block) const {
+        std::vector<rp_portal> result;
+        for (const rp_portal& portal : file_->scene().portals)
+            if (portal.block == block) result.push_back(portal);
+        return result;
+    }
+
+    TemporaryFolder folder_;
+    Scene scene_;
+    Gathered gathered_;
+    std::shared_ptr<const BlockFile> file_;
+};
+
+TEST_P(Bake, EveryPrimitiveOnceAndExactly) {
+    const World& world = gathered_.world;
+    std::vector<uint32_t> seen(world.primitives.size());
+    for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
+        AlignedBytes bytes = read_block(*file_, block);
+        const BlockView view(bytes.span());
+        for (const rp_portal& portal : portals_of(block)) {
+            const DecodedLeaf found = decode_subtree(view, portal.root);
+            for (const DecodedTriangle& t : found.triangles) {
+                ASSERT_LT(t.id, seen.size());
+                seen[t.id]++;
+                const Triangle& expected = world.primitives[t.id];
+                ASSERT_FALSE(world.is_sphere(t.id));
+                ASSERT_EQ(canonical({t.vertices[0], t.vertices[1], t.vertices[2]}),
+                          canonical({world.positions[expected[0]], world.positions[expected[1]], world.positions[expected[2]]}));
+                for (int i = 0; i < 3; i++) {
+                    bool matches = false;
+                    for (const uint32_t v : expected) matches |= world.positions[v] == t.vertices[i] && world.normal(v) == t.normals[i];
+                    ASSERT_TRUE(matches) << "normal of triangle " << t.id;
+                }
+            }
+            for (const DecodedSphere& s : found.spheres) {
+                ASSERT_LT(s.id, seen.size());
+                seen[s.id]++;
+                ASSERT_TRUE(world.is_sphere(s.id));
+                ASSERT_EQ(world.sphere(s.id).center, s.center);
+                ASSERT_EQ(world.sphere(s.id).radius, s.radius);
+            }
+        }
+    }
+    for (size_t i = 0; i < seen.size(); i++) ASSERT_EQ(seen[i], 1u) << "primitive " << i;
+}
+
+// The bounds of what lies beneath ref; checks that every box on the way holds its subtree with the promised slack.
+Box checked_bounds(const BlockView& view, const Grid& grid, rp_u32 ref, int depth) {
+    Box bounds;
+    EXPECT_LE(depth, RP_BLOCK_MAX_DEPTH);
+    if (ref & RP_REF_LEAF) {
+        DecodedLeaf leaf;
+        decode_leaf(view, ref, leaf);
+        for (const DecodedTriangle& t : leaf.triangles)
+            for (const Float3& v : t.vertices) bounds.grow(v);
+        for (const DecodedSphere& s : leaf.spheres) bounds.grow(sphere_bounds({s.center, s.radius}));
+        return bounds;
+    }
+    for (const rp_child& child : view.nodes[ref].child) {
+        const Box inside = checked_bounds(view, grid, child.ref, depth + 1);
+        const rp_u32 words[3] = {child.x, child.y, child.z};
+        for (int a = 0; a < 3; a++) {
+            const Interval box = decode_interval(grid, a, words[a]);
+            EXPECT_LE(box.lower, inside.lower[a] - RP_GRID_SLACK * grid.cell[a]);
+            EXPECT_GE(box.upper, inside.upper[a] + RP_GRID_SLACK * grid.cell[a]);
+        }
+        bounds.grow(inside);
+    }
+    return bounds;
+}
+
+TEST_P(Bake, BoxesHoldWhatIsBeneath) {
+    for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
+        AlignedBytes bytes = read_block(*file_, block);
+        const BlockView view(bytes.span());
+        Grid grid;
+        std::copy_n(view.header.origin, 3, grid.origin);
+        std::copy_n(view.header.cell, 3, grid.cell);
+        Box bounds;
+        for (const rp_portal& portal : portals_of(block)) bounds.grow(checked_bounds(view, grid, portal.root, 0));
+        for (int a = 0; a < 3; a++) {
+            EXPECT_EQ(bounds.lower[a], file_->scene().blocks[block].lower[a]);
+            EXPECT_EQ(bounds.upper[a], file_->scene().blocks[block].upper[a]);
+        }
+    }
+}
+
+TEST_P(Bake, BlocksKeepTheirLimitAndHoldTogether) {
+    uint64_t bytes_in_all = 0;
+    for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
+        AlignedBytes bytes = read_block(*file_, block);
+        const Status status = file_->check_block(block, bytes.span());
+        EXPECT_TRUE(status.ok()) << status.message();
+        const BlockRecord& record = file_->scene().blocks[block];
+        EXPECT_LE(record.memory_bytes, GetParam().block_bytes);
+        EXPECT_EQ(record.memory_bytes % RP_BLOCK_ALIGNMENT, 0u);
+        EXPECT_LE(portals_of(block).size(), GetParam().sub_boxes);
+        bytes_in_all += record.stored_bytes;
+    }
+    EXPECT_EQ(bytes_in_all, file_->scene().stored_bytes());
+}
+
+// Walks from the root by each portal's path; boxes on the way must hold the portal's geometry.
+TEST_P(Bake, PathsLeadToTheirPortals) {
+    const BakedScene& scene = file_->scene();
+    Grid grid;
+    std::copy_n(scene.top_grid.origin, 3, grid.origin);
+    std::copy_n(scene.top_grid.cell, 3, grid.cell);
+    std::set<uint64_t> paths;
+    AlignedBytes bytes;
+    uint32_t loaded = RP_NONE;
+    for (uint32_t i = 0; i < scene.portals.size(); i++) {
+        const uint64_t path = scene.portal_paths[i];
+        EXPECT_TRUE(paths.insert(path).second);
+        if (scene.portals[i].block != loaded) bytes = read_block(*file_, loaded = scene.portals[i].block);
+        const DecodedLeaf beneath = decode_subtree(BlockView(bytes.span()), scene.portals[i].root);
+        Box bounds;
+        for (const DecodedTriangle& t : beneath.triangles)
+            for (const Float3& v : t.vertices) bounds.grow(v);
+        for (const DecodedSphere& s : beneath.spheres) bounds.grow(sphere_bounds({s.center, s.radius}));
+        rp_u32 ref = scene.top_grid.root;
+        const int levels = static_cast<int>(std::bit_width(path)) - 1;
+        ASSERT_LE(levels, RP_TOP_MAX_DEPTH);
+        for (int level = levels - 1; level >= 0; level--) {
+            ASSERT_LT(ref, scene.top_nodes.size());
+            const rp_child& child = scene.top_nodes[ref].child[path >> level & 1];
+            const rp_u32 words[3] = {child.x, child.y, child.z};
+            for (int a = 0; a < 3; a++) {
+                const Interval box = decode_interval(grid, a, words[a]);
+                EXPECT_LE(box.lower, bounds.lower[a] - RP_GRID_SLACK * grid.cell[a]);
+                EXPECT_GE(box.upper, bounds.upper[a] + RP_GRID_SLACK * grid.cell[a]);
+            }
+            ref = child.ref;
+        }
+        EXPECT_EQ(ref, RP_REF_PORTAL | i);
+    }
+}
+
+TEST_P(Bake, TwiceIsTheSame) {
+    const auto again = bake_and_open(scene_, folder_ / "again.rpb", GetParam().block_bytes, GetParam().sub_boxes);
+    const auto first = read_text(folder_ / "scene.rpb"), second = read_text(folder_ / "again.rpb");
+    ASSERT_TRUE(first.ok() && second.ok());
+    EXPECT_TRUE(*first == *second);
+    EXPECT_EQ(file_->scene().identity(), again->scene().identity());
+}
+
+Scene far_away() {
+    // Vertices next to each other far from the origin, on a flat sheet: the grid's worst case.
+    TriangleMesh mesh = terrain(40);
+    for (Float3& p : mesh.positions) p = {1e6f + p.x * 30, 5000, -3e7f + p.z * 400};
+    return scene_of({mesh_shape(std::move(mesh))});
+}
+
+// Triangles that differ in size by ten orders of magnitude, at one place: no balanced tree comes out of the heuristic.
+Scene nested() {
+    TriangleMesh mesh;
+    for (uint32_t i = 0; i < 3000; i++) {
+        const float s = std::pow(10.0f, -10.0f * float(i) / 3000);
+        mesh.positions.insert(mesh.positions.end(), {{s, 0, 0}, {0, s, 0}, {0, 0, s}});
+        mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return scene_of({mesh_shape(std::move(mesh))});
+}
+
+// All in one place: no split by centres exists.
+Scene same_triangle() {
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles.assign(5000, {0, 1, 2});
+    return scene_of({mesh_shape(std::move(mesh))});
+}
+
+INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
+                         testing::Values(Case{"empty", [] { return scene_of({}); }, 1 << 20, 64},
+                                         Case{"one_triangle", [] { return scene_of({mesh_shape(soup(1, seed))}); }, 1 << 20, 64},
+                                         Case{"one_sphere",
+                                              [] {
+                                                  return scene_of({sphere_shape({1, 2, 3}, 0.5f)});
+                                              },
+                                              1 << 20, 64},
+                                         Case{"soup", [] { return scene_of({mesh_shape(soup(20000, seed))}); }, 16 << 10, 64},
+                                         Case{"terrain", [] { return scene_of({mesh_shape(terrain(150))}); }, 64 << 10, 64},
+                                         Case{"terrain_small_blocks", [] { return scene_of({mesh_shape(terrain(100, true))}); }, 16 << 10, 8},
+                                         Case{"icosphere", [] { return scene_of({mesh_shape(icosphere(6))}); }, 1 << 20, 64},
+                                         Case{"spheres", [] { return scene_of(random_spheres(5000, seed)); }, 16 << 10, 1},
+                                         Case{"mixed", [] { return mixed_scene(seed); }, 100 << 10, 64}, Case{"far_away", far_away, 16 << 10, 64},
+                                         Case{"nested", nested, 64 << 10, 64}, Case{"same_triangle", same_triangle, 64 << 10, 64}),
+                         [](const testing::TestParamInfo<Case>& param) { return std::string(param.param.name); });
+
+}  // namespace
+}  // namespace raypager
