@@ -54,6 +54,8 @@ static inline float rp_not_before(float t, float3 low, float3 high, float3 recip
     return entry <= leave ? rp_max(t, entry) : t;
 }
 
+static inline bool rp_one_sided(float a, float b, float c) { return rp_min(rp_min(a, b), c) > 0.0f || rp_max(rp_max(a, b), c) < 0.0f; }
+
 // Distance of the hit, or -1. Edges and vertices belong to all triangles that share them.
 static inline float rp_hit_triangle(const rp_shear* s, const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
     const float u = rp_mul(c->x, b->y) - rp_mul(c->y, b->x);
@@ -63,6 +65,9 @@ static inline float rp_hit_triangle(const rp_shear* s, const rp_sheared* a, cons
     if (low < 0.0f && high > 0.0f) return -1.0f;
     const float determinant = rp_sum3(u, v, w);
     if (determinant == 0.0f) return -1.0f;
+    // Rounding is monotone, so an edge function never has the wrong sign, but it may come out as 0. Seen edge-on, a triangle that lies
+    // wholly to one side of the ray can pass for hit by that: its bounds tell.
+    if (rp_one_sided(a->x, b->x, c->x) || rp_one_sided(a->y, b->y, c->y)) return -1.0f;
     const float az = rp_mul(a->relative.z, s->z), bz = rp_mul(b->relative.z, s->z), cz = rp_mul(c->relative.z, s->z);
     const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
     if (!(t > 0.0f)) return -1.0f;

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <new>
 
 #include "base/parallel.hpp"
@@ -19,38 +22,42 @@ namespace {
 
 constexpr uint64_t least_block_bytes = 16 << 10;
 
-// Builds blocks in parallel and appends them in order.
+// Builds blocks in parallel and appends them in order. What is built but not yet written waits in memory: little, because no thread
+// runs far ahead of the part that is to be written next.
 class BlockStage {
 public:
     BlockStage(const World& world, std::span<PrimitiveRef> refs, const BakeOptions& options, BlockFileWriter& writer, BakedScene& baked)
         : world_(world), refs_(refs), options_(options), writer_(writer), baked_(baked) {}
 
     Status run(const std::vector<Part>& parts, const std::function<void(double)>& progress) {
-        for (size_t first = 0; first < parts.size();) {
-            const size_t end = end_of_batch(parts, first);
-            std::vector<std::vector<PackedBlock>> built(end - first);
-            parallel_for(end - first, 1, [&](size_t from, size_t to) {
-                for (size_t i = from; i < to; i++)
-                    build(refs_.subspan(parts[first + i].begin, parts[first + i].end - parts[first + i].begin), built[i]);
-            });
-            for (auto& blocks : built)
-                for (PackedBlock& block : blocks) RAYPAGER_TRY(append(block));
-            first = end;
-            progress(static_cast<double>(parts[end - 1].end) / static_cast<double>(refs_.size()));
-        }
-        return {};
+        const size_t ahead = 2 * worker_count();
+        // Parts are handed out in order, so the one that is to be written next is always at work, and nobody waits forever.
+        parallel_for(parts.size(), 1, [&](size_t index, size_t) {
+            {
+                std::unique_lock lock(mutex_);
+                written_.wait(lock, [&] { return index < next_ + ahead || !status_.ok(); });
+                if (!status_.ok()) return;
+            }
+            std::vector<PackedBlock> blocks;
+            build(refs_.subspan(parts[index].begin, parts[index].end - parts[index].begin), blocks);
+            std::lock_guard lock(mutex_);
+            waiting_[index] = std::move(blocks);
+            append_what_is_due(parts, progress);
+        });
+        return status_;
     }
 
     const std::vector<Box>& portal_boxes() const { return portal_boxes_; }
 
 private:
-    // So many parts that all threads are busy, and no more: what is built waits in memory.
-    static size_t end_of_batch(const std::vector<Part>& parts, size_t first) {
-        const size_t enough = worker_count() << 19;
-        size_t end = first, primitives = 0;
-        while (end < parts.size() && (end - first < 4 * worker_count() || primitives < enough))
-            primitives += parts[end].end - parts[end].begin, end++;
-        return end;
+    void append_what_is_due(const std::vector<Part>& parts, const std::function<void(double)>& progress) {
+        for (auto due = waiting_.find(next_); status_.ok() && due != waiting_.end(); due = waiting_.find(next_)) {
+            for (PackedBlock& block : due->second)
+                if (status_.ok()) status_ = append(block);
+            waiting_.erase(due);
+            progress(static_cast<double>(parts[next_++].end) / static_cast<double>(refs_.size()));
+        }
+        written_.notify_all();
     }
 
     // The blocks of one part: more than one where its bytes were underestimated.
@@ -96,6 +103,12 @@ private:
     BlockFileWriter& writer_;
     BakedScene& baked_;
     std::vector<Box> portal_boxes_;
+
+    std::mutex mutex_;  // of what follows, and of everything that append() changes
+    std::condition_variable written_;
+    std::map<size_t, std::vector<PackedBlock>> waiting_;
+    size_t next_ = 0;  // the part that is to be written
+    Status status_;
 };
 
 Status check_options(const BakeOptions& options) {

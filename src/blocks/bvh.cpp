@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <queue>
 
 #include "base/check.hpp"
@@ -14,60 +12,15 @@
 namespace raypager {
 namespace {
 
-// Numbers the vertices of a block in the order in which they are met.
-class VertexTable {
-public:
-    VertexTable(const World& world, size_t expected, std::vector<LocalVertex>& vertices) : world_(world), vertices_(vertices) {
-        slots_.assign(std::bit_ceil(2 * expected + 16), RP_NONE);
-    }
-
-    uint32_t number(uint32_t world_vertex) {
-        const LocalVertex vertex = {world_.positions[world_vertex], world_.normal(world_vertex)};
-        if (2 * vertices_.size() >= slots_.size()) enlarge();
-        uint32_t& slot = find(vertex);
-        if (slot == RP_NONE) {
-            slot = static_cast<uint32_t>(vertices_.size());
-            vertices_.push_back(vertex);
-        }
-        return slot;
-    }
-
-private:
-    static bool same_bits(const LocalVertex& a, const LocalVertex& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
-
-    static uint64_t hash(const LocalVertex& vertex) {
-        uint64_t words[2];
-        static_assert(sizeof vertex == sizeof words);
-        std::memcpy(words, &vertex, sizeof words);
-        uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
-        h = (h ^ h >> 32 ^ words[1]) * 0xd6e8feb86659fd93u;
-        return h ^ h >> 32;
-    }
-
-    uint32_t& find(const LocalVertex& vertex) {
-        size_t i = hash(vertex) & (slots_.size() - 1);
-        while (slots_[i] != RP_NONE && !same_bits(vertices_[slots_[i]], vertex)) i = (i + 1) & (slots_.size() - 1);
-        return slots_[i];
-    }
-
-    void enlarge() {
-        slots_.assign(2 * slots_.size(), RP_NONE);
-        for (uint32_t v = 0; v < vertices_.size(); v++) find(vertices_[v]) = v;
-    }
-
-    const World& world_;
-    std::vector<LocalVertex>& vertices_;
-    std::vector<uint32_t> slots_;
-};
-
 // The tree is split down to treelets of up to most_covered primitives. These are grouped into leaves: triangles into strips, without
 // regard to how a tree would split them, so that leaves get full; then the treelet's own tree is built over its leaves.
 class Builder {
 public:
-    Builder(const World& world, std::span<PrimitiveRef> refs) : world_(world), refs_(refs), table_(world, refs.size(), bvh_.vertices) {
+    Builder(const World& world, std::span<PrimitiveRef> refs) : world_(world), refs_(refs), table_(refs.size()) {
         treelets_ = build_split_tree(refs, RP_BLOCK_MAX_DEPTH, most_covered);
         add_node(0, 0);
-        for (const LocalVertex& vertex : bvh_.vertices) bvh_.has_normals |= vertex.normal != RP_NONE;
+        bvh_.vertices = table_.take();
+        for (const VertexBits& vertex : bvh_.vertices) bvh_.has_normals |= vertex.normal != RP_NONE;
     }
 
     Bvh take() { return std::move(bvh_); }
@@ -100,7 +53,7 @@ private:
         std::array<Box, most_covered> boxes;
         for (size_t i = 0; i < refs.size(); i++) {
             const Triangle& t = world_.primitives[refs[i].id];
-            triangles[i] = {table_.number(t[0]), table_.number(t[1]), table_.number(t[2])};
+            triangles[i] = {table_.number(world_.vertex(t[0])), table_.number(world_.vertex(t[1])), table_.number(world_.vertex(t[2]))};
             boxes[i] = refs[i].box;
         }
         for (const Strip& strip : cover_with_strips(std::span(triangles).first(refs.size()), std::span(boxes).first(refs.size()))) {

@@ -5,22 +5,16 @@
 #include <span>
 #include <vector>
 
-#include "blocks/strip.hpp"
+#include "blocks/vertex_table.hpp"
 #include "blocks/world.hpp"
 #include "raypager/abi/block.h"
 
 namespace raypager {
 
-// Vertices of a block, by number. Vertices of the world with the same position and normal, bit by bit, are one.
-struct LocalVertex {
-    Float3 position;
-    uint32_t normal;  // RP_NONE: it has none
-};
-
 struct Leaf {
     uint32_t flags = 0;  // bits 0-6 of its reference
     uint32_t ids[RP_LEAF_MAX_PRIMITIVES] = {RP_NONE, RP_NONE, RP_NONE, RP_NONE};
-    uint32_t vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {};  // local; for spheres: unused
+    uint32_t vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {};  // of the block; for spheres: unused
     uint32_t count() const { return (flags & 3u) + 1; }
     bool has_spheres() const { return flags & RP_LEAF_SPHERES; }
 };
@@ -36,7 +30,7 @@ struct BvhNode {
 struct Bvh {
     std::vector<BvhNode> nodes;  // the root first, children after parents
     std::vector<Leaf> leaves;
-    std::vector<LocalVertex> vertices;
+    std::vector<VertexBits> vertices;
     // Nodes where rays enter, from left to right; every leaf is beneath exactly one.
     std::vector<uint32_t> portals;
     uint32_t triangles = 0, spheres = 0;

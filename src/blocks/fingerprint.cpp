@@ -1,8 +1,10 @@
 // Tells whether a cached block file is still that of a scene and its options.
 #include <fmt/format.h>
 
-#include <sstream>
+#include <filesystem>
+#include <span>
 #include <system_error>
+#include <type_traits>
 
 #include "base/hash.hpp"
 #include "blocks/bake.hpp"

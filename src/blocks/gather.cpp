@@ -15,6 +15,8 @@ namespace {
 
 // Squares of distances must stay finite in single precision.
 constexpr double largest_coordinate = 1e18;
+// A mesh with more vertices a triangle than this shares few of them: a closed one has a half, a list of triangles three.
+constexpr uint64_t own_vertices_of_a_soup = 1;
 constexpr uint64_t index_limit = RP_NONE;
 
 bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
@@ -60,6 +62,7 @@ private:
     Status add_mesh(const Shape& shape) {
         MeshIssues issues;
         RAYPAGER_TRY(shape.mesh->load(mesh_, issues));
+        drop_bad_indices(issues);
         const auto base = static_cast<uint64_t>(world_.positions.size());
         if (base + mesh_.positions.size() >= index_limit || world_.primitives.size() + mesh_.triangles.size() >= index_limit)
             return Status::failed(
@@ -67,9 +70,15 @@ private:
         RAYPAGER_CHECK(mesh_.normals.empty() || mesh_.normals.size() == mesh_.positions.size());
         RAYPAGER_TRY(place_positions(shape));
         place_normals(shape, base);
+        if (mesh_.positions.size() > own_vertices_of_a_soup * mesh_.triangles.size()) weld(base);
         place_triangles(shape, static_cast<uint32_t>(base), issues);
         out_.issues.add(issues);
         return {};
+    }
+
+    void drop_bad_indices(MeshIssues& issues) {
+        const size_t count = mesh_.positions.size();
+        issues.bad_index += std::erase_if(mesh_.triangles, [count](const Triangle& t) { return t[0] >= count || t[1] >= count || t[2] >= count; });
     }
 
     Status place_positions(const Shape& shape) {
@@ -108,14 +117,24 @@ private:
         });
     }
 
+    // Makes vertices one that are alike in every bit. Blocks do so in any case, but here it saves memory, and how many bytes a triangle
+    // will take is estimated by who shares its vertices.
+    void weld(uint64_t base) {
+        VertexTable table(mesh_.triangles.size());
+        for (Triangle& t : mesh_.triangles)
+            for (uint32_t& v : t) v = table.number(world_.vertex(static_cast<uint32_t>(base) + v));
+        const auto& vertices = table.vertices();
+        world_.positions.resize(base + vertices.size());
+        if (!world_.normals.empty()) world_.normals.resize(world_.positions.size());
+        for (size_t i = 0; i < vertices.size(); i++) {
+            world_.positions[base + i] = vertices[i].position;
+            if (!world_.normals.empty()) world_.normals[base + i] = vertices[i].normal;
+        }
+    }
+
     void place_triangles(const Shape& shape, uint32_t base, MeshIssues& issues) {
         const bool flip = shape.reverse_orientation != shape.to_world.swaps_handedness();
-        const size_t count = mesh_.positions.size();
         for (Triangle t : mesh_.triangles) {
-            if (t[0] >= count || t[1] >= count || t[2] >= count) {
-                issues.bad_index++;
-                continue;
-            }
             t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
             if (has_no_area(world_.positions[t[0]], world_.positions[t[1]], world_.positions[t[2]])) {
                 issues.degenerate++;

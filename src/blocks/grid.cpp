@@ -13,6 +13,9 @@ namespace {
 // 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 6 cells of RP_GRID_SPAN, and a cell is still
 // a sixth of the distance between neighbouring floats, so that boxes lose nothing.
 constexpr double least_extent_of_coordinate = 0x1p-10;
+// For a ray that runs along a plane, 1 / direction is capped at 1e18 (kernels/lib/arithmetic.cl): a flat box must still be so thick that
+// the slack times that lies beyond any distance in the scene. 2^-16 of the largest coordinate on any axis gives 2e7 times that.
+constexpr double least_extent_of_any_coordinate = 0x1p-16;
 constexpr double least_extent = 1e-28;  // keeps cells and their products with directions normal numbers
 
 // Beyond RP_GRID_SLACK, for the roundings of the double arithmetic here.
@@ -35,10 +38,13 @@ double grid_value(uint32_t q) { return std::bit_cast<float>(0x47000000u | q << 8
 Grid make_grid(const Box& bounds) {
     RAYPAGER_CHECK(!bounds.empty());
     Grid grid;
+    double any_coordinate = 0;
+    for (int a = 0; a < 3; a++) any_coordinate = std::max({any_coordinate, std::abs(double(bounds.lower[a])), std::abs(double(bounds.upper[a]))});
     for (int a = 0; a < 3; a++) {
         const double lower = bounds.lower[a], upper = bounds.upper[a];
         const double coordinate = std::max(std::abs(lower), std::abs(upper));
-        const double extent = std::max({upper - lower, coordinate * least_extent_of_coordinate, least_extent});
+        const double extent = std::max({upper - lower, coordinate * least_extent_of_coordinate,
+                                        any_coordinate * least_extent_of_any_coordinate, least_extent});
         grid.cell[a] = static_cast<float>(extent / RP_GRID_SPAN);
         grid.origin[a] = static_cast<float>(lower - (RP_GRID_MIN + RP_GRID_MARGIN) * double(grid.cell[a]));
     }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "blocks/box.hpp"
+#include "blocks/vertex_table.hpp"
 #include "raypager/abi/types.h"
 #include "raypager/scene.hpp"
 
@@ -27,6 +28,7 @@ struct World {
     bool is_sphere(uint32_t primitive) const { return primitives[primitive][1] == RP_NONE; }
     const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
+    VertexBits vertex(uint32_t index) const { return {positions[index], normal(index)}; }
 };
 
 // Centre +- radius, rounded outwards.

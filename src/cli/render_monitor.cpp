@@ -34,7 +34,8 @@ std::string progress_text(const RenderProgress& progress, uint32_t spp) {
     std::string left;
     if (progress.fraction > 0.001 && progress.fraction < 1)
         left = fmt::format(" | {} left", format_duration(progress.seconds * (1 - progress.fraction) / progress.fraction));
-    return fmt::format("spp {:.1f}/{} | {:.2f} Mrays/s | resident {} of {} | {} loads{}", progress.spp, spp, progress.rays_per_second / 1e6,
+    const std::string total = spp > 0 ? fmt::format("/{}", spp) : "";
+    return fmt::format("spp {:.1f}{} | {:.2f} Mrays/s | resident {} of {} | {} loads{}", progress.spp, total, progress.rays_per_second / 1e6,
                        format_bytes(progress.resident_bytes), format_bytes(progress.geometry_bytes), progress.loads, left);
 }
 
@@ -42,6 +43,7 @@ Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, cons
     RenderMonitor monitor;
     monitor.output_ = settings.output;
     monitor.snapshot_seconds_ = settings.snapshot_seconds;
+    monitor.total_spp_ = settings.options.spp == 0 && settings.options.time_seconds > 0 ? 0 : effective.spp;
     monitor.show_progress_ = settings.progress || stderr_is_terminal();
     if (reference) RAYPAGER_TRY(check_reference_size(*reference, *settings.reference, effective));
     monitor.reference_ = std::move(reference);
@@ -59,7 +61,7 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
     RenderCallbacks result;
     if (show_progress_) {
         options.progress_seconds = stderr_is_terminal() ? terminal_progress_seconds : file_progress_seconds;
-        result.progress = [spp = options.spp](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
+        result.progress = [spp = total_spp_](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
     }
     options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_ ? log_seconds : 0;
     if (options.snapshot_seconds > 0)

@@ -34,13 +34,15 @@ private:
     std::filesystem::path output_, log_path_;
     double snapshot_seconds_ = 0;
     bool show_progress_ = false;
-    bool warned_ = false;  // about a snapshot that could not be written
+    uint32_t total_spp_ = 0;  // 0: as many as there is time for
+    bool warned_ = false;     // about a snapshot that could not be written
     std::unique_ptr<std::FILE, CloseFile> log_;
     std::optional<Image> reference_;
     std::optional<double> final_rmse_;
 };
 
 // "spp 12.5/64 | 3.21 Mrays/s | resident 120 MiB of 480 MiB | 812 loads | 0:42 left"; at most about 80 columns in all but extreme renders.
+// spp: how many there will be, or 0 if time decides.
 std::string progress_text(const RenderProgress& progress, uint32_t spp);
 
 }  // namespace raypager

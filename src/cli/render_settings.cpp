@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint64_t most_samples = 65536;  // what the film's fixed point holds without overflow (abi/film.h)
 constexpr uint64_t most_paths = uint64_t{1} << 30;
-constexpr uint64_t deepest = 65535;
+constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
 constexpr const char* about =
     "Renders a picture. INPUT is a block file (.rpb), a .pbrt scene, or any number of meshes (.ply .obj .stl .off), which are framed,\n"

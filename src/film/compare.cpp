@@ -18,8 +18,8 @@ Status check_finite(const Image& image, const char* which) {
 
 Result<ImageDifference> compare_images(const Image& a, const Image& b) {
     if (a.width != b.width || a.height != b.height || a.channels != b.channels)
-        return Status::usage(fmt::format("the pictures differ in size: {} x {} with {} channels and {} x {} with {}; compare pictures of one size", a.width,
-                                         a.height, a.channels, b.width, b.height, b.channels));
+        return Status::usage(fmt::format("the pictures differ in size: {} x {} with {} channels and {} x {} with {}; compare pictures of one size",
+                                         a.width, a.height, a.channels, b.width, b.height, b.channels));
     if (a.values.empty()) return Status::usage("the pictures are empty; there is nothing to compare");
     RAYPAGER_TRY(check_finite(a, "first"));
     RAYPAGER_TRY(check_finite(b, "second"));

@@ -7,8 +7,8 @@
 namespace raypager {
 
 struct ImageDifference {
-    double rmse = 0;            // root of the mean over pixels and channels of (a - b)^2
-    double relative_mse = 0;    // mean of (a - b)^2 / (b^2 + 0.01); b is the reference
+    double rmse = 0;          // root of the mean over pixels and channels of (a - b)^2
+    double relative_mse = 0;  // mean of (a - b)^2 / (b^2 + 0.01); b is the reference
     double max_difference = 0;
 };
 

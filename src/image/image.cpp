@@ -34,8 +34,8 @@ Status check_writable_ending(const std::filesystem::path& path) {
     if (ending == ".pfm" || (with_openimageio && (ending == ".exr" || ending == ".png"))) return {};
     if (!with_openimageio && (ending == ".exr" || ending == ".png"))
         return Status::usage(fmt::format("{}: this build writes no {} files (it is without OpenImageIO); use .pfm", path.string(), ending));
-    return Status::usage(
-        fmt::format("{}: cannot write pictures with the ending \"{}\"; use {}", path.string(), ending, with_openimageio ? ".exr, .png or .pfm" : ".pfm"));
+    return Status::usage(fmt::format("{}: cannot write pictures with the ending \"{}\"; use {}", path.string(), ending,
+                                     with_openimageio ? ".exr, .png or .pfm" : ".pfm"));
 }
 
 }  // namespace
@@ -43,7 +43,8 @@ Status check_writable_ending(const std::filesystem::path& path) {
 Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height) {
     if (width == 0 || height == 0) return Status::failed(fmt::format("{}: the picture is empty ({} x {} pixels)", path.string(), width, height));
     if (width > max_image_pixels / height)
-        return Status::failed(fmt::format("{}: the picture has {} x {} pixels; at most {} are accepted", path.string(), width, height, max_image_pixels));
+        return Status::failed(
+            fmt::format("{}: the picture has {} x {} pixels; at most {} are accepted", path.string(), width, height, max_image_pixels));
     return {};
 }
 

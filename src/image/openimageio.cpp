@@ -1,7 +1,9 @@
 // The one place that knows OpenImageIO; its exceptions end here.
-#include <OpenImageIO/imageio.h>
 #include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <memory>
@@ -15,6 +17,27 @@ namespace raypager {
 namespace {
 
 constexpr int rows_at_once = 64;
+
+// libpng and its like write to stderr when a file is damaged, although the library above them reports the same: one error is one line.
+// What other threads write meanwhile is lost, too, so this is held for as long as a picture is read, no longer.
+class SilentStderr {
+public:
+    SilentStderr() : saved_(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 0)) {
+        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (saved_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+        if (nowhere >= 0) ::close(nowhere);
+    }
+    SilentStderr(const SilentStderr&) = delete;
+    SilentStderr& operator=(const SilentStderr&) = delete;
+    ~SilentStderr() {
+        if (saved_ < 0) return;
+        ::dup2(saved_, STDERR_FILENO);
+        ::close(saved_);
+    }
+
+private:
+    int saved_;
+};
 
 // One line of a library's message.
 std::string one_line(std::string text) {
@@ -46,14 +69,22 @@ Status read_pixels(OIIO::ImageInput& input, const std::filesystem::path& path, O
 Status read_values(OIIO::ImageInput& input, const std::filesystem::path& path, bool raw, uint32_t channels, std::vector<float>& values) {
     const OIIO::TypeDesc type = raw ? input.spec().format : OIIO::TypeDesc(OIIO::TypeDesc::FLOAT);
     switch (type.basetype) {
-        case OIIO::TypeDesc::UINT8: return read_pixels<uint8_t>(input, path, type, channels, values);
-        case OIIO::TypeDesc::INT8: return read_pixels<int8_t>(input, path, type, channels, values);
-        case OIIO::TypeDesc::UINT16: return read_pixels<uint16_t>(input, path, type, channels, values);
-        case OIIO::TypeDesc::INT16: return read_pixels<int16_t>(input, path, type, channels, values);
-        case OIIO::TypeDesc::UINT32: return read_pixels<uint32_t>(input, path, type, channels, values);
-        case OIIO::TypeDesc::INT32: return read_pixels<int32_t>(input, path, type, channels, values);
-        case OIIO::TypeDesc::DOUBLE: return read_pixels<double>(input, path, type, channels, values);
-        default: return read_pixels<float>(input, path, OIIO::TypeDesc::FLOAT, channels, values);  // half and float
+        case OIIO::TypeDesc::UINT8:
+            return read_pixels<uint8_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::INT8:
+            return read_pixels<int8_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::UINT16:
+            return read_pixels<uint16_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::INT16:
+            return read_pixels<int16_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::UINT32:
+            return read_pixels<uint32_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::INT32:
+            return read_pixels<int32_t>(input, path, type, channels, values);
+        case OIIO::TypeDesc::DOUBLE:
+            return read_pixels<double>(input, path, type, channels, values);
+        default:
+            return read_pixels<float>(input, path, OIIO::TypeDesc::FLOAT, channels, values);  // half and float
     }
 }
 
@@ -67,8 +98,8 @@ bool is_srgb(const OIIO::ImageSpec& spec) {
 Result<Image> read_open(OIIO::ImageInput& input, const std::filesystem::path& path, bool raw) {
     const OIIO::ImageSpec& spec = input.spec();
     if (spec.width < 0 || spec.height < 0 || spec.nchannels < 1 || spec.depth > 1)
-        return Status::failed(fmt::format("{}: is not a flat picture ({} x {} x {} pixels, {} channels)", path.string(), spec.width, spec.height, spec.depth,
-                                          spec.nchannels));
+        return Status::failed(fmt::format("{}: is not a flat picture ({} x {} x {} pixels, {} channels)", path.string(), spec.width, spec.height,
+                                          spec.depth, spec.nchannels));
     RAYPAGER_TRY(check_image_size(path, static_cast<uint64_t>(spec.width), static_cast<uint64_t>(spec.height)));
     Image image{static_cast<uint32_t>(spec.width), static_cast<uint32_t>(spec.height), spec.nchannels >= 3 ? 3u : 1u, {}};
     RAYPAGER_TRY(read_values(input, path, raw, image.channels, image.values));
@@ -110,6 +141,7 @@ Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, 
 Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw) try {
     // Absent, unreadable and irregular files are told apart by us: the library's words for them vary with the format.
     if (auto file = InputFile::open(path); !file) return file.status();
+    const SilentStderr silent;
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
     if (!input) return Status::failed(fmt::format("{}: is not a picture that can be read: {}", path.string(), one_line(OIIO::geterror())));
     return read_open(*input, path, raw);

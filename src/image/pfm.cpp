@@ -82,8 +82,8 @@ Result<Image> read_pfm(const std::filesystem::path& path, bool raw) {
     const uint64_t count = header->width * header->height * header->channels;
     const uint64_t expected = header->bytes + count * sizeof(float);
     if (file->size() != expected)
-        return Status::failed(fmt::format("{}: has {} bytes, but a PFM picture of {} x {} pixels has {}; the file is damaged", path.string(), file->size(),
-                                          header->width, header->height, expected));
+        return Status::failed(fmt::format("{}: has {} bytes, but a PFM picture of {} x {} pixels has {}; the file is damaged", path.string(),
+                                          file->size(), header->width, header->height, expected));
     Image image{static_cast<uint32_t>(header->width), static_cast<uint32_t>(header->height), header->channels, std::vector<float>(count)};
     RAYPAGER_TRY(file->read(header->bytes, std::as_writable_bytes(std::span(image.values))));
     if (header->big_endian) swap_bytes(image.values);

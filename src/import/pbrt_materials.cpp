@@ -21,9 +21,6 @@ bool usable(const Float3& c) {
     return true;
 }
 
-// Where the colour is that stands for a material without a counterpart here.
-constexpr std::initializer_list<std::string_view> color_names = {"reflectance", "Kd", "color", "Kr", "diffuse"};
-
 }  // namespace
 
 Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallback, Float3& result) {
@@ -134,7 +131,7 @@ Status PbrtReader::make_material(const Directive& directive, const std::string& 
         const bool bare = parameters.find("reflectance") != nullptr;
         RAYPAGER_TRY(conductor(parameters, bare ? "" : "conductor.", 0.0, material));
     } else {
-        RAYPAGER_TRY(color(parameters, color_names, mid_grey, reflectance));
+        RAYPAGER_TRY(color(parameters, {"reflectance", "Kd", "color", "Kr"}, mid_grey, reflectance));
         warn(directive.place, fmt::format("Material \"{}\" is not supported; a diffuse one of its colour is used", clipped(type)));
         material = diffuse_material(reflectance);
     }

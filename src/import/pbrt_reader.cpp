@@ -13,7 +13,7 @@ namespace {
 
 // Bounds against hostile files, far beyond honest ones.
 constexpr size_t deepest_include = 32, deepest_state = 4096;
-constexpr uint64_t most_includes = 100000;
+constexpr uint64_t most_includes = 50000;
 
 struct Unsupported {
     std::string_view directive, instead;
@@ -91,12 +91,10 @@ const std::unordered_map<std::string_view, PbrtReader::Handler>& PbrtReader::han
 Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     scene_.materials.push_back(diffuse_material({0.5f, 0.5f, 0.5f}));  // pbrt's default
     RAYPAGER_TRY(read_file(path));
-    if (object_) return Status::failed(object_place_.with_line() + ": ObjectBegin without ObjectEnd; the file is truncated or damaged");
-    if (!saved_.empty()) {
-        const SavedState& open = saved_.back();
-        return Status::failed(fmt::format("{}: {} without {}; the file is truncated or damaged", open.place.with_line(),
-                                          open.transform_only ? "TransformBegin" : "AttributeBegin", open.transform_only ? "TransformEnd" : "AttributeEnd"));
-    }
+    if (!any_known_) return Status::failed(path.string() + ": holds no directive of pbrt; is it a pbrt scene?");
+    if (!saved_.empty())
+        return Status::failed(fmt::format("{}: {}Begin without {}End; the file is truncated or damaged", saved_.back().place.with_line(),
+                                          scope_name(saved_.back().scope), scope_name(saved_.back().scope)));
     if (const Status placed = place_camera(); !placed.ok()) return placed.at(path.string());
     scene_.warnings = warnings_.lines();
     if (scene_.shapes.empty()) scene_.warnings.push_back(path.string() + ": there are no shapes to render");
@@ -111,7 +109,8 @@ Status PbrtReader::read_file(const std::filesystem::path& path) {
     const bool blank = std::all_of(text->begin(), text->end(), [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
     if (blank) return Status::failed(path.string() + ": is empty");
     scene_.files.push_back(path.string());
-    open_files_.push_back(path);
+    std::error_code ignored;
+    open_files_.push_back({path, std::filesystem::canonical(path, ignored)});
     PbrtTokens tokens(path, std::move(*text));
     PbrtTokens* const outer = std::exchange(tokens_, &tokens);
     const Status status = read_directives();
@@ -129,6 +128,7 @@ Status PbrtReader::read_directives() {
         const Directive directive{token->text, tokens_->place(*token)};
         tokens_->take();
         const auto handler = handlers().find(directive.name);
+        any_known_ = any_known_ || handler != handlers().end();
         RAYPAGER_TRY(handler == handlers().end() ? skip_unsupported(directive) : (this->*handler->second)(directive));
     }
 }
@@ -188,9 +188,9 @@ void PbrtReader::warn_if_present(const PbrtParameters& parameters, std::initiali
 Status PbrtReader::find_file(const std::string& name, std::filesystem::path& path) const {
     const std::filesystem::path wanted(name);
     if (name.empty() || name.find('\0') != std::string::npos) return Status::failed("the name of a file is missing");
-    path = open_files_.back().parent_path() / wanted;  // absolute names stay as they are
+    path = open_files_.back().path.parent_path() / wanted;  // absolute names stay as they are
     std::error_code ignored;
-    const auto from_scene = open_files_.front().parent_path() / wanted;
+    const auto from_scene = open_files_.front().path.parent_path() / wanted;
     if (!std::filesystem::exists(path, ignored) && std::filesystem::exists(from_scene, ignored)) path = from_scene;
     return {};
 }
@@ -203,8 +203,9 @@ Status PbrtReader::include(const Directive& directive) {
     if (open_files_.size() >= deepest_include) return error(directive, fmt::format("files include each other more than {} deep", deepest_include));
     if (++included_ > most_includes) return error(directive, fmt::format("more than {} files are included", most_includes));
     std::error_code ignored;
-    for (const auto& open : open_files_)
-        if (std::filesystem::equivalent(open, path, ignored)) return error(directive, fmt::format("{} includes itself", path.string()));
+    const auto canonical = std::filesystem::canonical(path, ignored);  // empty if there is no such file
+    for (const OpenFile& open : open_files_)
+        if (!canonical.empty() && open.canonical == canonical) return error(directive, fmt::format("{} includes itself", path.string()));
     if (path.extension() == ".gz") return error(directive, fmt::format("{} is compressed; unpack it with gunzip and change the name here", path.string()));
     const Status status = read_file(path);
     // A file that cannot be opened is an error of this line; errors inside it name their own place.
@@ -230,27 +231,31 @@ Status PbrtReader::world_begin(const Directive&) {
 
 Status PbrtReader::world_end(const Directive&) { return {}; }
 
-Status PbrtReader::push(const Directive& directive, bool transform_only) {
+const char* PbrtReader::scope_name(Scope scope) {
+    constexpr const char* names[] = {"Attribute", "Transform", "Object"};
+    return names[static_cast<size_t>(scope)];
+}
+
+Status PbrtReader::push(const Directive& directive, Scope scope) {
     if (saved_.size() >= deepest_state) return error(directive, fmt::format("nested more than {} deep", deepest_state));
-    saved_.push_back({state_, transform_only, directive.place});
+    saved_.push_back({state_, scope, directive.place});
     return {};
 }
 
-Status PbrtReader::pop(const Directive& directive, bool transform_only) {
-    const char* begin = transform_only ? "TransformBegin" : "AttributeBegin";
-    if (saved_.empty()) return error(directive, fmt::format("without {}", begin));
-    if (saved_.back().transform_only != transform_only)
-        return error(directive, fmt::format("without {}; the latest thing begun, in {}, is of another kind", begin, saved_.back().place.with_line()));
-    if (transform_only) state_.transform = saved_.back().state.transform;
-    else state_ = saved_.back().state;
+Status PbrtReader::pop(const Directive& directive, Scope scope) {
+    if (saved_.empty()) return error(directive, fmt::format("without {}Begin", scope_name(scope)));
+    const SavedState& open = saved_.back();
+    if (open.scope != scope) return error(directive, fmt::format("before the end of the {}Begin in {}", scope_name(open.scope), open.place.with_line()));
+    if (scope == Scope::transform) state_.transform = open.state.transform;
+    else state_ = open.state;
     saved_.pop_back();
     return {};
 }
 
-Status PbrtReader::attribute_begin(const Directive& directive) { return push(directive, false); }
-Status PbrtReader::attribute_end(const Directive& directive) { return pop(directive, false); }
-Status PbrtReader::transform_begin(const Directive& directive) { return push(directive, true); }
-Status PbrtReader::transform_end(const Directive& directive) { return pop(directive, true); }
+Status PbrtReader::attribute_begin(const Directive& directive) { return push(directive, Scope::attribute); }
+Status PbrtReader::attribute_end(const Directive& directive) { return pop(directive, Scope::attribute); }
+Status PbrtReader::transform_begin(const Directive& directive) { return push(directive, Scope::transform); }
+Status PbrtReader::transform_end(const Directive& directive) { return pop(directive, Scope::transform); }
 
 Status PbrtReader::reverse_orientation(const Directive&) {
     state_.reverse_orientation = !state_.reverse_orientation;

@@ -48,10 +48,14 @@ private:
         std::optional<uint32_t> area_light;
         bool reverse_orientation = false;
     };
+    enum class Scope { attribute, transform, object };
     struct SavedState {
         GraphicsState state;
-        bool transform_only;
+        Scope scope;
         PbrtPlace place;  // of the Begin
+    };
+    struct OpenFile {
+        std::filesystem::path path, canonical;
     };
     struct CameraSettings {
         Transform camera_to_world;
@@ -82,8 +86,9 @@ private:
     Status transform_begin(const Directive& directive);
     Status transform_end(const Directive& directive);
     Status reverse_orientation(const Directive& directive);
-    Status push(const Directive& directive, bool transform_only);
-    Status pop(const Directive& directive, bool transform_only);
+    Status push(const Directive& directive, Scope scope);
+    Status pop(const Directive& directive, Scope scope);
+    static const char* scope_name(Scope scope);
 
     // pbrt_transforms.cpp
     Status identity(const Directive& directive);
@@ -142,8 +147,9 @@ private:
     Scene scene_;
     PbrtWarnings warnings_;
     PbrtTokens* tokens_ = nullptr;          // of the file that is being read
-    std::vector<std::filesystem::path> open_files_;  // from the scene file to the one being read, to find cycles and relative paths
+    std::vector<OpenFile> open_files_;      // from the scene file to the one being read, to find cycles and relative paths
     uint64_t included_ = 0;
+    bool any_known_ = false;  // a directive that means something was met
     GraphicsState state_;
     std::vector<SavedState> saved_;
     bool transforms_active_ = true;

@@ -174,7 +174,7 @@ Status PbrtReader::object_begin(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
     if (object_) return error(directive, fmt::format("inside the object begun in {}", object_place_.with_line()));
-    RAYPAGER_TRY(push(directive, false));
+    RAYPAGER_TRY(push(directive, Scope::object));
     object_ = &objects_[name];
     object_->clear();
     object_place_ = directive.place;
@@ -183,8 +183,9 @@ Status PbrtReader::object_begin(const Directive& directive) {
 
 Status PbrtReader::object_end(const Directive& directive) {
     if (!object_) return error(directive, "without ObjectBegin");
+    RAYPAGER_TRY(pop(directive, Scope::object));
     object_ = nullptr;
-    return pop(directive, false);
+    return {};
 }
 
 Status PbrtReader::object_instance(const Directive& directive) {

@@ -160,10 +160,9 @@ Result<PlyHeader> read_ply_header(const InputFile& file) {
         const size_t end = text.find('\n', at);
         const bool last = end == std::string::npos;
         // A first line without end may be a megabyte of anything: look at its start only.
-        RAYPAGER_TRY(parser.line(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at))));
-        if (parser.ended) at = last ? text.size() : end + 1;
-        else if (last) return Status::failed(file.path().string() + ": ends within its PLY header; it is truncated or no PLY file");
-        else at = end + 1;
+        if (!last || at == 0) RAYPAGER_TRY(parser.line(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at))));
+        if (last) return Status::failed(file.path().string() + ": ends within its PLY header; it is truncated or no PLY file");
+        at = end + 1;
     }
     parser.header.bytes = at;
     RAYPAGER_TRY(check_counts(parser.header, file));

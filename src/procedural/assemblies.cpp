@@ -31,8 +31,8 @@ void add_bolt_circle(Assembly& assembly, const Placement& place, double radius, 
 void add_flanged_pipe(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
     const double radius = size * random.uniform(0.06, 0.2), length = size * random.uniform(1, 2.5);
     const double wide = 1.6 * radius, thick = 0.3 * radius, bore = 0.85 * radius;
-    const std::array<Point2, 8> profile = {{{bore, 0}, {wide, 0}, {wide, thick}, {radius, thick}, {radius, length - thick}, {wide, length - thick},
-                                            {wide, length}, {bore, length}}};
+    const std::array<Point2, 8> profile = {
+        {{bore, 0}, {wide, 0}, {wide, thick}, {radius, thick}, {radius, length - thick}, {wide, length - thick}, {wide, length}, {bore, length}}};
     add_turned(assembly.of(random.below(2) == 0 ? any_metal(random) : any_paint(random)), place, profile, segments_for(wide, detail), true);
     const uint32_t bolts = 6 + 2 * random.below(4);
     add_bolt_circle(assembly, place.moved(0, length, 0), 1.3 * radius, 0.09 * radius, bolts, detail);
@@ -45,14 +45,16 @@ void add_gear_shaft(Assembly& assembly, const Placement& place, double size, dou
     for (uint32_t i = 0; i < gears; i++) {
         const double radius = size * random.uniform(0.2, 0.6), width = 0.5 * length / gears;
         const auto teeth = static_cast<uint32_t>(std::clamp(14 + 40 * radius, 12.0, 72.0));
-        add_gear(assembly.of(any_metal(random)), place.moved(0, length * (i + 0.25) / gears, 0), radius, teeth, 1.02 * shaft, width, scaled(3, detail, 1));
+        add_gear(assembly.of(any_metal(random)), place.moved(0, length * (i + 0.25) / gears, 0), radius, teeth, 1.02 * shaft, width,
+                 scaled(3, detail, 1));
     }
 }
 
 void add_bolted_plate(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
     const uint32_t columns = 2 + random.below(9), rows = 1 + random.below(5);
     const double cell = size / std::max(columns, rows), hole = 0.28 * cell, thick = 0.25 * cell;
-    add_perforated_plate(assembly.of(random.below(2) == 0 ? Stuff::iron : any_paint(random)), place, columns, rows, cell, hole, scaled(3, detail, 1), thick);
+    add_perforated_plate(assembly.of(random.below(2) == 0 ? Stuff::iron : any_paint(random)), place, columns, rows, cell, hole, scaled(3, detail, 1),
+                         thick);
     for (uint32_t i = 0; i < columns * rows; i++) {
         if (random.below(3) == 0) continue;  // some are missing
         const double x = (i % columns + 0.5 - 0.5 * columns) * cell, z = (i / columns + 0.5 - 0.5 * rows) * cell;
@@ -65,7 +67,8 @@ void add_strut(Assembly& assembly, const Placement& place, double size, double d
     const double radius = size * random.uniform(0.12, 0.2), height = size * random.uniform(0.7, 1.2), wire = radius * random.uniform(0.08, 0.2);
     add_spring(assembly.of(any_paint(random)), place, radius, wire, height, 5 + random.below(10), std::max(5u, segments_for(radius, detail) / 2));
     add_cylinder(assembly.of(Stuff::chrome), place, 0.5 * radius, 1.2 * height, segments_for(radius, detail));
-    for (const double y : {-0.05, 1.0}) add_cylinder(assembly.of(Stuff::iron), place.moved(0, y * height, 0), 1.4 * radius, 0.05 * height, segments_for(radius, detail));
+    for (const double y : {-0.05, 1.0})
+        add_cylinder(assembly.of(Stuff::iron), place.moved(0, y * height, 0), 1.4 * radius, 0.05 * height, segments_for(radius, detail));
 }
 
 void add_hose(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
@@ -79,7 +82,8 @@ void add_hose(Assembly& assembly, const Placement& place, double size, double de
         heading = normalized(heading + turn * (6.0 / steps));
         path.push_back(path.back() + heading * step);
     }
-    add_bar(assembly.of(random.below(3) == 0 ? Stuff::copper : any_paint(random)), path, size * random.uniform(0.02, 0.06), segments_for(0.05 * size, detail));
+    add_bar(assembly.of(random.below(3) == 0 ? Stuff::copper : any_paint(random)), path, size * random.uniform(0.02, 0.06),
+            segments_for(0.05 * size, detail));
 }
 
 // A few small loose things that lie close together.
@@ -91,11 +95,22 @@ void add_loose_parts(Assembly& assembly, const Placement& place, double size, do
         const double part = size * random.uniform(0.05, 0.25);
         const uint32_t segments = segments_for(part, detail);
         switch (random.below(5)) {
-            case 0: add_bolt(assembly.of(any_metal(random)), own, 0.3 * part, 2 * part, segments, scaled(5, detail, 2)); break;
-            case 1: add_torus(assembly.of(random.below(3) == 0 ? Stuff::glass : any_metal(random)), own, part, 0.3 * part, segments, std::max(3u, segments / 2)); break;
-            case 2: add_ball(assembly.of(random.below(3) == 0 ? Stuff::glass : Stuff::chrome), own, 0.6 * part, segments); break;
-            case 3: add_pipe(assembly.of(any_metal(random)), own, 0.6 * part, 0.2 * part, 0.5 * part, 6); break;
-            default: add_gear(assembly.of(any_metal(random)), own, part, 12 + random.below(12), 0.4 * part, 0.3 * part, scaled(2, detail, 1)); break;
+            case 0:
+                add_bolt(assembly.of(any_metal(random)), own, 0.3 * part, 2 * part, segments, scaled(5, detail, 2));
+                break;
+            case 1:
+                add_torus(assembly.of(random.below(3) == 0 ? Stuff::glass : any_metal(random)), own, part, 0.3 * part, segments,
+                          std::max(3u, segments / 2));
+                break;
+            case 2:
+                add_ball(assembly.of(random.below(3) == 0 ? Stuff::glass : Stuff::chrome), own, 0.6 * part, segments);
+                break;
+            case 3:
+                add_pipe(assembly.of(any_metal(random)), own, 0.6 * part, 0.2 * part, 0.5 * part, 6);
+                break;
+            default:
+                add_gear(assembly.of(any_metal(random)), own, part, 12 + random.below(12), 0.4 * part, 0.3 * part, scaled(2, detail, 1));
+                break;
         }
     }
 }
@@ -115,20 +130,25 @@ void Assembly::clear() {
     }
 }
 
-uint32_t segments_for(double radius, double detail) {
-    return static_cast<uint32_t>(std::clamp(detail * (9 + 30 * std::sqrt(radius)), 5.0, 1024.0));
-}
+uint32_t segments_for(double radius, double detail) { return static_cast<uint32_t>(std::clamp(detail * (9 + 30 * std::sqrt(radius)), 5.0, 1024.0)); }
 
 void add_random_assembly(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
     switch (random.below(10)) {
         case 0:
-        case 1: return add_flanged_pipe(assembly, place, size, detail, random);
-        case 2: return add_gear_shaft(assembly, place, size, detail, random);
-        case 3: return add_bolted_plate(assembly, place, size, detail, random);
-        case 4: return add_strut(assembly, place, size, detail, random);
-        case 5: return add_hose(assembly, place, size, detail, random);
-        case 6: return add_beam(assembly.of(any_paint(random)), place, 0.1 * size, 0.15 * size, 2.2 * size);
-        default: return add_loose_parts(assembly, place, size, detail, random);
+        case 1:
+            return add_flanged_pipe(assembly, place, size, detail, random);
+        case 2:
+            return add_gear_shaft(assembly, place, size, detail, random);
+        case 3:
+            return add_bolted_plate(assembly, place, size, detail, random);
+        case 4:
+            return add_strut(assembly, place, size, detail, random);
+        case 5:
+            return add_hose(assembly, place, size, detail, random);
+        case 6:
+            return add_beam(assembly.of(any_paint(random)), place, 0.1 * size, 0.15 * size, 2.2 * size);
+        default:
+            return add_loose_parts(assembly, place, size, detail, random);
     }
 }
 

@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 constexpr double hall_width = 24, hall_height = 8, hall_depth = 18;  // x from -12 to 12, z from -18 to 0
-constexpr uint64_t reference_triangles = 10'000'000;                   // at which detail is 1
+constexpr uint64_t reference_triangles = 10'000'000;                 // at which detail is 1
 
 // Meshes that grow, one for each kind of stuff, and go to a file when they are large.
 class Batches {
@@ -44,7 +44,8 @@ private:
     Status write(size_t stuff) {
         TriangleMesh& batch = batches_.meshes[stuff];
         if (batch.triangles.empty()) return {};
-        RAYPAGER_TRY(scene_.mesh(fmt::format("{}-{:03}", stuff_names[stuff], written_[stuff]++), stuff_names[stuff], batch.positions, batch.triangles));
+        RAYPAGER_TRY(
+            scene_.mesh(fmt::format("{}-{:03}", stuff_names[stuff], written_[stuff]++), stuff_names[stuff], batch.positions, batch.triangles));
         batch.positions.clear();
         batch.triangles.clear();
         return {};
@@ -92,12 +93,15 @@ void add_fixtures(Assembly& assembly, double detail, Random& random) {
         const double radius = 0.06 + 0.03 * random.below(5), y = 1.4 + 0.62 * i, z = -hall_depth + 0.5;
         for (int piece = 0; piece < 4; piece++) {
             const double left = -hall_width / 2 + hall_width / 4 * piece;
-            add_pipe(assembly.of(i % 3 == 0 ? Stuff::copper : i % 3 == 1 ? Stuff::white : Stuff::steel), lying({left, y, z}, {1, 0, 0}), radius, 0.2 * radius,
-                     hall_width / 4, segments_for(radius, detail));
+            add_pipe(assembly.of(i % 3 == 0   ? Stuff::copper
+                                 : i % 3 == 1 ? Stuff::white
+                                              : Stuff::steel),
+                     lying({left, y, z}, {1, 0, 0}), radius, 0.2 * radius, hall_width / 4, segments_for(radius, detail));
             add_pipe(assembly.of(Stuff::red), lying({left, y, z}, {1, 0, 0}), 1.6 * radius, 0.55 * radius, 0.15, segments_for(radius, detail));
         }
     }
-    for (int i = 0; i < 5; i++) add_beam(assembly.of(Stuff::yellow), lying({-hall_width / 2, hall_height - 0.6, -2.5 - 3.4 * i}, {1, 0, 0}), 0.14, 0.25, hall_width);
+    for (int i = 0; i < 5; i++)
+        add_beam(assembly.of(Stuff::yellow), lying({-hall_width / 2, hall_height - 0.6, -2.5 - 3.4 * i}, {1, 0, 0}), 0.14, 0.25, hall_width);
 }
 
 // From anywhere on one side of the hall to anywhere on the other, hardly thicker than a finger.

@@ -78,8 +78,8 @@ Status add_knot(SceneWriter& scene, uint64_t triangles, uint64_t seed) {
 Status add_vase(SceneWriter& scene, uint64_t triangles, uint64_t seed) {
     Turned vase;
     vase.base = {430, 0.1, 170};
-    vase.profile = {{0, 0},   {20, 0},   {40, 1},    {43, 8},    {40, 18},   {58, 52},   {68, 92},  {60, 132}, {36, 164}, {28, 186},
-                    {34, 206}, {46, 214}, {44, 216.5}, {32, 207}, {24, 186}, {31, 164}, {55, 131}, {62, 92},  {52, 52},  {30, 20}, {12, 14}, {0, 13}};
+    vase.profile = {{0, 0},    {20, 0},     {40, 1},   {43, 8},   {40, 18},  {58, 52},  {68, 92}, {60, 132}, {36, 164}, {28, 186}, {34, 206},
+                    {46, 214}, {44, 216.5}, {32, 207}, {24, 186}, {31, 164}, {55, 131}, {62, 92}, {52, 52},  {30, 20},  {12, 14},  {0, 13}};
     // A row of quads is about as high as wide: the profile is about twice as long as a typical circumference is.
     vase.columns = std::max<uint64_t>(3, static_cast<uint64_t>(std::sqrt(static_cast<double>(triangles) / 2 / 1.6)));
     vase.rows = std::max<uint64_t>(3, triangles / 2 / vase.columns + 1);

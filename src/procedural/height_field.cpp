@@ -91,7 +91,8 @@ Status write_height_field(SceneWriter& scene, const HeightField& field, const st
             Tile tile(field, field.columns * i / across, field.columns * (i + 1) / across, field.rows * j / down, field.rows * (j + 1) / down);
             tile.classify(classify);
             for (size_t kind = 0; kind < materials.size(); kind++)
-                RAYPAGER_TRY(tile.write(scene, fmt::format("ground-{:03}-{:03}-{}", j, i, materials[kind]), static_cast<uint8_t>(kind), materials[kind]));
+                RAYPAGER_TRY(
+                    tile.write(scene, fmt::format("ground-{:03}-{:03}-{}", j, i, materials[kind]), static_cast<uint8_t>(kind), materials[kind]));
         }
     return {};
 }

@@ -16,7 +16,8 @@ constexpr uint64_t default_cornell_triangles = 45'000'000;  // about 1 GB of geo
 Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
     MakeSceneOptions options = wanted;
     if (options.triangles != 0 && (options.triangles < min_triangles || options.triangles > max_triangles))
-        return Status::usage(fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
+        return Status::usage(
+            fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
     if (options.heightmap && options.kind != "terrain") return Status::usage(fmt::format("a height map makes a terrain, not a {}", options.kind));
     if (options.kind == "terrain") {
         if (options.triangles == 0 && !options.heightmap) options.triangles = default_triangles;

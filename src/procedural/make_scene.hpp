@@ -11,9 +11,9 @@
 namespace raypager {
 
 struct MakeSceneOptions {
-    std::string kind;                       // "cornell", "terrain" or "clutter"
-    std::filesystem::path directory;        // made if absent
-    uint64_t triangles = 0;                 // about so many; 0: the kind's default
+    std::string kind;                 // "cornell", "terrain" or "clutter"
+    std::filesystem::path directory;  // made if absent
+    uint64_t triangles = 0;           // about so many; 0: the kind's default
     uint64_t seed = 1;
     std::optional<std::filesystem::path> heightmap;  // terrain only: an elevation image
 };

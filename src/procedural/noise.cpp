@@ -41,9 +41,7 @@ double gradient_noise(const Double3& p, uint64_t seed) {
     const double fx = std::floor(p[0]), fy = std::floor(p[1]), fz = std::floor(p[2]);
     const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy), iz = static_cast<int64_t>(fz);
     const double x = p[0] - fx, y = p[1] - fy, z = p[2] - fz;
-    const auto corner = [&](int dx, int dy, int dz) {
-        return edge_gradient(lattice_hash(ix + dx, iy + dy, iz + dz, seed), x - dx, y - dy, z - dz);
-    };
+    const auto corner = [&](int dx, int dy, int dz) { return edge_gradient(lattice_hash(ix + dx, iy + dy, iz + dz, seed), x - dx, y - dy, z - dz); };
     const double u = fade(x), v = fade(y), w = fade(z);
     return mix(mix(mix(corner(0, 0, 0), corner(1, 0, 0), u), mix(corner(0, 1, 0), corner(1, 1, 0), u), v),
                mix(mix(corner(0, 0, 1), corner(1, 0, 1), u), mix(corner(0, 1, 1), corner(1, 1, 1), u), v), w);

@@ -2,8 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace raypager {
+namespace {
+
+// coefficients[0] + coefficients[1] y + ... by Horner's rule.
+template <size_t count>
+double polynomial(const double (&coefficients)[count], double y) {
+    double sum = coefficients[count - 1];
+    for (size_t i = count - 1; i-- > 0;) sum = sum * y + coefficients[i];
+    return sum;
+}
+
+}  // namespace
 
 double length(const Double3& a) { return std::sqrt(dot(a, a)); }
 
@@ -24,18 +36,22 @@ Double3 Random::direction() {
 }
 
 SinCos sincos_turns(double turns) {
-    // To [-1/8, 1/8] turns about the nearest quarter, then Taylor series; the terms left out are below 1e-16.
+    // To [-1/8, 1/8] turns about the nearest quarter, then Taylor series; the first terms left out are below 1e-16.
     const double quarter = std::floor(turns * 4 + 0.5);
     const double x = (turns - quarter * 0.25) * 6.283185307179586;
-    const double y = x * x;
-    const double s = x * (1 + y * (-1.0 / 6 + y * (1.0 / 120 + y * (-1.0 / 5040 + y * (1.0 / 362880 + y * (-1.0 / 39916800 + y / 6227020800.0))))));
-    const double c =
-        1 + y * (-1.0 / 2 + y * (1.0 / 24 + y * (-1.0 / 720 + y * (1.0 / 40320 + y * (-1.0 / 3628800 + y * (1.0 / 479001600 - y / 87178291200.0))))));
+    const double s =
+        x * polynomial({1, -1.0 / 6, 1.0 / 120, -1.0 / 5040, 1.0 / 362880, -1.0 / 39916800, 1.0 / 6227020800, -1.0 / 1307674368000}, x * x);
+    const double c = polynomial(
+        {1, -1.0 / 2, 1.0 / 24, -1.0 / 720, 1.0 / 40320, -1.0 / 3628800, 1.0 / 479001600, -1.0 / 87178291200, 1.0 / 20922789888000}, x * x);
     switch (static_cast<int64_t>(quarter) & 3) {
-        case 0: return {s, c};
-        case 1: return {c, -s};
-        case 2: return {-s, -c};
-        default: return {-c, s};
+        case 0:
+            return {s, c};
+        case 1:
+            return {c, -s};
+        case 2:
+            return {-s, -c};
+        default:
+            return {-c, s};
     }
 }
 

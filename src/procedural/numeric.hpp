@@ -15,9 +15,7 @@ inline Double3 operator+(const Double3& a, const Double3& b) { return {a[0] + b[
 inline Double3 operator-(const Double3& a, const Double3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 inline Double3 operator*(const Double3& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
 inline double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline Double3 cross(const Double3& a, const Double3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
+inline Double3 cross(const Double3& a, const Double3& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
 double length(const Double3& a);
 Double3 normalized(const Double3& a);  // REQUIRES: a is not the null vector
 inline Float3 to_float3(const Double3& a) { return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])}; }
@@ -39,8 +37,8 @@ public:
     double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }  // [0, 1)
     double uniform(double low, double high) { return low + (high - low) * uniform(); }
     uint32_t below(uint32_t count) { return static_cast<uint32_t>((bits() >> 32) * count >> 32); }  // [0, count)
-    double bell();           // mean 0, standard deviation 1, within [-3.5, 3.5]: a sum of uniform numbers
-    Double3 direction();     // uniform on the unit sphere
+    double bell();        // mean 0, standard deviation 1, within [-3.5, 3.5]: a sum of uniform numbers
+    Double3 direction();  // uniform on the unit sphere
 
 private:
     uint64_t state_;

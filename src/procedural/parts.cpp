@@ -106,7 +106,8 @@ void add_ring(TriangleMesh& mesh, const Placement& place, std::span<const Point2
     add_wall(mesh, inner_top, inner_bottom, false);
 }
 
-void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t columns, uint32_t rows, double cell, double hole, uint32_t arc, double height) {
+void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t columns, uint32_t rows, double cell, double hole, uint32_t arc,
+                          double height) {
     RAYPAGER_CHECK(columns > 0 && rows > 0 && arc > 0 && hole < cell / 2);
     // Corners and edge middles of the cells lie on a lattice of half cells; cell centres stay unused, so number on demand.
     const uint32_t across = 2 * columns + 1;
@@ -139,7 +140,10 @@ void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t c
                 }
                 const uint32_t last = (k + 1) * arc % (8 * arc);
                 faces.add(top[p], rim_top[last], top[q], bottom[p], rim_bottom[last], bottom[q]);
-                const bool on_border = (k == 0 || k == 7) ? column + 1 == columns : (k == 1 || k == 2) ? row + 1 == rows : (k == 3 || k == 4) ? column == 0 : row == 0;
+                const bool on_border = (k == 0 || k == 7)   ? column + 1 == columns
+                                       : (k == 1 || k == 2) ? row + 1 == rows
+                                       : (k == 3 || k == 4) ? column == 0
+                                                            : row == 0;
                 if (on_border) add_quad(mesh, top[p], top[q], bottom[q], bottom[p]);
             }
         }
@@ -147,8 +151,8 @@ void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t c
 
 void add_beam(TriangleMesh& mesh, const Placement& place, double half_width, double half_height, double length) {
     const double b = half_width, h = half_height, t = 0.16 * half_height, w = 0.09 * half_width;
-    const std::array<Point2, 12> section = {{{b, -h}, {b, t - h}, {w, t - h}, {w, h - t}, {b, h - t}, {b, h},
-                                             {-b, h}, {-b, h - t}, {-w, h - t}, {-w, t - h}, {-b, t - h}, {-b, -h}}};
+    const std::array<Point2, 12> section = {
+        {{b, -h}, {b, t - h}, {w, t - h}, {w, h - t}, {b, h - t}, {b, h}, {-b, h}, {-b, h - t}, {-w, h - t}, {-w, t - h}, {-b, t - h}, {-b, -h}}};
     constexpr size_t cap[10][3] = {{0, 1, 2}, {0, 2, 9}, {0, 9, 10}, {0, 10, 11}, {2, 3, 8}, {2, 8, 9}, {5, 6, 7}, {5, 7, 8}, {5, 8, 3}, {5, 3, 4}};
     const std::vector<uint32_t> top = add_loop(mesh, place, section, length), bottom = add_loop(mesh, place, section, 0);
     add_wall(mesh, top, bottom, true);

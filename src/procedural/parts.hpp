@@ -30,7 +30,8 @@ void add_ring(TriangleMesh& mesh, const Placement& place, std::span<const Point2
 
 // A plate of columns x rows square cells of side cell, each with a round hole of 8 * arc corners; y = 0 to height; centred at the origin.
 // hole is the radius, less than cell / 2.
-void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t columns, uint32_t rows, double cell, double hole, uint32_t arc, double height);
+void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t columns, uint32_t rows, double cell, double hole, uint32_t arc,
+                          double height);
 
 // An I beam of the given half width and half height, from y = 0 to length.
 void add_beam(TriangleMesh& mesh, const Placement& place, double half_width, double half_height, double length);

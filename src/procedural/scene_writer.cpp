@@ -36,12 +36,12 @@ Result<SceneWriter> SceneWriter::create(const MakeSceneOptions& options) {
 
 void SceneWriter::begin(std::string_view comment, const View& view) {
     text_ += fmt::format("# {}\n\n", comment);
-    text_ += fmt::format("Film \"rgb\" \"integer xresolution\" {} \"integer yresolution\" {} \"string filename\" \"{}.exr\"\n", view.width, view.height,
-                         options_.kind);
+    text_ += fmt::format("Film \"rgb\" \"integer xresolution\" {} \"integer yresolution\" {} \"string filename\" \"{}.exr\"\n", view.width,
+                         view.height, options_.kind);
     text_ += "Sampler \"independent\" \"integer pixelsamples\" 64\nIntegrator \"path\" \"integer maxdepth\" 5\n";
     // pbrt's camera looks into a left-handed space: mirrored, so that the world is right-handed.
-    text_ += fmt::format("Scale -1 1 1\nLookAt {}  {}  {}\nCamera \"perspective\" \"float fov\" {}\n\nWorldBegin\n", point(view.eye), point(view.target),
-                         point(view.up), view.fov_degrees);
+    text_ += fmt::format("Scale -1 1 1\nLookAt {}  {}  {}\nCamera \"perspective\" \"float fov\" {}\n\nWorldBegin\n", point(view.eye),
+                         point(view.target), point(view.up), view.fov_degrees);
 }
 
 void SceneWriter::diffuse(std::string_view name, const Rgb& reflectance) {
@@ -50,7 +50,8 @@ void SceneWriter::diffuse(std::string_view name, const Rgb& reflectance) {
 
 void SceneWriter::conductor(std::string_view name, const Rgb& eta, const Rgb& k, double roughness) {
     text_ += fmt::format(
-        "MakeNamedMaterial \"{}\" \"string type\" \"conductor\" \"rgb eta\" [{}] \"rgb k\" [{}] \"float roughness\" {} \"bool remaproughness\" false\n",
+        "MakeNamedMaterial \"{}\" \"string type\" \"conductor\" \"rgb eta\" [{}] \"rgb k\" [{}] \"float roughness\" {} \"bool remaproughness\" "
+        "false\n",
         name, numbers(eta), numbers(k), roughness);
 }
 
@@ -61,7 +62,8 @@ void SceneWriter::glass(std::string_view name, double ior) {
 void SceneWriter::sky(const Rgb& radiance) { text_ += fmt::format("LightSource \"infinite\" \"rgb L\" [{}]\n", numbers(radiance)); }
 
 void SceneWriter::sun(const Double3& towards_sun, const Rgb& irradiance) {
-    text_ += fmt::format("LightSource \"distant\" \"rgb L\" [{}] \"point3 from\" [{}] \"point3 to\" [0 0 0]\n", numbers(irradiance), point(towards_sun));
+    text_ +=
+        fmt::format("LightSource \"distant\" \"rgb L\" [{}] \"point3 from\" [{}] \"point3 to\" [0 0 0]\n", numbers(irradiance), point(towards_sun));
 }
 
 void SceneWriter::shape_quad(const Double3& p, const Double3& a, const Double3& b) {

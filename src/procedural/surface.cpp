@@ -19,9 +19,7 @@ public:
     Band(const SurfaceGrid& grid, uint64_t begin, uint64_t end) : grid_(grid), begin_(begin), end_(end) {}
 
     uint64_t vertices() const { return first_index(end_ + 1); }
-    uint64_t triangles() const {
-        return grid_.columns * (2 * (end_ - begin_) - (is_pole(begin_) ? 1 : 0) - (is_pole(end_) ? 1 : 0));
-    }
+    uint64_t triangles() const { return grid_.columns * (2 * (end_ - begin_) - (is_pole(begin_) ? 1 : 0) - (is_pole(end_) ? 1 : 0)); }
     Status write(PlyWriter& writer) const {
         RAYPAGER_TRY(write_vertices(writer));
         return write_triangles(writer);
@@ -55,7 +53,8 @@ private:
             const uint64_t to = std::min(last + 1, from + rows_at_once);
             positions.resize(first_index_or_end(to) - first_index(from));
             parallel_for(to - from, 1, [&](size_t piece_begin, size_t piece_end) {
-                for (uint64_t row = from + piece_begin; row < from + piece_end; row++) fill_row(row, &positions[first_index(row) - first_index(from)]);
+                for (uint64_t row = from + piece_begin; row < from + piece_end; row++)
+                    fill_row(row, &positions[first_index(row) - first_index(from)]);
             });
             RAYPAGER_TRY(writer.add_vertices(positions));
         }
@@ -96,7 +95,8 @@ std::array<double, 2> curve_point(const std::vector<std::array<double, 2>>& poin
     const auto &p0 = points[i > 0 ? i - 1 : 0], &p1 = points[i], &p2 = points[i + 1], &p3 = points[std::min(i + 2, points.size() - 1)];
     std::array<double, 2> result{};
     for (size_t k = 0; k < 2; k++)
-        result[k] = 0.5 * (2 * p1[k] + t * (p2[k] - p0[k] + t * (2 * p0[k] - 5 * p1[k] + 4 * p2[k] - p3[k] + t * (3 * p1[k] - p0[k] - 3 * p2[k] + p3[k]))));
+        result[k] =
+            0.5 * (2 * p1[k] + t * (p2[k] - p0[k] + t * (2 * p0[k] - 5 * p1[k] + 4 * p2[k] - p3[k] + t * (3 * p1[k] - p0[k] - 3 * p2[k] + p3[k]))));
     return result;
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double landscape_size = 16000;
 constexpr double peak_height = 2600;
-constexpr double lake_level = 330;
+constexpr double lake_level = 250;
 
 enum Ground : uint8_t { meadow, scree, rock, snow, water };
 const std::vector<std::string_view> ground_names = {"meadow", "scree", "rock", "snow", "water"};
@@ -37,7 +37,8 @@ public:
         // A basin, a range behind it and at the sides, and hills in front.
         const double aside = std::abs(u - 0.5) * 2;
         const double range = 0.22 + 0.83 * smooth_step(0.75, 0.15, v) + 0.40 * smooth_step(0.25, 1, aside) + 0.25 * smooth_step(0.78, 1, v);
-        return peak_height * (std::min(range, 1.05) * ridges({wx, 0, wz}) - 0.05 * smooth_step(0.35, 0.6, v) * smooth_step(0.95, 0.7, v) * smooth_step(1, 0.2, aside));
+        return peak_height * (std::min(range, 1.05) * ridges({wx, 0, wz}) -
+                              0.05 * smooth_step(0.35, 0.6, v) * smooth_step(0.95, 0.7, v) * smooth_step(1, 0.2, aside));
     }
 
 private:
@@ -61,13 +62,13 @@ private:
     int octaves_ = 1;
 };
 
-// Snow on high gentle ground, rock where it is steep, meadow low; the borders wander.
-Ground ground_at(double x, double y, double z, double upness, const HeightRange& range, uint64_t seed) {
+// Snow on high gentle ground (from snow_line, a share of the range, on), rock where it is steep, meadow low; the borders wander.
+Ground ground_at(double x, double y, double z, double upness, const HeightRange& range, double snow_line, uint64_t seed) {
     const double wander = value_noise(x / 400, z / 400, seed + 201).value + 0.5 * value_noise(x / 90, z / 90, seed + 202).value;
     const double level = (y - range.low) / std::max(range.high - range.low, 1e-9) + 0.05 * wander;
-    if (level > 0.40 && upness > 0.80 - 0.55 * (level - 0.40) + 0.04 * wander) return snow;
+    if (level > snow_line && upness > 0.80 - 0.55 * (level - snow_line) + 0.04 * wander) return snow;
     if (upness < 0.74 + 0.03 * wander) return rock;
-    if (level < 0.30 && upness > 0.84 + 0.03 * wander) return meadow;
+    if (level < snow_line - 0.1 && upness > 0.84 + 0.03 * wander) return meadow;
     return scree;
 }
 
@@ -86,7 +87,8 @@ double eye_height(const HeightField& field, double x, double z, double reach) {
     double highest = field.height_at(x, z);
     for (int i = -8; i <= 8; i++)
         for (int j = -8; j <= 8; j++)
-            highest = std::max(highest, field.height_at(std::clamp(x + reach * i / 8, 0.0, field.width()), std::clamp(z + reach * j / 8, 0.0, field.depth())));
+            highest = std::max(highest,
+                               field.height_at(std::clamp(x + reach * i / 8, 0.0, field.width()), std::clamp(z + reach * j / 8, 0.0, field.depth())));
     return highest;
 }
 
@@ -108,12 +110,33 @@ Result<MadeScene> make_fractal(const MakeSceneOptions& options) {
     add_materials_and_light(*scene);
     const HeightRange range = height_range(field);
     RAYPAGER_TRY(write_height_field(*scene, field, ground_names, [&](double px, double py, double pz, double upness) {
-        return ground_at(px, py, pz, upness, range, options.seed);
+        return ground_at(px, py, pz, upness, range, 0.40, options.seed);
     }));
     // A lake: a sheet of water that lets the light of the sky in.
     scene->glass("lake", 1.33);
     scene->quad("lake", {0, lake_level, 0}, {0, 0, landscape_size}, {landscape_size, 0, 0});
     return scene->finish();
+}
+
+double mean_height(const HeightField& field, double z_low, double z_high) {
+    double sum = 0;
+    for (int i = 0; i <= 20; i++)
+        for (int j = 0; j <= 20; j++) sum += field.height_at(field.width() * (0.2 + 0.03 * i), z_low + (z_high - z_low) * 0.05 * j);
+    return sum / (21 * 21);
+}
+
+// How far down the map to stand, looking north: where the ground ahead rises most above the ground here.
+double standpoint(const HeightField& field) {
+    double best = field.depth(), most = -INFINITY;
+    for (double share = 0.98; share > 0.45; share -= 0.02) {
+        const double z = share * field.depth(), unit = field.depth();
+        const double rise =
+            mean_height(field, z - 0.30 * unit, z - 0.08 * unit) - mean_height(field, z - 0.08 * unit, std::min(unit, z + 0.04 * unit));
+        if (rise <= most) continue;
+        most = rise;
+        best = z;
+    }
+    return best;
 }
 
 Result<MadeScene> make_from_heightmap(const MakeSceneOptions& options) {
@@ -123,15 +146,15 @@ Result<MadeScene> make_from_heightmap(const MakeSceneOptions& options) {
     if (!scene) return scene.status();
     const HeightField field = field_of(*map, options.triangles);
     const HeightRange range = height_range(field, 400);
-    const double x = 0.5 * field.width(), z = 0.98 * field.depth();
+    const double x = 0.5 * field.width(), z = standpoint(field);
     const double size = std::min(field.width(), field.depth());
-    const double eye = eye_height(field, x, z, 0.05 * size) + 0.09 * size;
+    const double eye = eye_height(field, x, z, 0.03 * size) + 0.05 * size;
     scene->begin(fmt::format("Relief from {}; metres", options.heightmap->filename().string()),
-                 {.eye = {x, eye, z}, .target = {x, range.low, z - 0.42 * size}, .fov_degrees = 45});
+                 {.eye = {x, eye, z}, .target = {x, range.low, z - 0.36 * size}, .fov_degrees = 28});
     add_materials_and_light(*scene);
     RAYPAGER_TRY(write_height_field(*scene, field, ground_names, [&](double px, double py, double pz, double upness) -> uint8_t {
         if (py <= 0.5 && upness >= 0.999999) return water;  // the sea is exactly flat in elevation models
-        return ground_at(px, py, pz, upness, range, options.seed);
+        return ground_at(px, py, pz, upness, range, 0.55, options.seed);
     }));
     return scene->finish();
 }

@@ -9,7 +9,8 @@ namespace {
 
 bool finite(const Float3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-// Differences of floats in double are exact unless the exponents lie far apart, and so are their products: zero means zero.
+// Differences of floats are exact in double unless their exponents lie 29 or more apart, and products of differences of 26 bits are as
+// well: what comes out as zero has no area, or so little that it vanishes beside the coordinates' last bits.
 bool has_area(const Float3& a, const Float3& b, const Float3& c) {
     const double ux = double{b.x} - a.x, uy = double{b.y} - a.y, uz = double{b.z} - a.z;
     const double vx = double{c.x} - a.x, vy = double{c.y} - a.y, vz = double{c.z} - a.z;

@@ -10,6 +10,9 @@
 namespace raypager {
 namespace {
 
+// A vector and the first three of four.
+bool same(const float (&a)[3], const float (&b)[4]) { return std::equal(std::begin(a), std::end(a), std::begin(b)); }
+
 Status bad(std::string what) { return Status::failed(std::move(what)); }
 
 class BlockCheck {
@@ -20,9 +23,11 @@ public:
         RAYPAGER_TRY(check_header());
         RAYPAGER_TRY(check_numbers());
         seen_leaves_.resize(header_.leaf_count);
-        const auto portals = std::ranges::equal_range(scene_.portals, block_, {}, &rp_portal::block);
-        if (portals.size() != header_.portal_count) return bad("the number of portals is wrong");
-        for (const rp_portal& portal : portals) RAYPAGER_TRY(check_portal(portal));
+        const auto& portals = scene_.portals;
+        const auto first = std::partition_point(portals.begin(), portals.end(), [&](const rp_portal& portal) { return portal.block < block_; });
+        const auto end = std::partition_point(first, portals.end(), [&](const rp_portal& portal) { return portal.block == block_; });
+        if (end - first != static_cast<ptrdiff_t>(header_.portal_count)) return bad("the number of portals is wrong");
+        for (auto portal = first; portal != end; ++portal) RAYPAGER_TRY(check_portal(*portal));
         if (nodes_ != header_.node_count || leaves_ != header_.leaf_count) return bad("some nodes or leaves are never reached");
         if (triangles_ != header_.triangle_count || spheres_ != header_.sphere_count) return bad("the number of primitives is wrong");
         return {};
@@ -37,8 +42,7 @@ private:
         if (header_.block_index != block_ || header_.flags != 0) return bad("its header is that of another block");
         if (header_.bytes != bytes_.size() || header_.bytes != record.memory_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
-        if (std::memcmp(header_.lower, record.lower, sizeof record.lower) != 0 || std::memcmp(header_.upper, record.upper, sizeof record.upper) != 0)
-            return bad("its bounds are wrong");
+        if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
         if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
         return check_sections();
     }
@@ -83,8 +87,7 @@ private:
     }
 
     Status check_portal(const rp_portal& portal) {
-        if (std::memcmp(portal.origin, header_.origin, sizeof portal.origin) != 0 || std::memcmp(portal.cell, header_.cell, sizeof portal.cell) != 0)
-            return bad("the grid of a portal is not its own");
+        if (!same(portal.origin, header_.origin) || !same(portal.cell, header_.cell)) return bad("the grid of a portal is not its own");
         struct Entry {
             rp_u32 ref;
             int depth;

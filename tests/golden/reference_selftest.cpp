@@ -151,6 +151,32 @@ TEST(ReferenceLights, BallAboveAFloor) {
     expect_zero(mean_error(image, 0, [&](uint32_t, uint32_t) { return expected; }), 0.1, "ball");
 }
 
+// A point light straight above a floor, with nothing, something beside, or something between them. Glass casts a full shadow, too.
+TEST(ReferenceLights, AnythingCastsAShadow) {
+    constexpr double height = 2, albedo = 0.5, lit = albedo / pi * 8 / (height * height);
+    const struct {
+        const char* name;
+        Vec3 corner;
+        rp_material material;
+        double expected;
+    } cases[] = {{"beside", {1, 1, -1}, diffuse(Vec3()), lit},
+                 {"behind the light", {-1, 3, -1}, diffuse(Vec3()), lit},
+                 {"black", {-1, 1, -1}, diffuse(Vec3()), 0},
+                 {"glass", {-1, 1, -1}, glass(1.5), 0},
+                 {"just below the light", {-1, 1.9999, -1}, diffuse(Vec3()), 0},
+                 {"just above the floor", {-1, 0.0001, -0.005}, diffuse(Vec3()), 0}};
+    for (const auto& c : cases) {
+        SceneBuilder builder({8, 8});
+        builder.camera({0, 0.5, 6}, {0, 0, 0}, {0, 1, 0}, 0.0001);
+        builder.add("floor", quad({-9, 0, 9}, {18, 0, 0}, {0, 0, -18}), builder.material(diffuse(Vec3(albedo))));
+        // The lowest one reaches only so far towards the camera that it does not hide the floor's middle, 0.0012 in front of it.
+        builder.add(c.name, quad(c.corner, {2, 0, 0}, {0, 0, c.corner.y < 0.01 ? 0.0055 : 2}), builder.material(c.material));
+        builder.point_light({0, height, 0}, Vec3(8));
+        const Image image = trace_reference(builder.finish(), {.spp = 4, .max_depth = 1}).value();
+        expect_zero(mean_error(image, 0, [&](uint32_t, uint32_t) { return c.expected; }), lit, c.name);
+    }
+}
+
 // Densities must fit the sampler: the weight f cos / pdf averages to the same albedo as f cos over all directions.
 TEST(ReferenceBsdf, SamplingFitsEvaluation) {
     Random random(17);
@@ -177,6 +203,28 @@ TEST(ReferenceBsdf, SamplingFitsEvaluation) {
             const double error = std::hypot(sigma(sampled, sampled2), sigma(integrated, integrated2));
             EXPECT_NEAR(sampled / n, integrated / n, sigmas * error) << "alpha " << alpha << " cosine " << cosine;
             EXPECT_LE(density / n, 1 + sigmas * sigma(density, density2)) << "alpha " << alpha << " cosine " << cosine;
+        }
+    }
+}
+
+TEST(ReferenceBsdf, GlassRefractsBySnellsLaw) {
+    Random random(29);
+    const Vec3 normal = normalized(Vec3(-0.2, 0.9, 0.4));
+    const Frame frame(normal);
+    for (const bool outside : {true, false}) {
+        for (const double sine : {0.0, 0.3, 0.6}) {
+            const Vec3 wo = frame.to_world({sine, 0, std::sqrt(1 - sine * sine)});
+            int transmitted = 0;
+            for (int i = 0; i < 100; i++) {
+                const std::optional<ScatterSample> s = sample(glass(1.5), {wo, normal, normal, outside}, random);
+                ASSERT_TRUE(s.has_value());
+                const Vec3 wi = frame.to_local(s->wi);
+                EXPECT_NEAR(wi.y, 0, 1e-12);
+                transmitted += wi.z < 0;
+                const double expected = wi.z > 0 ? sine : outside ? sine / 1.5 : sine * 1.5;
+                EXPECT_NEAR(wi.x, -expected, 1e-12) << "outside " << outside << " sine " << sine;
+            }
+            EXPECT_GT(transmitted, 50);
         }
     }
 }
@@ -231,7 +279,7 @@ TEST(ReferencePathTracer, AllScenesCanBeSeen) {
         {"shared edges", shared_edges()}, {"shells", overlapping_shells()},
     };
     for (const auto& [name, scene] : scenes) {
-        const Image image = trace_reference(scene, {.width = 32, .height = 24, .spp = 8, .threads = 2}).value();
+        const Image image = trace_reference(scene, {.width = 32, .height = 24, .spp = 8, .max_depth = scene.max_depth, .threads = 2}).value();
         double sum = 0, lowest = infinity, highest = 0;
         for (const float value : image.values) {
             ASSERT_TRUE(std::isfinite(value) && value >= 0) << name;

@@ -25,7 +25,7 @@ Vec3 uniform_sphere(double u, double v);     // density 1 / (4 pi)
 struct ScatterPoint {
     Vec3 wo;                // to where the path came from
     Vec3 geometric_normal;  // on the side of wo
-    Vec3 shading_normal;    // on the side of geometric_normal
+    Vec3 shading_normal;    // on the side of geometric_normal and of wo
     bool outside = true;    // wo lies on the side that the surface's own normal points to
 };
 
@@ -39,7 +39,7 @@ struct ScatterSample {
 // Only a sampled direction carries light: mirrors and glass.
 bool is_specular(const rp_material& material);
 // f times the cosine to the shading normal; zero for specular materials. Directions on the wrong side of the geometric normal
-// carry nothing; a wo below the shading normal's horizon sees no reflection by conductors.
+// carry nothing, reflected or transmitted.
 Vec3 evaluate(const rp_material& material, const ScatterPoint& point, const Vec3& wi);
 double pdf(const rp_material& material, const ScatterPoint& point, const Vec3& wi);
 std::optional<ScatterSample> sample(const rp_material& material, const ScatterPoint& point, Random& random);

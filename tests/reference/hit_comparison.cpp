@@ -70,52 +70,88 @@ double distance_to_primitive(const ReferenceGeometry& geometry, uint32_t primiti
     return distance;
 }
 
+HitAudit::HitAudit(const ReferenceGeometry& geometry, double tolerance) : geometry_(geometry), tolerance_(tolerance) {
+    balls_.resize(geometry.primitive_count());
+    for (uint32_t id = 0; id < geometry.primitive_count(); id++) {
+        if (geometry.is_degenerate(id)) continue;
+        if (geometry.is_sphere(id)) {
+            balls_[id] = {Vec3(geometry.sphere(id).center), double{geometry.sphere(id).radius}};
+            continue;
+        }
+        const Corners p = geometry.corners(id);
+        const Vec3 center = (p[0] + p[1] + p[2]) / 3;
+        balls_[id] = {center, std::max({length(p[0] - center), length(p[1] - center), length(p[2] - center)})};
+    }
+}
+
 Agreement HitAudit::closest(const Ray& ray, const Hit& expected, const Hit& claimed) {
-    Agreement agreement = judge_closest(ray, expected, claimed);
-    Hit exact = expected;
-    if (agreement != Agreement::same) {
-        exact = geometry_.closest_brute_force(ray);
-        agreement = judge_closest(ray, exact, claimed);
-    }
-    if (agreement == Agreement::same || agreement == Agreement::tie) {
-        counts_[static_cast<size_t>(agreement)]++;
-        return agreement;
-    }
+    if (!expected.found() && !claimed.found()) return count_as(Agreement::same);
+    if (agrees(ray, expected, claimed)) return count_as(expected.primitive == claimed.primitive ? Agreement::same : Agreement::tie);
+    const std::vector<uint32_t> close = near(ray);
+    const Hit exact = exact_closest(ray, close);
+    const Agreement agreement = judge_closest(ray, close, exact, claimed);
+    if (agreement == Agreement::same || agreement == Agreement::tie) return count_as(agreement);
     return note(agreement, ray, fmt::format("exact: {}, claimed: {}", describe(exact), describe(claimed)));
 }
 
 Agreement HitAudit::occluded(const Ray& ray, bool expected, bool claimed) {
-    const bool exact = expected == claimed ? expected : geometry_.occluded_brute_force(ray);
-    if (exact == claimed) {
-        counts_[static_cast<size_t>(Agreement::same)]++;
-        return Agreement::same;
-    }
-    return note(judge_occluded(ray, exact, claimed), ray, claimed ? "exact: free, claimed: occluded" : "exact: occluded, claimed: free");
+    if (expected == claimed) return count_as(Agreement::same);
+    const std::vector<uint32_t> close = near(ray);
+    const Hit exact = exact_closest(ray, close);
+    if (exact.found() == claimed) return count_as(Agreement::same);
+    return note(judge_occluded(ray, close, exact, claimed), ray, claimed ? "exact: free, claimed: occluded" : "exact: occluded, claimed: free");
 }
 
-Agreement HitAudit::judge_closest(const Ray& ray, const Hit& exact, const Hit& claimed) const {
-    if (!exact.found() && !claimed.found()) return Agreement::same;
-    const bool on_primitive = !claimed.found() || lies_on_primitive(ray, claimed);
-    if (claimed.found() && exact.found()) {
-        const double speed = length(Vec3(ray.direction)), sine = std::abs(dot(exact.normal, Vec3(ray.direction))) / speed;
-        const bool same_distance = std::abs(claimed.t - exact.t) * speed * sine <= margin(ray, exact.primitive);
-        if (same_distance && on_primitive) return claimed.primitive == exact.primitive ? Agreement::same : Agreement::tie;
+// All primitives that the ray, or one moved by the tolerance, may hit: a coarse test of all of them.
+std::vector<uint32_t> HitAudit::near(const Ray& ray) const {
+    const Vec3 origin(ray.origin), direction = normalized(Vec3(ray.direction));
+    const double scale = std::max({max_magnitude(origin), max_magnitude(geometry_.lower()), max_magnitude(geometry_.upper())});
+    std::vector<uint32_t> found;
+    for (uint32_t id = 0; id < balls_.size(); id++) {
+        const Vec3 off_axis = cross(balls_[id].center - origin, direction);
+        const double reach = balls_[id].radius + 4 * tolerance_ * scale;
+        if (balls_[id].radius >= 0 && dot(off_axis, off_axis) <= reach * reach) found.push_back(id);
     }
-    if (!on_primitive && !meets_flatly(ray, claimed)) return Agreement::wrong;
-    const Agreement excuse = on_primitive ? Agreement::rounding : Agreement::flat;
+    return found;
+}
+
+Hit HitAudit::exact_closest(const Ray& ray, const std::vector<uint32_t>& near) const {
+    Hit best;
+    for (const uint32_t id : near) {
+        const Hit hit = geometry_.intersect(id, ray);
+        if (hit.t < best.t) best = hit;
+    }
+    return best;
+}
+
+// At the same distance, as well as float can tell it, and where the claimed primitive is.
+bool HitAudit::agrees(const Ray& ray, const Hit& exact, const Hit& claimed) const {
+    if (!exact.found() || !claimed.found() || !lies_on_primitive(ray, claimed)) return false;
+    const double along_normal = std::abs(dot(exact.normal, Vec3(ray.direction)));
+    return std::abs(claimed.t - exact.t) * along_normal <= margin(ray, exact.primitive);
+}
+
+Agreement HitAudit::judge_closest(const Ray& ray, const std::vector<uint32_t>& near, const Hit& exact, const Hit& claimed) const {
+    if (!exact.found() && !claimed.found()) return Agreement::same;
+    if (agrees(ray, exact, claimed)) return exact.primitive == claimed.primitive ? Agreement::same : Agreement::tie;
+    Agreement excuse = Agreement::rounding;
+    if (claimed.found() && !lies_on_primitive(ray, claimed)) {
+        if (!meets_flatly(ray, claimed)) return Agreement::wrong;
+        excuse = Agreement::flat;
+    }
     if (exact.t >= claimed.t || exact.primitive == claimed.primitive) return excuse;
     const double beyond = (exact.t + claimed.t) / 2;
-    return passes_when_moved(ray, margin(ray, exact.primitive), beyond) ? excuse : Agreement::wrong;
+    return passes_when_moved(ray, near, margin(ray, exact.primitive), beyond) ? excuse : Agreement::wrong;
 }
 
-Agreement HitAudit::judge_occluded(const Ray& ray, bool exact, bool claimed) const {
-    if (exact == claimed) return Agreement::same;
-    if (exact) {
-        const Hit hit = geometry_.closest_brute_force(ray);
-        return passes_when_moved(ray, margin(ray, hit.primitive), double{ray.tmax}) ? Agreement::rounding : Agreement::wrong;
+// REQUIRES: exact and claim differ.
+Agreement HitAudit::judge_occluded(const Ray& ray, const std::vector<uint32_t>& near, const Hit& exact, bool claimed) const {
+    if (!claimed) {
+        const bool passes = passes_when_moved(ray, near, margin(ray, exact.primitive), double{ray.tmax});
+        return passes ? Agreement::rounding : Agreement::wrong;
     }
-    for (uint32_t id = 0; id < geometry_.primitive_count(); id++) {
-        if (!geometry_.is_degenerate(id) && distance_to_primitive(geometry_, id, ray) <= margin(ray, id)) return Agreement::rounding;
+    for (const uint32_t id : near) {
+        if (distance_to_primitive(geometry_, id, ray) <= margin(ray, id)) return Agreement::rounding;
     }
     return Agreement::wrong;
 }
@@ -151,7 +187,7 @@ bool HitAudit::meets_flatly(const Ray& ray, const Hit& hit) const {
 }
 
 // Whether a ray moved by at most margin meets nothing before t = beyond.
-bool HitAudit::passes_when_moved(const Ray& ray, double margin, double beyond) const {
+bool HitAudit::passes_when_moved(const Ray& ray, const std::vector<uint32_t>& near, double margin, double beyond) const {
     const double speed = length(Vec3(ray.direction));
     const Frame frame(Vec3(ray.direction) / speed);
     constexpr int angles = 16;
@@ -162,7 +198,7 @@ bool HitAudit::passes_when_moved(const Ray& ray, double margin, double beyond) c
                 const Vec3 shift = margin * (radius * (std::cos(angle) * frame.x + std::sin(angle) * frame.y) + along * frame.z);
                 Ray moved = ray;
                 moved.origin = (Vec3(ray.origin) + shift).to_float();
-                const Hit hit = geometry_.closest_brute_force(moved);
+                const Hit hit = exact_closest(moved, near);
                 // The end of the ray moves with its origin.
                 if (!hit.found() || hit.t + std::abs(along) * margin / speed > beyond) return true;
             }
@@ -171,11 +207,15 @@ bool HitAudit::passes_when_moved(const Ray& ray, double margin, double beyond) c
     return false;
 }
 
-Agreement HitAudit::note(Agreement agreement, const Ray& ray, const std::string& what) {
+Agreement HitAudit::count_as(Agreement agreement) {
     counts_[static_cast<size_t>(agreement)]++;
+    return agreement;
+}
+
+Agreement HitAudit::note(Agreement agreement, const Ray& ray, const std::string& what) {
     std::vector<std::string>& list = agreement == Agreement::wrong ? wrong_ : excused_;
     if (list.size() < max_listed) list.push_back(fmt::format("{}: {}; {}", name(agreement), describe(ray), what));
-    return agreement;
+    return count_as(agreement);
 }
 
 std::string HitAudit::report() const {

@@ -26,9 +26,9 @@ const char* name(Agreement agreement);
 class HitAudit {
 public:
     // tolerance: relative to the largest coordinate of ray origin and hit; 2^-21 is 8 rounding steps of float.
-    explicit HitAudit(const ReferenceGeometry& geometry, double tolerance = 0x1p-21) : geometry_(geometry), tolerance_(tolerance) {}
+    explicit HitAudit(const ReferenceGeometry& geometry, double tolerance = 0x1p-21);
 
-    // expected: of closest() or closest_brute_force(); it is refined by brute force where the claim differs.
+    // expected: of closest() or closest_brute_force(); exact hits are found in double precision where the claim differs.
     // claimed: primitive (RP_NONE: no hit) and t are looked at.
     Agreement closest(const Ray& ray, const Hit& expected, const Hit& claimed);
     Agreement occluded(const Ray& ray, bool expected, bool claimed);
@@ -38,16 +38,26 @@ public:
     std::string report() const;
 
 private:
-    Agreement judge_closest(const Ray& ray, const Hit& exact, const Hit& claimed) const;
-    Agreement judge_occluded(const Ray& ray, bool exact, bool claimed) const;
-    Agreement note(Agreement agreement, const Ray& ray, const std::string& what);
-    double margin(const Ray& ray, uint32_t primitive) const;
+    struct Ball {  // around a primitive; radius negative if it cannot be hit
+        Vec3 center;
+        double radius = -1;
+    };
+
+    std::vector<uint32_t> near(const Ray& ray) const;
+    Hit exact_closest(const Ray& ray, const std::vector<uint32_t>& near) const;
+    Agreement judge_closest(const Ray& ray, const std::vector<uint32_t>& near, const Hit& exact, const Hit& claimed) const;
+    Agreement judge_occluded(const Ray& ray, const std::vector<uint32_t>& near, const Hit& exact, bool claimed) const;
+    bool agrees(const Ray& ray, const Hit& exact, const Hit& claimed) const;
     bool lies_on_primitive(const Ray& ray, const Hit& hit) const;
     bool meets_flatly(const Ray& ray, const Hit& hit) const;
-    bool passes_when_moved(const Ray& ray, double margin, double beyond) const;
+    bool passes_when_moved(const Ray& ray, const std::vector<uint32_t>& near, double margin, double beyond) const;
+    double margin(const Ray& ray, uint32_t primitive) const;
+    Agreement count_as(Agreement agreement);
+    Agreement note(Agreement agreement, const Ray& ray, const std::string& what);
 
     const ReferenceGeometry& geometry_;
     double tolerance_;
+    std::vector<Ball> balls_;
     std::array<uint64_t, all_agreements.size()> counts_{};
     std::vector<std::string> wrong_, excused_;
 };

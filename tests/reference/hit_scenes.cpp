@@ -135,14 +135,14 @@ Scene overlapping_shells(uint32_t shells, uint32_t subdivisions, PictureSize siz
     const uint32_t clear = scene.material(glass(1.05)), mirror = scene.material(conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, 0)),
                    warm = scene.material(diffuse({0.8, 0.5, 0.3})), cold = scene.material(diffuse({0.3, 0.5, 0.8}));
     const double turn = 360.0 / std::max(1u, shells);
+    const uint32_t clear_shells = shells / 4;
     for (uint32_t i = 0; i < shells; i++) {
         const Transform turned = Transform::rotate(turn * i, 1, 2, 3);
-        // The outer half: clear shells around everything.
-        if (i < shells / 2) {
+        if (i < clear_shells) {
             scene.add(fmt::format("clear shell {}", i), icosphere(1.3 + 0.7 * i / shells, subdivisions), clear, turned);
             continue;
         }
-        // The inner half: shells whose centres lie on a small ring, so that each cuts all others.
+        // Shells whose centres lie on a small ring, so that each cuts all others.
         const uint32_t material = i % 3 == 0 ? mirror : i % 3 == 1 ? warm : cold;
         scene.add(fmt::format("cutting shell {}", i), icosphere(0.7 + 0.2 * i / shells, subdivisions), material,
                   turned * Transform::translate(0.3, 0.1, 0));
@@ -150,7 +150,9 @@ Scene overlapping_shells(uint32_t shells, uint32_t subdivisions, PictureSize siz
     scene.camera({0, 1.5, 5}, {0, 0, 0}, {0, 1, 0}, 42);
     scene.infinite_light({0.8, 0.9, 1});
     scene.distant_light({1, 2, 1.5}, {1.5, 1.4, 1.2});
-    return scene.finish();
+    Scene result = scene.finish();
+    result.max_depth = 4 * clear_shells + 4;  // in and out, and a few bounces inside
+    return result;
 }
 
 }  // namespace raypager::reference

@@ -88,6 +88,8 @@ ScatterPoint PathTracer::scatter_point(const Hit& hit, const Vec3& direction) co
     point.outside = dot(hit.normal, point.wo) > 0;
     if (!point.outside) point.geometric_normal = -hit.normal;
     if (dot(point.shading_normal, point.geometric_normal) < 0) point.shading_normal = -point.shading_normal;
+    // Where interpolation turned the normal away from the viewer, the geometric one serves.
+    if (dot(point.shading_normal, point.wo) <= 0) point.shading_normal = point.geometric_normal;
     return point;
 }
 

@@ -25,7 +25,7 @@ Scene cornell_small(const CornellOptions& options, PictureSize size) {
     scene.add("back", quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, n), white);
     scene.add("left", quad({-1, -1, 1}, {0, 0, -2}, {0, 2, 0}, n), red);
     scene.add("right", quad({1, -1, -1}, {0, 0, 2}, {0, 2, 0}, n), green);
-    scene.shine(scene.add("light", quad({-0.3, 0.98, -0.3}, {0.6, 0, 0}, {0, 0, 0.6}), black), {14, 11, 7});
+    scene.shine(scene.add("light", quad({-0.5, 0.98, -0.5}, {1, 0, 0}, {0, 0, 1}), black), {5, 4, 2.6});
     const auto ball = [&](const char* name, const Vec3& center, double radius, uint32_t material) {
         if (options.sphere_primitives) {
             scene.add_sphere(name, center, radius, material);

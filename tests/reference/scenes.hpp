@@ -58,7 +58,7 @@ Scene clutter_small(uint32_t parts = 200, uint64_t seed = 1, PictureSize size = 
 Scene soup(uint32_t n = 2000, uint64_t seed = 1, PictureSize size = {});
 // Fans and grids on small integers and away from them, closed boxes and balls: for rays through edges and vertices.
 Scene shared_edges(uint32_t divisions = 8, PictureSize size = {});
-// Closed shells inside each other (glass and mirrors outside, diffuse inside) and shells that cut each other: all bounds overlap.
+// Clear closed shells inside each other, around diffuse and mirroring ones that cut each other: all bounds overlap. Long paths.
 Scene overlapping_shells(uint32_t shells = 12, uint32_t subdivisions = 3, PictureSize size = {});
 
 }  // namespace raypager::reference

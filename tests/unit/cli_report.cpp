@@ -99,6 +99,7 @@ TEST(CliReport, ProgressFitsATerminalLine) {
     EXPECT_LT(text.size(), 120u) << text;
     for (const char* part : {"spp 12345.6/65536", "1234.50 Mrays/s", "700 MiB of 31.0 GiB", "1234567 loads", "33:20:00 left"})
         EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_TRUE(progress_text(progress, 0).starts_with("spp 12345.6 | ")) << progress_text(progress, 0);
 }
 
 }  // namespace

@@ -1,0 +1,49 @@
+#include "blocks/vertex_table.hpp"
+
+#include <bit>
+#include <cstring>
+
+namespace raypager {
+namespace {
+
+struct Words {
+    uint64_t low, high;
+    bool operator==(const Words&) const = default;
+};
+
+Words words_of(const VertexBits& vertex) { return std::bit_cast<Words>(vertex); }
+
+uint64_t mix(const Words& words) {
+    uint64_t h = words.low * 0x9e3779b97f4a7c15u;
+    h = (h ^ h >> 32 ^ words.high) * 0xd6e8feb86659fd93u;
+    return h ^ h >> 32;
+}
+
+}  // namespace
+
+VertexTable::VertexTable(size_t expected) : slots_(std::bit_ceil(2 * expected + 16), RP_NONE) { vertices_.reserve(expected); }
+
+uint32_t VertexTable::number(const VertexBits& vertex) {
+    if (2 * vertices_.size() >= slots_.size()) enlarge();
+    uint32_t& slot = find(vertex);
+    if (slot == RP_NONE) {
+        slot = static_cast<uint32_t>(vertices_.size());
+        vertices_.push_back(vertex);
+    }
+    return slot;
+}
+
+uint32_t& VertexTable::find(const VertexBits& vertex) {
+    const Words words = words_of(vertex);
+    const size_t mask = slots_.size() - 1;
+    size_t i = mix(words) & mask;
+    while (slots_[i] != RP_NONE && !(words_of(vertices_[slots_[i]]) == words)) i = (i + 1) & mask;
+    return slots_[i];
+}
+
+void VertexTable::enlarge() {
+    slots_.assign(2 * slots_.size(), RP_NONE);
+    for (uint32_t v = 0; v < vertices_.size(); v++) find(vertices_[v]) = v;
+}
+
+}  // namespace raypager

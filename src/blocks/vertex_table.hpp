@@ -1,0 +1,32 @@
+// Numbers vertices in the order in which they are met; vertices with the same position and normal, bit by bit, are one.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "raypager/abi/types.h"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+struct VertexBits {
+    Float3 position;
+    uint32_t normal;  // octahedral; RP_NONE: it has none
+};
+
+class VertexTable {
+public:
+    explicit VertexTable(size_t expected);
+    uint32_t number(const VertexBits& vertex);
+    const std::vector<VertexBits>& vertices() const { return vertices_; }
+    std::vector<VertexBits> take() { return std::move(vertices_); }
+
+private:
+    uint32_t& find(const VertexBits& vertex);
+    void enlarge();
+
+    std::vector<VertexBits> vertices_;
+    std::vector<uint32_t> slots_;  // open addressing; at most half of them in use
+};
+
+}  // namespace raypager

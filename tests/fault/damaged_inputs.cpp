@@ -1,0 +1,253 @@
+// Scene and mesh files that are truncated, flipped, empty, absent or something else. Each ends in one line that names the file, or in a
+// mesh whose every index and vertex is sound; never in a crash, and never with memory out of proportion to the file. Run under
+// AddressSanitizer and UndefinedBehaviorSanitizer, this says more than it does alone.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "import/import.hpp"
+#include "unit/import_files.hpp"
+
+namespace raypager {
+namespace {
+
+using test::TempFolder;
+
+#ifdef RAYPAGER_EDGES
+constexpr bool has_openmesh = true;
+#else
+constexpr bool has_openmesh = false;
+#endif
+
+struct Input {
+    std::string file, content;
+    bool checks_length = true;  // any truncation is found: the format says how much there must be
+    bool needs_openmesh = false;
+};
+
+std::string pbrt_scene() {
+    return R"(# a scene of everything
+Film "rgb" "integer xresolution" [64] "integer yresolution" [48]
+LookAt 0 1 -5  0 0 0  0 1 0
+Camera "perspective" "float fov" [ 40 ]
+Sampler "independent" "integer pixelsamples" 4
+Integrator "path" "integer maxdepth" 3
+WorldBegin
+MakeNamedMaterial "m" "string type" "dielectric" "float eta" 1.5
+LightSource "infinite" "rgb L" [ .1 .2 .3 ]
+AttributeBegin
+    AreaLightSource "diffuse" "rgb L" [ 5 5 5 ] "bool twosided" true
+    Translate 0 3 0  Rotate 30 1 0 0  Scale 1 2 1
+    Shape "disk" "float radius" 2
+AttributeEnd
+ObjectBegin "o"
+    NamedMaterial "m"
+    Shape "sphere" "float radius" .5
+ObjectEnd
+TransformBegin
+    ConcatTransform [ 1 0 0 0 0 1 0 0 0 0 1 0 2 0 0 1 ]
+    ObjectInstance "o"
+TransformEnd
+Material "conductor" "spectrum eta" "metal-Cu-eta" "float roughness" .1
+Shape "trianglemesh" "point3 P" [ 0 0 0 1 0 0 0 1 0 1 1 0 ] "integer indices" [ 0 1 2 1 3 2 ] "normal N" [ 0 0 1 0 0 1 0 0 1 0 0 1 ]
+)";
+}
+
+std::vector<Input> inputs() {
+    const TriangleMesh box = test::make_box();
+    return {
+        {"scene.pbrt", pbrt_scene(), false, false},
+        {"little.ply", test::to_ply_binary(box), true, false},
+        {"big.ply", test::to_ply_binary(box, true), true, false},
+        {"text.ply", test::to_ply_text(box), true, true},
+        {"mesh.obj", test::to_obj(box), false, true},
+        {"mesh.off", test::to_off(box), true, true},
+        {"text.stl", test::to_stl_text(box), true, true},
+        {"binary.stl", test::to_stl_binary(box), true, true},
+    };
+}
+
+// Imports the file and loads every mesh of the scene. Whatever comes of it must be sound.
+Status import_and_load(const std::filesystem::path& path) {
+    auto scene = import_scene({path});
+    if (!scene) return scene.status();
+    for (const Shape& shape : scene->shapes) {
+        if (!shape.mesh) continue;
+        TriangleMesh mesh;
+        MeshIssues issues;
+        RAYPAGER_TRY(shape.mesh->load(mesh, issues));
+        for (const Triangle& t : mesh.triangles)
+            for (const uint32_t i : t) {
+                if (i >= mesh.positions.size()) ADD_FAILURE() << "vertex " << i << " of " << mesh.positions.size();
+                else if (const Float3& p = mesh.positions[i]; !std::isfinite(p.x + p.y + p.z) && std::abs(p.x) < 1e38f) ADD_FAILURE() << "not finite";
+            }
+    }
+    return {};
+}
+
+void expect_one_line_naming(const std::filesystem::path& path, const Status& status) {
+    ASSERT_FALSE(status.ok());
+    EXPECT_NE(status.message().find(path.string()), std::string::npos) << status.message();
+    for (const char c : status.message()) EXPECT_TRUE(c >= ' ' && c <= '~') << "unprintable: " << status.message();
+    EXPECT_LT(status.message().size(), 600u);
+    EXPECT_EQ(status.exit_code(), 1);
+}
+
+class DamagedInputs : public testing::TestWithParam<size_t> {
+protected:
+    DamagedInputs() : input_(inputs()[GetParam()]) {}
+    void SetUp() override {
+        if (input_.needs_openmesh && !has_openmesh) GTEST_SKIP() << "this build has no OpenMesh";
+    }
+    void expect_error(const std::string& content) {
+        const auto path = folder_.write(input_.file, content);
+        expect_one_line_naming(path, import_and_load(path));
+    }
+    void expect_error_or_sound(const std::string& content) {
+        const auto path = folder_.write(input_.file, content);
+        const Status status = import_and_load(path);
+        if (!status.ok()) expect_one_line_naming(path, status);
+    }
+    Input input_;
+    TempFolder folder_;
+};
+
+TEST_P(DamagedInputs, TheSoundFileIsRead) {
+    const Status status = import_and_load(folder_.write(input_.file, input_.content));
+    EXPECT_TRUE(status.ok()) << status.message();
+}
+
+TEST_P(DamagedInputs, Truncated) {
+    // A number or a line end that is cut off at the very end of a text cannot be missed.
+    const size_t spare = input_.file == "little.ply" || input_.file == "big.ply" || input_.file == "binary.stl" ? 0 : 8;
+    for (size_t size = 0; size < input_.content.size(); size += 1 + size / 97) {
+        SCOPED_TRACE("cut to " + std::to_string(size) + " of " + std::to_string(input_.content.size()) + " bytes");
+        if (input_.checks_length && size + spare < input_.content.size()) expect_error(input_.content.substr(0, size));
+        else expect_error_or_sound(input_.content.substr(0, size));
+    }
+}
+
+TEST_P(DamagedInputs, BitsFlipped) {
+    const unsigned seed = 20240517 + static_cast<unsigned>(GetParam());
+    std::mt19937 random(seed);
+    for (int trial = 0; trial < 1500; ++trial) {
+        SCOPED_TRACE("seed " + std::to_string(seed) + " trial " + std::to_string(trial));
+        std::string content = input_.content;
+        const int flips = 1 << (trial % 6);
+        for (int i = 0; i < flips; ++i) content[random() % content.size()] ^= static_cast<char>(1u << random() % 8);
+        expect_error_or_sound(content);
+    }
+}
+
+TEST_P(DamagedInputs, PiecesMovedAndRepeated) {
+    const unsigned seed = 77 + static_cast<unsigned>(GetParam());
+    std::mt19937 random(seed);
+    for (int trial = 0; trial < 500; ++trial) {
+        SCOPED_TRACE("seed " + std::to_string(seed) + " trial " + std::to_string(trial));
+        std::string content = input_.content;
+        const size_t from = random() % content.size(), count = 1 + random() % 60, to = random() % content.size();
+        const std::string piece = content.substr(from, count);
+        if (trial % 2) content.erase(from, count);
+        content.insert(std::min(to, content.size()), piece);
+        expect_error_or_sound(content);
+    }
+}
+
+TEST_P(DamagedInputs, EmptyAbsentOrAFolder) {
+    expect_error("");
+    const auto absent = folder_.path("absent-" + input_.file);
+    expect_one_line_naming(absent, import_and_load(absent));
+    const auto directory = folder_.path("folder-" + input_.file);
+    std::filesystem::create_directory(directory);
+    expect_one_line_naming(directory, import_and_load(directory));
+}
+
+TEST_P(DamagedInputs, OfAnotherKind) {
+    std::mt19937 random(5);
+    std::string noise(5000, '\0'), zeros(5000, '\0');
+    for (char& c : noise) c = static_cast<char>(random());
+    expect_error("\x89PNG\r\n\x1a\n" + noise);
+    expect_error(noise);
+    expect_error(zeros);
+    expect_error("solid as a rock, and about as readable\n");
+    expect_error("<html><body>404 Not Found</body></html>\n");
+    for (const Input& other : inputs()) {
+        SCOPED_TRACE(other.file);
+        const auto ending = [](const std::string& file) { return std::filesystem::path(file).extension(); };
+        if (ending(other.file) != ending(input_.file)) expect_error(other.content);
+    }
+}
+
+std::string parameter_name(const testing::TestParamInfo<size_t>& info) {
+    std::string name = inputs()[info.param].file;
+    name[name.find('.')] = '_';
+    return name;
+}
+INSTANTIATE_TEST_SUITE_P(Formats, DamagedInputs, testing::Range<size_t>(0, inputs().size()), parameter_name);
+
+// Bytes of memory that this process has asked for at most so far.
+uint64_t peak_memory() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+// Small files that claim to be huge are refused for what they are, not believed.
+TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
+    const std::string face = "\nproperty list uchar int vertex_indices\nend_header\n";
+    const std::string vertex = "\nproperty float x\nproperty float y\nproperty float z\nelement face ";
+    std::vector<Input> claims;
+    for (const char* encoding : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+        const std::string start = std::string("ply\nformat ") + encoding + " 1.0\nelement vertex ";
+        const std::string name = std::string(encoding) + ".ply";
+        claims.push_back({name, start + "4000000000" + vertex + "1" + face});
+        claims.push_back({name, start + "3" + vertex + "4000000000" + face + std::string(36, '\0')});
+        claims.push_back({name, start + "18446744073709551615" + vertex + "1" + face});
+        // A list of 2^32 - 1 values.
+        const std::string list = "\nproperty list uint int vertex_indices\nend_header\n";
+        claims.push_back({name, start + "3" + vertex + "1" + list + (encoding[0] == 'a' ? "0 0 0\n1 0 0\n0 1 0\n4294967295 0 1 2\n"
+                                                                                      : std::string(36, '\0') + std::string(4, '\xff') + std::string(12, '\0'))});
+        // An element without properties costs nothing to repeat.
+        claims.push_back({name, std::string("ply\nformat ") + encoding + " 1.0\nelement nothing 4000000000\nelement vertex 3" + vertex + "1" + face});
+    }
+    claims.push_back({"a.off", "OFF\n2000000000 2000000000 0\n0 0 0\n"});
+    claims.push_back({"b.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4294967295 0 1 2\n"});
+    claims.push_back({"a.stl", std::string(80, ' ') + "\xff\xff\xff\xff" + std::string(50, '\0')});
+    claims.push_back({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 999999999999999999999 2 x\n"});
+    claims.push_back({"b.obj", "mtllib /dev/zero\n" + std::string(100, 'v')});
+    claims.push_back({"a.pbrt", "Film \"rgb\" \"integer xresolution\" 4294967296"});
+    claims.push_back({"b.pbrt", "WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [4294967296 1e300 -5"});
+
+    const TempFolder folder;
+    const uint64_t before = peak_memory();
+    for (const Input& claim : claims) {
+        SCOPED_TRACE(claim.file + ": " + claim.content.substr(0, 100));
+        const auto path = folder.write(claim.file, claim.content);
+        expect_one_line_naming(path, import_and_load(path));
+    }
+    // Room for read buffers and the C++ library, far from the gigabytes that are claimed.
+    EXPECT_LT(peak_memory() - before, uint64_t{128} << 20);
+}
+
+// A polygon of very many corners is cut into as many triangles, in time that grows no faster.
+TEST(DamagedInputs, HugePolygonsTakeLinearTime) {
+    if (!has_openmesh) GTEST_SKIP() << "this build has no OpenMesh";
+    const TempFolder folder;
+    constexpr int corners = 200000;
+    std::string points, obj = "", face;
+    for (int i = 0; i < corners; ++i) points += std::to_string(std::cos(i * 1e-5)) + " " + std::to_string(i) + " 0\n";
+    for (int i = 0; i < corners; ++i) {
+        obj += "v 0 " + std::to_string(i % 1000) + " " + std::to_string(i * i % 77) + "\n";
+        face += " " + std::to_string(i);
+    }
+    obj += "f" + face.substr(2) + "\n";
+    EXPECT_TRUE(import_and_load(folder.write("a.obj", obj)).ok());
+    const std::string off = "OFF\n" + std::to_string(corners) + " 1 0\n" + points + std::to_string(corners) + face + "\n";
+    EXPECT_TRUE(import_and_load(folder.write("a.off", off)).ok());
+}
+
+}  // namespace
+}  // namespace raypager

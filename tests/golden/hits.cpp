@@ -1,0 +1,93 @@
+// Promise 4, exact: what the engine's kernels hit, against Embree and brute force, ray by ray, on a million rays a scene.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "reference/hit_comparison.hpp"
+#include "reference/rays.hpp"
+#include "reference/scenes.hpp"
+#include "support/device_scene.hpp"
+
+namespace raypager {
+namespace {
+
+using reference::Agreement;
+using reference::RayKind;
+
+struct Case {
+    const char* name;
+    Scene (*make)();
+    uint64_t block_bytes;
+    uint64_t slab_bytes;  // 0: one slab
+};
+
+const Case cases[] = {
+    {"terrain", [] { return reference::terrain_small(128); }, 64 << 10, 0},
+    {"clutter", [] { return reference::clutter_small(150); }, 64 << 10, 512 << 10},
+    {"soup", [] { return reference::soup(3000); }, 16 << 10, 0},
+    {"shared_edges", [] { return reference::shared_edges(12); }, 16 << 10, 0},
+    {"overlapping_shells", [] { return reference::overlapping_shells(10, 3); }, 32 << 10, 0},
+    {"cornell_spheres", [] { return reference::cornell_small({.sphere_primitives = true}); }, 16 << 10, 0},
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+// RAYPAGER_TEST_RAYS: rays a scene; a million unless set (slow simulators take fewer).
+size_t rays_per_scene() {
+    const char* text = std::getenv("RAYPAGER_TEST_RAYS");
+    return text ? std::strtoull(text, nullptr, 10) : 1000000;
+}
+
+class Hits : public testing::TestWithParam<Case> {};
+
+TEST_P(Hits, agree_with_embree_and_brute_force) {
+    const Case& c = GetParam();
+    const Scene scene = c.make();
+    const auto geometry = reference::ReferenceGeometry::build(scene);
+    ASSERT_TRUE(geometry.ok()) << geometry.status().message();
+    const support::TemporaryFolder folder;
+    BakeOptions options;
+    options.block_bytes = c.block_bytes;
+    auto file = support::bake_and_open(scene, options, folder.path(), c.name);
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    auto device = support::DeviceScene::create(*file, c.slab_bytes);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    EXPECT_GT((*device)->scene().blocks.size(), 1u) << "one block alone tests no top tree";
+    if (c.slab_bytes) { EXPECT_GT((*device)->slab_count(), 1u); }
+
+    reference::HitAudit audit(**geometry);
+    const uint64_t seed = 20141121;
+    const size_t per_kind = rays_per_scene() / reference::all_ray_kinds.size() + 1;
+    size_t traced = 0;
+    std::string wrong_kinds;
+    for (const RayKind kind : reference::all_ray_kinds) {
+        const std::vector<reference::Ray> rays = reference::make_rays(**geometry, kind, per_kind, seed);
+        std::vector<support::ProbeRay> probes;
+        for (const reference::Ray& ray : rays) probes.push_back({ray.origin, ray.tmax, ray.direction});
+        auto hits = (*device)->trace(probes);
+        ASSERT_TRUE(hits.ok()) << hits.status().message();
+        for (size_t i = 0; i < rays.size(); i++) {
+            const support::ProbeHit& hit = (*hits)[i];
+            reference::Hit claimed;
+            claimed.primitive = hit.primitive;
+            claimed.t = hit.primitive == RP_NONE ? reference::infinity : hit.t;
+            const reference::Hit expected = (*geometry)->closest(rays[i]);
+            const Agreement agreement = audit.closest(rays[i], expected, claimed);
+            if (agreement == Agreement::wrong) wrong_kinds += std::string(" ") + reference::name(kind);
+            audit.occluded(rays[i], expected.found(), hit.occluded != 0);
+            // Both walks see the same primitives.
+            ASSERT_EQ(hit.occluded != 0, hit.primitive != RP_NONE) << reference::name(kind) << " ray " << i << ", seed " << seed;
+        }
+        traced += rays.size();
+    }
+    std::printf("%s: %zu rays, seed %llu\n%s\n", c.name, traced, static_cast<unsigned long long>(seed), audit.report().c_str());
+    EXPECT_EQ(audit.count(Agreement::wrong), 0u) << audit.report() << "\nwrong:" << wrong_kinds;
+    // Most rays must simply agree: the excuses are for rays that were made to be hard.
+    EXPECT_GT(audit.count(Agreement::same) + audit.count(Agreement::tie), traced);
+}
+
+INSTANTIATE_TEST_SUITE_P(scenes, Hits, testing::ValuesIn(cases), [](const auto& param) { return std::string(param.param.name); });
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,136 @@
+// Light transport: the renderer's pictures against radiance known in closed form, and against an independent path tracer.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "reference/path_tracer.hpp"
+#include "reference/scenes.hpp"
+#include "reference/statistics.hpp"
+#include "render/render.hpp"
+#include "support/device_scene.hpp"
+
+namespace raypager {
+namespace {
+
+Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
+    const support::TemporaryFolder folder;
+    BakeOptions bake_options;
+    bake_options.block_bytes = 16 << 10;
+    auto file = support::bake_and_open(scene, bake_options, folder.path(), "scene");
+    if (!file.ok()) throw std::runtime_error(file.status().message());
+    RenderOptions options;
+    options.spp = spp;
+    options.seed = seed;
+    options.connection = connection;
+    options.geometry_limit_percent = geometry_percent;
+    auto result = render(**file, options, {});
+    if (!result.ok()) throw std::runtime_error(result.status().message());
+    return result->image;
+}
+
+double mean_of(const Image& image) { return std::accumulate(image.values.begin(), image.values.end(), 0.0) / static_cast<double>(image.values.size()); }
+
+// Standard error of the picture's mean, from the spread of its values: an upper bound where the true picture is even.
+double standard_error(const Image& image) {
+    const double mean = mean_of(image);
+    double sum = 0;
+    for (const float v : image.values) sum += (v - mean) * (v - mean);
+    // Channels of grey scenes carry the same noise.
+    const double pixels = static_cast<double>(image.values.size()) / 3;
+    return std::sqrt(sum / 3 / pixels / pixels);
+}
+
+struct FurnaceCase {
+    const char* name;
+    reference::FurnaceKind kind;
+    double albedo;
+};
+void PrintTo(const FurnaceCase& c, std::ostream* out) { *out << c.name; }
+
+class Furnaces : public testing::TestWithParam<FurnaceCase> {};
+
+TEST_P(Furnaces, have_the_radiance_known_in_closed_form) {
+    for (const uint32_t subdivisions : {0u, 3u}) {  // a sphere, and a mesh of one
+        SCOPED_TRACE(subdivisions);
+        const reference::Furnace furnace = reference::furnace(GetParam().kind, GetParam().albedo, 0.3, subdivisions);
+        const Image image = render_scene(furnace.scene, 64, 1, Connection::queue, 0);
+        const double mean = mean_of(image);
+        if (GetParam().kind == reference::FurnaceKind::rough_conductor) {
+            EXPECT_LE(mean, furnace.expected + 4 * standard_error(image));
+            EXPECT_GT(mean, 0.8 * furnace.expected);  // GGX at alpha 0.3 loses a few percent to multiple scattering
+            continue;
+        }
+        // Four standard errors, and float rounding (normals are quantised to 3e-5).
+        EXPECT_NEAR(mean, furnace.expected, 4 * standard_error(image) + 2e-4 * furnace.expected);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(kinds, Furnaces,
+                         testing::Values(FurnaceCase{"closed", reference::FurnaceKind::closed, 0.5},
+                                         FurnaceCase{"closed_bright", reference::FurnaceKind::closed, 0.9},
+                                         FurnaceCase{"diffuse", reference::FurnaceKind::diffuse, 0.7},
+                                         FurnaceCase{"mirror", reference::FurnaceKind::mirror, 0},
+                                         FurnaceCase{"rough_conductor", reference::FurnaceKind::rough_conductor, 0},
+                                         FurnaceCase{"glass", reference::FurnaceKind::glass, 0}),
+                         [](const auto& param) { return std::string(param.param.name); });
+
+TEST(LitPlane, point_and_distant_light_have_known_irradiance) {
+    for (const auto lights : {reference::PlaneLights::point, reference::PlaneLights::distant, reference::PlaneLights::both}) {
+        const reference::LitPlane plane = reference::two_lights_plane(lights);
+        const Image image = render_scene(plane.scene, 256, 1, Connection::queue, 0);
+        // Over the whole picture: positions within pixels, and the choice of a light, are random.
+        double expected = 0;
+        constexpr int fine = 4;
+        for (uint32_t y = 0; y < image.height * fine; y++)
+            for (uint32_t x = 0; x < image.width * fine; x++)
+                expected += plane.radiance((x + 0.5) / (image.width * fine), (y + 0.5) / (image.height * fine));
+        expected /= image.width * image.height * fine * fine;
+        // 262144 samples of at most about twice the mean each: a standard error of at most 0.2 %.
+        EXPECT_NEAR(mean_of(image), expected, 0.008 * expected);
+    }
+}
+
+struct TransportCase {
+    const char* name;
+    Scene (*make)();
+    Connection connection;
+};
+void PrintTo(const TransportCase& c, std::ostream* out) { *out << c.name; }
+
+class Transport : public testing::TestWithParam<TransportCase> {};
+
+TEST_P(Transport, agrees_with_the_reference_tracer) {
+    constexpr uint32_t spp = 256;
+    const Scene scene = GetParam().make();
+    const auto geometry = reference::ReferenceGeometry::build(scene);
+    ASSERT_TRUE(geometry.ok()) << geometry.status().message();
+    reference::ReferenceSettings settings;
+    settings.spp = spp;
+    settings.max_depth = scene.max_depth;
+    settings.threads = 2;
+    reference::ImagePair expected, candidate;
+    expected.first = reference::trace_reference(scene, **geometry, settings);
+    settings.seed = 2;
+    expected.second = reference::trace_reference(scene, **geometry, settings);
+    // Out of core, so that what is compared is what users see.
+    candidate.first = render_scene(scene, spp, 11, GetParam().connection, 25);
+    candidate.second = render_scene(scene, spp, 12, GetParam().connection, 25);
+    // Normals are stored with 3e-5 radians: their effect on radiance stays below this share.
+    const auto comparison = reference::compare_statistically(candidate, expected, {.relative_tolerance = 0.002});
+    EXPECT_TRUE(comparison.agrees()) << comparison.describe();
+    std::printf("%s: %s\n", GetParam().name, comparison.describe().c_str());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    scenes, Transport,
+    testing::Values(TransportCase{"cornell_spheres", [] { return reference::cornell_small({.sphere_primitives = true}, {48, 48}); }, Connection::queue},
+                    TransportCase{"cornell_smooth", [] { return reference::cornell_small({.smooth_normals = true}, {48, 48}); }, Connection::queue},
+                    TransportCase{"terrain", [] { return reference::terrain_small(48, true, {64, 48}); }, Connection::queue},
+                    TransportCase{"clutter", [] { return reference::clutter_small(60, 3, {64, 48}); }, Connection::queue},
+                    TransportCase{"cornell_roulette", [] { return reference::cornell_small({.sphere_primitives = true}, {48, 48}); }, Connection::roulette},
+                    TransportCase{"clutter_roulette", [] { return reference::clutter_small(60, 3, {64, 48}); }, Connection::roulette}),
+    [](const auto& param) { return std::string(param.param.name); });
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,160 @@
+// Promises 1 to 3: the film is the same to the bit for every memory limit, policy, number of paths, slab size and block size; the pool
+// never exceeds its limit; and every render ends, with room for just the largest block.
+#include <gtest/gtest.h>
+
+#include "reference/scenes.hpp"
+#include "render/render.hpp"
+#include "support/device_scene.hpp"
+
+namespace raypager {
+namespace {
+
+struct Case {
+    const char* name;
+    Scene (*make)();
+};
+
+const Case cases[] = {
+    {"cornell", [] { return reference::cornell_small({.sphere_primitives = true}, {48, 48}); }},  // diffuse, mirror, glass, rough metal, area light
+    {"terrain", [] { return reference::terrain_small(64, true, {64, 48}); }},                     // sun and sky, shading normals
+    {"clutter", [] { return reference::clutter_small(60, 3, {64, 48}); }},                        // all materials, several area lights
+    {"shells", [] { return reference::overlapping_shells(8, 2, {48, 48}); }},                     // every bound overlaps every other
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class SamePicture : public testing::TestWithParam<Case> {
+protected:
+    static constexpr uint64_t block_bytes = 16 << 10;
+
+    void SetUp() override {
+        BakeOptions options;
+        options.block_bytes = block_bytes;
+        auto file = support::bake_and_open(GetParam().make(), options, folder_.path(), "scene");
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        file_ = *file;
+        base_.spp = 4;
+        base_.paths = 3000;
+        const auto result = run(base_);
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        hash_ = result->report.film_hash;
+        rays_ = result->report.rays.total();
+        ASSERT_GT(file_->scene().blocks.size(), 8u) << "too few blocks to page";
+        ASSERT_EQ(result->report.paging.evictions, 0u);
+    }
+
+    Result<RenderResult> run(const RenderOptions& options) const { return render(*file_, options, {}); }
+
+    void expect_same(const RenderOptions& options, const std::string& what) const {
+        SCOPED_TRACE(what);
+        const auto result = run(options);
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        const RenderReport& report = result->report;
+        EXPECT_EQ(report.film_hash, hash_);
+        EXPECT_EQ(report.rays.total(), rays_);
+        EXPECT_LE(report.peak.memory_bytes, report.limits.memory_bytes);
+        EXPECT_LE(report.peak.geometry_bytes, report.limits.geometry_bytes);
+        if (options.geometry_limit) { EXPECT_LE(report.limits.geometry_bytes, options.geometry_limit); }
+    }
+
+    support::TemporaryFolder folder_;
+    std::shared_ptr<const BlockFile> file_;
+    RenderOptions base_;
+    uint64_t hash_ = 0, rays_ = 0;
+};
+
+TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
+    for (const PolicyName& policy : policy_names)
+        for (const double percent : {100.0, 50.0, 25.0, 10.0, 3.0}) {
+            RenderOptions options = base_;
+            options.policy = policy.kind;
+            options.geometry_limit_percent = percent;
+            expect_same(options, std::string(policy.name) + " at " + std::to_string(percent) + " %");
+        }
+}
+
+TEST_P(SamePicture, with_room_for_one_block) {
+    for (const PolicyName& policy : policy_names) {
+        RenderOptions options = base_;
+        options.policy = policy.kind;
+        options.geometry_limit = file_->scene().largest_block();
+        expect_same(options, std::string(policy.name) + " with one block");
+    }
+}
+
+TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
+    for (const uint32_t paths : {64u, 1000u, 20000u})
+        for (const double percent : {100.0, 20.0}) {
+            RenderOptions options = base_;
+            options.paths = paths;
+            options.geometry_limit_percent = percent;
+            expect_same(options, std::to_string(paths) + " paths");
+        }
+}
+
+TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
+    for (const uint64_t slab : {uint64_t{0}, uint64_t{40} << 10})
+        for (const uint32_t loads : {1u, 4u}) {
+            RenderOptions options = base_;
+            options.geometry_limit_percent = 30;
+            options.slab_bytes = slab;
+            options.loads_in_flight = loads;
+            expect_same(options, std::to_string(slab) + " byte slabs, " + std::to_string(loads) + " loads in flight");
+        }
+}
+
+TEST_P(SamePicture, for_other_block_sizes) {
+    for (const uint64_t bytes : {uint64_t{40} << 10, uint64_t{4} << 20}) {
+        BakeOptions options;
+        options.block_bytes = bytes;
+        auto file = support::bake_and_open(GetParam().make(), options, folder_.path(), "other");
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        EXPECT_LT((*file)->scene().blocks.size(), file_->scene().blocks.size());
+        const auto result = render(**file, base_, {});
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->report.film_hash, hash_) << bytes << " byte blocks";
+    }
+}
+
+TEST_P(SamePicture, roulette_connection_too) {
+    RenderOptions options = base_;
+    options.connection = Connection::roulette;
+    const auto resident = run(options);
+    ASSERT_TRUE(resident.ok()) << resident.status().message();
+    EXPECT_NE(resident->report.film_hash, hash_) << "the option does nothing";
+    options.geometry_limit_percent = 10;
+    options.policy = PolicyKind::most_wanted;
+    const auto paged = run(options);
+    ASSERT_TRUE(paged.ok()) << paged.status().message();
+    EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
+    EXPECT_GT(paged->report.paging.evictions, 0u);
+}
+
+TEST_P(SamePicture, another_seed_is_another_picture) {
+    RenderOptions options = base_;
+    options.seed = 1;
+    const auto result = run(options);
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_NE(result->report.film_hash, hash_);
+}
+
+TEST_P(SamePicture, a_limit_too_small_names_the_smallest_that_does) {
+    RenderOptions options = base_;
+    options.memory_limit = 100000;
+    const auto refused = run(options);
+    ASSERT_FALSE(refused.ok());
+    const std::string& message = refused.status().message();
+    const std::string key = "the smallest that would do is ";
+    const size_t at = message.find(key);
+    ASSERT_NE(at, std::string::npos) << message;
+    const uint64_t smallest = std::stoull(message.substr(at + key.size()));
+    options.memory_limit = smallest - 1;
+    EXPECT_FALSE(run(options).ok());
+    options.memory_limit = smallest;
+    expect_same(options, "smallest memory limit");
+}
+
+INSTANTIATE_TEST_SUITE_P(scenes, SamePicture, testing::ValuesIn(cases), [](const auto& param) { return std::string(param.param.name); });
+
+}  // namespace
+}  // namespace raypager

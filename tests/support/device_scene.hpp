@@ -1,0 +1,65 @@
+// A baked scene wholly on a device, and rays traced through it by the engine's own kernels, outside of any render.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "blocks/bake.hpp"
+#include "device/device.hpp"
+#include "raypager/scene.hpp"
+#include "residency/residency.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager::support {
+
+// A folder of its own for a test, removed with all in it.
+class TemporaryFolder {
+public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+struct ProbeRay {
+    Float3 origin;
+    float t_max;
+    Float3 direction;  // of any length; distances are in units of it
+    float unused = 0;
+};
+
+struct ProbeHit {
+    float t;  // INFINITY: none
+    uint32_t primitive, normal, occluded;
+    Float3 position;
+    uint32_t portal;
+};
+
+// Bakes into folder / (name + ".rpb") and opens it.
+Result<std::shared_ptr<const BlockFile>> bake_and_open(const Scene& scene, const BakeOptions& options, const std::filesystem::path& folder,
+                                                       const std::string& name);
+
+class DeviceScene {
+public:
+    // slab_bytes: of the pool's slabs at most; 0: one slab if the device allows.
+    static Result<std::unique_ptr<DeviceScene>> create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes = 0);
+    Result<std::vector<ProbeHit>> trace(const std::vector<ProbeRay>& rays);
+    const BakedScene& scene() const { return file_->scene(); }
+    size_t slab_count() const { return residency_->slabs().size(); }
+
+private:
+    DeviceScene() = default;
+    Status load_all_blocks();
+    std::shared_ptr<const BlockFile> file_;
+    std::unique_ptr<Device> device_;
+    std::unique_ptr<Residency> residency_;
+    Buffer top_grid_, top_nodes_, portals_, portal_paths_, demand_;
+};
+
+}  // namespace raypager::support

@@ -1,0 +1,160 @@
+// The cut, the grid, and how many bytes come out.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "blocks/cut.hpp"
+#include "blocks/gather.hpp"
+#include "blocks/grid.hpp"
+#include "unit/blocks_scenes.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace blocks_test;
+
+World world_of(const Scene& scene) {
+    auto gathered = gather(scene, [](double) {});
+    if (!gathered) throw std::runtime_error(gathered.status().message());
+    return std::move(gathered->world);
+}
+
+std::vector<std::set<uint32_t>> ids_of(const std::vector<Part>& parts, const std::vector<PrimitiveRef>& refs) {
+    std::vector<std::set<uint32_t>> result;
+    for (const Part& part : parts) {
+        auto& ids = result.emplace_back();
+        for (size_t i = part.begin; i < part.end; i++) ids.insert(refs[i].id);
+    }
+    return result;
+}
+
+TEST(Cut, PartsFollowEachOtherAndKeepTheLimit) {
+    const World world = world_of(mixed_scene(1));
+    for (const uint64_t limit : {uint64_t{1}, uint64_t{5000}, uint64_t{100000}, uint64_t{1} << 30}) {
+        std::vector<PrimitiveRef> refs = make_refs(world);
+        const auto parts = cut(refs, limit);
+        size_t end = 0;
+        for (const Part& part : parts) {
+            EXPECT_EQ(part.begin, end);
+            EXPECT_GT(part.end, part.begin);
+            end = part.end;
+            uint64_t weight = 0;
+            for (size_t i = part.begin; i < part.end; i++) weight += refs[i].weight;
+            EXPECT_TRUE(weight <= limit || part.end - part.begin == 1) << weight;
+        }
+        EXPECT_EQ(end, refs.size());
+    }
+}
+
+// What threads could change is the order in which primitives come: it must not matter.
+TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
+    constexpr uint32_t seed = 4;
+    const World world = world_of(mixed_scene(2));
+    std::vector<PrimitiveRef> refs = make_refs(world), shuffled = refs;
+    std::mt19937 random(seed);
+    std::shuffle(shuffled.begin(), shuffled.end(), random);
+    const auto parts = cut(refs, 20000), parts_of_shuffled = cut(shuffled, 20000);
+    EXPECT_GT(parts.size(), 10u);
+    EXPECT_EQ(ids_of(parts, refs), ids_of(parts_of_shuffled, shuffled));
+}
+
+TEST(Cut, BlocksAreEven) {
+    const World world = world_of(scene_of({mesh_shape(terrain(200))}));
+    std::vector<PrimitiveRef> refs = make_refs(world);
+    const auto parts = cut(refs, 64 << 10);
+    // No split is worse than 1 : 8, so no block is smaller than a ninth of the limit.
+    for (const Part& part : parts) EXPECT_GT((part.end - part.begin) * 24, (64u << 10) / 9);
+}
+
+TEST(Grid, HoldsWhateverIsInside) {
+    constexpr uint32_t seed = 6;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> exponent(-40, 18), unit(0, 1), sign(-1, 1);
+    for (int trial = 0; trial < 20000; trial++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", trial " << trial);
+        Box bounds;
+        for (int a = 0; a < 3; a++) {
+            const double center = sign(random) * std::pow(10, exponent(random)), size = random() % 5 == 0 ? 0 : std::pow(10, exponent(random));
+            bounds.lower[a] = static_cast<float>(std::clamp(center - size, -1e18, 1e18));
+            bounds.upper[a] = static_cast<float>(std::clamp(center + size, -1e18, 1e18));
+        }
+        const Grid grid = make_grid(bounds);
+        for (int i = 0; i < 20; i++) {
+            Box box;
+            for (int a = 0; a < 3; a++) {
+                const double extent = double(bounds.upper[a]) - bounds.lower[a];
+                float p = static_cast<float>(bounds.lower[a] + extent * unit(random)),
+                      q = static_cast<float>(bounds.lower[a] + extent * unit(random));
+                if (i == 0) p = bounds.lower[a], q = bounds.upper[a];
+                if (i % 3 == 1) q = p;
+                box.lower[a] = std::clamp(std::min(p, q), bounds.lower[a], bounds.upper[a]);
+                box.upper[a] = std::clamp(std::max(p, q), bounds.lower[a], bounds.upper[a]);
+            }
+            const rp_child child = quantise(grid, box, 7);
+            EXPECT_EQ(child.ref, 7u);
+            const rp_u32 words[3] = {child.x, child.y, child.z};
+            for (int a = 0; a < 3; a++) {
+                const Interval decoded = decode_interval(grid, a, words[a]);
+                const double cell = grid.cell[a];
+                ASSERT_LE(decoded.lower, box.lower[a] - RP_GRID_SLACK * cell);
+                ASSERT_GE(decoded.upper, box.upper[a] + RP_GRID_SLACK * cell);
+                // Not wasteful either: a step of the grid is at most 2 cells.
+                ASSERT_GE(decoded.lower, box.lower[a] - 2.2 * cell);
+                ASSERT_LE(decoded.upper, box.upper[a] + 2.2 * cell);
+            }
+        }
+    }
+}
+
+TEST(Grid, ValuesAreWhatTheKernelsDecode) {
+    for (uint32_t q = 0; q < 65536; q++) ASSERT_EQ(grid_value(q), q < 32768 ? 32768 + q : 2 * q);
+}
+
+double bytes_a_primitive(const Scene& scene, uint64_t block_bytes) {
+    TemporaryFolder folder;
+    const auto file = bake_and_open(scene, folder / "scene.rpb", block_bytes);
+    return static_cast<double>(file->scene().geometry_bytes()) / static_cast<double>(file->scene().triangles + file->scene().spheres);
+}
+
+// Bytes a triangle decide everything out of core.
+TEST(BlockSizes, StaySmall) {
+    EXPECT_LT(bytes_a_primitive(scene_of({mesh_shape(terrain(200))}), 1 << 20), 22);
+    EXPECT_LT(bytes_a_primitive(scene_of({mesh_shape(icosphere(6))}), 1 << 20), 22);
+    EXPECT_LT(bytes_a_primitive(scene_of({mesh_shape(terrain(200))}), 32 << 10), 23.5);
+    EXPECT_LT(bytes_a_primitive(scene_of({mesh_shape(terrain(200, true))}), 1 << 20), 24.5);  // 4 bytes a vertex more
+    EXPECT_LT(bytes_a_primitive(scene_of(random_spheres(5000, 1)), 1 << 20), 32);
+    // A list of triangles, each with vertices of its own, is as small as the mesh it was made from.
+    const TriangleMesh mesh = terrain(200);
+    TriangleMesh list;
+    for (const Triangle& t : mesh.triangles) {
+        const auto first = static_cast<uint32_t>(list.positions.size());
+        for (const uint32_t v : t) list.positions.push_back(mesh.positions[v]);
+        list.triangles.push_back({first, first + 1, first + 2});
+    }
+    EXPECT_LT(bytes_a_primitive(scene_of({mesh_shape(list)}), 1 << 20), 22);
+}
+
+// Estimates that are too low cost a second build, such that are too high make blocks small.
+TEST(BlockSizes, AreEstimatedWell) {
+    const struct {
+        const char* name;
+        Scene scene;
+    } cases[] = {{"terrain", scene_of({mesh_shape(terrain(200))})},
+                 {"terrain with normals", scene_of({mesh_shape(terrain(200, true))})},
+                 {"icosphere", scene_of({mesh_shape(icosphere(6))})},
+                 {"soup", scene_of({mesh_shape(soup(20000, 1))})},
+                 {"spheres", scene_of(random_spheres(5000, 1))}};
+    for (const auto& c : cases) {
+        double estimate = 0;
+        const World world = world_of(c.scene);
+        for (const PrimitiveRef& ref : make_refs(world)) estimate += ref.weight;
+        const double ratio = estimate / static_cast<double>(world.primitives.size()) / bytes_a_primitive(c.scene, 1 << 20);
+        EXPECT_GT(ratio, 1.0) << c.name;
+        EXPECT_LT(ratio, 1.15) << c.name;
+    }
+}
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,95 @@
+// The film's fixed-point sums: exact conversion, any order, honest counts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include "film/film.hpp"
+
+namespace raypager {
+namespace {
+
+uint64_t fixed(float value) {
+    const auto [low, high] = to_fixed_point(value);
+    return uint64_t{high} << 32 | low;
+}
+
+uint64_t fixed_by_double(float value) { return static_cast<uint64_t>(std::ldexp(static_cast<double>(value), RP_FILM_SCALE_BITS)); }
+
+std::vector<std::array<float, 3>> random_samples(size_t count, uint32_t seed) {
+    std::mt19937 random(seed);
+    std::vector<std::array<float, 3>> samples(count);
+    for (auto& sample : samples)
+        for (float& value : sample) value = std::ldexp(static_cast<float>(random() >> 8), -static_cast<int>(random() % 50));
+    return samples;
+}
+
+TEST(FilmFixedPoint, EqualsTheConversionInDouble) {
+    for (const float value : {0.0f, 1e-45f, 1e-38f, 3.7252903e-9f, 1.0f, 15.999999f, 16.0f, 16.000002f, 1048575.9f, RP_FILM_MAX_RADIANCE})
+        EXPECT_EQ(fixed(value), fixed_by_double(value)) << value;
+    const uint32_t seed = 20240601;
+    std::mt19937 random(seed);
+    const auto largest = std::bit_cast<uint32_t>(RP_FILM_MAX_RADIANCE);
+    for (int i = 0; i < 2'000'000; i++) {
+        const auto value = std::bit_cast<float>(static_cast<uint32_t>(random()) % (largest + 1));  // even over exponents
+        ASSERT_EQ(fixed(value), fixed_by_double(value)) << value << ", seed " << seed;
+    }
+}
+
+TEST(FilmAccumulate, AnyOrderGivesTheSameWords) {
+    const uint32_t seed = 7;
+    auto samples = random_samples(3000, seed);
+    samples[5] = {NAN, 1, -1};
+    samples[6] = {INFINITY, 0, 3e6f};
+    std::array<uint32_t, RP_FILM_WORDS> first{};
+    for (const auto& sample : samples) add_sample(first, sample);
+    std::mt19937 random(seed);
+    for (int order = 0; order < 20; order++) {
+        std::shuffle(samples.begin(), samples.end(), random);
+        std::array<uint32_t, RP_FILM_WORDS> again{};
+        for (const auto& sample : samples) add_sample(again, sample);
+        ASSERT_EQ(first, again) << "order " << order << ", seed " << seed;
+    }
+}
+
+TEST(FilmAccumulate, CarriesIntoTheHighWord) {
+    std::array<uint32_t, RP_FILM_WORDS> pixel{};
+    for (int i = 0; i < 65535; i++) add_sample(pixel, {RP_FILM_MAX_RADIANCE, 15.5f, 0.25f});
+    const Image image = resolve_film(pixel, 1, 1);
+    EXPECT_EQ(image.values, (std::vector<float>{RP_FILM_MAX_RADIANCE, 15.5f, 0.25f}));
+    EXPECT_EQ(clamped_samples(pixel), 0u);
+}
+
+TEST(FilmAccumulate, CountsWhatItChanges) {
+    std::vector<uint32_t> words(2 * RP_FILM_WORDS);
+    const std::span<uint32_t, RP_FILM_WORDS> pixel(words.data(), RP_FILM_WORDS);
+    add_sample(pixel, {NAN, NAN, 1});
+    add_sample(pixel, {-1, 2, 3});
+    add_sample(pixel, {INFINITY, 0, 0});
+    add_sample(pixel, {1, 1, 1});
+    add_sample(pixel, {-0.0f, 0, 0});  // minus zero is zero
+    EXPECT_EQ(clamped_samples(words), 3u);
+    EXPECT_EQ(average_samples(words), 2.5) << "five samples on two pixels";
+    const Image image = resolve_film(words, 1, 2);
+    EXPECT_EQ(image.values[0], (RP_FILM_MAX_RADIANCE + 1) / 5);
+    EXPECT_EQ(image.values[1], 3.0f / 5);
+    EXPECT_EQ(image.values[2], 5.0f / 5);
+    EXPECT_EQ(image.values[3], 0) << "no samples: black";
+}
+
+TEST(FilmHash, TellsSizeAndEveryWord) {
+    std::vector<uint32_t> words(6 * RP_FILM_WORDS, 1);
+    const uint64_t hash = film_hash(words, 3, 2);
+    EXPECT_EQ(hash, film_hash(words, 3, 2));
+    EXPECT_NE(hash, film_hash(words, 2, 3));
+    for (size_t i = 0; i < words.size(); i++) {
+        words[i] ^= 0x80;
+        EXPECT_NE(hash, film_hash(words, 3, 2)) << "word " << i;
+        words[i] ^= 0x80;
+    }
+}
+
+}  // namespace
+}  // namespace raypager

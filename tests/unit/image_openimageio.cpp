@@ -1,0 +1,103 @@
+// Pictures through OpenImageIO: EXR exact, PNG within its 8 bits, integer elevation as stored.
+#ifdef RAYPAGER_EDGES
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "base/files.hpp"
+#include "image/formats.hpp"
+#include "unit/scratch_folder.hpp"
+
+namespace raypager {
+namespace {
+
+Image ramp(uint32_t width, uint32_t height, uint32_t channels) {
+    Image image{width, height, channels, {}};
+    for (size_t i = 0; i < size_t{width} * height * channels; i++) image.values.push_back(static_cast<float>(i) / 977.0f);
+    return image;
+}
+
+void append_little_endian(std::string& text, uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; i++) text += static_cast<char>(value >> 8 * i);
+}
+
+// An uncompressed little-endian TIFF of one strip with one signed 16-bit channel (TIFF 6.0, section 3).
+std::string elevation_tiff(uint32_t width, uint32_t height, const std::vector<int16_t>& values) {
+    const auto bytes = static_cast<uint32_t>(values.size() * 2);
+    std::string text = "II";
+    append_little_endian(text, 42, 2);
+    append_little_endian(text, 8 + bytes, 4);  // where the directory lies: behind the pixels
+    for (const int16_t value : values) append_little_endian(text, static_cast<uint16_t>(value), 2);
+    const uint32_t entries[][3] = {{256, 4, width}, {257, 4, height}, {258, 3, 16},     {259, 3, 1},     {262, 3, 1},
+                                   {273, 4, 8},     {277, 3, 1},      {278, 4, height}, {279, 4, bytes}, {339, 3, 2}};
+    append_little_endian(text, std::size(entries), 2);
+    for (const auto& [tag, type, value] : entries) {
+        append_little_endian(text, tag, 2);
+        append_little_endian(text, type, 2);
+        append_little_endian(text, 1, 4);
+        append_little_endian(text, value, 4);
+    }
+    append_little_endian(text, 0, 4);
+    return text;
+}
+
+TEST(ImageOpenImageIo, ExrComesBackBitForBit) {
+    const ScratchFolder folder("exr");
+    for (const uint32_t channels : {1u, 3u}) {
+        Image image = ramp(37, 150, channels);  // more rows than are read at once
+        image.values[5] = 1e30f;
+        image.values[6] = 1e-30f;
+        ASSERT_TRUE(write_image(folder / "a.exr", image).ok());
+        const auto back = read_image(folder / "a.exr");
+        ASSERT_TRUE(back.ok()) << back.status().message();
+        EXPECT_EQ(back->channels, channels);
+        EXPECT_EQ(back->values, image.values);
+    }
+    EXPECT_EQ(folder.files().size(), 1u);
+}
+
+TEST(ImageOpenImageIo, PngIsSrgbWithinItsSteps) {
+    const ScratchFolder folder("png");
+    Image image = ramp(40, 8, 3);
+    ASSERT_TRUE(write_image(folder / "a.png", image).ok());
+    const auto back = read_image(folder / "a.png");
+    ASSERT_TRUE(back.ok()) << back.status().message();
+    for (size_t i = 0; i < image.values.size(); i++)
+        EXPECT_EQ(encode_srgb8(back->values[i]), encode_srgb8(image.values[i])) << "value " << image.values[i];
+    const auto raw = read_image(folder / "a.png", true);
+    ASSERT_TRUE(raw.ok());
+    for (size_t i = 0; i < image.values.size(); i++) EXPECT_EQ(raw->values[i], encode_srgb8(image.values[i]));
+}
+
+TEST(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
+    const ScratchFolder folder("tiff");
+    const std::vector<int16_t> heights = {-32768, -1, 0, 1, 2674, 32767};
+    ASSERT_TRUE(write_text(folder / "h.tif", elevation_tiff(3, 2, heights)).ok());
+    const auto image = read_image(folder / "h.tif", true);
+    ASSERT_TRUE(image.ok()) << image.status().message();
+    EXPECT_EQ(image->channels, 1u);
+    EXPECT_EQ(image->values, (std::vector<float>{-32768, -1, 0, 1, 2674, 32767}));
+    const auto scaled = read_image(folder / "h.tif");
+    ASSERT_TRUE(scaled.ok());
+    EXPECT_EQ(scaled->values.back(), 1.0f);
+}
+
+TEST(ImageOpenImageIo, AFailedWriteLeavesNothing) {
+    const ScratchFolder folder("exr-full");
+    for (const char* name : {"a.exr", "a.png"}) {
+        fault_plan().error_number = ENOSPC;
+        fault_plan().fail_write_in = 1;
+        const Status status = write_image(folder / name, ramp(30, 20, 3));
+        fault_plan().fail_write_in = 0;
+        fault_plan().error_number = 0;
+        EXPECT_FALSE(status.ok()) << name;
+        EXPECT_TRUE(folder.files().empty()) << name;
+    }
+}
+
+}  // namespace
+}  // namespace raypager
+
+#endif

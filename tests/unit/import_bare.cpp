@@ -1,0 +1,185 @@
+// Bare meshes get a camera, a light and a ground that suit them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "import/import.hpp"
+#include "unit/import_files.hpp"
+
+namespace raypager {
+namespace {
+
+using test::make_box;
+using test::TempFolder;
+
+struct ImagePoint {
+    double u = 0, v = 0, depth = 0;  // inside the frame: 0 to 1, depth positive
+};
+
+ImagePoint project(const Camera& c, const Float3& p) {
+    const double d[3] = {double{p.x} - c.eye.x, double{p.y} - c.eye.y, double{p.z} - c.eye.z};
+    const auto along = [&](const Float3& axis) {  // in units of the axis
+        return (d[0] * axis.x + d[1] * axis.y + d[2] * axis.z) / (double{axis.x} * axis.x + double{axis.y} * axis.y + double{axis.z} * axis.z);
+    };
+    const double depth = along(c.forward);
+    return {0.5 + 0.5 * along(c.right) / depth, 0.5 - 0.5 * along(c.up) / depth, depth};
+}
+
+// All triangles' corners of one shape, in the world.
+std::vector<Float3> world_points(const Shape& shape) {
+    TriangleMesh mesh;
+    MeshIssues issues;
+    EXPECT_TRUE(shape.mesh->load(mesh, issues).ok());
+    std::vector<Float3> points;
+    for (const Float3& p : mesh.positions) {
+        const auto q = shape.to_world.point(p.x, p.y, p.z);
+        points.push_back({float(q[0]), float(q[1]), float(q[2])});
+    }
+    return points;
+}
+
+class ImportBare : public testing::Test {
+protected:
+    Scene frame(const std::vector<TriangleMesh>& meshes) {
+        std::vector<std::filesystem::path> paths;
+        for (size_t i = 0; i < meshes.size(); ++i) paths.push_back(folder.write(std::to_string(i) + ".ply", test::to_ply_binary(meshes[i])));
+        auto scene = import_scene(paths);
+        EXPECT_TRUE(scene.ok()) << scene.status().message();
+        return scene.ok() ? std::move(*scene) : Scene();
+    }
+
+    // What every framed scene must have.
+    void check(const Scene& scene, size_t meshes) {
+        ASSERT_EQ(scene.shapes.size(), meshes + 2);
+        double left = 1, right = 0, top = 1, bottom = 0;
+        for (size_t i = 0; i < meshes; ++i)
+            for (const Float3& p : world_points(scene.shapes[i])) {
+                const ImagePoint q = project(scene.camera, p);
+                ASSERT_GT(q.depth, 0);
+                left = std::min(left, q.u), right = std::max(right, q.u), top = std::min(top, q.v), bottom = std::max(bottom, q.v);
+            }
+        // The larger direction fills the middle 88 % of the frame, to single precision of the eye; the other stays within.
+        const bool wide = right - left > bottom - top;
+        EXPECT_NEAR(wide ? left : top, 0.06, 0.003);
+        EXPECT_NEAR(wide ? right : bottom, 0.94, 0.003);
+        EXPECT_GT(wide ? top : left, 0.06);
+        EXPECT_LT(wide ? bottom : right, 0.94);
+        // The light shines, and is not seen itself.
+        const Shape& light = scene.shapes.back();
+        ASSERT_TRUE(light.area_light);
+        EXPECT_GT(scene.area_lights[*light.area_light].radiance.x, 0);
+        for (const Float3& p : world_points(light)) {
+            const ImagePoint q = project(scene.camera, p);
+            EXPECT_TRUE(q.depth < 0 || q.u < 0 || q.v < 0 || q.u > 1 || q.v > 1) << q.u << " " << q.v;
+        }
+    }
+
+    // Lowest coordinate of the object minus height of the ground.
+    static double gap(const Scene& scene, float Float3::*up) {
+        double lowest = 1e30;
+        for (size_t i = 0; i + 2 < scene.shapes.size(); ++i)
+            for (const Float3& p : world_points(scene.shapes[i])) lowest = std::min(lowest, double{p.*up});
+        const auto ground = world_points(scene.shapes[scene.shapes.size() - 2]);
+        for (const Float3& p : ground) EXPECT_EQ(p.*up, ground[0].*up);
+        return lowest - ground[0].*up;
+    }
+
+    TempFolder folder;
+};
+
+// A pyramid that stands on its base along the given axis.
+TriangleMesh make_pyramid(bool z_up) {
+    TriangleMesh mesh;
+    for (const auto& [a, b, height] : {std::array{-1.f, -1.f, 0.f}, {1.f, -1.f, 0.f}, {1.f, 1.f, 0.f}, {-1.f, 1.f, 0.f}, {0.f, 0.f, 1.5f}})
+        mesh.positions.push_back(z_up ? Float3{a, b, height} : Float3{b, height, a});
+    mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+    return mesh;
+}
+
+TEST_F(ImportBare, StandingObjects) {
+    for (const bool z_up : {false, true}) {
+        SCOPED_TRACE(z_up);
+        const Scene scene = frame({make_pyramid(z_up)});
+        check(scene, 1);
+        const double below = gap(scene, z_up ? &Float3::z : &Float3::y);
+        EXPECT_GT(below, 0);
+        EXPECT_LT(below, 0.01);
+        EXPECT_GT(z_up ? scene.camera.eye.z : scene.camera.eye.y, 0.5) << "seen from above";
+        EXPECT_GT((z_up ? scene.camera.up.z : scene.camera.up.y), 0);
+    }
+}
+
+TEST_F(ImportBare, TheCameraIsNotMirrored) {
+    const Camera c = frame({make_pyramid(false)}).camera;
+    const auto cross_x = c.forward.y * c.up.z - c.forward.z * c.up.y, cross_y = c.forward.z * c.up.x - c.forward.x * c.up.z,
+               cross_z = c.forward.x * c.up.y - c.forward.y * c.up.x;
+    EXPECT_GT(cross_x * c.right.x + cross_y * c.right.y + cross_z * c.right.z, 0);
+}
+
+TEST_F(ImportBare, TerrainsLieFlat) {
+    for (const bool z_up : {false, true}) {
+        SCOPED_TRACE(z_up);
+        TriangleMesh mesh;
+        constexpr uint32_t side = 20;
+        for (uint32_t i = 0; i < side * side; ++i) {
+            const float a = float(i % side), b = float(i / side), height = std::sin(a) * std::cos(b);
+            mesh.positions.push_back(z_up ? Float3{a, b, height} : Float3{b, height, a});
+        }
+        for (uint32_t y = 0; y + 1 < side; ++y)
+            for (uint32_t x = 0; x + 1 < side; ++x) {
+                const uint32_t i = y * side + x;
+                mesh.triangles.push_back({i, i + 1, i + side});
+                mesh.triangles.push_back({i + 1, i + side + 1, i + side});
+            }
+        const Scene scene = frame({mesh});
+        check(scene, 1);
+        EXPECT_GT(gap(scene, z_up ? &Float3::z : &Float3::y), 0);
+    }
+}
+
+TEST_F(ImportBare, SeveralMeshesAreFramedTogether) {
+    TriangleMesh far = make_box();
+    for (Float3& p : far.positions) p.x += 10;
+    check(frame({make_box(), far}), 2);
+}
+
+TEST_F(ImportBare, AnySizeAndPlace) {
+    for (const float scale : {1e-12f, 1e-3f, 1.0f, 1e6f, 1e15f}) {
+        SCOPED_TRACE(scale);
+        check(frame({make_box(scale, 2 * scale, 3 * scale)}), 1);
+    }
+    TriangleMesh far = make_box(100, 200, 300);
+    for (Float3& p : far.positions) p.x += 500000, p.z -= 5000000;  // a projected map
+    // Single precision leaves half a unit at 5e6, of 400 units in the frame.
+    const Scene scene = frame({far});
+    ASSERT_EQ(scene.shapes.size(), 3u);
+    for (const Float3& p : world_points(scene.shapes[0])) {
+        const ImagePoint q = project(scene.camera, p);
+        EXPECT_TRUE(q.depth > 0 && q.u > 0 && q.u < 1 && q.v > 0 && q.v < 1) << q.u << " " << q.v;
+    }
+}
+
+TEST_F(ImportBare, FlatAndThinThings) {
+    TriangleMesh triangle;
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.triangles = {{0, 1, 2}};
+    check(frame({triangle}), 1);
+    triangle.positions = {{0, 0, 0}, {0, 1, 0}, {0, 0.5f, 1e-6f}};
+    check(frame({triangle}), 1);
+}
+
+TEST_F(ImportBare, NothingToSeeIsAnError) {
+    TriangleMesh line;
+    line.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+    line.triangles = {{0, 1, 2}};
+    const auto path = folder.write("line.ply", test::to_ply_binary(line));
+    const auto scene = import_scene({path});
+    ASSERT_FALSE(scene.ok());
+    EXPECT_NE(scene.status().message().find("line.ply: has no triangle that can be seen: 1 degenerate triangle dropped"), std::string::npos)
+        << scene.status().message();
+    const auto vast = folder.write("vast.ply", test::to_ply_binary(make_box(1e30f, 1e30f, 1e30f)));
+    EXPECT_NE(import_scene({vast}).status().message().find("scale it down"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,101 @@
+// Reading back what the generators write, and asking whether it is closed.
+#pragma once
+
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "base/files.hpp"
+#include "raypager/scene.hpp"
+
+namespace raypager::procedural_test {
+
+// A PLY file exactly of the kind that PlyWriter writes; nothing if anything is off.
+inline std::optional<TriangleMesh> read_ply(const std::filesystem::path& path) {
+    const auto text = read_text(path);
+    if (!text.ok()) return std::nullopt;
+    const std::string_view end = "end_header\n";
+    const size_t header = text->find(end);
+    if (header == std::string::npos || text->rfind("ply\nformat binary_little_endian 1.0\n", 0) != 0) return std::nullopt;
+    size_t vertices = 0, faces = 0;
+    std::istringstream lines(text->substr(0, header));
+    for (std::string line; std::getline(lines, line);) {
+        if (line.rfind("element vertex ", 0) == 0) vertices = std::stoull(line.substr(15));
+        if (line.rfind("element face ", 0) == 0) faces = std::stoull(line.substr(13));
+    }
+    const size_t at = header + end.size();
+    if (text->size() != at + vertices * 12 + faces * 13) return std::nullopt;
+    TriangleMesh mesh;
+    mesh.positions.resize(vertices);
+    mesh.triangles.resize(faces);
+    std::memcpy(mesh.positions.data(), text->data() + at, vertices * 12);
+    for (size_t i = 0; i < faces; i++) {
+        const char* face = text->data() + at + vertices * 12 + i * 13;
+        if (*face != 3) return std::nullopt;
+        std::memcpy(mesh.triangles[i].data(), face + 1, 12);
+        for (const uint32_t v : mesh.triangles[i])
+            if (v >= vertices) return std::nullopt;
+    }
+    return mesh;
+}
+
+// One mesh of several, in which vertices at equal positions are one.
+inline TriangleMesh merge_by_position(const std::vector<TriangleMesh>& meshes) {
+    std::map<std::array<uint32_t, 3>, uint32_t> numbers;
+    TriangleMesh merged;
+    for (const TriangleMesh& mesh : meshes)
+        for (const Triangle& triangle : mesh.triangles) {
+            Triangle& t = merged.triangles.emplace_back();
+            for (size_t k = 0; k < 3; k++) {
+                const Float3& p = mesh.positions[triangle[k]];
+                const std::array<uint32_t, 3> key = {std::bit_cast<uint32_t>(p.x), std::bit_cast<uint32_t>(p.y), std::bit_cast<uint32_t>(p.z)};
+                const auto [entry, is_new] = numbers.try_emplace(key, static_cast<uint32_t>(merged.positions.size()));
+                if (is_new) merged.positions.push_back(p);
+                t[k] = entry->second;
+            }
+        }
+    return merged;
+}
+
+struct EdgeCounts {
+    size_t paired = 0;   // met once in each direction: two triangles that agree on what is outside
+    size_t open = 0;     // of one triangle only
+    size_t tangled = 0;  // everything else
+};
+
+inline EdgeCounts count_edges(const TriangleMesh& mesh) {
+    std::map<std::pair<uint32_t, uint32_t>, std::array<int, 2>> edges;
+    for (const Triangle& t : mesh.triangles)
+        for (size_t k = 0; k < 3; k++) {
+            const uint32_t a = t[k], b = t[(k + 1) % 3];
+            edges[{std::min(a, b), std::max(a, b)}][a < b ? 0 : 1]++;
+        }
+    EdgeCounts counts;
+    for (const auto& [edge, uses] : edges) {
+        if (edge.first != edge.second && uses[0] == 1 && uses[1] == 1)
+            counts.paired++;
+        else if (edge.first != edge.second && uses[0] + uses[1] == 1)
+            counts.open++;
+        else
+            counts.tangled++;
+    }
+    return counts;
+}
+
+// Positive if triangles are counter-clockwise seen from outside (divergence theorem).
+inline double signed_volume(const TriangleMesh& mesh) {
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Float3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+        sum += double{a.x} * (double{b.y} * c.z - double{b.z} * c.y) + double{a.y} * (double{b.z} * c.x - double{b.x} * c.z) +
+               double{a.z} * (double{b.x} * c.y - double{b.y} * c.x);
+    }
+    return sum / 6;
+}
+
+}  // namespace raypager::procedural_test

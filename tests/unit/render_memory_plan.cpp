@@ -1,0 +1,68 @@
+#include <gtest/gtest.h>
+
+#include "render/memory_plan.hpp"
+
+namespace raypager {
+namespace {
+
+MemoryNeeds ordinary() {
+    MemoryNeeds needs;
+    needs.limit = 1 << 30;
+    needs.fixed = 10 << 20;
+    needs.per_slot = 100;
+    needs.geometry = 100 << 20;
+    needs.largest_block = 4 << 20;
+    needs.default_slots = 1 << 16;
+    needs.total_paths = uint64_t{1} << 40;
+    return needs;
+}
+
+TEST(MemoryPlan, everything_fits) {
+    const auto plan = plan_memory(ordinary());
+    ASSERT_TRUE(plan.ok());
+    EXPECT_EQ(plan->pool_bytes, 100u << 20);
+    EXPECT_EQ(plan->slots, 1u << 16);
+}
+
+TEST(MemoryPlan, never_over_the_limit_and_always_room_for_the_largest_block) {
+    for (uint64_t limit = 14 << 20; limit < 300 << 20; limit += 1234567)
+        for (const uint64_t slots : {uint64_t{0}, uint64_t{5000}}) {
+            MemoryNeeds needs = ordinary();
+            needs.limit = limit;
+            needs.requested_slots = slots;
+            const auto plan = plan_memory(needs);
+            const uint64_t smallest = needs.fixed + needs.largest_block + needs.per_slot * (slots ? slots : min_slots);
+            ASSERT_EQ(plan.ok(), limit >= smallest) << limit;
+            if (!plan.ok()) {
+                EXPECT_NE(plan.status().message().find(std::to_string(smallest)), std::string::npos) << plan.status().message();
+                continue;
+            }
+            EXPECT_LE(needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes, limit);
+            EXPECT_GE(plan->pool_bytes, needs.largest_block);
+            EXPECT_GE(plan->slots, min_slots);
+        }
+}
+
+TEST(MemoryPlan, geometry_limits_bound_the_pool) {
+    MemoryNeeds needs = ordinary();
+    needs.geometry_limit_percent = 25;
+    EXPECT_EQ(plan_memory(needs)->pool_bytes, 25u << 20);
+    needs.geometry_limit_percent = 1;
+    EXPECT_EQ(plan_memory(needs)->pool_bytes, 4u << 20);  // raised to the largest block
+    needs.geometry_limit_percent = 0;
+    needs.geometry_limit = 7 << 20;
+    EXPECT_EQ(plan_memory(needs)->pool_bytes, 7u << 20);
+    needs.geometry_limit = 1 << 20;
+    EXPECT_FALSE(plan_memory(needs).ok());
+}
+
+TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
+    MemoryNeeds needs = ordinary();
+    needs.geometry_limit_percent = 25;
+    EXPECT_EQ(plan_memory(needs)->slots, (100u << 20) / 6 / 100);
+    needs.total_paths = 40000;
+    EXPECT_EQ(plan_memory(needs)->slots, 10000u);
+}
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,143 @@
+// The paging policies as the pure functions that they are.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "residency/policy.hpp"
+
+namespace raypager {
+namespace {
+
+BlockState absent(uint32_t wants, uint32_t wanted_since = 1, uint32_t bytes = 64) {
+    BlockState block;
+    block.bytes = bytes;
+    block.wants = wants;
+    block.wanted_since = wants ? wanted_since : 0;
+    return block;
+}
+
+// Residents take their place from the pool.
+BlockState resident(SlabAllocator& pool, uint32_t last_used, uint32_t bounces, uint32_t bytes = 64, uint32_t since = 1) {
+    BlockState block;
+    block.bytes = bytes;
+    block.state = PageState::resident;
+    block.last_used = last_used;
+    block.bounces = bounces;
+    block.resident_since = since;
+    block.address = *pool.allocate(bytes);
+    return block;
+}
+
+Plan plan(PolicyKind kind, const std::vector<BlockState>& blocks, const SlabAllocator& pool, uint32_t round = 10) {
+    return plan_paging(default_settings(kind), {blocks, round, 0, 100}, pool);
+}
+
+TEST(Policy, loads_nothing_that_nobody_wants) {
+    SlabAllocator pool({1024});
+    EXPECT_TRUE(plan(PolicyKind::aged_wants, {absent(0), absent(0)}, pool).load.empty());
+}
+
+TEST(Policy, each_kind_has_its_first_load) {
+    // Many wants but young; few but old; many a byte.
+    const std::vector<BlockState> blocks = {absent(100, 10, 6400), absent(9, 1, 1280), absent(30, 10, 64), absent(1, 0 + 1, 64 * 3)};
+    SlabAllocator pool({6400});
+    EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool).load.at(0).block, 0u);
+    EXPECT_EQ(plan(PolicyKind::wanted_per_byte, blocks, pool).load.at(0).block, 2u);
+    EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).load.at(0).block, 1u);  // oldest; ties go to the lower index
+    const std::vector<BlockState> aged = {absent(30, 10, 64), absent(5, 1, 64)};
+    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool).load.at(0).block, 1u);  // 5 wants x 10 rounds > 30 x 1
+    EXPECT_EQ(plan(PolicyKind::wanted_per_byte, aged, pool).load.at(0).block, 0u);
+}
+
+TEST(Policy, evicts_the_least_recently_used_or_the_least_bounced) {
+    SlabAllocator pool({192});
+    const std::vector<BlockState> blocks = {resident(pool, 9, 1), resident(pool, 3, 50), resident(pool, 8, 20), absent(5)};
+    EXPECT_EQ(plan(PolicyKind::aged_wants, blocks, pool).evict, std::vector<uint32_t>{1});
+    EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).evict, std::vector<uint32_t>{1});
+    EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool).evict, std::vector<uint32_t>{0});
+}
+
+TEST(Policy, never_evicts_what_no_round_has_seen) {
+    SlabAllocator pool({64});
+    const std::vector<BlockState> blocks = {resident(pool, 11, 0, 64, 11), absent(5)};
+    const Plan held = plan(PolicyKind::aged_wants, blocks, pool, 10);
+    EXPECT_TRUE(held.evict.empty());
+    EXPECT_TRUE(held.load.empty());
+    EXPECT_EQ(plan(PolicyKind::aged_wants, blocks, pool, 11).load.size(), 1u);
+}
+
+TEST(Policy, holds_evicting_loads_while_many_rays_are_ready) {
+    SlabAllocator pool({64});
+    const std::vector<BlockState> blocks = {resident(pool, 2, 0), absent(5)};
+    const PolicySettings settings = default_settings(PolicyKind::aged_wants);
+    EXPECT_TRUE(plan_paging(settings, {blocks, 10, 50, 100}, pool).load.empty());
+    EXPECT_EQ(plan_paging(settings, {blocks, 10, 10, 100}, pool).load.size(), 1u);
+    // Free space costs nothing.
+    EXPECT_EQ(plan_paging(settings, {blocks, 10, 50, 100}, SlabAllocator({128})).load.size(), 1u);
+}
+
+TEST(Policy, the_longest_wanted_comes_first_in_the_end) {
+    SlabAllocator pool({64});
+    const std::vector<BlockState> blocks = {absent(1000, 5000), absent(1, 1)};
+    EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool, 3000).load.at(0).block, 0u);
+    EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool, 5001).load.at(0).block, 1u);
+}
+
+// Whatever the state: the plan fits, evicts only what may go, and makes progress when nothing else can.
+TEST(Policy, random_states_give_sound_plans) {
+    const uint64_t seed = 99;
+    std::mt19937_64 random(seed);
+    const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
+    for (int trial = 0; trial < 5000; trial++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", trial " << trial);
+        const uint32_t largest = 64 * (1 + below(8)), slab = largest + 64 * below(20), round = 100;
+        SlabAllocator pool(std::vector<uint64_t>(1 + below(3), slab));
+        std::vector<BlockState> blocks;
+        bool loading = false, unseen = false, wanted = false;
+        for (uint32_t i = 0; i < 3 + below(30); i++) {
+            BlockState block = absent(below(3) ? below(50) : 0, 1 + below(round), 64 * (1 + below(largest / 64)));
+            const uint32_t fate = below(4);
+            if (fate < 2)
+                if (const auto place = pool.allocate(block.bytes)) {
+                    block.state = below(10) == 0 ? PageState::loading : PageState::resident;
+                    block.address = *place;
+                    block.resident_since = block.state == PageState::resident && below(6) == 0 ? round + 1 : 1 + below(round);
+                    block.last_used = below(round);
+                    block.bounces = below(100);
+                }
+            loading |= block.state == PageState::loading;
+            unseen |= block.state == PageState::resident && block.resident_since > round;
+            wanted |= block.state == PageState::absent && block.wants > 0;
+            blocks.push_back(block);
+        }
+        const PolicyKind kind = policy_names[below(policy_names.size())].kind;
+        const Plan result = plan_paging(default_settings(kind), {blocks, round, 0, 1000}, pool);
+        SlabAllocator replay = pool;
+        for (const uint32_t block : result.evict) {
+            EXPECT_EQ(blocks[block].state, PageState::resident);
+            EXPECT_LE(blocks[block].resident_since, round);
+        }
+        EXPECT_EQ(std::set<uint32_t>(result.evict.begin(), result.evict.end()).size(), result.evict.size());
+        // No two blocks overlap afterwards.
+        std::vector<std::tuple<uint32_t, uint64_t, uint64_t>> extents;
+        for (uint32_t i = 0; i < blocks.size(); i++)
+            if (blocks[i].state != PageState::absent && std::find(result.evict.begin(), result.evict.end(), i) == result.evict.end())
+                extents.emplace_back(blocks[i].address.slab, blocks[i].address.offset, blocks[i].bytes);
+        for (const PlannedLoad& load : result.load) {
+            EXPECT_EQ(blocks[load.block].state, PageState::absent);
+            EXPECT_GT(blocks[load.block].wants, 0u);
+            extents.emplace_back(load.address.slab, load.address.offset, blocks[load.block].bytes);
+        }
+        std::sort(extents.begin(), extents.end());
+        for (size_t i = 0; i < extents.size(); i++) {
+            const auto [in, offset, bytes] = extents[i];
+            EXPECT_LE(offset + bytes, slab);
+            if (i + 1 < extents.size() && std::get<0>(extents[i + 1]) == in) { EXPECT_LE(offset + bytes, std::get<1>(extents[i + 1])); }
+        }
+        if (wanted && !loading && !unseen) { EXPECT_FALSE(result.load.empty()); }
+    }
+}
+
+}  // namespace
+}  // namespace raypager

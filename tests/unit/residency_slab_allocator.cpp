@@ -1,0 +1,70 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "residency/residency.hpp"
+#include "residency/slab_allocator.hpp"
+
+namespace raypager {
+namespace {
+
+TEST(SlabAllocator, takes_the_smallest_extent_that_fits) {
+    SlabAllocator pool({1000, 256});  // 1000 is rounded down to 960
+    EXPECT_EQ(pool.capacity(), 960u + 256u);
+    EXPECT_EQ(*pool.allocate(200), (PoolAddress{1, 0}));
+    EXPECT_EQ(*pool.allocate(300), (PoolAddress{0, 0}));
+    EXPECT_EQ(pool.free_bytes(), 960u - 320u);
+    EXPECT_FALSE(pool.allocate(641).has_value());
+    EXPECT_TRUE(pool.fits(640));
+}
+
+TEST(SlabAllocator, merges_neighbours_when_they_are_released) {
+    SlabAllocator pool({64 * 3});
+    const PoolAddress a = *pool.allocate(64), b = *pool.allocate(64), c = *pool.allocate(64);
+    pool.release(a, 64);
+    pool.release(c, 64);
+    EXPECT_FALSE(pool.fits(128));
+    pool.release(b, 64);
+    EXPECT_TRUE(pool.fits(192));
+}
+
+// Against a plain model: a map of bytes.
+TEST(SlabAllocator, agrees_with_a_map_of_units) {
+    const uint64_t seed = 7;
+    std::mt19937_64 random(seed);
+    SlabAllocator pool({64 * 50, 64 * 20});
+    std::vector<std::vector<bool>> used = {std::vector<bool>(50), std::vector<bool>(20)};
+    std::vector<std::pair<PoolAddress, uint64_t>> live;
+    for (int step = 0; step < 20000; step++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", step " << step);
+        if (random() % 2 && !live.empty()) {
+            const size_t i = random() % live.size();
+            const auto [place, bytes] = live[i];
+            pool.release(place, bytes);
+            for (uint64_t u = 0; u < (bytes + 63) / 64; u++) used[place.slab][place.offset / 64 + u] = false;
+            live.erase(live.begin() + static_cast<std::ptrdiff_t>(i));
+            continue;
+        }
+        const uint64_t bytes = 1 + random() % 900, units = (bytes + 63) / 64;
+        bool possible = false;
+        for (const auto& slab : used)
+            for (size_t run = 0, i = 0; i < slab.size(); i++) possible |= (run = slab[i] ? 0 : run + 1) >= units;
+        const auto place = pool.allocate(bytes);
+        ASSERT_EQ(place.has_value(), possible);
+        if (!place) continue;
+        for (uint64_t u = 0; u < units; u++) {
+            ASSERT_FALSE(used[place->slab][place->offset / 64 + u]);
+            used[place->slab][place->offset / 64 + u] = true;
+        }
+        live.emplace_back(*place, bytes);
+    }
+}
+
+TEST(SplitPool, uses_as_few_slabs_as_the_device_allows) {
+    EXPECT_EQ(*split_pool(1 << 20, 1 << 30, 1000), (std::vector<uint64_t>{1 << 20}));
+    EXPECT_EQ(*split_pool(2500 * 64, 1000 * 64, 1000), (std::vector<uint64_t>{64000, 64000, 32000}));
+    EXPECT_FALSE(split_pool(1 << 20, 1000, 1001).ok());
+}
+
+}  // namespace
+}  // namespace raypager
