@@ -54,20 +54,29 @@ static inline float rp_not_before(float t, float3 low, float3 high, float3 recip
     return entry <= leave ? rp_max(t, entry) : t;
 }
 
-static inline bool rp_one_sided(float a, float b, float c) { return rp_min(rp_min(a, b), c) > 0.0f || rp_max(rp_max(a, b), c) < 0.0f; }
+// a * b - c * d, the area on one side of an edge: 0, or of the right sign.
+static inline float rp_edge_function(float a, float b, float c, float d) { return rp_mul(a, b) - rp_mul(c, d); }
+// The same where both products round to the same number: the difference of what rounding took from them, which is exact but for one
+// rounding (Dekker 1971; fma gives the rounding error of a product).
+static inline float rp_edge_remainder(float a, float b, float c, float d) {
+    const float ab = rp_mul(a, b), cd = rp_mul(c, d);
+    return fma(a, b, -ab) - fma(c, d, -cd);
+}
+static inline bool rp_signs_differ(float u, float v, float w) { return rp_min(rp_min(u, v), w) < 0.0f && rp_max(rp_max(u, v), w) > 0.0f; }
 
 // Distance of the hit, or -1. Edges and vertices belong to all triangles that share them.
 static inline float rp_hit_triangle(const rp_shear* s, const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
-    const float u = rp_mul(c->x, b->y) - rp_mul(c->y, b->x);
-    const float v = rp_mul(a->x, c->y) - rp_mul(a->y, c->x);
-    const float w = rp_mul(b->x, a->y) - rp_mul(b->y, a->x);
-    const float low = rp_min(rp_min(u, v), w), high = rp_max(rp_max(u, v), w);
-    if (low < 0.0f && high > 0.0f) return -1.0f;
+    float u = rp_edge_function(c->x, b->y, c->y, b->x), v = rp_edge_function(a->x, c->y, a->y, c->x), w = rp_edge_function(b->x, a->y, b->y, a->x);
+    if (rp_signs_differ(u, v, w)) return -1.0f;
+    if (u == 0.0f || v == 0.0f || w == 0.0f) {
+        // Rounding is monotone, so an edge function never has the wrong sign, but it may have come out as 0 and passed for an edge.
+        if (u == 0.0f) u = rp_edge_remainder(c->x, b->y, c->y, b->x);
+        if (v == 0.0f) v = rp_edge_remainder(a->x, c->y, a->y, c->x);
+        if (w == 0.0f) w = rp_edge_remainder(b->x, a->y, b->y, a->x);
+        if (rp_signs_differ(u, v, w)) return -1.0f;
+    }
     const float determinant = rp_sum3(u, v, w);
     if (determinant == 0.0f) return -1.0f;
-    // Rounding is monotone, so an edge function never has the wrong sign, but it may come out as 0. Seen edge-on, a triangle that lies
-    // wholly to one side of the ray can pass for hit by that: its bounds tell.
-    if (rp_one_sided(a->x, b->x, c->x) || rp_one_sided(a->y, b->y, c->y)) return -1.0f;
     const float az = rp_mul(a->relative.z, s->z), bz = rp_mul(b->relative.z, s->z), cz = rp_mul(c->relative.z, s->z);
     const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
     if (!(t > 0.0f)) return -1.0f;

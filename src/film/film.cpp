@@ -41,7 +41,8 @@ double average_samples(std::span<const uint32_t> words) {
     if (words.empty()) return 0;
     uint64_t samples = 0;
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) { samples += pixel[RP_FILM_COUNT]; });
-    return static_cast<double>(samples) / static_cast<double>(words.size() / RP_FILM_WORDS);
+    const size_t pixels = words.size() / RP_FILM_WORDS;
+    return static_cast<double>(samples) / static_cast<double>(pixels);
 }
 
 uint64_t clamped_samples(std::span<const uint32_t> words) {

@@ -55,12 +55,13 @@ void add_bolted_plate(Assembly& assembly, const Placement& place, double size, d
     const double cell = size / std::max(columns, rows), hole = 0.28 * cell, thick = 0.25 * cell;
     add_perforated_plate(assembly.of(random.below(2) == 0 ? Stuff::iron : any_paint(random)), place, columns, rows, cell, hole, scaled(3, detail, 1),
                          thick);
-    for (uint32_t i = 0; i < columns * rows; i++) {
-        if (random.below(3) == 0) continue;  // some are missing
-        const double x = (i % columns + 0.5 - 0.5 * columns) * cell, z = (i / columns + 0.5 - 0.5 * rows) * cell;
-        add_bolt(assembly.of(any_metal(random)), place.moved(x, thick, z), 0.9 * hole, cell * random.uniform(0.8, 1.6), segments_for(hole, detail),
-                 scaled(4, detail, 1));
-    }
+    for (uint32_t row = 0; row < rows; row++)
+        for (uint32_t column = 0; column < columns; column++) {
+            if (random.below(3) == 0) continue;  // some are missing
+            const Placement hole_place = place.moved((column + 0.5 - 0.5 * columns) * cell, thick, (row + 0.5 - 0.5 * rows) * cell);
+            add_bolt(assembly.of(any_metal(random)), hole_place, 0.9 * hole, cell * random.uniform(0.8, 1.6), segments_for(hole, detail),
+                     scaled(4, detail, 1));
+        }
 }
 
 void add_strut(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
@@ -72,8 +73,8 @@ void add_strut(Assembly& assembly, const Placement& place, double size, double d
 }
 
 void add_hose(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
-    // A curve that keeps changing its direction a little.
-    const uint32_t steps = scaled(40, detail, 6);
+    // A curve that keeps changing its direction, by less than 50 degrees a step.
+    const uint32_t steps = scaled(40, detail, 8);
     const double step = 3 * size / steps;
     std::vector<Double3> path = {place.origin};
     Double3 heading = place.y, turn = random.direction();

@@ -39,7 +39,7 @@ void add_box(SceneWriter& scene) {
 Status add_coral(SceneWriter& scene, uint64_t triangles, uint64_t seed) {
     constexpr double radius = 118;
     const Double3 center = {162, 108, 345};
-    const auto n = std::max<uint64_t>(1, static_cast<uint64_t>(std::sqrt(static_cast<double>(triangles) / 12) + 0.5));
+    const auto n = static_cast<uint64_t>(std::max(1L, std::lround(std::sqrt(static_cast<double>(triangles) / 12))));
     const auto surface = [seed](const Double3& direction) {
         const Double3 warp = {fractal_noise(direction * 2.1, 2, 0.5, seed), fractal_noise(direction * 2.1 + Double3{5, 1, 3}, 2, 0.5, seed + 11),
                               fractal_noise(direction * 2.1 + Double3{2, 8, 4}, 2, 0.5, seed + 22)};

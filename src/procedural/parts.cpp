@@ -171,6 +171,7 @@ void add_bar(TriangleMesh& mesh, std::span<const Double3> path, double radius, u
         normal = normalized(normal - tangent * dot(normal, tangent));  // carried along with as little twist as possible
         const Double3 binormal = cross(normal, tangent);
         std::vector<uint32_t> ring;
+        ring.reserve(segments);
         for (const Point2& u : unit) ring.push_back(add_vertex(mesh, path[i] + (normal * u[0] + binormal * u[1]) * radius));
         if (i == 0 || i + 1 == n) {
             const uint32_t centre = add_vertex(mesh, path[i]);

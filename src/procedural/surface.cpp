@@ -126,7 +126,7 @@ Status write_surface(SceneWriter& scene, std::string_view name, std::string_view
     return {};
 }
 
-std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, std::function<double(const Double3&)> radius) {
+std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, const std::function<double(const Double3&)>& radius) {
     std::vector<SurfaceGrid> faces;
     for (size_t axis = 0; axis < 3; axis++)
         for (const bool far_side : {false, true}) {

@@ -29,7 +29,7 @@ Status write_surface(SceneWriter& scene, std::string_view name, std::string_view
                      uint64_t max_triangles = max_mesh_triangles);
 
 // The six faces of a cube of n x n quads, blown up to a sphere: radius(direction) from center.
-std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, std::function<double(const Double3& direction)> radius);
+std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, const std::function<double(const Double3& direction)>& radius);
 
 // A tube of rows x columns quads about a (windings, turns) torus knot in the xy plane: each turns about the core circle of major radius
 // while the curve, at minor radius from it, goes windings times round the axis. thickness(row, column): the tube's radius there.

@@ -15,10 +15,10 @@ struct Case {
 };
 
 const Case cases[] = {
-    {"cornell", [] { return reference::cornell_small({.sphere_primitives = true}, {48, 48}); }},  // diffuse, mirror, glass, rough metal, area light
+    {"cornell", [] { return reference::cornell_small({.subdivisions = 4, .wall_divisions = 16}, {48, 48}); }},  // diffuse, mirror, glass, rough metal, area light
     {"terrain", [] { return reference::terrain_small(64, true, {64, 48}); }},                     // sun and sky, shading normals
     {"clutter", [] { return reference::clutter_small(60, 3, {64, 48}); }},                        // all materials, several area lights
-    {"shells", [] { return reference::overlapping_shells(8, 2, {48, 48}); }},                     // every bound overlaps every other
+    {"shells", [] { return reference::overlapping_shells(8, 3, {48, 48}); }},                     // every bound overlaps every other
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
