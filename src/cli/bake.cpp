@@ -35,7 +35,7 @@ Status run_bake(const Arguments& arguments) {
                         ".pbrt scene, or any number of meshes (.ply .obj .stl .off), which are framed, lit and given a ground.");
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), names);
     parser.option("output,o", "FILE.rpb", "the block file to write", into_path(output));
-    parser.option("block-size", "SIZE", "bytes a block at most, in device memory: 16K to 32M (default: 4M)",
+    parser.option("block-size", "SIZE", "bytes a block at most, in device memory: 16K to 32M (default: for about a thousand blocks, 128K to 4M)",
                   into(options.block_bytes, parse_block_size));
     parser.flag("progress", "show progress even if stderr is no terminal", progress);
     const auto outcome = parser.parse(arguments);

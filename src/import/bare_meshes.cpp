@@ -27,8 +27,8 @@ Float3 float3(const Vector& v) { return {static_cast<float>(v[0]), static_cast<f
 
 // The view: from 30 degrees to the right of the front and 22 degrees above, with a normal to slightly long lens.
 constexpr double azimuth = 30 * pi / 180, elevation = 22 * pi / 180, field_of_view = 35;
-constexpr double filled = 0.88;             // of the frame, in the direction in which the object is larger
-constexpr double largest_ground = 40;       // in radii of the object
+constexpr double filled = 0.88;              // of the frame, in the direction in which the object is larger
+constexpr double largest_ground = 40;        // in radii of the object
 constexpr double largest_coordinate = 1e18;  // its square is a float with room to spare
 constexpr uint64_t kept_bytes = uint64_t{512} << 20;
 

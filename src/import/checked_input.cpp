@@ -87,8 +87,10 @@ Status CheckedText::append_position(const std::vector<std::string_view>& words, 
         const NumberKind kind = classify_number(words[i]);
         if (kind == NumberKind::none) return bad(fmt::format("\"{}\" is no number", clipped(words[i])));
         out += ' ';
-        if (kind == NumberKind::finite) out += words[i];
-        else out += "3.402823466e+38";
+        if (kind == NumberKind::finite)
+            out += words[i];
+        else
+            out += "3.402823466e+38";
     }
     return {};
 }

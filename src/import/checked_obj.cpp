@@ -15,9 +15,9 @@ constexpr int64_t no_vertex = 0x7fffffff;
 // Statements of the format that say nothing about vertices and faces. Anything else is damage: a bit flipped in "v" would silently
 // renumber all later vertices.
 constexpr std::string_view ignored[] = {
-    "vt",     "vp",       "vc",     "g",    "o",    "s",    "mg",    "l",     "p",      "mtllib", "usemtl",     "usemap",    "maplib", "bevel",
-    "lod",    "c_interp", "d_interp", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf",   "parm",       "trim",      "hole",   "scrv",
-    "sp",     "end",      "con",    "call", "csh",  "ctech", "stech", "shadow_obj", "trace_obj", "res", "cdc", "cdp", "bzp", "bsp"};
+    "vt",  "vp",       "vc",       "g",      "o",   "s",     "mg",    "l",          "p",         "mtllib", "usemtl", "usemap", "maplib", "bevel",
+    "lod", "c_interp", "d_interp", "cstype", "deg", "bmat",  "step",  "curv",       "curv2",     "surf",   "parm",   "trim",   "hole",   "scrv",
+    "sp",  "end",      "con",      "call",   "csh", "ctech", "stech", "shadow_obj", "trace_obj", "res",    "cdc",    "cdp",    "bzp",    "bsp"};
 
 struct Corner {
     int64_t vertex = no_vertex;
@@ -95,8 +95,10 @@ private:
     }
 
     static void append(const Corner& corner, std::string& out) {
-        if (corner.normal > 0) fmt::format_to(std::back_inserter(out), " {}//{}", corner.vertex, corner.normal);
-        else fmt::format_to(std::back_inserter(out), " {}", corner.vertex);
+        if (corner.normal > 0)
+            fmt::format_to(std::back_inserter(out), " {}//{}", corner.vertex, corner.normal);
+        else
+            fmt::format_to(std::back_inserter(out), " {}", corner.vertex);
     }
 
     // vertex, vertex/texture, vertex//normal or vertex/texture/normal; counted from 1, or backwards from the latest if negative.

@@ -31,8 +31,8 @@ protected:
         while (element_ < header_.elements.size() && items_ == header_.elements[element_].count) next_element();
         if (element_ == header_.elements.size()) return {};
         const PlyElement& element = header_.elements[element_];
-        return Status::failed(
-            fmt::format("{}: ends after {} of {} items of \"{}\"; it is truncated", file_.path().string(), items_, element.count, clipped(element.name)));
+        return Status::failed(fmt::format("{}: ends after {} of {} items of \"{}\"; it is truncated", file_.path().string(), items_, element.count,
+                                          clipped(element.name)));
     }
 
 private:

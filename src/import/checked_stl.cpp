@@ -117,8 +117,8 @@ Result<StlKind> find_stl_kind(const InputFile& file) {
     const auto words = split_words(start);
     if (!words.empty() && same(words[0].substr(0, 5), "solid")) return StlKind::text;
     if (start.size() < header_bytes) return Status::failed(fmt::format("{}: {} bytes are too few for an STL file", name, file.size()));
-    return Status::failed(fmt::format("{}: neither text STL (\"solid\") nor binary STL: its {} triangles would take {} bytes, but the file has {}", name,
-                                      triangles, expected, file.size()));
+    return Status::failed(fmt::format("{}: neither text STL (\"solid\") nor binary STL: its {} triangles would take {} bytes, but the file has {}",
+                                      name, triangles, expected, file.size()));
 }
 
 std::unique_ptr<CheckedInput> check_stl_text(const InputFile& file) { return std::make_unique<StlText>(file); }

@@ -76,7 +76,8 @@ Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::pa
     const auto format = mesh_format(path);
     if (!format) {
         const bool compressed = path.extension() == ".gz";
-        return Status::failed(path.string() + (compressed ? ": is compressed; unpack it with gunzip" : ": is no mesh file; .ply, .obj, .stl and .off can be read"));
+        return Status::failed(path.string() +
+                              (compressed ? ": is compressed; unpack it with gunzip" : ": is no mesh file; .ply, .obj, .stl and .off can be read"));
     }
     const auto file = InputFile::open(path);
     if (!file) return file.status();

@@ -146,7 +146,7 @@ private:
     TriangleMesh& mesh_;
     FanBuilder fan_;
     uint64_t faces_ = 0;
-    std::vector<CornerNormal> corners_;   // of the coming face, where they differ from the vertex's
+    std::vector<CornerNormal> corners_;  // of the coming face, where they differ from the vertex's
     std::vector<uint32_t> next_copy_;
 };
 
@@ -177,8 +177,8 @@ private:
 };
 
 // counted: the format states how many items follow, so that any failed extraction is an error at once rather than a loop to the end.
-Status run(OpenMesh::IO::BaseReader& reader, CheckedInput& input, const std::string& name, OpenMesh::IO::Options options, bool counted, TriangleMesh& mesh,
-           MeshIssues& issues) {
+Status run(OpenMesh::IO::BaseReader& reader, CheckedInput& input, const std::string& name, OpenMesh::IO::Options options, bool counted,
+           TriangleMesh& mesh, MeshIssues& issues) {
     const std::lock_guard lock(openmesh_mutex());
     const Silence silence;
     FlatImporter importer(mesh, issues);

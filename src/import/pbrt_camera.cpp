@@ -28,7 +28,8 @@ Status PbrtReader::camera(const Directive& directive) {
     CameraSettings settings;
     settings.fov = parameters.number("fov", settings.fov);
     RAYPAGER_TRY(parameters.status());
-    if (!(settings.fov > 0 && settings.fov < 180)) return error(directive, fmt::format("a field of view of {} degrees; it must be between 0 and 180", settings.fov));
+    if (!(settings.fov > 0 && settings.fov < 180))
+        return error(directive, fmt::format("a field of view of {} degrees; it must be between 0 and 180", settings.fov));
     warn_if_present(parameters, {"screenwindow", "frameaspectratio"}, "the frame is that of the picture's resolution");
     if (parameters.number("lensradius", 0) > 0) warn(directive.place, "Camera: a lens is not supported; everything is in focus");
     RAYPAGER_TRY(parameters.status());

@@ -70,7 +70,8 @@ Status PbrtReader::light_source(const Directive& directive) {
         const auto p = state_.transform.point(from[0], from[1], from[2]);
         light.kind = RP_LIGHT_POINT;
         for (size_t i = 0; i < 3; ++i) light.p[i] = static_cast<float>(p[i]);
-        if (!std::isfinite(light.p[0]) || !std::isfinite(light.p[1]) || !std::isfinite(light.p[2])) return error(directive, "its position is not finite");
+        if (!std::isfinite(light.p[0]) || !std::isfinite(light.p[1]) || !std::isfinite(light.p[2]))
+            return error(directive, "its position is not finite");
     } else {
         warn(directive.place, fmt::format("LightSource \"{}\" is not supported; it is left out", clipped(type)));
         return {};
@@ -84,7 +85,8 @@ Status PbrtReader::area_light_source(const Directive& directive) {
     std::string type;
     PbrtParameters parameters;
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
-    if (type != "diffuse" && type != "area") warn(directive.place, fmt::format("AreaLightSource \"{}\" is not supported; a diffuse one is used", clipped(type)));
+    if (type != "diffuse" && type != "area")
+        warn(directive.place, fmt::format("AreaLightSource \"{}\" is not supported; a diffuse one is used", clipped(type)));
     AreaLight light;
     RAYPAGER_TRY(light_color(parameters, "L", light.radiance));
     warn_if_present(parameters, {"filename"}, "the light is uniform");

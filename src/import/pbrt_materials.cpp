@@ -33,8 +33,10 @@ Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallbac
         result = texture->second;
     } else if (!p.strings.empty()) {
         const auto named = named_spectrum(p.strings[0]);
-        if (named) result = *named;
-        else warn(p.place, fmt::format("the spectrum \"{}\" is not known; a constant is used", clipped(p.strings[0])));
+        if (named)
+            result = *named;
+        else
+            warn(p.place, fmt::format("the spectrum \"{}\" is not known; a constant is used", clipped(p.strings[0])));
     } else if (p.type == "blackbody" && !v.empty()) {
         if (!(v[0] > 0)) return parameter_error(p, "expected a temperature of more than 0 kelvin");
         warn(p.place, "blackbody spectra are approximated by three colours of luminance 1");
@@ -136,7 +138,8 @@ Status PbrtReader::make_material(const Directive& directive, const std::string& 
         material = diffuse_material(reflectance);
     }
     for (size_t i = 0; i < 3; ++i)
-        if (material.kind == RP_MATERIAL_CONDUCTOR && material.eta[i] == 0 && material.k[i] == 0) return error(directive, "eta and k must not both be 0");
+        if (material.kind == RP_MATERIAL_CONDUCTOR && material.eta[i] == 0 && material.k[i] == 0)
+            return error(directive, "eta and k must not both be 0");
     index = static_cast<uint32_t>(scene_.materials.size());
     scene_.materials.push_back(material);
     return parameters.status();
@@ -166,7 +169,8 @@ Status PbrtReader::named_material(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
     const auto found = named_materials_.find(name);
-    if (found == named_materials_.end()) return error(directive, fmt::format("there is no material \"{}\"; define it first with MakeNamedMaterial", clipped(name)));
+    if (found == named_materials_.end())
+        return error(directive, fmt::format("there is no material \"{}\"; define it first with MakeNamedMaterial", clipped(name)));
     state_.material = found->second;
     return {};
 }
@@ -192,7 +196,8 @@ Status PbrtReader::texture(const Directive& directive) {
         RAYPAGER_TRY(color(parameters, {"tex2"}, {0, 0, 0}, b));
         value = {(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
     }
-    if (type != "constant" && type != "scale") warn(directive.place, fmt::format("Texture \"{}\" is not supported; one mid colour is used", clipped(type)));
+    if (type != "constant" && type != "scale")
+        warn(directive.place, fmt::format("Texture \"{}\" is not supported; one mid colour is used", clipped(type)));
     if (!usable(value)) return error(directive, "its value is not finite");
     textures_[name] = value;
     return {};

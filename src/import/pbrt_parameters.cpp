@@ -17,9 +17,9 @@ struct TypeRule {
     size_t group;  // the number of values is a multiple of this
 };
 constexpr TypeRule type_rules[] = {
-    {"integer", Values::numbers, 1}, {"float", Values::numbers, 1},     {"point", Values::numbers, 3},      {"point2", Values::numbers, 2},
-    {"point3", Values::numbers, 3},  {"vector", Values::numbers, 3},    {"vector2", Values::numbers, 2},    {"vector3", Values::numbers, 3},
-    {"normal", Values::numbers, 3},  {"normal3", Values::numbers, 3},   {"rgb", Values::numbers, 3},        {"color", Values::numbers, 3},
+    {"integer", Values::numbers, 1}, {"float", Values::numbers, 1},     {"point", Values::numbers, 3},     {"point2", Values::numbers, 2},
+    {"point3", Values::numbers, 3},  {"vector", Values::numbers, 3},    {"vector2", Values::numbers, 2},   {"vector3", Values::numbers, 3},
+    {"normal", Values::numbers, 3},  {"normal3", Values::numbers, 3},   {"rgb", Values::numbers, 3},       {"color", Values::numbers, 3},
     {"xyz", Values::numbers, 3},     {"blackbody", Values::numbers, 1}, {"spectrum", Values::spectrum, 1}, {"bool", Values::booleans, 1},
     {"string", Values::strings, 1},  {"texture", Values::strings, 1},
 };
@@ -75,7 +75,8 @@ Status parse_values(PbrtTokens& tokens, PbrtParameter& parameter) {
 }  // namespace
 
 Status parameter_error(const PbrtParameter& parameter, const std::string& what) {
-    return Status::failed(fmt::format("{}: parameter \"{} {}\": {}", parameter.place.with_column(), clipped(parameter.type), clipped(parameter.name), what));
+    return Status::failed(
+        fmt::format("{}: parameter \"{} {}\": {}", parameter.place.with_column(), clipped(parameter.type), clipped(parameter.name), what));
 }
 
 Status PbrtParameters::parse(PbrtTokens& tokens, PbrtParameters& parameters) {
@@ -86,7 +87,8 @@ Status PbrtParameters::parse(PbrtTokens& tokens, PbrtParameters& parameters) {
         if (token->kind != PbrtTokenKind::string)
             return tokens.error(*token, fmt::format("expected \"type name\" of a parameter, or a directive, instead of {}", token->describe()));
         const auto words = split_words(token->text);
-        if (words.size() != 2) return tokens.error(*token, fmt::format("expected \"type name\" of a parameter instead of \"{}\"", clipped(token->text)));
+        if (words.size() != 2)
+            return tokens.error(*token, fmt::format("expected \"type name\" of a parameter instead of \"{}\"", clipped(token->text)));
         if (!find_rule(words[0])) return tokens.error(*token, fmt::format("\"{}\" is no type of parameter", clipped(words[0])));
         PbrtParameter parameter;
         parameter.type = words[0];

@@ -45,7 +45,8 @@ void PbrtWarnings::add(const PbrtPlace& place, const std::string& text) {
 std::vector<std::string> PbrtWarnings::lines() const {
     std::vector<std::string> lines;
     for (const Entry& e : entries_)
-        lines.push_back(e.count == 1 ? fmt::format("{}: {}", e.place, e.text) : fmt::format("{}: {} (and {} more of the same)", e.place, e.text, e.count - 1));
+        lines.push_back(e.count == 1 ? fmt::format("{}: {}", e.place, e.text)
+                                     : fmt::format("{}: {} (and {} more of the same)", e.place, e.text, e.count - 1));
     return lines;
 }
 
@@ -98,7 +99,8 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     if (const Status placed = place_camera(); !placed.ok()) return placed.at(path.string());
     scene_.warnings = warnings_.lines();
     if (scene_.shapes.empty()) scene_.warnings.push_back(path.string() + ": there are no shapes to render");
-    if (scene_.lights.empty() && scene_.area_lights.empty()) scene_.warnings.push_back(path.string() + ": there is no light; the picture will be black");
+    if (scene_.lights.empty() && scene_.area_lights.empty())
+        scene_.warnings.push_back(path.string() + ": there is no light; the picture will be black");
     if (const Status valid = validate(scene_); !valid.ok()) return valid.at(path.string());
     return std::move(scene_);
 }
@@ -150,7 +152,8 @@ Status PbrtReader::skip_unsupported(const Directive& directive) {
 Status PbrtReader::take_string(std::string& text) {
     const PbrtToken* token = nullptr;
     RAYPAGER_TRY(tokens_->peek(token));
-    if (token->kind != PbrtTokenKind::string) return tokens_->error(*token, fmt::format("expected a string in quotes instead of {}", token->describe()));
+    if (token->kind != PbrtTokenKind::string)
+        return tokens_->error(*token, fmt::format("expected a string in quotes instead of {}", token->describe()));
     text = token->text;
     tokens_->take();
     return {};
@@ -206,7 +209,8 @@ Status PbrtReader::include(const Directive& directive) {
     const auto canonical = std::filesystem::canonical(path, ignored);  // empty if there is no such file
     for (const OpenFile& open : open_files_)
         if (!canonical.empty() && open.canonical == canonical) return error(directive, fmt::format("{} includes itself", path.string()));
-    if (path.extension() == ".gz") return error(directive, fmt::format("{} is compressed; unpack it with gunzip and change the name here", path.string()));
+    if (path.extension() == ".gz")
+        return error(directive, fmt::format("{} is compressed; unpack it with gunzip and change the name here", path.string()));
     const Status status = read_file(path);
     // A file that cannot be opened is an error of this line; errors inside it name their own place.
     return !status.ok() && status.message().starts_with(path.string() + ": ") ? status.at(directive.place.with_line()) : status;
@@ -245,9 +249,12 @@ Status PbrtReader::push(const Directive& directive, Scope scope) {
 Status PbrtReader::pop(const Directive& directive, Scope scope) {
     if (saved_.empty()) return error(directive, fmt::format("without {}Begin", scope_name(scope)));
     const SavedState& open = saved_.back();
-    if (open.scope != scope) return error(directive, fmt::format("before the end of the {}Begin in {}", scope_name(open.scope), open.place.with_line()));
-    if (scope == Scope::transform) state_.transform = open.state.transform;
-    else state_ = open.state;
+    if (open.scope != scope)
+        return error(directive, fmt::format("before the end of the {}Begin in {}", scope_name(open.scope), open.place.with_line()));
+    if (scope == Scope::transform)
+        state_.transform = open.state.transform;
+    else
+        state_ = open.state;
     saved_.pop_back();
     return {};
 }

@@ -43,7 +43,7 @@ private:
     };
     using Handler = Status (PbrtReader::*)(const Directive&);
     struct GraphicsState {
-        Transform transform;  // object to world; before Camera: world to camera
+        Transform transform;    // object to world; before Camera: world to camera
         uint32_t material = 0;  // or no_surface
         std::optional<uint32_t> area_light;
         bool reverse_orientation = false;
@@ -146,8 +146,8 @@ private:
 
     Scene scene_;
     PbrtWarnings warnings_;
-    PbrtTokens* tokens_ = nullptr;          // of the file that is being read
-    std::vector<OpenFile> open_files_;      // from the scene file to the one being read, to find cycles and relative paths
+    PbrtTokens* tokens_ = nullptr;      // of the file that is being read
+    std::vector<OpenFile> open_files_;  // from the scene file to the one being read, to find cycles and relative paths
     uint64_t included_ = 0;
     bool any_known_ = false;  // a directive that means something was met
     GraphicsState state_;

@@ -12,7 +12,7 @@ namespace raypager {
 namespace {
 
 // Instances are placed as shapes of their own, so a small file can ask for any number of them.
-constexpr size_t most_shapes = size_t{4} << 20;
+constexpr size_t most_shapes = size_t{1} << 20;
 constexpr double degrees = 3.14159265358979323846 / 180;
 
 // Lengths and angles are the same in all directions: spheres stay spheres.
@@ -78,7 +78,8 @@ Status PbrtReader::shape(const Directive& directive) {
 }
 
 Status PbrtReader::add_shape(const Directive& directive, Shape shape) {
-    if (scene_.shapes.size() >= most_shapes) return error(directive, fmt::format("more than {} shapes", most_shapes));
+    if (scene_.shapes.size() >= most_shapes)
+        return error(directive, fmt::format("more than {} shapes; every instance counts as shapes of its own", most_shapes));
     scene_.shapes.push_back(std::move(shape));
     return {};
 }
@@ -141,7 +142,8 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
     const double radius = parameters.number("radius", 1);
     RAYPAGER_TRY(parameters.status());
     if (!(radius > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
-    const bool partial = parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
+    const bool partial =
+        parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
     if (partial) warn(directive.place, "partial spheres are not supported; the whole one is used");
     if (is_similarity(state_.transform)) {
         shape.sphere.radius = static_cast<float>(radius);

@@ -22,12 +22,18 @@ std::string PbrtPlace::with_column() const { return fmt::format("{}:{}:{}", *fil
 
 std::string PbrtToken::describe() const {
     switch (kind) {
-        case PbrtTokenKind::word: return clipped(text);
-        case PbrtTokenKind::string: return fmt::format("the string \"{}\"", clipped(text));
-        case PbrtTokenKind::number: return fmt::format("the number {}", number);
-        case PbrtTokenKind::open: return "[";
-        case PbrtTokenKind::close: return "]";
-        case PbrtTokenKind::end: return "the end of the file";
+        case PbrtTokenKind::word:
+            return clipped(text);
+        case PbrtTokenKind::string:
+            return fmt::format("the string \"{}\"", clipped(text));
+        case PbrtTokenKind::number:
+            return fmt::format("the number {}", number);
+        case PbrtTokenKind::open:
+            return "[";
+        case PbrtTokenKind::close:
+            return "]";
+        case PbrtTokenKind::end:
+            return "the end of the file";
     }
     return {};
 }
@@ -60,8 +66,10 @@ void PbrtTokens::skip_blanks() {
     while (at_ < text_.size()) {
         if (text_[at_] == '#')
             while (at_ < text_.size() && text_[at_] != '\n') advance();
-        else if (blank(text_[at_])) advance();
-        else return;
+        else if (blank(text_[at_]))
+            advance();
+        else
+            return;
     }
 }
 

@@ -56,7 +56,8 @@ Status PbrtReader::take_matrix(const Directive& directive, Transform& matrix) {
     RAYPAGER_TRY(take_numbers(16, v));
     if (bracket) {
         RAYPAGER_TRY(tokens_->peek(token));
-        if (token->kind != PbrtTokenKind::close) return tokens_->error(*token, fmt::format("expected ] after sixteen numbers instead of {}", token->describe()));
+        if (token->kind != PbrtTokenKind::close)
+            return tokens_->error(*token, fmt::format("expected ] after sixteen numbers instead of {}", token->describe()));
         tokens_->take();
     }
     for (size_t column = 0; column < 4; ++column)

@@ -53,34 +53,54 @@ T load(const std::byte* from, bool swap) {
 
 float load_float(const std::byte* from, PlyType type, bool swap) {
     switch (type) {
-        case PlyType::int8: return load<int8_t>(from, swap);
-        case PlyType::uint8: return load<uint8_t>(from, swap);
-        case PlyType::int16: return load<int16_t>(from, swap);
-        case PlyType::uint16: return load<uint16_t>(from, swap);
-        case PlyType::int32: return static_cast<float>(load<int32_t>(from, swap));
-        case PlyType::uint32: return static_cast<float>(load<uint32_t>(from, swap));
-        case PlyType::float32: return load<float>(from, swap);
-        case PlyType::float64: return static_cast<float>(load<double>(from, swap));
+        case PlyType::int8:
+            return load<int8_t>(from, swap);
+        case PlyType::uint8:
+            return load<uint8_t>(from, swap);
+        case PlyType::int16:
+            return load<int16_t>(from, swap);
+        case PlyType::uint16:
+            return load<uint16_t>(from, swap);
+        case PlyType::int32:
+            return static_cast<float>(load<int32_t>(from, swap));
+        case PlyType::uint32:
+            return static_cast<float>(load<uint32_t>(from, swap));
+        case PlyType::float32:
+            return load<float>(from, swap);
+        case PlyType::float64:
+            return static_cast<float>(load<double>(from, swap));
     }
     return 0;
 }
 
 int64_t load_integer(const std::byte* from, PlyType type, bool swap) {
     switch (type) {
-        case PlyType::int8: return load<int8_t>(from, swap);
-        case PlyType::uint8: return load<uint8_t>(from, swap);
-        case PlyType::int16: return load<int16_t>(from, swap);
-        case PlyType::uint16: return load<uint16_t>(from, swap);
-        case PlyType::int32: return load<int32_t>(from, swap);
-        case PlyType::uint32: return load<uint32_t>(from, swap);
-        default: return -1;  // not whole: no index
+        case PlyType::int8:
+            return load<int8_t>(from, swap);
+        case PlyType::uint8:
+            return load<uint8_t>(from, swap);
+        case PlyType::int16:
+            return load<int16_t>(from, swap);
+        case PlyType::uint16:
+            return load<uint16_t>(from, swap);
+        case PlyType::int32:
+            return load<int32_t>(from, swap);
+        case PlyType::uint32:
+            return load<uint32_t>(from, swap);
+        default:
+            return -1;  // not whole: no index
     }
 }
 
 class BinaryReader {
 public:
     BinaryReader(const InputFile& file, const PlyHeader& header, const PlyLayout& layout, TriangleMesh& mesh, MeshIssues& issues)
-        : stream_(file, header.bytes), name_(file.path().string()), header_(header), layout_(layout), mesh_(mesh), fan_(mesh, issues),
+        : stream_(file, header.bytes),
+          name_(file.path().string()),
+          header_(header),
+          layout_(layout),
+          mesh_(mesh),
+          fan_(mesh, issues),
           swap_(header.encoding == PlyEncoding::big_endian) {}
 
     Status read() {
@@ -89,7 +109,8 @@ public:
         if (layout_.normal) mesh_.normals.reserve(layout_.vertices->count);
         mesh_.triangles.reserve(layout_.faces->count);
         for (const PlyElement& element : header_.elements) {
-            if (&element == layout_.vertices && !element.has_list()) RAYPAGER_TRY(plain_vertices(element));
+            if (&element == layout_.vertices && !element.has_list())
+                RAYPAGER_TRY(plain_vertices(element));
             else
                 for (uint64_t i = 0; i < element.count; ++i) RAYPAGER_TRY(item(element));
         }
@@ -108,7 +129,7 @@ private:
             stride += ply_type_bytes(p.type);
         }
         if (stride > ByteStream::piece) return Status::failed(name_ + ": a vertex has too many properties");
-        const auto vector = [&](const std::byte* vertex, const size_t (&properties)[3]) {
+        const auto vector = [&](const std::byte* vertex, const size_t(&properties)[3]) {
             const auto value = [&](size_t p) { return load_float(vertex + offsets[p], element.properties[p].type, swap_); };
             return Float3{value(properties[0]), value(properties[1]), value(properties[2])};
         };
@@ -149,8 +170,9 @@ private:
         const int64_t count = load_integer(stream_.data(), *property.count_type, swap_);
         stream_.skip(count_bytes);
         if (count < 0 || static_cast<uint64_t>(count) > stream_.left() / bytes)
-            return Status::failed(fmt::format("{}: a list of {} values does not fit into the {} bytes that are left; the file is truncated or damaged", name_,
-                                              count, stream_.left()));
+            return Status::failed(
+                fmt::format("{}: a list of {} values does not fit into the {} bytes that are left; the file is truncated or damaged", name_, count,
+                            stream_.left()));
         if (polygon) fan_.begin();
         for (int64_t i = 0; i < count; ++i) {
             RAYPAGER_TRY(stream_.need(bytes));

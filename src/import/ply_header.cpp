@@ -20,10 +20,10 @@ struct TypeName {
     PlyType type;
 };
 constexpr TypeName type_names[] = {
-    {"char", PlyType::int8},       {"int8", PlyType::int8},     {"uchar", PlyType::uint8},     {"uint8", PlyType::uint8},
-    {"short", PlyType::int16},     {"int16", PlyType::int16},   {"ushort", PlyType::uint16},   {"uint16", PlyType::uint16},
-    {"int", PlyType::int32},       {"int32", PlyType::int32},   {"uint", PlyType::uint32},     {"uint32", PlyType::uint32},
-    {"float", PlyType::float32},   {"float32", PlyType::float32}, {"double", PlyType::float64}, {"float64", PlyType::float64},
+    {"char", PlyType::int8},     {"int8", PlyType::int8},       {"uchar", PlyType::uint8},    {"uint8", PlyType::uint8},
+    {"short", PlyType::int16},   {"int16", PlyType::int16},     {"ushort", PlyType::uint16},  {"uint16", PlyType::uint16},
+    {"int", PlyType::int32},     {"int32", PlyType::int32},     {"uint", PlyType::uint32},    {"uint32", PlyType::uint32},
+    {"float", PlyType::float32}, {"float32", PlyType::float32}, {"double", PlyType::float64}, {"float64", PlyType::float64},
 };
 
 std::optional<PlyType> parse_type(std::string_view name) {
@@ -59,10 +59,14 @@ private:
 
     Status format(const std::vector<std::string_view>& words) {
         if (words.size() != 3 || words[2] != "1.0") return bad("expected \"format ENCODING 1.0\"");
-        if (words[1] == "ascii") header.encoding = PlyEncoding::ascii;
-        else if (words[1] == "binary_little_endian") header.encoding = PlyEncoding::little_endian;
-        else if (words[1] == "binary_big_endian") header.encoding = PlyEncoding::big_endian;
-        else return bad(fmt::format("unknown encoding \"{}\"", clipped(words[1])));
+        if (words[1] == "ascii")
+            header.encoding = PlyEncoding::ascii;
+        else if (words[1] == "binary_little_endian")
+            header.encoding = PlyEncoding::little_endian;
+        else if (words[1] == "binary_big_endian")
+            header.encoding = PlyEncoding::big_endian;
+        else
+            return bad(fmt::format("unknown encoding \"{}\"", clipped(words[1])));
         has_format_ = true;
         return {};
     }
@@ -113,8 +117,9 @@ Status check_counts(const PlyHeader& header, const InputFile& file) {
         if (element.count == 0) continue;
         if (bytes == 0) return Status::failed(fmt::format("{}: element \"{}\" has no properties", file.path().string(), clipped(element.name)));
         if (element.count > available / bytes)
-            return Status::failed(fmt::format("{}: the header promises {} items of \"{}\", but the file has only {} bytes; it is truncated or damaged",
-                                              file.path().string(), element.count, clipped(element.name), file.size()));
+            return Status::failed(
+                fmt::format("{}: the header promises {} items of \"{}\", but the file has only {} bytes; it is truncated or damaged",
+                            file.path().string(), element.count, clipped(element.name), file.size()));
         available -= element.count * bytes;
     }
     return {};
@@ -125,11 +130,15 @@ Status check_counts(const PlyHeader& header, const InputFile& file) {
 size_t ply_type_bytes(PlyType type) {
     switch (type) {
         case PlyType::int8:
-        case PlyType::uint8: return 1;
+        case PlyType::uint8:
+            return 1;
         case PlyType::int16:
-        case PlyType::uint16: return 2;
-        case PlyType::float64: return 8;
-        default: return 4;
+        case PlyType::uint16:
+            return 2;
+        case PlyType::float64:
+            return 8;
+        default:
+            return 4;
     }
 }
 

@@ -44,7 +44,7 @@ struct PlyHeader {
 struct PlyLayout {
     const PlyElement* vertices = nullptr;
     const PlyElement* faces = nullptr;
-    size_t position[3] = {};                       // property indices
+    size_t position[3] = {};  // property indices
     std::optional<std::array<size_t, 3>> normal;
     size_t indices = 0;
 };

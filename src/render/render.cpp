@@ -65,7 +65,7 @@ private:
     std::unique_ptr<Wavefront> wavefront_;
     RoundCounters counters_;
     std::vector<uint32_t> demand_;
-    uint64_t pixels_ = 0;
+    uint64_t pixels_ = 0, host_limit_ = 0;
     uint32_t rounds_ = 0;
     bool ending_ = false;
     double stall_seconds_ = 0;
@@ -87,6 +87,9 @@ uint64_t default_slots(const DeviceInfo& info) {
     return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
 }
 
+// A film pixel holds so many samples of any radiance (abi/film.h).
+constexpr uint32_t max_spp = 65535;
+
 void set3(float (&target)[4], const Float3& value) {
     target[0] = value.x;
     target[1] = value.y;
@@ -103,7 +106,8 @@ Result<rp_render_params> Renderer::make_params() const {
     set3(params.camera.forward, camera.forward);
     params.width = options_.width ? options_.width : scene_.width;
     params.height = options_.height ? options_.height : scene_.height;
-    params.spp = options_.spp ? options_.spp : scene_.spp;
+    // With a time limit alone, the time decides.
+    params.spp = options_.spp ? options_.spp : options_.time_seconds > 0 ? max_spp : scene_.spp;
     params.max_depth = options_.max_depth ? *options_.max_depth : scene_.max_depth;
     params.seed = options_.seed;
     params.light_count = static_cast<uint32_t>(scene_.lights.size());
@@ -115,7 +119,7 @@ Result<rp_render_params> Renderer::make_params() const {
     params.tile_size = 16;
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (pixels == 0 || pixels > uint64_t{1} << 31) return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
-    if (params.spp == 0) return Status::usage("--spp: at least 1");
+    if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
     params.sample_limit = pixels * params.spp;
     return params;
@@ -148,7 +152,8 @@ Status Renderer::prepare() {
     ResidencySettings settings;
     settings.pool_bytes = plan->pool_bytes;
     settings.slab_bytes = options_.slab_bytes;
-    settings.host_limit = options_.host_limit ? options_.host_limit : default_host_limit();
+    host_limit_ = options_.host_limit ? options_.host_limit : default_host_limit();
+    settings.host_limit = host_limit_;
     settings.policy = default_settings(options_.policy);
     if (options_.loads_in_flight) settings.policy.loads_in_flight = options_.loads_in_flight;
     auto residency = Residency::create(*device_, file_, settings);
@@ -229,7 +234,7 @@ Result<RenderResult> Renderer::result() {
     RenderReport& report = result.report;
     const DeviceInfo& info = device_->info();
     report.device = {info.name, info.platform, info.driver, info.type};
-    report.limits = {device_->budget().limit(), residency_->pool_bytes(), options_.host_limit ? options_.host_limit : default_host_limit()};
+    report.limits = {device_->budget().limit(), residency_->pool_bytes(), host_limit_};
     report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
     report.width = params.width;
     report.height = params.height;

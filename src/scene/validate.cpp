@@ -98,7 +98,8 @@ Status validate(const Scene& scene) {
     for (size_t i = 0; i < scene.materials.size(); ++i) RAYPAGER_TRY(check_material(scene.materials[i], i));
     for (size_t i = 0; i < scene.area_lights.size(); ++i) {
         const Float3& l = scene.area_lights[i].radiance;
-        if (!at_least(std::array{l.x, l.y, l.z}, 0)) return Status::failed(fmt::format("area light {}: its radiance must be finite and 0 or more", i));
+        if (!at_least(std::array{l.x, l.y, l.z}, 0))
+            return Status::failed(fmt::format("area light {}: its radiance must be finite and 0 or more", i));
     }
     size_t infinite = 0;
     for (size_t i = 0; i < scene.lights.size(); ++i) {

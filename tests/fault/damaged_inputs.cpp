@@ -81,8 +81,10 @@ Status import_and_load(const std::filesystem::path& path) {
         RAYPAGER_TRY(shape.mesh->load(mesh, issues));
         for (const Triangle& t : mesh.triangles)
             for (const uint32_t i : t) {
-                if (i >= mesh.positions.size()) ADD_FAILURE() << "vertex " << i << " of " << mesh.positions.size();
-                else if (const Float3& p = mesh.positions[i]; !std::isfinite(p.x + p.y + p.z) && std::abs(p.x) < 1e38f) ADD_FAILURE() << "not finite";
+                if (i >= mesh.positions.size())
+                    ADD_FAILURE() << "vertex " << i << " of " << mesh.positions.size();
+                else if (const Float3& p = mesh.positions[i]; !std::isfinite(p.x + p.y + p.z) && std::abs(p.x) < 1e38f)
+                    ADD_FAILURE() << "not finite";
             }
     }
     return {};
@@ -125,8 +127,10 @@ TEST_P(DamagedInputs, Truncated) {
     const size_t spare = input_.file == "little.ply" || input_.file == "big.ply" || input_.file == "binary.stl" ? 0 : 8;
     for (size_t size = 0; size < input_.content.size(); size += 1 + size / 97) {
         SCOPED_TRACE("cut to " + std::to_string(size) + " of " + std::to_string(input_.content.size()) + " bytes");
-        if (input_.checks_length && size + spare < input_.content.size()) expect_error(input_.content.substr(0, size));
-        else expect_error_or_sound(input_.content.substr(0, size));
+        if (input_.checks_length && size + spare < input_.content.size())
+            expect_error(input_.content.substr(0, size));
+        else
+            expect_error_or_sound(input_.content.substr(0, size));
     }
 }
 
@@ -208,8 +212,9 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
         claims.push_back({name, start + "18446744073709551615" + vertex + "1" + face});
         // A list of 2^32 - 1 values.
         const std::string list = "\nproperty list uint int vertex_indices\nend_header\n";
-        claims.push_back({name, start + "3" + vertex + "1" + list + (encoding[0] == 'a' ? "0 0 0\n1 0 0\n0 1 0\n4294967295 0 1 2\n"
-                                                                                      : std::string(36, '\0') + std::string(4, '\xff') + std::string(12, '\0'))});
+        claims.push_back({name, start + "3" + vertex + "1" + list +
+                                    (encoding[0] == 'a' ? "0 0 0\n1 0 0\n0 1 0\n4294967295 0 1 2\n"
+                                                        : std::string(36, '\0') + std::string(4, '\xff') + std::string(12, '\0'))});
         // An element without properties costs nothing to repeat.
         claims.push_back({name, std::string("ply\nformat ") + encoding + " 1.0\nelement nothing 4000000000\nelement vertex 3" + vertex + "1" + face});
     }
@@ -236,10 +241,10 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
 TEST(DamagedInputs, HugePolygonsTakeLinearTime) {
     if (!has_openmesh) GTEST_SKIP() << "this build has no OpenMesh";
     const TempFolder folder;
-    constexpr int corners = 200000;
-    std::string points, obj = "", face;
-    for (int i = 0; i < corners; ++i) points += std::to_string(std::cos(i * 1e-5)) + " " + std::to_string(i) + " 0\n";
-    for (int i = 0; i < corners; ++i) {
+    constexpr uint32_t corners = 200000;
+    std::string points, obj, face;
+    for (uint32_t i = 0; i < corners; ++i) points += std::to_string(std::cos(i * 1e-5)) + " " + std::to_string(i) + " 0\n";
+    for (uint32_t i = 0; i < corners; ++i) {
         obj += "v 0 " + std::to_string(i % 1000) + " " + std::to_string(i * i % 77) + "\n";
         face += " " + std::to_string(i);
     }

@@ -30,6 +30,7 @@ public:
 
     std::filesystem::path path(const std::string& name) const { return path_ / name; }
     std::filesystem::path write(const std::string& name, const std::string& content) const {
+        std::filesystem::remove(path(name));  // some file systems wait for the disk when a file is overwritten in place
         std::ofstream file(path(name), std::ios::binary);
         file << content;
         if (!file.flush()) throw std::runtime_error("cannot write " + name);
@@ -52,7 +53,8 @@ std::string bytes_of(T value, bool big_endian = false) {
 inline TriangleMesh make_box(float x = 1, float y = 2, float z = 3) {
     TriangleMesh mesh;
     for (int i = 0; i < 8; ++i) mesh.positions.push_back({i & 1 ? x : 0, i & 2 ? y : 0, i & 4 ? z : 0});
-    mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                      {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
     return mesh;
 }
 
@@ -87,7 +89,8 @@ inline std::string to_ply_text(const TriangleMesh& mesh) {
 inline std::string to_obj(const TriangleMesh& mesh) {
     std::string text = "# a test\n";
     for (const Float3& p : mesh.positions) text += "v " + to_text(p) + "\n";
-    for (const Triangle& t : mesh.triangles) text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " + std::to_string(t[2] + 1) + "\n";
+    for (const Triangle& t : mesh.triangles)
+        text += "f " + std::to_string(t[0] + 1) + " " + std::to_string(t[1] + 1) + " " + std::to_string(t[2] + 1) + "\n";
     return text;
 }
 

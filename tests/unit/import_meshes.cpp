@@ -148,7 +148,8 @@ TEST(ImportMeshes, BadTrianglesAreCountedAndDropped) {
     TriangleMesh mesh = make_box();
     mesh.positions.push_back({0, NAN, 0});
     mesh.positions.push_back({-INFINITY, 0, 0});
-    for (const Triangle& t : {Triangle{0, 1, 8}, Triangle{0, 9, 1}, Triangle{0, 1, 10}, Triangle{3, 3, 1}, Triangle{1, 5, 7}}) mesh.triangles.push_back(t);
+    for (const Triangle& t : {Triangle{0, 1, 8}, Triangle{0, 9, 1}, Triangle{0, 1, 10}, Triangle{3, 3, 1}, Triangle{1, 5, 7}})
+        mesh.triangles.push_back(t);
     for (const Format& format : formats) {
         SCOPED_TRACE(format.file);
         const bool stl = format.file == std::string("f.stl") || format.file == std::string("g.stl");
@@ -238,9 +239,10 @@ TEST(ImportMeshes, ObjErrorsNameTheLine) {
 }
 
 TEST(ImportMeshes, OffWithCommentsColoursAndPolygons) {
-    const Loaded loaded = load_text("a.off",
-                                    "# made by hand\nCOFF 5 2 7 # counts\n0 0 0 255 0 0 255\n\n1 0 0 1 1 1 1\n1 1 0 0 0 0 0\n0 1 0 0 0 0 0\n2 2 0 0 0 0 0\n"
-                                    "4 0 1 2 3 0.5 0.5 0.5\n# in between\n3 1 4 2\n");
+    const Loaded loaded =
+        load_text("a.off",
+                  "# made by hand\nCOFF 5 2 7 # counts\n0 0 0 255 0 0 255\n\n1 0 0 1 1 1 1\n1 1 0 0 0 0 0\n0 1 0 0 0 0 0\n2 2 0 0 0 0 0\n"
+                  "4 0 1 2 3 0.5 0.5 0.5\n# in between\n3 1 4 2\n");
     ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
     EXPECT_EQ(loaded.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {1, 4, 2}}));
     EXPECT_EQ(loaded.mesh.positions[4], (Float3{2, 2, 0}));
@@ -253,13 +255,14 @@ TEST(ImportMeshes, OffWithCommentsColoursAndPolygons) {
 }
 
 TEST(ImportMeshes, TextPlyOfAnyLayout) {
-    const Loaded loaded = load_text("a.ply",
-                                    "ply\nformat ascii 1.0\nelement camera 1\nproperty float view\nelement vertex 4\nproperty uchar red\n"
-                                    "property float ny\nproperty double z\nproperty float x\nproperty list uchar int near\nproperty float y\nproperty float nx\n"
-                                    "property float nz\nelement face 2\nproperty list uchar float uv\nproperty list uchar int vertex_indices\n"
-                                    "element edge 1\nproperty int a\nend_header\n"
-                                    "0.5\n1 0 3 1 0 2 0 1\n1 0 3 4 2 7 7 5 0 1\n\n1 nan 3 1 0 7 0 1\n1 0 3 9 0 9 0 1\n"
-                                    "2 0.1 0.2 4 0 1 2 3\n0 3 0 2 -1\n17\n");
+    const Loaded loaded =
+        load_text("a.ply",
+                  "ply\nformat ascii 1.0\nelement camera 1\nproperty float view\nelement vertex 4\nproperty uchar red\n"
+                  "property float ny\nproperty double z\nproperty float x\nproperty list uchar int near\nproperty float y\nproperty float nx\n"
+                  "property float nz\nelement face 2\nproperty list uchar float uv\nproperty list uchar int vertex_indices\n"
+                  "element edge 1\nproperty int a\nend_header\n"
+                  "0.5\n1 0 3 1 0 2 0 1\n1 0 3 4 2 7 7 5 0 1\n\n1 nan 3 1 0 7 0 1\n1 0 3 9 0 9 0 1\n"
+                  "2 0.1 0.2 4 0 1 2 3\n0 3 0 2 -1\n17\n");
     ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
     EXPECT_EQ(loaded.mesh.positions, (std::vector<Float3>{{1, 2, 3}, {4, 5, 3}, {1, 7, 3}, {9, 9, 3}}));
     EXPECT_EQ(loaded.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));
@@ -276,7 +279,8 @@ TEST(ImportMeshes, StlErrorsNameTheLine) {
     const std::string good = test::to_stl_text(make_box());
     expect_error(load_text("a.stl", good.substr(0, good.size() / 2)), "a.stl:");
     expect_error(load_text("a.stl", good.substr(0, good.size() - 14)), "truncated");
-    expect_error(load_text("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n"), "a.stl:5: expected vertex instead of \"endloop\"");
+    expect_error(load_text("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n"),
+                 "a.stl:5: expected vertex instead of \"endloop\"");
     expect_error(load_text("a.stl", "solid nothing\nendsolid\n"), "no triangles");
     const std::string binary = test::to_stl_binary(make_box());
     expect_error(load_text("a.stl", binary.substr(0, binary.size() - 1)), "its 12 triangles would take 684 bytes, but the file has 683");

@@ -67,7 +67,7 @@ TEST(SceneTransform, LookAtIsLeftHandedAlongZ) {
 TEST(SceneTransform, CameraSpansTheShorterSide) {
     const auto camera = make_camera({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 90, 200, 100);
     ASSERT_TRUE(camera);
-    const float bound = 1e-6f;  // single precision near 1
+    const float bound = 1e-6f;               // single precision near 1
     EXPECT_NEAR(camera->right.x, 2, bound);  // looking along -z, +x is right in the real world
     EXPECT_NEAR(camera->up.y, 1, bound);
     EXPECT_NEAR(camera->forward.z, -1, bound);

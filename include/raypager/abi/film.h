@@ -8,7 +8,7 @@
 // then the number of finished samples, then the number of samples that were clamped or not finite (those count as their clamp, or 0).
 #define RP_FILM_WORDS 8
 #define RP_FILM_SCALE_BITS 28
-#define RP_FILM_MAX_RADIANCE 1048576.0f  // 2^20: 2^16 samples of it fit into 64 bits
+#define RP_FILM_MAX_RADIANCE 1048576.0f  // 2^20: 65535 samples of it fit into 64 bits
 #define RP_FILM_COUNT 6
 #define RP_FILM_CLAMPED 7
 
