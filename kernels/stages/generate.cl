@@ -47,9 +47,10 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
 // One work-item, after rp_generate: accounts for the samples that were given out.
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters) {
     const ulong number = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
-    const ulong left = number < params->sample_limit ? params->sample_limit - number : 0ul;
-    const uint free_slots = counters[RP_COUNT_FREE], started = left < free_slots ? (uint)left : free_slots;
-    const ulong next = number + started;
+    ulong next = number + counters[RP_COUNT_FREE];
+    if (next > params->sample_limit) next = params->sample_limit;
+    if (next < number) next = number;  // the limit was lowered behind them
+    const uint started = (uint)(next - number);
     counters[RP_COUNT_NEXT_SAMPLE] = (uint)next;
     counters[RP_COUNT_NEXT_SAMPLE + 1u] = (uint)(next >> 32);
     counters[RP_COUNT_EXTEND] += started;
