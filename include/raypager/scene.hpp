@@ -46,10 +46,10 @@ struct Transform {
 
 // What was met and mended while a mesh was read. Counts of triangles, unless said otherwise.
 struct MeshIssues {
-    uint64_t not_finite = 0;      // used a vertex that is not finite (NaN, Inf): dropped
-    uint64_t bad_index = 0;       // used a vertex that does not exist: dropped
-    uint64_t degenerate = 0;      // no area, or a vertex twice: dropped, no ray can hit them
-    uint64_t duplicate = 0;       // the same three vertices again: kept
+    uint64_t not_finite = 0;          // used a vertex that is not finite (NaN, Inf): dropped
+    uint64_t bad_index = 0;           // used a vertex that does not exist: dropped
+    uint64_t degenerate = 0;          // no area, or a vertex twice: dropped, no ray can hit them
+    uint64_t duplicate = 0;           // the same three vertices again: kept
     uint64_t non_manifold_edges = 0;  // edges of more than two triangles: kept
     void add(const MeshIssues& other);
     bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges; }
@@ -62,7 +62,7 @@ public:
     virtual ~MeshSource() = default;
     // Fills mesh (emptied first). Dropped and suspicious triangles are counted in issues.
     virtual Status load(TriangleMesh& mesh, MeshIssues& issues) const = 0;
-    virtual std::string name() const = 0;                     // for messages: the file's path, or "scene.pbrt:12"
+    virtual std::string name() const = 0;                          // for messages: the file's path, or "scene.pbrt:12"
     virtual std::vector<std::string> files() const { return {}; }  // that the result depends on
 };
 
@@ -93,8 +93,8 @@ struct Shape {
     std::string name;  // for messages
     Transform to_world;
     bool reverse_orientation = false;
-    uint32_t material = 0;                 // index into Scene::materials
-    std::optional<uint32_t> area_light;    // index into Scene::area_lights
+    uint32_t material = 0;                   // index into Scene::materials
+    std::optional<uint32_t> area_light;      // index into Scene::area_lights
     std::shared_ptr<const MeshSource> mesh;  // or, if null:
     SpherePrimitive sphere;
 };
@@ -117,8 +117,8 @@ struct Scene {
     uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine
     std::vector<rp_material> materials;
     std::vector<AreaLight> area_lights;
-    std::vector<rp_light> lights;  // infinite (at most one), distant and point lights; probability is filled in when baked
-    std::vector<Shape> shapes;     // primitives are numbered through in this order
+    std::vector<rp_light> lights;       // infinite (at most one), distant and point lights; probability is filled in when baked
+    std::vector<Shape> shapes;          // primitives are numbered through in this order
     std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
     std::vector<std::string> warnings;  // one line each, with file:line where there is one
 };

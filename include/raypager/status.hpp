@@ -55,7 +55,7 @@ private:
 }  // namespace raypager
 
 // Returns from the current function with the error if expression is not ok.
-#define RAYPAGER_TRY(expression)                                     \
-    do {                                                             \
+#define RAYPAGER_TRY(expression)                                                 \
+    do {                                                                         \
         if (auto try_status = (expression); !try_status.ok()) return try_status; \
     } while (false)

@@ -7,19 +7,14 @@
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
 
-__kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
-                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
-                         __global uint* restrict film) {
-    const uint i = get_global_id(0);
-    if (i >= counters[RP_COUNT_SHADOW]) return;
-    const uint slot = rp_shadow_entry(queue, slot_count, i);
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+static inline void rp_connect_ray(const rp_geometry* geometry, uint round, uint slot_count, uint slot, __global uint* status, __global uint4* paths,
+                                  volatile __global uint* counters, __global uint* film) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
     const rp_ray ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
     bool occluded;
     const uint tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
-    const uint portal = rp_find_any(&geometry, &ray, as_float(origin.w), surface.w, tested_until, round & RP_ROUND_MASK, &occluded);
+    const uint portal = rp_find_any(geometry, &ray, as_float(origin.w), surface.w, tested_until, round & RP_ROUND_MASK, &occluded);
     if (portal != RP_NONE) {
         ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
         status[slot] = RP_STATUS_SHADOW | (round & RP_ROUND_MASK) << RP_STATUS_ROUND_SHIFT;
@@ -40,4 +35,13 @@ __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, u
     RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, surface.z, RP_NONE);
     status[slot] = RP_STATUS_EXTEND;
+}
+
+__kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
+                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
+                         __global uint* restrict film) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const uint count = counters[RP_COUNT_SHADOW];
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0))
+        rp_connect_ray(&geometry, round, slot_count, rp_shadow_entry(queue, slot_count, i), status, paths, counters, film);
 }

@@ -6,12 +6,8 @@
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
 
-__kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
-                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
-    const uint i = get_global_id(0);
-    if (i >= counters[RP_COUNT_EXTEND]) return;
-    const uint slot = rp_extend_entry(queue, i);
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+static inline void rp_extend_ray(const rp_geometry* geometry, volatile __global uint* bounces, uint round, uint slot_count, uint slot,
+                                 __global uint* status, __global uint4* paths, volatile __global uint* counters) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
     const rp_ray ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
@@ -21,10 +17,10 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     hit.ref = 0u;
     hit.found_in = RP_NONE;
     uint served;
-    const uint portal = rp_find_closest(&geometry, &ray, &hit, surface.w, round, &served);
+    const uint portal = rp_find_closest(geometry, &ray, &hit, surface.w, round, &served);
     uint offset_exponent = status[slot] >> RP_STATUS_ROUND_SHIFT;
     if (hit.found_in != RP_NONE) {
-        const rp_surface s = rp_hit_surface(&geometry, &ray, &hit);
+        const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
         offset_exponent = s.offset_exponent;
         ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit.t;
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), hit.primitive);
@@ -42,8 +38,16 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     if (phase == RP_STATUS_SHADE) {
         atomic_inc(counters + RP_COUNT_SHADE);
         if (hit.found_in != RP_NONE) {
-            const __global rp_block_header* header = (const __global rp_block_header*)rp_block_address(&geometry, hit.found_in);
-            atomic_inc((volatile __global uint*)demand + RP_DEMAND_BOUNCES * block_count + header->block_index);
+            const __global rp_block_header* header = (const __global rp_block_header*)rp_block_address(geometry, hit.found_in);
+            atomic_inc(bounces + header->block_index);
         }
     }
+}
+
+__kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
+                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const uint count = counters[RP_COUNT_EXTEND];
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0))
+        rp_extend_ray(&geometry, demand + RP_DEMAND_BOUNCES * block_count, round, slot_count, rp_extend_entry(queue, i), status, paths, counters);
 }

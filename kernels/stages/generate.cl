@@ -12,16 +12,9 @@ static inline uint2 rp_tile_pixel(uint i, uint width, uint height, uint tile) {
     return (uint2)(column * tile + in_tile % tile_width, band * tile + in_tile / tile_width);
 }
 
-__kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
-                          __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue) {
-    const uint i = get_global_id(0), slot_count = params->slot_count;
-    if (i >= counters[RP_COUNT_FREE]) return;
-    const uint slot = free_list[i];
-    const ulong number = ((ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE]) + i;
-    if (number >= params->sample_limit) {
-        status[slot] = RP_STATUS_IDLE;
-        return;
-    }
+// Sample `number` of the render as a new camera path in a slot.
+static inline void rp_begin_path(__constant rp_render_params* params, ulong number, uint slot, __global uint4* paths) {
+    const uint slot_count = params->slot_count;
     const uint pixels = params->width * params->height;
     const uint sample = (uint)(number / pixels);
     const uint2 xy = rp_tile_pixel((uint)(number - (ulong)sample * pixels), params->width, params->height, params->tile_size);
@@ -40,8 +33,21 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
     RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
-    status[slot] = RP_STATUS_EXTEND;
-    queue[counters[RP_COUNT_EXTEND] + i] = slot;
+}
+
+__kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
+                          __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue) {
+    const uint free_count = counters[RP_COUNT_FREE];
+    const ulong first = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
+    for (uint i = get_global_id(0); i < free_count; i += get_global_size(0)) {
+        const uint slot = free_list[i];
+        status[slot] = RP_STATUS_IDLE;
+        if (first + i < params->sample_limit) {
+            rp_begin_path(params, first + i, slot, paths);
+            status[slot] = RP_STATUS_EXTEND;
+            queue[counters[RP_COUNT_EXTEND] + i] = slot;
+        }
+    }
 }
 
 // One work-item, after rp_generate: accounts for the samples that were given out.

@@ -40,15 +40,10 @@ static inline void rp_finish(__global uint* status, uint slot, __global uint* fi
     atomic_inc(counters + RP_COUNT_FINISHED);
 }
 
-__kernel void rp_shade(__constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
-                       const __global float* restrict light_cdf, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
-                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
-                       __global uint* restrict film) {
-    const uint i = get_global_id(0), slot_count = params->slot_count;
-    if (i >= counters[RP_COUNT_EXTEND]) return;
-    const uint slot = rp_extend_entry(queue, i), state = status[slot];
-    if ((state & RP_STATUS_MASK) != RP_STATUS_SHADE) return;
-
+static inline void rp_shade_hit(__constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
+                                const __global float* light_cdf, const __global rp_primitive_range* ranges, uint slot, uint state,
+                                __global uint* status, __global uint4* paths, volatile __global uint* counters, __global uint* film) {
+    const uint slot_count = params->slot_count;
     const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 throughput_plane = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
     const uint4 radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
@@ -144,4 +139,16 @@ __kernel void rp_shade(__constant rp_render_params* restrict params, const __glo
         status[slot] = RP_STATUS_EXTEND;
     }
     if (go_on) rp_count_add(counters + RP_COUNT_BOUNCE_RAYS, 1u);
+}
+
+__kernel void rp_shade(__constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
+                       const __global float* restrict light_cdf, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
+                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
+                       __global uint* restrict film) {
+    const uint count = counters[RP_COUNT_EXTEND];
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
+        const uint slot = rp_extend_entry(queue, i), state = status[slot];
+        if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE)
+            rp_shade_hit(params, materials, lights, light_cdf, ranges, slot, state, status, paths, counters, film);
+    }
 }

@@ -8,36 +8,45 @@
 #define RP_KIND_FREE 2u
 #define RP_KIND_WAITING 3u
 #define RP_KIND_IDLE 4u
+#define RP_KIND_NONE 5u
 #define RP_KINDS 5u
 
+// What a slot can do; counts the want of a ray that waits.
+static inline uint rp_slot_kind(const __global uint* status, const __global uint4* paths, const __global rp_portal* portals, const __global rp_page* pages,
+                                uint slot_count, uint slot, volatile __global uint* wants) {
+    if (slot >= slot_count) return RP_KIND_NONE;
+    const uint phase = status[slot] & RP_STATUS_MASK;
+    if (phase == RP_STATUS_FREE) return RP_KIND_FREE;
+    if (phase == RP_STATUS_IDLE) return RP_KIND_IDLE;
+    const uint portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
+    if (portal != RP_NONE) {
+        const uint block = portals[portal].block;
+        if (pages[block].address == RP_NONE) {
+            atomic_inc(wants + block);
+            return RP_KIND_WAITING;
+        }
+    }
+    return phase == RP_STATUS_SHADOW ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+}
+
+// A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
 __kernel void rp_wake(const __global uint* restrict status, const __global uint4* restrict paths, const __global rp_portal* restrict portals,
                       const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue, __global uint* restrict free_list,
                       volatile __global uint* restrict counters, volatile __global uint* restrict demand) {
     __local uint count[RP_KINDS];
     __local uint base[RP_KINDS];
-    const uint lane = get_local_id(0), slot = get_global_id(0);
+    const uint lane = get_local_id(0), lanes = get_local_size(0), first = get_group_id(0) * lanes * RP_WAKE_SLOTS + lane;
     if (lane < RP_KINDS) count[lane] = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
-    uint kind = RP_KINDS, rank = 0u;
-    if (slot < slot_count) {
-        const uint phase = status[slot] & RP_STATUS_MASK;
-        if (phase == RP_STATUS_FREE) {
-            kind = RP_KIND_FREE;
-        } else if (phase == RP_STATUS_IDLE) {
-            kind = RP_KIND_IDLE;
-        } else {
-            kind = phase == RP_STATUS_SHADOW ? RP_KIND_SHADOW : RP_KIND_EXTEND;
-            const uint portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
-            if (portal != RP_NONE) {
-                const uint block = portals[portal].block;
-                if (pages[block].address == RP_NONE) {
-                    kind = RP_KIND_WAITING;
-                    atomic_inc(demand + block);
-                }
-            }
-        }
-        rank = atomic_inc(&count[kind]);
+    ulong kinds = 0ul;  // four bits a slot
+    uint mine[RP_KINDS + 1u] = {0u, 0u, 0u, 0u, 0u, 0u};
+    for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
+        const uint kind = rp_slot_kind(status, paths, portals, pages, slot_count, first + k * lanes, demand + RP_DEMAND_WANTS);
+        kinds |= (ulong)kind << (4u * k);
+        mine[kind]++;
     }
+    for (uint kind = 0u; kind < RP_KINDS; kind++)
+        if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     barrier(CLK_LOCAL_MEM_FENCE);
     if (lane < RP_KINDS && count[lane] != 0u) {
         const uint counter = lane == RP_KIND_EXTEND   ? RP_COUNT_EXTEND
@@ -48,7 +57,10 @@ __kernel void rp_wake(const __global uint* restrict status, const __global uint4
         base[lane] = atomic_add(counters + counter, count[lane]);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (kind == RP_KIND_EXTEND) queue[base[kind] + rank] = slot;
-    if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (base[kind] + rank)] = slot;
-    if (kind == RP_KIND_FREE) free_list[base[kind] + rank] = slot;
+    for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
+        const uint kind = (uint)(kinds >> (4u * k)) & 15u, slot = first + k * lanes;
+        if (kind == RP_KIND_EXTEND) queue[base[kind] + mine[kind]++] = slot;
+        if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (base[kind] + mine[kind]++)] = slot;
+        if (kind == RP_KIND_FREE) free_list[base[kind] + mine[kind]++] = slot;
+    }
 }

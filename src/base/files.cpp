@@ -74,8 +74,8 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
 
 Status InputFile::read(uint64_t offset, std::span<std::byte> bytes) const {
     if (offset > size_ || bytes.size() > size_ - offset)
-        return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(), size_,
-                                          bytes.size(), offset));
+        return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(),
+                                          size_, bytes.size(), offset));
     while (!bytes.empty()) {
         const int fault = injected(fault_plan().fail_read_in);
         if (fault < 0) return system_error(path_, "cannot be read");
@@ -162,7 +162,8 @@ Status OutputFile::commit() {
 Result<std::string> read_text(const std::filesystem::path& path, uint64_t limit) {
     auto file = InputFile::open(path);
     if (!file) return file.status();
-    if (file->size() > limit) return Status::failed(fmt::format("{}: has {} bytes; at most {} are accepted here", path.string(), file->size(), limit));
+    if (file->size() > limit)
+        return Status::failed(fmt::format("{}: has {} bytes; at most {} are accepted here", path.string(), file->size(), limit));
     std::string text(file->size(), '\0');
     RAYPAGER_TRY(file->read(0, std::as_writable_bytes(std::span(text))));
     return text;

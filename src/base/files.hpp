@@ -47,9 +47,9 @@ public:
     OutputFile& operator=(OutputFile&& other) noexcept;
     ~OutputFile();  // removes the temporary file unless committed
     static Result<OutputFile> create(const std::filesystem::path& path);
-    Status write(std::span<const std::byte> bytes);                       // appends (buffered)
+    Status write(std::span<const std::byte> bytes);  // appends (buffered)
     Status write(std::string_view text);
-    Status write_at(uint64_t offset, std::span<const std::byte> bytes);   // over bytes already written
+    Status write_at(uint64_t offset, std::span<const std::byte> bytes);  // over bytes already written
     uint64_t position() const { return position_; }
     Status commit();  // flushes, syncs, renames
 

@@ -12,7 +12,7 @@ namespace raypager {
 
 struct BakeOptions {
     uint64_t block_bytes = 0;  // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES; 0: about a thousand blocks, of 128 KiB to 4 MiB
-    uint32_t sub_boxes = 64;                                           // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
+    uint32_t sub_boxes = 64;   // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
     std::function<void(const char* stage, double fraction)> progress;  // may be empty
 };
 

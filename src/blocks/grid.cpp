@@ -43,8 +43,8 @@ Grid make_grid(const Box& bounds) {
     for (int a = 0; a < 3; a++) {
         const double lower = bounds.lower[a], upper = bounds.upper[a];
         const double coordinate = std::max(std::abs(lower), std::abs(upper));
-        const double extent = std::max({upper - lower, coordinate * least_extent_of_coordinate,
-                                        any_coordinate * least_extent_of_any_coordinate, least_extent});
+        const double extent =
+            std::max({upper - lower, coordinate * least_extent_of_coordinate, any_coordinate * least_extent_of_any_coordinate, least_extent});
         grid.cell[a] = static_cast<float>(extent / RP_GRID_SPAN);
         grid.origin[a] = static_cast<float>(lower - (RP_GRID_MIN + RP_GRID_MARGIN) * double(grid.cell[a]));
     }

@@ -62,13 +62,32 @@ rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight
     return result;
 }
 
+// Half by power, half evenly over groups (all emitters with a surface are one, every other light is one of its own) and by power within
+// them. Power alone fails where the scene is wide: it gives a sky nearly all samples, though those that the BSDF draws serve it best,
+// and leaves the lamp that lights the picture next to none.
 void set_probabilities(std::vector<rp_light>& lights, double scene_radius) {
     constexpr double floor = 1e-6;  // of the whole, shared evenly
-    double total = 0;
-    for (const rp_light& light : lights) total += power(light, scene_radius);
+    constexpr double by_power = 0.5;
+    const auto has_surface = [](const rp_light& light) { return light.kind == RP_LIGHT_TRIANGLE || light.kind == RP_LIGHT_SPHERE; };
+    double total = 0, surfaces = 0;
+    size_t groups = 0;
+    for (const rp_light& light : lights) {
+        const double watts = power(light, scene_radius);
+        total += watts;
+        if (has_surface(light))
+            surfaces += watts;
+        else
+            groups += watts > 0;
+    }
+    groups += surfaces > 0;
     const double even = 1.0 / static_cast<double>(std::max<size_t>(1, lights.size()));
     for (rp_light& light : lights) {
-        const double share = total > 0 && std::isfinite(total) ? power(light, scene_radius) / total : even;
+        double share = even;
+        if (total > 0 && std::isfinite(total)) {
+            const double watts = power(light, scene_radius);
+            const double in_group = watts > 0 ? (has_surface(light) ? watts / surfaces : 1.0) / static_cast<double>(groups) : 0.0;
+            share = by_power * watts / total + (1 - by_power) * in_group;
+        }
         light.probability = static_cast<float>((1 - floor) * share + floor * even);
     }
 }

@@ -93,6 +93,7 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
                  const ReportSeconds& seconds) {
     const auto& rays = report.rays;
     const auto& paging = report.paging;
+    const auto& stages = report.seconds.stages;
     return {{"raypager", RAYPAGER_VERSION},
             {"device",
              {{"name", report.device.name}, {"platform", report.device.platform}, {"driver", report.device.driver}, {"type", report.device.type}}},
@@ -105,7 +106,9 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"bake", seconds.bake},
               {"render", report.seconds.render},
               {"trace", report.seconds.trace},
-              {"stall", report.seconds.stall}}},
+              {"stall", report.seconds.stall},
+              {"kernel_build", report.seconds.build},
+              {"stages", {{"wake", stages[0]}, {"generate", stages[1]}, {"extend", stages[2]}, {"shade", stages[3]}, {"connect", stages[4]}}}}},
             {"rays",
              {{"camera", rays.camera},
               {"bounce", rays.bounce},

@@ -44,8 +44,7 @@ bool MemoryBudget::reserve(uint64_t bytes) {
     } while (!used_.compare_exchange_weak(used, used + bytes));
     const uint64_t now = used + bytes;
     uint64_t peak = peak_.load();
-    while (peak < now && !peak_.compare_exchange_weak(peak, now)) {
-    }
+    while (peak < now && !peak_.compare_exchange_weak(peak, now)) {}
     RAYPAGER_CHECK(now <= limit_);
     return true;
 }
@@ -151,8 +150,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
         if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
     }
     const uint64_t most = device->info_.memory_bytes;
-    if (memory_limit > most)
-        return Status::usage(fmt::format("--memory-limit {}: {} has only {} bytes", memory_limit, device->info_.name, most));
+    if (memory_limit > most) return Status::usage(fmt::format("--memory-limit {}: {} has only {} bytes", memory_limit, device->info_.name, most));
     device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : most / 4 * 3);
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
@@ -163,10 +161,12 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
 Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     RAYPAGER_CHECK(bytes > 0);
     if (bytes > info_.max_allocation_bytes)
-        return Status::failed(fmt::format("{}: {} bytes are more than {} allocates at once ({} bytes)", what, bytes, info_.name, info_.max_allocation_bytes));
+        return Status::failed(
+            fmt::format("{}: {} bytes are more than {} allocates at once ({} bytes)", what, bytes, info_.name, info_.max_allocation_bytes));
     if (!budget_->reserve(bytes))
-        return Status::failed(fmt::format("{}: {} bytes more do not fit into the memory limit of {} bytes, of which {} are in use; at least {} are needed", what,
-                                          bytes, budget_->limit(), budget_->used(), budget_->used() + bytes));
+        return Status::failed(
+            fmt::format("{}: {} bytes more do not fit into the memory limit of {} bytes, of which {} are in use; at least {} are needed", what, bytes,
+                        budget_->limit(), budget_->used(), budget_->used() + bytes));
     Buffer buffer;
     buffer.bytes_ = bytes;
     buffer.reservation_ = std::shared_ptr<void>(nullptr, [budget = budget_, bytes](void*) { budget->release(bytes); });

@@ -64,7 +64,7 @@ Result<FoundDevice> select_device(const std::string& selector) {
     for (const FoundDevice& entry : *found) {
         const bool chosen = selector.empty() ? entry.info.is_default
                             : number         ? std::to_string(entry.info.index) == selector
-                                             : entry.info.name.find(selector) != std::string::npos || entry.info.platform.find(selector) != std::string::npos;
+                                     : entry.info.name.find(selector) != std::string::npos || entry.info.platform.find(selector) != std::string::npos;
         if (chosen) return entry;
     }
     return Status::usage("--device " + selector + ": no such device; `raypager devices` lists those there are");

@@ -10,7 +10,7 @@
 namespace raypager {
 
 struct DeviceInfo {
-    uint32_t index = 0;  // as in --device N
+    uint32_t index = 0;                        // as in --device N
     std::string name, platform, driver, type;  // type: "GPU", "CPU", "accelerator"
     uint64_t memory_bytes = 0, max_allocation_bytes = 0;
     uint32_t compute_units = 0;

@@ -52,11 +52,13 @@ std::string build_log(const cl::Program& program, const cl::Device& device) {
 }
 
 // A program from a cached binary, or nothing.
-bool load_binary(const std::filesystem::path& path, const cl::Context& context, const cl::Device& device, const std::string& options, cl::Program& program) {
+bool load_binary(const std::filesystem::path& path, const cl::Context& context, const cl::Device& device, const std::string& options,
+                 cl::Program& program) {
     std::error_code ignored;
     if (path.empty() || !std::filesystem::exists(path, ignored)) return false;
     auto text = read_text(path);
-    if (!text || text->size() <= 16 || hash64(std::string_view(*text).substr(16)) != std::strtoull(text->substr(0, 16).c_str(), nullptr, 16)) return false;
+    if (!text || text->size() <= 16 || hash64(std::string_view(*text).substr(16)) != std::strtoull(text->substr(0, 16).c_str(), nullptr, 16))
+        return false;
     const cl::Program::Binaries binaries = {std::vector<unsigned char>(text->begin() + 16, text->end())};
     cl_int code = CL_SUCCESS;
     program = cl::Program(context, {device}, binaries, nullptr, &code);

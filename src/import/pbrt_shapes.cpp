@@ -145,11 +145,13 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
     const bool partial =
         parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
     if (partial) warn(directive.place, "partial spheres are not supported; the whole one is used");
-    if (is_similarity(state_.transform)) {
+    if (is_similarity(state_.transform) && !state_.reverse_orientation) {
         shape.sphere.radius = static_cast<float>(radius);
         return {};
     }
-    warn(directive.place, "ellipsoids are not supported; a mesh of 65024 triangles is used");
+    // Sphere primitives face outwards.
+    warn(directive.place, state_.reverse_orientation ? "spheres with reversed orientation are not supported; a mesh of 65024 triangles is used"
+                                                     : "ellipsoids are not supported; a mesh of 65024 triangles is used");
     return mesh_in_memory(directive, tessellate_sphere(radius), shape);
 }
 

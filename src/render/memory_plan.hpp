@@ -8,16 +8,16 @@
 namespace raypager {
 
 struct MemoryNeeds {
-    uint64_t limit = 0;            // all device memory
-    uint64_t fixed = 0;            // scene tables, film, page table
-    uint64_t per_slot = 0;         // bytes of a path slot
-    uint64_t geometry = 0;         // all blocks
+    uint64_t limit = 0;     // all device memory
+    uint64_t fixed = 0;     // scene tables, film, page table
+    uint64_t per_slot = 0;  // bytes of a path slot
+    uint64_t geometry = 0;  // all blocks
     uint64_t largest_block = 0;
-    uint64_t geometry_limit = 0;   // the user's; 0: none
+    uint64_t geometry_limit = 0;        // the user's; 0: none
     double geometry_limit_percent = 0;  // the user's; 0: none
-    uint64_t requested_slots = 0;  // the user's; 0: choose
-    uint64_t default_slots = 0;    // that keep the device busy
-    uint64_t total_paths = 0;      // of the whole render
+    uint64_t requested_slots = 0;       // the user's; 0: choose
+    uint64_t default_slots = 0;         // that keep the device busy
+    uint64_t total_paths = 0;           // of the whole render
 };
 
 struct MemoryPlan {

@@ -45,6 +45,7 @@ public:
 private:
     Status prepare();
     Result<rp_render_params> make_params() const;
+    void adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const;
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
     bool finished() const { return counters_.idle_slots() == slots(); }
@@ -118,11 +119,23 @@ Result<rp_render_params> Renderer::make_params() const {
     params.roulette_connection = options_.connection == Connection::roulette;
     params.tile_size = 16;
     const uint64_t pixels = uint64_t{params.width} * params.height;
-    if (pixels == 0 || pixels > uint64_t{1} << 31) return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
+    if (pixels == 0 || pixels > uint64_t{1} << 31)
+        return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
     if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
     params.sample_limit = pixels * params.spp;
     return params;
+}
+
+// Loads between two rounds. Each round has a cost of its own, so small blocks come several at a time; but no more than a sixteenth of
+// the pool, for what is on its way serves no ray yet. The paper's policy swaps one block a round.
+void Renderer::adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const {
+    if (policy.kind != PolicyKind::most_wanted && !scene_.blocks.empty()) {
+        const uint64_t average = std::max<uint64_t>(1, scene_.geometry_bytes() / scene_.blocks.size());
+        policy.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(pool_bytes / average / 16, 2, 16));
+        policy.loads_into_free = 16;
+    }
+    if (options_.loads_in_flight) policy.loads_in_flight = options_.loads_in_flight;
 }
 
 Status Renderer::prepare() {
@@ -155,7 +168,7 @@ Status Renderer::prepare() {
     host_limit_ = options_.host_limit ? options_.host_limit : default_host_limit();
     settings.host_limit = host_limit_;
     settings.policy = default_settings(options_.policy);
-    if (options_.loads_in_flight) settings.policy.loads_in_flight = options_.loads_in_flight;
+    adapt_loads(settings.policy, plan->pool_bytes);
     auto residency = Residency::create(*device_, file_, settings);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
@@ -173,8 +186,9 @@ Status Renderer::wait_for_block(uint32_t round) {
     stall_seconds_ += seconds_since(begin);
     if (!arrived) return arrived.status();
     if (*arrived) return {};
-    return Status::failed(fmt::format("no progress in round {}: {} rays wait for blocks, but none is on its way (pool {} bytes, {} resident); this is a bug",
-                                      round, counters_.waiting_rays(), residency_->pool_bytes(), residency_->resident_bytes()));
+    return Status::failed(
+        fmt::format("no progress in round {}: {} rays wait for blocks, but none is on its way (pool {} bytes, {} resident); this is a bug", round,
+                    counters_.waiting_rays(), residency_->pool_bytes(), residency_->resident_bytes()));
 }
 
 // A time limit or a stop from outside ends the render with the pass that is under way: no more camera paths after it, all paths finish.
@@ -248,14 +262,18 @@ Result<RenderResult> Renderer::result() {
     report.clamped_samples = clamped_samples(words);
     report.seconds.total = seconds_since(start_);
     report.seconds.render = render_seconds;
-    report.seconds.trace = static_cast<double>(wavefront_->kernel_nanoseconds()) * 1e-9;
+    for (size_t i = 0; i < report.seconds.stages.size(); i++) {
+        report.seconds.stages[i] = static_cast<double>(wavefront_->stage_nanoseconds()[i]) * 1e-9;
+        report.seconds.trace += report.seconds.stages[i];
+    }
     report.seconds.stall = stall_seconds_;
     report.seconds.build = device_->build_seconds();
     report.rays = {counters_.camera_rays(), counters_.bounce_rays(), counters_.total_shadow_rays()};
     const PagingStatistics& paging = residency_->statistics();
     report.paging = {paging.loads, paging.evictions, paging.bytes_loaded, rounds_, counters_.wants_without_hit()};
     // Every sample that was begun has ended up in the film.
-    if (average_samples(words) != static_cast<double>(report.spp)) return Status::failed("the film holds fewer samples than were begun; this is a bug");
+    if (average_samples(words) != static_cast<double>(report.spp))
+        return Status::failed("the film holds fewer samples than were begun; this is a bug");
     return result;
 }
 

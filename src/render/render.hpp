@@ -20,46 +20,59 @@ namespace raypager {
 enum class Connection { queue, roulette };  // shadow rays in a queue of their own, or the paper's choice (3.3)
 
 struct RenderOptions {
-    std::string device;               // index or part of a name; empty: the default device
-    uint64_t memory_limit = 0;        // all device memory of the process, in bytes; 0: three quarters of what the device has
-    uint64_t geometry_limit = 0;      // the pool, in bytes; 0: no limit of its own
-    double geometry_limit_percent = 0;  // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
-    uint64_t host_limit = 0;          // cache of stored blocks in host memory; 0: half of the free memory
+    std::string device;                       // index or part of a name; empty: the default device
+    uint64_t memory_limit = 0;                // all device memory of the process, in bytes; 0: three quarters of what the device has
+    uint64_t geometry_limit = 0;              // the pool, in bytes; 0: no limit of its own
+    double geometry_limit_percent = 0;        // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
+    uint64_t host_limit = 0;                  // cache of stored blocks in host memory; 0: half of the free memory
     uint32_t spp = 0, width = 0, height = 0;  // 0: as the scene says
     std::optional<uint32_t> max_depth;
-    double time_seconds = 0;          // stop after about so long, at the end of a pass; 0: no limit
+    double time_seconds = 0;  // stop after about so long, at the end of a pass; 0: no limit
     uint32_t seed = 0;
-    uint32_t paths = 0;               // path slots; 0: chosen from the limits
+    uint32_t paths = 0;  // path slots; 0: chosen from the limits
     PolicyKind policy = PolicyKind::aged_wants;
     Connection connection = Connection::queue;
     std::optional<Camera> camera;
-    double progress_seconds = 0.5;    // between calls of progress
-    double snapshot_seconds = 0;      // between calls of snapshot; 0: never
+    double progress_seconds = 0.5;  // between calls of progress
+    double snapshot_seconds = 0;    // between calls of snapshot; 0: never
     // For tests: the largest slab of the pool, so that small scenes fill several; and how many loads may be in flight.
     uint64_t slab_bytes = 0;
-    uint32_t loads_in_flight = 0;     // 0: the default of the policy
+    uint32_t loads_in_flight = 0;             // 0: the default of the policy
     const std::atomic<bool>* stop = nullptr;  // set from outside: finish the paths in flight and end
 };
 
 struct RenderProgress {
-    double seconds = 0;            // since rendering began
-    double spp = 0;                // finished samples a pixel, on average
-    double fraction = 0;           // of the job
+    double seconds = 0;   // since rendering began
+    double spp = 0;       // finished samples a pixel, on average
+    double fraction = 0;  // of the job
     uint64_t rays = 0;
-    double rays_per_second = 0;    // over the last interval
+    double rays_per_second = 0;  // over the last interval
     uint64_t loads = 0, bytes_loaded = 0;
     uint64_t resident_bytes = 0, geometry_bytes = 0;
 };
 
 struct RenderReport {
-    struct DeviceFacts { std::string name, platform, driver, type; } device;
-    struct Limits { uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0; } limits, peak;
+    struct DeviceFacts {
+        std::string name, platform, driver, type;
+    } device;
+    struct Limits {
+        uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
+    } limits, peak;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
     std::string policy, connection;
     uint64_t film_hash = 0;
-    struct Seconds { double total = 0, render = 0, trace = 0, stall = 0, build = 0 /* kernels */; } seconds;
-    struct Rays { uint64_t camera = 0, bounce = 0, shadow = 0; uint64_t total() const { return camera + bounce + shadow; } } rays;
-    struct Paging { uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, wants_without_hit = 0; } paging;
+    struct Seconds {
+        double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
+        double trace = 0;                                    // kernels on the device, the sum of ...
+        std::array<double, 5> stages{};                      // ... wake, generate, extend, shade, connect
+    } seconds;
+    struct Rays {
+        uint64_t camera = 0, bounce = 0, shadow = 0;
+        uint64_t total() const { return camera + bounce + shadow; }
+    } rays;
+    struct Paging {
+        uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, wants_without_hit = 0;
+    } paging;
     uint64_t clamped_samples = 0;
 };
 
@@ -69,8 +82,8 @@ struct RenderResult {
 };
 
 struct RenderCallbacks {
-    std::function<void(const RenderProgress&)> progress;                          // may be empty
-    std::function<Status(const Image&, const RenderProgress&)> snapshot;          // may be empty; an error ends the render
+    std::function<void(const RenderProgress&)> progress;                  // may be empty
+    std::function<Status(const Image&, const RenderProgress&)> snapshot;  // may be empty; an error ends the render
 };
 
 Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks);

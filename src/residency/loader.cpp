@@ -84,12 +84,15 @@ void Loader::work() {
         const std::span<std::byte> bytes = staging_[load.staging].bytes();
         Status status = cache_.fetch(load.block, bytes.first(record.stored_bytes));
         if (status.ok()) status = transcode_block(bytes, record);
-        if (status.ok()) status = device_.uploads().write(slabs_[load.address.slab], load.address.offset, bytes.first(record.memory_bytes), &load.upload);
+        if (status.ok())
+            status = device_.uploads().write(slabs_[load.address.slab], load.address.offset, bytes.first(record.memory_bytes), &load.upload);
         if (status.ok()) status = device_.uploads().flush();
         lock.lock();
         reading_ = 0;
-        if (status.ok()) submitted_.push_back(load);
-        else if (failure_.ok()) failure_ = status;
+        if (status.ok())
+            submitted_.push_back(load);
+        else if (failure_.ok())
+            failure_ = status;
         changed_.notify_all();
     }
 }

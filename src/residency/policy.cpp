@@ -10,10 +10,14 @@ double age(const BlockState& block, uint32_t round) { return block.wanted_since 
 // How much a block is wanted; the highest comes in first.
 double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
     switch (kind) {
-        case PolicyKind::aged_wants: return block.wants * age(block, round) / block.bytes;
-        case PolicyKind::most_wanted: return block.wants;
-        case PolicyKind::wanted_per_byte: return double(block.wants) / block.bytes;
-        case PolicyKind::lru: return age(block, round);
+        case PolicyKind::aged_wants:
+            return block.wants * age(block, round) / block.bytes;
+        case PolicyKind::most_wanted:
+            return block.wants;
+        case PolicyKind::wanted_per_byte:
+            return double(block.wants) / block.bytes;
+        case PolicyKind::lru:
+            return age(block, round);
     }
     return 0;
 }

@@ -23,8 +23,8 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
     const uint64_t slab = std::min(max_slab_bytes, addressable) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
     pool_bytes = pool_bytes / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
     if (largest_block > slab)
-        return Status::failed(fmt::format("the largest block has {} bytes, but the device allocates at most {} at once; bake with a smaller --block-size",
-                                          largest_block, slab));
+        return Status::failed(fmt::format(
+            "the largest block has {} bytes, but the device allocates at most {} at once; bake with a smaller --block-size", largest_block, slab));
     std::vector<uint64_t> sizes;
     while (pool_bytes > 0 && sizes.size() < RP_MAX_SLABS) {
         sizes.push_back(std::min(slab, pool_bytes));
@@ -107,8 +107,10 @@ Status Residency::after_round(uint32_t round, std::span<const uint32_t> demand, 
         block.wants = demand[RP_DEMAND_WANTS * count + i];
         block.bounces = demand[RP_DEMAND_BOUNCES * count + i];
         block.last_used = std::max(block.last_used, demand[RP_DEMAND_USED * count + i]);
-        if (block.wants == 0) block.wanted_since = 0;
-        else if (block.wanted_since == 0) block.wanted_since = round;
+        if (block.wants == 0)
+            block.wanted_since = 0;
+        else if (block.wanted_since == 0)
+            block.wanted_since = round;
     }
     RAYPAGER_TRY(take_arrivals(round, false));
     const Plan plan = plan_paging(policy_, {blocks_, round, ready_rays, slots}, allocator_);

@@ -14,6 +14,9 @@ namespace {
 // A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
 constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
 
+constexpr uint32_t wake_slots = 16;               // that one work-item of the stage `wake` looks at; at most 16
+constexpr uint32_t items_per_cpu_core = 1 << 12;  // some dozen work-groups a core, for balance
+
 constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 3 * sizeof(uint32_t);  // planes; status, queue, free list
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
@@ -47,8 +50,8 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
     return bytes;
 }
 
-Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, const rp_render_params& params, const std::vector<Buffer>& slabs,
-                                                     const Buffer& page_table) {
+Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, const rp_render_params& params,
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table) {
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params));
     wavefront->block_count_ = static_cast<uint32_t>(scene.blocks.size());
@@ -110,7 +113,8 @@ Status Wavefront::allocate_state() {
 Status Wavefront::build_kernels(const std::vector<Buffer>& slabs, const Buffer& page_table) {
     slabs_ = &slabs;
     page_table_ = &page_table;
-    const std::string definitions = fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs.size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+    const std::string definitions =
+        fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={} -DRP_WAKE_SLOTS={}", slabs.size() == 1 ? 1 : RP_MAX_SLABS, stack_size, wake_slots);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -136,7 +140,8 @@ Status set_geometry(Kernel& kernel, const Buffer& top_grid, const Buffer& top_no
                     const Buffer& demand, const std::vector<Buffer>& slabs, const Rest&... rest) {
     if (slabs.size() == 1) return kernel.set(top_grid, top_nodes, portals, paths, pages, demand, slabs[0], rest...);
     const auto slab = [&](size_t i) -> const Buffer& { return slabs[i < slabs.size() ? i : 0]; };
-    return kernel.set(top_grid, top_nodes, portals, paths, pages, demand, slab(0), slab(1), slab(2), slab(3), slab(4), slab(5), slab(6), slab(7), rest...);
+    return kernel.set(top_grid, top_nodes, portals, paths, pages, demand, slab(0), slab(1), slab(2), slab(3), slab(4), slab(5), slab(6), slab(7),
+                      rest...);
 }
 
 }  // namespace
@@ -144,18 +149,20 @@ Status set_geometry(Kernel& kernel, const Buffer& top_grid, const Buffer& top_no
 Status Wavefront::start_round(uint32_t round) {
     Queue& queue = device_.kernels();
     const uint32_t slots = params_.slot_count, group = device_.group_size();
+    // The stages loop over their queues. A CPU runs work-items one after the other: few of them, so that short queues cost little.
+    const uint32_t items = device_.info().type == "CPU" ? std::min(slots, device_.info().compute_units * items_per_cpu_core) : slots;
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
     if (block_count_) RAYPAGER_TRY(queue.fill_zero(demand_, 0, uint64_t{RP_DEMAND_USED} * block_count_ * sizeof(uint32_t)));
-    RAYPAGER_TRY(set_geometry(extend_, top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, *slabs_, block_count_, round, slots, queue_,
-                              status_, paths_, counters_));
-    RAYPAGER_TRY(set_geometry(connect_, top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, *slabs_, block_count_, round, slots, queue_,
-                              status_, paths_, counters_, film_));
-    RAYPAGER_TRY(queue.launch(wake_, slots, group, &stage_events_[0]));
-    RAYPAGER_TRY(queue.launch(generate_, slots, group, &stage_events_[1]));
+    RAYPAGER_TRY(set_geometry(extend_, top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, *slabs_, block_count_, round, slots,
+                              queue_, status_, paths_, counters_));
+    RAYPAGER_TRY(set_geometry(connect_, top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, *slabs_, block_count_, round, slots,
+                              queue_, status_, paths_, counters_, film_));
+    RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &stage_events_[0]));
+    RAYPAGER_TRY(queue.launch(generate_, items, group, &stage_events_[1]));
     RAYPAGER_TRY(queue.launch(advance_, 1, 1));
-    RAYPAGER_TRY(queue.launch(extend_, slots, group, &stage_events_[2]));
-    RAYPAGER_TRY(queue.launch(shade_, slots, group, &stage_events_[3]));
-    return queue.launch(connect_, slots, group, &stage_events_[4]);
+    RAYPAGER_TRY(queue.launch(extend_, items, group, &stage_events_[2]));
+    RAYPAGER_TRY(queue.launch(shade_, items, group, &stage_events_[3]));
+    return queue.launch(connect_, items, group, &stage_events_[4]);
 }
 
 Status Wavefront::finish_round(RoundCounters& counters, std::vector<uint32_t>& demand) {
@@ -163,7 +170,7 @@ Status Wavefront::finish_round(RoundCounters& counters, std::vector<uint32_t>& d
     Event demand_read;
     RAYPAGER_TRY(device_.kernels().read(demand_, 0, std::as_writable_bytes(std::span(demand)), &demand_read));
     RAYPAGER_TRY(device_.kernels().read_now(counters_, 0, std::as_writable_bytes(std::span(counters.words))));
-    for (const Event& event : stage_events_) kernel_ns_ += event.duration_ns();
+    for (size_t i = 0; i < stage_events_.size(); i++) stage_ns_[i] += stage_events_[i].duration_ns();
     return demand_read.wait();
 }
 

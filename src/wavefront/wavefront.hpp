@@ -19,7 +19,7 @@ namespace raypager {
 
 // What has to lie on the device beside the geometry pool and the page table, in bytes.
 struct WavefrontBytes {
-    uint64_t scene = 0;     // top tree, materials, lights, ...
+    uint64_t scene = 0;  // top tree, materials, lights, ...
     uint64_t film = 0;
     uint64_t per_slot = 0;  // of one path slot, queues included
 };
@@ -46,8 +46,8 @@ private:
 class Wavefront {
 public:
     // slabs and page_table outlive the tracer. params.slot_count path slots are made.
-    static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params, const std::vector<Buffer>& slabs,
-                                                     const Buffer& page_table);
+    static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params,
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table);
     // Puts all stages of a round into the kernel queue.
     Status start_round(uint32_t round);
     // Waits for the round and reads its counters and demand (abi/path.h).
@@ -57,7 +57,8 @@ public:
     // The raw film (abi/film.h). Between rounds.
     Status read_film(std::vector<uint32_t>& words);
     const rp_render_params& params() const { return params_; }
-    uint64_t kernel_nanoseconds() const { return kernel_ns_; }
+    // Time on the device so far: wake, generate, extend, shade, connect.
+    const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
 
 private:
     Wavefront(Device& device, const rp_render_params& params) : device_(device), params_(params) {}
@@ -74,7 +75,7 @@ private:
     const Buffer* page_table_ = nullptr;
     Kernel wake_, generate_, advance_, extend_, shade_, connect_;
     std::array<Event, 5> stage_events_;
-    uint64_t kernel_ns_ = 0;
+    std::array<uint64_t, 5> stage_ns_{};
 };
 
 }  // namespace raypager

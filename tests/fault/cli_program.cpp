@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <sstream>
 
 namespace raypager {
@@ -25,6 +24,16 @@ std::string read_file(const std::filesystem::path& path) {
     std::ostringstream text;
     text << file.rdbuf();
     return text.str();
+}
+
+// Digits in the longest run of them.
+size_t longest_number(const std::string& text) {
+    size_t longest = 0, run = 0;
+    for (const char c : text) {
+        run = c >= '0' && c <= '9' ? run + 1 : 0;
+        longest = std::max(longest, run);
+    }
+    return longest;
 }
 
 // A folder of its own for every test, and the program run inside it.
@@ -187,7 +196,7 @@ TEST_F(CliProgramOnDevice, UnknownDeviceAndTooSmallLimits) {
         const Outcome outcome = run(fmt::format("render scene.rpb -o a.pfm {}", limit));
         EXPECT_EQ(outcome.status, 1) << limit << ": " << outcome.errors;
         EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << outcome.errors;
-        EXPECT_TRUE(std::regex_search(outcome.errors, std::regex("[0-9]{4}"))) << outcome.errors;
+        EXPECT_GE(longest_number(outcome.errors), 4u) << outcome.errors;
     }
     EXPECT_FALSE(exists("a.pfm"));
 }

@@ -55,7 +55,9 @@ TEST_P(Hits, agree_with_embree_and_brute_force) {
     auto device = support::DeviceScene::create(*file, c.slab_bytes);
     ASSERT_TRUE(device.ok()) << device.status().message();
     EXPECT_GT((*device)->scene().blocks.size(), 1u) << "one block alone tests no top tree";
-    if (c.slab_bytes) { EXPECT_GT((*device)->slab_count(), 1u); }
+    if (c.slab_bytes) {
+        EXPECT_GT((*device)->slab_count(), 1u);
+    }
 
     reference::HitAudit audit(**geometry);
     const uint64_t seed = 20141121;

@@ -29,7 +29,9 @@ Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection c
     return result->image;
 }
 
-double mean_of(const Image& image) { return std::accumulate(image.values.begin(), image.values.end(), 0.0) / static_cast<double>(image.values.size()); }
+double mean_of(const Image& image) {
+    return std::accumulate(image.values.begin(), image.values.end(), 0.0) / static_cast<double>(image.values.size());
+}
 
 // Standard error of the picture's mean, from the spread of its values: an upper bound where the true picture is even.
 double standard_error(const Image& image) {
@@ -122,15 +124,38 @@ TEST_P(Transport, agrees_with_the_reference_tracer) {
     std::printf("%s: %s\n", GetParam().name, comparison.describe().c_str());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    scenes, Transport,
-    testing::Values(TransportCase{"cornell_spheres", [] { return reference::cornell_small({.sphere_primitives = true}, {48, 48}); }, Connection::queue},
-                    TransportCase{"cornell_smooth", [] { return reference::cornell_small({.smooth_normals = true}, {48, 48}); }, Connection::queue},
-                    TransportCase{"terrain", [] { return reference::terrain_small(48, true, {64, 48}); }, Connection::queue},
-                    TransportCase{"clutter", [] { return reference::clutter_small(60, 3, {64, 48}); }, Connection::queue},
-                    TransportCase{"cornell_roulette", [] { return reference::cornell_small({.sphere_primitives = true}, {48, 48}); }, Connection::roulette},
-                    TransportCase{"clutter_roulette", [] { return reference::clutter_small(60, 3, {64, 48}); }, Connection::roulette}),
-    [](const auto& param) { return std::string(param.param.name); });
+INSTANTIATE_TEST_SUITE_P(scenes, Transport,
+                         testing::Values(TransportCase{"cornell_spheres",
+                                                       [] {
+                                                           return reference::cornell_small({.sphere_primitives = true}, {48, 48});
+                                                       },
+                                                       Connection::queue},
+                                         TransportCase{"cornell_smooth",
+                                                       [] {
+                                                           return reference::cornell_small({.smooth_normals = true}, {48, 48});
+                                                       },
+                                                       Connection::queue},
+                                         TransportCase{"terrain",
+                                                       [] {
+                                                           return reference::terrain_small(48, true, {64, 48});
+                                                       },
+                                                       Connection::queue},
+                                         TransportCase{"clutter",
+                                                       [] {
+                                                           return reference::clutter_small(60, 3, {64, 48});
+                                                       },
+                                                       Connection::queue},
+                                         TransportCase{"cornell_roulette",
+                                                       [] {
+                                                           return reference::cornell_small({.sphere_primitives = true}, {48, 48});
+                                                       },
+                                                       Connection::roulette},
+                                         TransportCase{"clutter_roulette",
+                                                       [] {
+                                                           return reference::clutter_small(60, 3, {64, 48});
+                                                       },
+                                                       Connection::roulette}),
+                         [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
 }  // namespace raypager

@@ -15,10 +15,22 @@ struct Case {
 };
 
 const Case cases[] = {
-    {"cornell", [] { return reference::cornell_small({.subdivisions = 4, .wall_divisions = 16}, {48, 48}); }},  // diffuse, mirror, glass, rough metal, area light
-    {"terrain", [] { return reference::terrain_small(64, true, {64, 48}); }},                     // sun and sky, shading normals
-    {"clutter", [] { return reference::clutter_small(60, 3, {64, 48}); }},                        // all materials, several area lights
-    {"shells", [] { return reference::overlapping_shells(8, 3, {48, 48}); }},                     // every bound overlaps every other
+    {"cornell",
+     [] {
+         return reference::cornell_small({.subdivisions = 4, .wall_divisions = 16}, {48, 48});
+     }},  // diffuse, mirror, glass, rough metal, area light
+    {"terrain",
+     [] {
+         return reference::terrain_small(64, true, {64, 48});
+     }},  // sun and sky, shading normals
+    {"clutter",
+     [] {
+         return reference::clutter_small(60, 3, {64, 48});
+     }},  // all materials, several area lights
+    {"shells",
+     [] {
+         return reference::overlapping_shells(8, 3, {48, 48});
+     }},  // every bound overlaps every other
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -54,7 +66,9 @@ protected:
         EXPECT_EQ(report.rays.total(), rays_);
         EXPECT_LE(report.peak.memory_bytes, report.limits.memory_bytes);
         EXPECT_LE(report.peak.geometry_bytes, report.limits.geometry_bytes);
-        if (options.geometry_limit) { EXPECT_LE(report.limits.geometry_bytes, options.geometry_limit); }
+        if (options.geometry_limit) {
+            EXPECT_LE(report.limits.geometry_bytes, options.geometry_limit);
+        }
     }
 
     support::TemporaryFolder folder_;

@@ -36,7 +36,8 @@ rp_light light(uint32_t kind, Float3 p, float radiance) {
 // About 2 n^2 triangles: a wavy plane, a patch of it with shading normals, four spheres, a triangle that shines.
 Scene small_scene(uint32_t n) {
     Scene scene;
-    scene.materials = {material(RP_MATERIAL_DIFFUSE), material(RP_MATERIAL_CONDUCTOR), material(RP_MATERIAL_CONDUCTOR, 0.2f), material(RP_MATERIAL_DIELECTRIC)};
+    scene.materials = {material(RP_MATERIAL_DIFFUSE), material(RP_MATERIAL_CONDUCTOR), material(RP_MATERIAL_CONDUCTOR, 0.2f),
+                       material(RP_MATERIAL_DIELECTRIC)};
     TriangleMesh waves;
     for (uint32_t i = 0; i <= n; i++)
         for (uint32_t j = 0; j <= n; j++) {

@@ -63,7 +63,8 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
             upper[k] = std::max(lower[k], static_cast<float>(begin + extent));
             const double a = unit(random), b = unit(random), width = double(upper[k]) - lower[k];
             low[k] = std::min(upper[k], static_cast<float>(lower[k] + width * std::min(a, b)));
-            high[k] = std::min(upper[k], std::max(low[k], static_cast<float>(lower[k] + width * (unit(random) < 0.2 ? std::min(a, b) : std::max(a, b)))));
+            high[k] =
+                std::min(upper[k], std::max(low[k], static_cast<float>(lower[k] + width * (unit(random) < 0.2 ? std::min(a, b) : std::max(a, b)))));
         }
         const Grid grid = make_grid(bounds);
         const rp_child child = quantise(grid, box, 0);
@@ -104,8 +105,8 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
     ASSERT_TRUE((*device)->kernels().read_now(*results, 0, std::as_writable_bytes(std::span(found))).ok());
     const auto describe = [&](uint32_t i) {
         const Float4 &o = rays[2 * i], &d = rays[2 * i + 1], &g = grids[2 * i], &c = grids[2 * i + 1];
-        return fmt::format("origin {} {} {} direction {} {} {} grid {} {} {} cell {} {} {} box {:x} {:x} {:x}, truly met from {} to {}", o.x, o.y, o.z, d.x,
-                           d.y, d.z, g.x, g.y, g.z, c.x, c.y, c.z, boxes[i].x, boxes[i].y, boxes[i].z, truth[i].entry, truth[i].exit);
+        return fmt::format("origin {} {} {} direction {} {} {} grid {} {} {} cell {} {} {} box {:x} {:x} {:x}, truly met from {} to {}", o.x, o.y,
+                           o.z, d.x, d.y, d.z, g.x, g.y, g.z, c.x, c.y, c.z, boxes[i].x, boxes[i].y, boxes[i].z, truth[i].entry, truth[i].exit);
     };
     uint32_t met = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -118,9 +119,8 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
     EXPECT_GT(met, count / 2) << "seed " << seed;
 }
 
-INSTANTIATE_TEST_SUITE_P(scales, BoxTest, testing::Values(-40, -10, 0, 10, 30), [](const auto& param) {
-    return (param.param < 0 ? "minus_" : "plus_") + std::to_string(std::abs(param.param));
-});
+INSTANTIATE_TEST_SUITE_P(scales, BoxTest, testing::Values(-40, -10, 0, 10, 30),
+                         [](const auto& param) { return (param.param < 0 ? "minus_" : "plus_") + std::to_string(std::abs(param.param)); });
 
 }  // namespace
 }  // namespace raypager

@@ -142,7 +142,7 @@ TEST(Lights, EmissivePrimitivesInOrderThenTheOthers) {
     EXPECT_NEAR(sphere.area, 4 * std::numbers::pi * 4, 1e-4);
 }
 
-TEST(Lights, ProbabilitiesFollowPower) {
+TEST(Lights, ProbabilitiesFollowPowerAndKind) {
     const Gathered result = gathered(scene_with_lights());
     double sum = 0, area_of_mesh = 0, probability_of_mesh = 0;
     for (uint32_t i = 0; i < result.lights.size(); i++) {
@@ -153,10 +153,10 @@ TEST(Lights, ProbabilitiesFollowPower) {
     EXPECT_NEAR(sum, 1, 1e-6);
     const double pi = std::numbers::pi, y = 0.2126 + 2 * 0.7152 + 3 * 0.0722;
     const double mesh = pi * area_of_mesh * y, sphere = 2 * pi * 16 * pi * 4, point = 4 * pi * 10 * 0.7152, total = mesh + sphere + point;
-    // The even share is 1e-6 in all.
-    EXPECT_NEAR(probability_of_mesh, mesh / total, 2e-6);
-    EXPECT_NEAR(result.lights[20].probability, sphere / total, 2e-6);
-    EXPECT_NEAR(result.lights[21].probability, point / total, 2e-6);
+    // Half by power; half over two groups, surfaces and the point light, and by power within. The even share is 1e-6 in all.
+    EXPECT_NEAR(probability_of_mesh, 0.5 * mesh / total + 0.25 * mesh / (mesh + sphere), 2e-6);
+    EXPECT_NEAR(result.lights[20].probability, 0.5 * sphere / total + 0.25 * sphere / (mesh + sphere), 2e-6);
+    EXPECT_NEAR(result.lights[21].probability, 0.5 * point / total + 0.25, 2e-6);
     EXPECT_NEAR(result.lights[22].probability, 1e-6 / 23, 1e-8);
 }
 

@@ -51,7 +51,7 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
               (Keys{"triangles", "spheres", "blocks", "block_bytes_max", "geometry_bytes", "stored_bytes", "bytes_per_primitive"}));
     for (const char* part : {"limits", "peak"}) EXPECT_EQ(keys_of(json[part]), (Keys{"memory_bytes", "geometry_bytes", "host_bytes"}));
     EXPECT_EQ(keys_of(json["image"]), (Keys{"width", "height", "spp", "film_hash"}));
-    EXPECT_EQ(keys_of(json["seconds"]), (Keys{"total", "bake", "render", "trace", "stall"}));
+    EXPECT_EQ(keys_of(json["seconds"]), (Keys{"total", "bake", "render", "trace", "stall", "kernel_build", "stages"}));
     EXPECT_EQ(keys_of(json["rays"]), (Keys{"camera", "bounce", "shadow", "total", "per_second"}));
     EXPECT_EQ(keys_of(json["paging"]), (Keys{"policy", "loads", "evictions", "bytes_loaded", "rounds", "wants_without_hit"}));
     for (const char* option : {"device", "memory_limit", "geometry_limit", "host_limit", "spp", "time", "size", "max_depth", "seed", "paths",

@@ -133,9 +133,13 @@ TEST(Policy, random_states_give_sound_plans) {
         for (size_t i = 0; i < extents.size(); i++) {
             const auto [in, offset, bytes] = extents[i];
             EXPECT_LE(offset + bytes, slab);
-            if (i + 1 < extents.size() && std::get<0>(extents[i + 1]) == in) { EXPECT_LE(offset + bytes, std::get<1>(extents[i + 1])); }
+            if (i + 1 < extents.size() && std::get<0>(extents[i + 1]) == in) {
+                EXPECT_LE(offset + bytes, std::get<1>(extents[i + 1]));
+            }
         }
-        if (wanted && !loading && !unseen) { EXPECT_FALSE(result.load.empty()); }
+        if (wanted && !loading && !unseen) {
+            EXPECT_FALSE(result.load.empty());
+        }
     }
 }
 
