@@ -7,16 +7,17 @@
 typedef struct rp_light_sample {
     float3 direction;  // unit, from the shaded point
     float distance;    // INFINITY for infinite and distant lights
+    float reach;       // how far the way must be free: the distance, less what rounding may make of the emitter's own surface
     float3 radiance;   // divided by the density of the sample
     float density;     // by solid angle, choice of the light included; 0 for lights that no BSDF sample can hit
 } rp_light_sample;
 
-// The first light whose cumulative probability exceeds u.
-static inline uint rp_choose_light(const __global float* cumulative, uint count, float u) {
+// The light that a uniform 32-bit random number chooses: steps[i] is the last one of light i. (A float could not tell many lights apart.)
+static inline uint rp_choose_light(const __global uint* steps, uint count, uint random) {
     uint low = 0u, high = count - 1u;
     while (low < high) {
         const uint middle = (low + high) >> 1u;
-        if (cumulative[middle] > u) high = middle;
+        if (steps[middle] >= random) high = middle;
         else low = middle + 1u;
     }
     return low;
@@ -35,7 +36,7 @@ static inline rp_light_sample rp_sample_light(const __global rp_light* light, fl
     rp_light_sample s;
     s.radiance = rp_light_radiance(light);
     s.density = 0.0f;
-    s.distance = INFINITY;
+    s.distance = s.reach = INFINITY;
     const float3 p = rp_load3(light->p);
     if (light->kind == RP_LIGHT_DISTANT) {
         s.direction = p;
@@ -69,9 +70,13 @@ static inline rp_light_sample rp_sample_light(const __global rp_light* light, fl
     s.direction = to_light / distance;
     s.distance = distance;
     if (light->kind == RP_LIGHT_POINT) {
+        s.reach = distance;
         s.radiance /= light->probability * distance * distance;
         return s;
     }
+    // 2^-17 of the coordinates: dozens of roundings, so that rays that graze the emitter do not stop on it.
+    const float largest = rp_max(rp_max(fabs(target.x), fabs(target.y)), fabs(target.z));
+    s.reach = distance - 0x1p-17f * (largest + distance);
     s.density = rp_light_density(light, normal, s.direction, distance);
     s.radiance = s.density > 0.0f ? s.radiance / s.density : (float3)(0.0f);
     return s;

@@ -21,10 +21,14 @@ static inline uint4 rp_hash4(uint4 v) {
     return v;
 }
 
-// Four independent uniform numbers in [0, 1).
+// Four independent uniform 32-bit numbers.
+static inline uint4 rp_random_bits(uint pixel, uint sample, uint depth, uint purpose, uint seed) {
+    return rp_hash4((uint4)(pixel, sample, depth << 4 | purpose, seed));
+}
+// As numbers in [0, 1).
+static inline float4 rp_unit(uint4 bits) { return convert_float4(bits >> 8u) * 0x1p-24f; }
 static inline float4 rp_random(uint pixel, uint sample, uint depth, uint purpose, uint seed) {
-    const uint4 h = rp_hash4((uint4)(pixel, sample, depth << 4 | purpose, seed));
-    return convert_float4(h >> 8u) * 0x1p-24f;
+    return rp_unit(rp_random_bits(pixel, sample, depth, purpose, seed));
 }
 
 #endif

@@ -7,8 +7,7 @@
 #include "lib/random.cl"
 #include "lib/surface.cl"
 
-#define RP_ROULETTE_DEPTH 3u         // Russian roulette on throughput begins after so many scattering events
-#define RP_SHADOW_EPSILON 0.0001f    // shadow rays end this much before the light, relative to their length
+#define RP_ROULETTE_DEPTH 3u  // Russian roulette on throughput begins after so many scattering events
 
 // The range that primitive belongs to.
 static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint count, uint primitive) {
@@ -41,7 +40,7 @@ static inline void rp_finish(__global uint* status, uint slot, __global uint* fi
 }
 
 static inline void rp_shade_hit(__constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
-                                const __global float* light_cdf, const __global rp_primitive_range* ranges, uint slot, uint state,
+                                const __global uint* light_steps, const __global rp_primitive_range* ranges, uint slot, uint state,
                                 __global uint* status, __global uint4* paths, volatile __global uint* counters, __global uint* film) {
     const uint slot_count = params->slot_count;
     const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
@@ -74,7 +73,8 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
 
     const rp_shading shading = rp_make_shading(geometric_normal, rp_decode_normal(surface.y), direction);
     const float offset = rp_offset_distance(state >> RP_STATUS_ROUND_SHIFT);
-    const float4 light_random = rp_random(pixel, sample, depth + 1u, RP_RANDOM_LIGHT, params->seed);
+    const uint4 light_bits = rp_random_bits(pixel, sample, depth + 1u, RP_RANDOM_LIGHT, params->seed);
+    const float4 light_random = rp_unit(light_bits);
     const float4 bsdf_random = rp_random(pixel, sample, depth + 1u, RP_RANDOM_BSDF, params->seed);
 
     // Connection. With the paper's roulette (3.3), half of the paths connect and end, the others go on without; each counts double.
@@ -88,14 +88,14 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
     float light_distance = 0.0f;
     const float3 outside = position + offset * shading.geometric_normal;
     if (connect) {
-        const uint index = rp_choose_light(light_cdf, params->light_count, light_random.x);
+        const uint index = rp_choose_light(light_steps, params->light_count, light_bits.x);
         const rp_light_sample light = rp_sample_light(lights + index, outside, light_random.yz);
         float density;
         const float3 reflected = rp_bsdf_evaluate(material, &shading, light.direction, &density);
         const float weight = light.density > 0.0f ? rp_mis_weight(light.density, density) : 1.0f;
         light_contribution = throughput * reflected * light.radiance * weight;
         light_direction = light.direction;
-        light_distance = light.distance * (1.0f - RP_SHADOW_EPSILON);
+        light_distance = light.reach;
     }
     const bool shadow = any(isgreater(light_contribution, (float3)(0.0f)));
 
@@ -142,13 +142,13 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
 }
 
 __kernel void rp_shade(__constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
-                       const __global float* restrict light_cdf, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
+                       const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
                        __global uint* restrict film) {
     const uint count = counters[RP_COUNT_EXTEND];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i), state = status[slot];
         if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE)
-            rp_shade_hit(params, materials, lights, light_cdf, ranges, slot, state, status, paths, counters, film);
+            rp_shade_hit(params, materials, lights, light_steps, ranges, slot, state, status, paths, counters, film);
     }
 }

@@ -36,7 +36,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global uint4
     __local uint count[RP_KINDS];
     __local uint base[RP_KINDS];
     const uint lane = get_local_id(0), lanes = get_local_size(0), first = get_group_id(0) * lanes * RP_WAKE_SLOTS + lane;
-    if (lane < RP_KINDS) count[lane] = 0u;
+    for (uint kind = lane; kind < RP_KINDS; kind += lanes) count[kind] = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     ulong kinds = 0ul;  // four bits a slot
     uint mine[RP_KINDS + 1u] = {0u, 0u, 0u, 0u, 0u, 0u};
@@ -48,13 +48,13 @@ __kernel void rp_wake(const __global uint* restrict status, const __global uint4
     for (uint kind = 0u; kind < RP_KINDS; kind++)
         if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lane < RP_KINDS && count[lane] != 0u) {
-        const uint counter = lane == RP_KIND_EXTEND   ? RP_COUNT_EXTEND
-                             : lane == RP_KIND_SHADOW ? RP_COUNT_SHADOW
-                             : lane == RP_KIND_FREE   ? RP_COUNT_FREE
-                             : lane == RP_KIND_IDLE   ? RP_COUNT_IDLE
+    for (uint kind = lane; kind < RP_KINDS; kind += lanes) {
+        const uint counter = kind == RP_KIND_EXTEND   ? RP_COUNT_EXTEND
+                             : kind == RP_KIND_SHADOW ? RP_COUNT_SHADOW
+                             : kind == RP_KIND_FREE   ? RP_COUNT_FREE
+                             : kind == RP_KIND_IDLE   ? RP_COUNT_IDLE
                                                       : RP_COUNT_WAITING;
-        base[lane] = atomic_add(counters + counter, count[lane]);
+        base[kind] = count[kind] != 0u ? atomic_add(counters + counter, count[kind]) : 0u;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {

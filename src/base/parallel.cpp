@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -12,13 +14,24 @@ size_t worker_count() { return std::max<size_t>(1, std::thread::hardware_concurr
 void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work) {
     piece = std::max<size_t>(1, piece);
     std::atomic<size_t> next{0};
+    std::mutex mutex;
+    std::exception_ptr failure;
     auto run = [&] {
-        for (size_t begin; (begin = next.fetch_add(piece)) < count;) work(begin, std::min(count, begin + piece));
+        try {
+            for (size_t begin; (begin = next.fetch_add(piece)) < count;) work(begin, std::min(count, begin + piece));
+        } catch (...) {
+            next = count;  // no more work for anybody
+            const std::lock_guard lock(mutex);
+            if (!failure) failure = std::current_exception();
+        }
     };
     const size_t pieces = (count + piece - 1) / piece;
-    std::vector<std::jthread> helpers;
-    for (size_t i = 1; i < std::min(worker_count(), pieces); i++) helpers.emplace_back(run);
-    run();
+    {
+        std::vector<std::jthread> helpers;
+        for (size_t i = 1; i < std::min(worker_count(), pieces); i++) helpers.emplace_back(run);
+        run();
+    }
+    if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace raypager

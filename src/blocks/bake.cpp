@@ -39,11 +39,18 @@ public:
                 written_.wait(lock, [&] { return index < next_ + ahead || !status_.ok(); });
                 if (!status_.ok()) return;
             }
-            std::vector<PackedBlock> blocks;
-            build(refs_.subspan(parts[index].begin, parts[index].end - parts[index].begin), blocks);
-            std::lock_guard lock(mutex_);
-            waiting_[index] = std::move(blocks);
-            append_what_is_due(parts, progress);
+            try {
+                std::vector<PackedBlock> blocks;
+                build(refs_.subspan(parts[index].begin, parts[index].end - parts[index].begin), blocks);
+                std::lock_guard lock(mutex_);
+                waiting_[index] = std::move(blocks);
+                append_what_is_due(parts, progress);
+            } catch (const std::bad_alloc&) {
+                // The others wait for this part; they must hear that it will not come.
+                std::lock_guard lock(mutex_);
+                status_ = Status::failed("not enough memory to build a block; use a machine with more, or a smaller scene");
+                written_.notify_all();
+            }
         });
         return status_;
     }

@@ -13,8 +13,8 @@
 namespace raypager {
 namespace {
 
-// Squares of distances must stay finite in single precision.
-constexpr double largest_coordinate = 1e18;
+// The triangle test multiplies three distances in single precision, and that must stay finite.
+constexpr double largest_coordinate = 1e12;
 // A mesh with more vertices a triangle than this shares few of them: a closed one has a half, a list of triangles three.
 constexpr uint64_t own_vertices_of_a_soup = 1;
 constexpr uint64_t index_limit = RP_NONE;
@@ -68,7 +68,8 @@ private:
             return Status::failed(
                 fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
         RAYPAGER_CHECK(mesh_.normals.empty() || mesh_.normals.size() == mesh_.positions.size());
-        RAYPAGER_TRY(place_positions(shape));
+        place_positions(shape);
+        RAYPAGER_TRY(check_range(shape, base));
         place_normals(shape, base);
         if (mesh_.positions.size() > own_vertices_of_a_soup * mesh_.triangles.size()) weld(base);
         place_triangles(shape, static_cast<uint32_t>(base), issues);
@@ -81,18 +82,25 @@ private:
         issues.bad_index += std::erase_if(mesh_.triangles, [count](const Triangle& t) { return t[0] >= count || t[1] >= count || t[2] >= count; });
     }
 
-    Status place_positions(const Shape& shape) {
+    void place_positions(const Shape& shape) {
         const size_t base = world_.positions.size();
         world_.positions.resize(base + mesh_.positions.size());
-        std::atomic<size_t> outside{SIZE_MAX};
         const bool identity = shape.to_world.is_identity();
         parallel_for(mesh_.positions.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++) {
                 const Float3& p = mesh_.positions[i];
-                const Float3 placed = identity ? p : rounded(shape.to_world.point(p.x, p.y, p.z));
-                if (!in_range(placed)) outside = i;
-                world_.positions[base + i] = placed;
+                world_.positions[base + i] = identity ? p : rounded(shape.to_world.point(p.x, p.y, p.z));
             }
+        });
+    }
+
+    // Only vertices that triangles use count: those of dropped triangles may be anything.
+    Status check_range(const Shape& shape, uint64_t base) const {
+        std::atomic<size_t> outside{SIZE_MAX};
+        parallel_for(mesh_.triangles.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                for (const uint32_t v : mesh_.triangles[i])
+                    if (!in_range(world_.positions[base + v])) outside = v;
         });
         if (outside == SIZE_MAX) return {};
         const Float3& p = world_.positions[base + outside];

@@ -12,7 +12,8 @@ namespace raypager {
 rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight& light);
 
 // Sets each light's probability of being chosen: half by its emitted power, where infinite and distant lights emit what enters the
-// bounding sphere of radius scene_radius, and half evenly over the kinds of light there are (lights.cpp); but at least 1e-6 / count, so that every light is found; uniform if nothing shines.
+// bounding sphere of radius scene_radius, and half evenly over the kinds of light there are (lights.cpp); but at least 1e-6 / count, so that
+// every light is found; uniform if nothing shines.
 void set_probabilities(std::vector<rp_light>& lights, double scene_radius);
 
 }  // namespace raypager

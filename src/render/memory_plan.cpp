@@ -23,7 +23,7 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
     // Half of what is left, unless the pool needs less than the other half.
     const uint64_t room = left > pool ? std::max(left / 2, left - pool) : left / 2;
-    return std::max(min_slots, std::min(slots, room / needs.per_slot));
+    return std::max(min_slots, std::min({slots, room / needs.per_slot, needs.most_slots}));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ struct MemoryNeeds {
     uint64_t requested_slots = 0;       // the user's; 0: choose
     uint64_t default_slots = 0;         // that keep the device busy
     uint64_t total_paths = 0;           // of the whole render
+    uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer
 };
 
 struct MemoryPlan {

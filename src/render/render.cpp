@@ -1,12 +1,12 @@
 #include "render/render.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 
 #include "base/check.hpp"
+#include "base/memory.hpp"
 #include "device/device.hpp"
 #include "film/film.hpp"
 #include "raypager/abi/film.h"
@@ -30,6 +30,7 @@ public:
     Result<RenderResult> run() {
         RAYPAGER_TRY(prepare());
         for (uint32_t round = 1; !finished(); round++) {
+            if (round == RP_ROUND_MASK) return Status::failed("more rounds than path slots can count; give more --paths");
             RAYPAGER_TRY(residency_->publish(device_->kernels()));
             RAYPAGER_TRY(wavefront_->start_round(round));
             RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
@@ -76,10 +77,10 @@ private:
     mutable double rate_ = 0;
 };
 
-// Half of the memory that is free now, for the cache of stored blocks.
-uint64_t default_host_limit() {
-    const long pages = ::sysconf(_SC_AVPHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
-    return pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(page) / 2 : uint64_t{1} << 30;
+// Half of the memory that is free now, for the cache of stored blocks; device_bytes will be taken out of it, too (on a CPU).
+uint64_t default_host_limit(uint64_t device_bytes) {
+    const uint64_t available = available_memory();
+    return available > device_bytes ? (available - device_bytes) / 2 : 0;
 }
 
 // Path slots that keep a device busy while everything is resident.
@@ -119,6 +120,9 @@ Result<rp_render_params> Renderer::make_params() const {
     params.roulette_connection = options_.connection == Connection::roulette;
     params.tile_size = 16;
     const uint64_t pixels = uint64_t{params.width} * params.height;
+    constexpr uint32_t longest_side = 1 << 24;
+    if (params.width > longest_side || params.height > longest_side)
+        return Status::usage(fmt::format("--size: at most {} pixels a side", longest_side));
     if (pixels == 0 || pixels > uint64_t{1} << 31)
         return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
     if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
@@ -128,7 +132,7 @@ Result<rp_render_params> Renderer::make_params() const {
 }
 
 // Loads between two rounds. Each round has a cost of its own, so small blocks come several at a time; but no more than a sixteenth of
-// the pool, for what is on its way serves no ray yet. The paper's policy swaps one block a round.
+// the pool (two are always allowed), for what is on its way serves no ray yet. The paper's policy swaps one block a round.
 void Renderer::adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const {
     if (policy.kind != PolicyKind::most_wanted && !scene_.blocks.empty()) {
         const uint64_t average = std::max<uint64_t>(1, scene_.geometry_bytes() / scene_.blocks.size());
@@ -158,6 +162,7 @@ Status Renderer::prepare() {
     needs.requested_slots = options_.paths;
     needs.default_slots = default_slots(device_->info());
     needs.total_paths = params->sample_limit;
+    needs.most_slots = device_->info().max_allocation_bytes / bytes.largest_part_per_slot;
     auto plan = plan_memory(needs);
     if (!plan) return plan.status();
     params->slot_count = static_cast<uint32_t>(plan->slots);
@@ -165,7 +170,8 @@ Status Renderer::prepare() {
     ResidencySettings settings;
     settings.pool_bytes = plan->pool_bytes;
     settings.slab_bytes = options_.slab_bytes;
-    host_limit_ = options_.host_limit ? options_.host_limit : default_host_limit();
+    const uint64_t device_bytes = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
+    host_limit_ = options_.host_limit ? options_.host_limit : default_host_limit(device_->info().type == "CPU" ? device_bytes : 0);
     settings.host_limit = host_limit_;
     settings.policy = default_settings(options_.policy);
     adapt_loads(settings.policy, plan->pool_bytes);

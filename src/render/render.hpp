@@ -43,7 +43,7 @@ struct RenderOptions {
 
 struct RenderProgress {
     double seconds = 0;   // since rendering began
-    double spp = 0;       // finished samples a pixel, on average
+    double spp = 0;       // samples a pixel, on average: begun (progress), finished (snapshot)
     double fraction = 0;  // of the job
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval

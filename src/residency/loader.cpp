@@ -33,7 +33,7 @@ Loader::~Loader() {
 void Loader::start(uint32_t block, PoolAddress address) {
     const std::lock_guard lock(mutex_);
     RAYPAGER_CHECK(!free_staging_.empty());
-    waiting_.push_back({block, address, free_staging_.back(), {}, false});
+    waiting_.push_back({block, address, free_staging_.back(), {}});
     free_staging_.pop_back();
     changed_.notify_all();
 }
@@ -52,6 +52,8 @@ Result<std::vector<uint32_t>> Loader::arrived(bool wait) {
             auto finished = submitted_.front().upload.finished();
             if (!finished) return finished.status();
             if (!*finished) break;
+            // Done already; but only a wait makes what was written visible to kernels of another queue (OpenCL 1.2, 5.9).
+            RAYPAGER_TRY(submitted_.front().upload.wait());
             blocks.push_back(submitted_.front().block);
             free_staging_.push_back(submitted_.front().staging);
             submitted_.pop_front();
@@ -71,6 +73,20 @@ Result<std::vector<uint32_t>> Loader::arrived(bool wait) {
     }
 }
 
+// Reads a block and starts its upload.
+Status Loader::bring(Load& load) {
+    try {
+        const BlockRecord& record = scene_.blocks[load.block];
+        const std::span<std::byte> bytes = staging_[load.staging].bytes();
+        RAYPAGER_TRY(cache_.fetch(load.block, bytes.first(record.stored_bytes)));
+        RAYPAGER_TRY(transcode_block(bytes, record));
+        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, bytes.first(record.memory_bytes), &load.upload));
+        return device_.uploads().flush();
+    } catch (const std::bad_alloc&) {
+        return Status::failed("not enough host memory to load a block; give a smaller --host-limit");
+    }
+}
+
 void Loader::work() {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -80,13 +96,7 @@ void Loader::work() {
         waiting_.pop_front();
         reading_ = 1;
         lock.unlock();
-        const BlockRecord& record = scene_.blocks[load.block];
-        const std::span<std::byte> bytes = staging_[load.staging].bytes();
-        Status status = cache_.fetch(load.block, bytes.first(record.stored_bytes));
-        if (status.ok()) status = transcode_block(bytes, record);
-        if (status.ok())
-            status = device_.uploads().write(slabs_[load.address.slab], load.address.offset, bytes.first(record.memory_bytes), &load.upload);
-        if (status.ok()) status = device_.uploads().flush();
+        const Status status = bring(load);
         lock.lock();
         reading_ = 0;
         if (status.ok())

@@ -32,11 +32,11 @@ private:
         PoolAddress address;
         size_t staging;
         Event upload;
-        bool submitted = false;
     };
     Loader(Device& device, const BakedScene& scene, HostCache& cache, const std::vector<Buffer>& slabs)
         : device_(device), scene_(scene), cache_(cache), slabs_(slabs) {}
     void work();
+    Status bring(Load& load);
 
     Device& device_;
     const BakedScene& scene_;

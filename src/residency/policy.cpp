@@ -89,13 +89,17 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
             if (hold || in_flight >= settings.loads_in_flight) break;
             if (!victims_known) victims = eviction_order(settings, input);
             victims_known = true;
-            while (!pool.fits(bytes) && next_victim < victims.size()) {
-                const uint32_t victim = victims[next_victim++];
-                pool.release(input.blocks[victim].address, input.blocks[victim].bytes);
-                plan.evict.push_back(victim);
-            }
-            place = pool.allocate(bytes);
+            // On a copy first: where a block cannot be placed, nothing is evicted for it.
+            SlabAllocator trial = pool;
+            size_t last = next_victim;
+            for (; !trial.fits(bytes) && last < victims.size(); last++)
+                trial.release(input.blocks[victims[last]].address, input.blocks[victims[last]].bytes);
+            place = trial.allocate(bytes);
             if (!place) break;  // the rest of the pool is being loaded, or has not been seen by a round
+            plan.evict.insert(plan.evict.end(), victims.begin() + static_cast<std::ptrdiff_t>(next_victim),
+                              victims.begin() + static_cast<std::ptrdiff_t>(last));
+            next_victim = last;
+            pool = std::move(trial);
         }
         plan.load.push_back({block, *place});
         in_flight++;

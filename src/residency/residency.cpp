@@ -26,7 +26,8 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
         return Status::failed(fmt::format(
             "the largest block has {} bytes, but the device allocates at most {} at once; bake with a smaller --block-size", largest_block, slab));
     std::vector<uint64_t> sizes;
-    while (pool_bytes > 0 && sizes.size() < RP_MAX_SLABS) {
+    // A last slab that might not take every block is left out.
+    while (pool_bytes >= std::max<uint64_t>(1, largest_block) && sizes.size() < RP_MAX_SLABS) {
         sizes.push_back(std::min(slab, pool_bytes));
         pool_bytes -= sizes.back();
     }
@@ -36,10 +37,17 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
 Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockFile& file, const ResidencySettings& settings) {
     const BakedScene& scene = file.scene();
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
-    auto sizes = split_pool(settings.pool_bytes, std::max<uint64_t>(max_slab, scene.largest_block()), scene.largest_block());
+    auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block());
     if (!sizes) return sizes.status();
     std::unique_ptr<Residency> residency(new Residency(SlabAllocator(*sizes)));
     residency->policy_ = settings.policy;
+    // No more blocks can be on their way than fit into the pool.
+    uint64_t smallest = UINT64_MAX;
+    for (const BlockRecord& block : scene.blocks) smallest = std::min<uint64_t>(smallest, block.memory_bytes);
+    const auto most = static_cast<uint32_t>(std::clamp<uint64_t>(settings.pool_bytes / smallest, 1, UINT32_MAX));
+    residency->policy_.loads_in_flight = std::min(settings.policy.loads_in_flight, most);
+    residency->policy_.loads_into_free = std::min(settings.policy.loads_into_free, most);
+    const uint32_t staging = std::max({1u, residency->policy_.loads_in_flight, residency->policy_.loads_into_free});
     for (size_t i = 0; i < sizes->size(); i++) {
         auto slab = device.allocate((*sizes)[i], fmt::format("slab {} of the geometry pool", i));
         if (!slab) return slab.status();
@@ -56,9 +64,10 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     auto table = device.allocate(residency->pages_.size() * sizeof(rp_page), "the page table");
     if (!table) return table.status();
     residency->page_table_ = std::move(*table);
-    residency->cache_ = std::make_unique<HostCache>(file, settings.host_limit);
-    const uint32_t staging = std::max(settings.policy.loads_in_flight, settings.policy.loads_into_free);
-    auto loader = Loader::create(device, scene, *residency->cache_, residency->slabs_, std::max(1u, staging));
+    residency->staging_bytes_ = uint64_t{staging} * scene.largest_block();
+    const uint64_t cache = settings.host_limit > residency->staging_bytes_ ? settings.host_limit - residency->staging_bytes_ : 0;
+    residency->cache_ = std::make_unique<HostCache>(file, cache);
+    auto loader = Loader::create(device, scene, *residency->cache_, residency->slabs_, staging);
     if (!loader) return loader.status();
     residency->loader_ = std::move(*loader);
     return residency;

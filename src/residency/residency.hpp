@@ -18,7 +18,7 @@ namespace raypager {
 struct ResidencySettings {
     uint64_t pool_bytes = 0;  // at most; REQUIRES: at least the largest block
     uint64_t slab_bytes = 0;  // of one slab at most; 0: what the device allocates at once
-    uint64_t host_limit = 0;  // of the cache of stored blocks
+    uint64_t host_limit = 0;  // of the cache of stored blocks and the pinned buffers
     PolicySettings policy;
 };
 
@@ -26,7 +26,7 @@ struct PagingStatistics {
     uint64_t loads = 0, evictions = 0, bytes_loaded = 0, peak_resident_bytes = 0;
 };
 
-// Sizes of the slabs for a pool: as few as possible, each large enough for the largest block.
+// Sizes of the slabs for a pool: as few as possible, each large enough for the largest block; what is left over is not used.
 Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
 
 class Residency {
@@ -46,7 +46,8 @@ public:
     const PagingStatistics& statistics() const { return statistics_; }
     uint64_t resident_bytes() const { return resident_bytes_; }
     uint64_t pool_bytes() const { return allocator_.capacity(); }
-    uint64_t host_peak_bytes() const { return cache_->peak_bytes(); }
+    // Stored blocks in host memory and pinned buffers.
+    uint64_t host_peak_bytes() const { return cache_->peak_bytes() + staging_bytes_; }
     std::span<const BlockState> blocks() const { return blocks_; }
 
 private:
@@ -64,7 +65,7 @@ private:
     std::vector<BlockState> blocks_;
     std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
     PagingStatistics statistics_;
-    uint64_t resident_bytes_ = 0;
+    uint64_t resident_bytes_ = 0, staging_bytes_ = 0;
     uint32_t last_arrival_round_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "base/check.hpp"
@@ -21,13 +22,23 @@ constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 3 * sizeof(uint32_t);  // 
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 
-std::vector<float> cumulative_probabilities(const std::vector<rp_light>& lights) {
-    std::vector<float> cumulative;
-    double sum = 0;
-    for (const rp_light& light : lights) cumulative.push_back(static_cast<float>(sum += light.probability));
-    // So that a random number just under 1 finds a light whatever the rounding.
-    if (!cumulative.empty()) cumulative.back() = 1.0f;
-    return cumulative;
+// Light i is chosen by the 32-bit random numbers from the last one of light i - 1 (exclusive) to steps[i] (inclusive). Each light gets at
+// least one of them, and its probability becomes exactly the share that it has got.
+std::vector<uint32_t> light_steps(std::vector<rp_light>& lights) {
+    constexpr double all = 4294967296.0;
+    std::vector<uint32_t> steps;
+    double sum = 0, before = 0;
+    const double left_for_others = static_cast<double>(lights.size());
+    for (size_t i = 0; i < lights.size(); i++) {
+        sum += lights[i].probability;
+        // Room is kept for those that follow.
+        const double most = all - (left_for_others - static_cast<double>(i) - 1);
+        const double end = i + 1 == lights.size() ? all : std::clamp(std::floor(sum * all), before + 1, most);
+        lights[i].probability = static_cast<float>((end - before) / all);
+        steps.push_back(static_cast<uint32_t>(end - 1));
+        before = end;
+    }
+    return steps;
 }
 
 template <class T>
@@ -47,6 +58,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
                   at_least_16(scene.blocks.size() * RP_DEMAND_ARRAYS * sizeof(uint32_t));
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
+    bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
     return bytes;
 }
 
@@ -62,7 +74,8 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
 }
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
-    const std::vector<float> cumulative = cumulative_probabilities(scene.lights);
+    std::vector<rp_light> lights = scene.lights;
+    const std::vector<uint32_t> steps = light_steps(lights);
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
@@ -70,8 +83,8 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
     };
     const Part parts[] = {{params_buffer_, bytes_of_one(params_), "render parameters"},
                           {materials_, bytes_of(scene.materials), "materials"},
-                          {lights_, bytes_of(scene.lights), "lights"},
-                          {light_cdf_, bytes_of(cumulative), "light probabilities"},
+                          {lights_, bytes_of(lights), "lights"},
+                          {light_steps_, bytes_of(steps), "light probabilities"},
                           {ranges_, bytes_of(scene.ranges), "primitive ranges"},
                           {top_grid_, bytes_of_one(scene.top_grid), "the top tree's grid"},
                           {top_nodes_, bytes_of(scene.top_nodes), "the top tree"},
@@ -129,7 +142,7 @@ Status Wavefront::build_kernels(const std::vector<Buffer>& slabs, const Buffer& 
     RAYPAGER_TRY(wake_.set(status_, paths_, portals_, page_table, params_.slot_count, queue_, free_list_, counters_, demand_));
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_));
-    return shade_.set(params_buffer_, materials_, lights_, light_cdf_, ranges_, queue_, status_, paths_, counters_, film_);
+    return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
 namespace {
@@ -169,9 +182,12 @@ Status Wavefront::finish_round(RoundCounters& counters, std::vector<uint32_t>& d
     demand.resize(uint64_t{block_count_} * RP_DEMAND_ARRAYS);
     Event demand_read;
     RAYPAGER_TRY(device_.kernels().read(demand_, 0, std::as_writable_bytes(std::span(demand)), &demand_read));
-    RAYPAGER_TRY(device_.kernels().read_now(counters_, 0, std::as_writable_bytes(std::span(counters.words))));
+    const Status counters_read = device_.kernels().read_now(counters_, 0, std::as_writable_bytes(std::span(counters.words)));
+    const Status demand_status = demand_read.wait();  // before anything returns: the device writes into the caller's vector
+    RAYPAGER_TRY(counters_read);
+    RAYPAGER_TRY(demand_status);
     for (size_t i = 0; i < stage_events_.size(); i++) stage_ns_[i] += stage_events_[i].duration_ns();
-    return demand_read.wait();
+    return {};
 }
 
 Status Wavefront::set_sample_limit(uint64_t limit) {

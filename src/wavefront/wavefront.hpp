@@ -21,7 +21,8 @@ namespace raypager {
 struct WavefrontBytes {
     uint64_t scene = 0;  // top tree, materials, lights, ...
     uint64_t film = 0;
-    uint64_t per_slot = 0;  // of one path slot, queues included
+    uint64_t per_slot = 0;               // of one path slot, queues included
+    uint64_t largest_part_per_slot = 0;  // of the largest buffer that holds a part of each slot
 };
 WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t height);
 
@@ -69,7 +70,7 @@ private:
     Device& device_;
     rp_render_params params_;
     uint32_t block_count_ = 0;
-    Buffer params_buffer_, materials_, lights_, light_cdf_, ranges_, top_grid_, top_nodes_, portals_, portal_paths_;
+    Buffer params_buffer_, materials_, lights_, light_steps_, ranges_, top_grid_, top_nodes_, portals_, portal_paths_;
     Buffer film_, status_, paths_, queue_, free_list_, counters_, demand_;
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;

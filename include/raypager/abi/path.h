@@ -33,7 +33,7 @@
 #define RP_STATUS_IDLE 4u    // free, and no samples are left
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_ROUND_SHIFT 3
-#define RP_ROUND_MASK 0x1fffffffu  // rounds are counted modulo 2^29; round 0 never happens
+#define RP_ROUND_MASK 0x1fffffffu  // renders end before they have so many rounds; round 0 never happens
 
 // Counters of one round; the first RP_COUNTERS_PER_ROUND words are zeroed before it, the others add up over the render.
 #define RP_COUNT_EXTEND 0u   // extension rays that can go on
@@ -54,7 +54,7 @@
 
 // Demand: arrays of one word a block, one after the other.
 #define RP_DEMAND_WANTS 0u    // rays that wait for the block, this round
-#define RP_DEMAND_BOUNCES 1u  // extension rays whose path ended up on a surface of the block, this round
+#define RP_DEMAND_BOUNCES 1u  // extension rays of this round that found their closest hit in the block and ended with it
 #define RP_DEMAND_USED 2u     // last round in which a ray entered the block
 #define RP_DEMAND_ARRAYS 3u
 
