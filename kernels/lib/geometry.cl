@@ -8,7 +8,6 @@
 // host: one slab is the common case and costs no selection.
 #if RP_SLABS == 1
 #define RP_SLAB_PARAMETERS const __global uchar *restrict slab0
-#define RP_SLAB_ADDRESS(g, page) ((g)->slab[0])
 #else
 #define RP_SLAB_PARAMETERS                                                                                                                   \
     const __global uchar *restrict slab0, const __global uchar *restrict slab1, const __global uchar *restrict slab2,                        \

@@ -4,7 +4,7 @@
 // A block is one run of bytes. It starts with rp_block_header; each section starts at a multiple of 16 bytes:
 //   nodes      rp_node[node_count]             inner nodes, two children each
 //   leaves     rp_leaf[leaf_count]             triangle strips, or runs of spheres
-//   vertices   float[3 * vertex_count]         exact positions in world space, grouped in clusters of up to 256
+//   vertices   float[3 * vertex_count]         exact positions in world space; a leaf sees a window of up to 256
 //   spheres    float[4 * sphere_count]         centre, radius
 //   ids        rp_u32[4 * leaf_count]          primitive k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE
 //   normals    rp_u32[vertex_count], or none   octahedral shading normals beside the vertices (RP_NONE: this vertex has none)
