@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,12 +58,23 @@ struct MeshIssues {
     std::string describe() const;  // "12 degenerate triangles dropped, ..."
 };
 
-// Something that can put a mesh into memory when asked. Implementations: a mesh in memory, a file.
+// Takes in a mesh piece by piece: all vertices, then the triangles. A status that is not ok ends the stream and is passed on.
+class MeshSink {
+public:
+    virtual ~MeshSink() = default;
+    // normals: as many as positions, or none; the same choice in every call.
+    virtual Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) = 0;
+    virtual Status triangles(std::span<const Triangle> indices) = 0;  // indices into all vertices that came
+};
+
+// Something that can put a mesh into memory when asked, or hand it on in pieces. Implementations: a mesh in memory, a file.
 class MeshSource {
 public:
     virtual ~MeshSource() = default;
     // Fills mesh (emptied first). Dropped and suspicious triangles are counted in issues.
     virtual Status load(TriangleMesh& mesh, MeshIssues& issues) const = 0;
+    // The same triangles in the same order, without the whole mesh in memory where the format allows it; by default through load().
+    virtual Status stream(MeshSink& sink, MeshIssues& issues) const;
     virtual std::string name() const = 0;                          // for messages: the file's path, or "scene.pbrt:12"
     virtual std::vector<std::string> files() const { return {}; }  // that the result depends on
 };
@@ -78,6 +91,25 @@ private:
     TriangleMesh mesh_;
 };
 
+// A point of a cloud as its file has it.
+struct CloudPoint {
+    Float3 position;             // object space
+    float radius = 0;            // 0: from the spacing of the points around it
+    uint32_t color = 0xffffffu;  // sRGB, red | green << 8 | blue << 16
+};
+
+// Something that can hand on the points of a cloud piece by piece, in the same order each time.
+class PointSource {
+public:
+    virtual ~PointSource() = default;
+    // Points that are not finite are dropped and counted in issues.not_finite. A status that take returns ends the stream and is passed on.
+    virtual Status stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const = 0;
+    virtual uint64_t count() const = 0;  // what the file declares; at most as many are handed on
+    virtual bool has_color() const = 0;
+    virtual std::string name() const = 0;
+    virtual std::vector<std::string> files() const { return {}; }
+};
+
 struct SpherePrimitive {
     Float3 center;  // object space
     float radius = 1;
@@ -88,15 +120,18 @@ struct AreaLight {
     bool two_sided = false;
 };
 
-// One mesh or sphere, placed in the world.
+// One mesh, cloud or sphere, placed in the world.
 struct Shape {
     std::string name;  // for messages
     Transform to_world;
     bool reverse_orientation = false;
-    uint32_t material = 0;                   // index into Scene::materials
-    std::optional<uint32_t> area_light;      // index into Scene::area_lights
-    std::shared_ptr<const MeshSource> mesh;  // or, if null:
+    uint32_t material = 0;                      // index into Scene::materials
+    std::optional<uint32_t> area_light;         // index into Scene::area_lights
+    std::shared_ptr<const MeshSource> mesh;     // or, if null:
+    std::shared_ptr<const PointSource> points;  // or, if null:
     SpherePrimitive sphere;
+    // Of a cloud: one radius for all points, in the world; 0: each point's own, or from the spacing around it, times radius_scale.
+    float point_radius = 0, radius_scale = 1;
 };
 
 struct Camera {

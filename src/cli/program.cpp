@@ -21,13 +21,14 @@ struct Verb {
     Status (*run)(const Arguments& arguments);
 };
 
-constexpr std::array<Verb, 6> verbs = {{
+constexpr std::array<Verb, 7> verbs = {{
     {"devices", "list the OpenCL devices", run_devices},
     {"make-scene", "write a procedural scene of any size", run_make_scene},
     {"bake", "cut a scene into blocks and write a block file", run_bake},
     {"inspect", "say what is in a block file; check it", run_inspect},
     {"render", "render a scene or a block file", run_render},
     {"compare", "say how far two pictures are apart", run_compare},
+    {"bench", "measure the program itself", run_bench},
 }};
 
 std::string help_text() {

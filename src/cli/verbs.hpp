@@ -12,5 +12,6 @@ Status run_bake(const Arguments& arguments);
 Status run_inspect(const Arguments& arguments);
 Status run_render(const Arguments& arguments);
 Status run_compare(const Arguments& arguments);
+Status run_bench(const Arguments& arguments);
 
 }  // namespace raypager

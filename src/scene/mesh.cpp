@@ -28,6 +28,13 @@ std::string MeshIssues::describe() const {
     return text;
 }
 
+Status MeshSource::stream(MeshSink& sink, MeshIssues& issues) const {
+    TriangleMesh mesh;
+    RAYPAGER_TRY(load(mesh, issues));
+    RAYPAGER_TRY(sink.vertices(mesh.positions, mesh.normals));
+    return sink.triangles(mesh.triangles);
+}
+
 Status MeshInMemory::load(TriangleMesh& mesh, MeshIssues& issues) const {
     mesh = mesh_;
     clean_mesh(mesh, issues);

@@ -11,7 +11,8 @@ set(layer_residency 4)
 set(layer_film 4)
 set(layer_wavefront 5)
 set(layer_render 6)
-set(layer_cli 7)
+set(layer_bench 7)
+set(layer_cli 8)
 
 # header pattern | files that may include it
 set(owners

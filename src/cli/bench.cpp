@@ -1,0 +1,46 @@
+#include "cli/bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+#include <string>
+
+#include "cli/verbs.hpp"
+
+namespace raypager {
+namespace {
+
+struct Measurement {
+    const char *name, *about;
+    Status (*run)(const Arguments&);
+};
+
+// In the order in which the help lists them.
+constexpr Measurement measurements[] = {
+    {"traverse", "rays a second of the engine's own kernels on a baked scene", run_bench_traverse},
+};
+
+std::string usage() {
+    std::string text = "Usage: raypager bench MEASUREMENT ...\n\nMeasures the program itself; each has its own --help.\n\nMeasurements:\n";
+    for (const Measurement& m : measurements) text += fmt::format("  {:<10} {}\n", m.name, m.about);
+    return text;
+}
+
+}  // namespace
+
+Status run_bench(const Arguments& arguments) {
+    if (arguments.empty()) return Status::usage("bench: the measurement is missing; see raypager bench --help");
+    if (arguments.front() == "--help" || arguments.front() == "-h") {
+        std::fputs(usage().c_str(), stdout);
+        return {};
+    }
+    const auto* found =
+        std::find_if(std::begin(measurements), std::end(measurements), [&](const Measurement& m) { return arguments.front() == m.name; });
+    if (found == std::end(measurements))
+        return Status::usage(fmt::format("bench: '{}' is no measurement; see raypager bench --help", arguments.front()));
+    return found->run(Arguments(arguments.begin() + 1, arguments.end()));
+}
+
+}  // namespace raypager

@@ -1,0 +1,11 @@
+// The measurements of the verb `bench`, one file each.
+#pragma once
+
+#include "cli/option_parser.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+Status run_bench_traverse(const Arguments& arguments);
+
+}  // namespace raypager
