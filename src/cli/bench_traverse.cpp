@@ -1,7 +1,79 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "base/files.hpp"
+#include "bench/traverse.hpp"
 #include "cli/bench.hpp"
+#include "cli/values.hpp"
 
 namespace raypager {
+namespace {
 
-Status run_bench_traverse(const Arguments&) { return Status::failed("bench traverse: comes with the next change"); }
+constexpr const char* about =
+    "Times the tracing stages of the engine on rays that lie on the device, everything resident: camera rays, one diffuse bounce\n"
+    "from each of their hits, and a shadow ray from each to a box of light. Median of the repeats.";
+
+// "x,y,z,X,Y,Z": the two corners of a box.
+Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {
+    Float3 low, high;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%f,%f,%f,%f,%f,%f%n", &low.x, &low.y, &low.z, &high.x, &high.y, &high.z, &used);
+    if (read != 6 || static_cast<size_t>(used) != text.size()) return Status::usage(fmt::format("'{}': six numbers x,y,z,X,Y,Z are expected", text));
+    return std::pair(low, high);
+}
+
+std::string table(const bench::TraverseResult& result) {
+    std::string text = fmt::format("{}, {:.1f} bytes a primitive\n{:<10} {:>12} {:>12} {:>10}\n", result.device, result.bytes_per_primitive, "rays",
+                                   "number", "that hit", "Mrays/s");
+    for (const bench::RaySetResult& set : result.sets)
+        text +=
+            fmt::format("{:<10} {:>12} {:>12} {:>10.1f}\n", set.name, format_count(set.rays), format_count(set.hits), set.rays_per_second() * 1e-6);
+    return text;
+}
+
+nlohmann::json to_json(const bench::TraverseResult& result) {
+    nlohmann::json sets = nlohmann::json::array();
+    for (const bench::RaySetResult& set : result.sets)
+        sets.push_back(
+            {{"name", set.name}, {"rays", set.rays}, {"hits", set.hits}, {"seconds", set.seconds}, {"rays_per_second", set.rays_per_second()}});
+    return {{"raypager", RAYPAGER_VERSION}, {"device", result.device}, {"bytes_per_primitive", result.bytes_per_primitive}, {"sets", sets}};
+}
+
+}  // namespace
+
+Status run_bench_traverse(const Arguments& arguments) {
+    bench::TraverseOptions options;
+    std::vector<std::string> inputs;
+    std::optional<CameraText> camera;
+    ImageSize size{options.width, options.height};
+    std::filesystem::path report;
+    OptionParser parser("bench traverse", "FILE.rpb [options]", about);
+    parser.inputs("the block file", 1, 1, inputs);
+    parser.option("device", "D", "number or part of the name, as 'raypager devices' lists them (default: its default)",
+                  [&](const std::string& text) { return options.device = text, Status(); });
+    parser.option("memory-limit", "SIZE", "all device memory (default: three quarters of the device's)", into(options.memory_limit, parse_size));
+    parser.option("size", "WxH", "camera rays (default: 1024x1024)", into(size, parse_image_size));
+    parser.option("camera", "E,T,U,F", "eye, target, up (x,y,z each) and field of view in degrees (default: the scene's)",
+                  into(camera, parse_camera));
+    parser.option("light", "BOX", "x,y,z,X,Y,Z: the box in which shadow rays end (default: above the scene)", into(options.light, parse_box));
+    parser.option("repeats", "N", "times that each set is traced (default: 5)", into_count(options.repeats, 1, 1000));
+    parser.option("report", "FILE", "write the figures as JSON", into_path(report));
+    const auto outcome = parser.parse(arguments);
+    if (!outcome) return outcome.status();
+    if (*outcome == OptionParser::Outcome::help_shown) return {};
+    options.width = size.width;
+    options.height = size.height;
+    if (camera) options.camera = make_camera(camera->eye, camera->target, camera->up, camera->fov_degrees, size.width, size.height);
+
+    const auto file = BlockFile::open(inputs.front());
+    if (!file) return file.status();
+    const auto result = bench::measure_traversal(**file, options);
+    if (!result) return result.status();
+    std::fputs(table(*result).c_str(), stdout);
+    if (report.empty()) return {};
+    return write_text(report, to_json(*result).dump(2) + "\n");
+}
 
 }  // namespace raypager

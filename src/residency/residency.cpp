@@ -143,4 +143,22 @@ Result<bool> Residency::wait_for_block(uint32_t round) {
     return last_arrival_round_ == round;
 }
 
+Status Residency::load_all(Queue& queue) {
+    const size_t count = blocks_.size();
+    std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
+    for (uint32_t round = 1;; round++) {
+        size_t absent = 0;
+        for (size_t i = 0; i < count; i++) {
+            demand[RP_DEMAND_WANTS * count + i] = blocks_[i].state == PageState::resident ? 0 : 1;
+            absent += demand[RP_DEMAND_WANTS * count + i];
+        }
+        if (absent == 0) return publish(queue);
+        RAYPAGER_TRY(after_round(round, demand, 0, 1));
+        if (statistics_.evictions) return Status::failed("the pool is too small for all blocks at once");
+        auto arrived = wait_for_block(round);
+        if (!arrived) return arrived.status();
+        if (!*arrived) return Status::failed("a block never came; this is a bug");
+    }
+}
+
 }  // namespace raypager

@@ -42,6 +42,8 @@ public:
     Status after_round(uint32_t round, std::span<const uint32_t> demand, uint32_t ready_rays, uint32_t slots);
     // When no ray can go on: waits until a block has arrived since that round began. False if none has, and none is on its way.
     Result<bool> wait_for_block(uint32_t round);
+    // For measurements and tests, instead of rounds: brings in every block and publishes the page table. Fails if they do not fit.
+    Status load_all(Queue& queue);
 
     const PagingStatistics& statistics() const { return statistics_; }
     uint64_t resident_bytes() const { return resident_bytes_; }

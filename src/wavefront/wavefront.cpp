@@ -12,9 +12,6 @@
 namespace raypager {
 namespace {
 
-// A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
-constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
-
 constexpr uint32_t wake_slots = 16;               // that one work-item of the stage `wake` looks at; at most 16
 constexpr uint32_t items_per_cpu_core = 1 << 12;  // some dozen work-groups a core, for balance
 
@@ -52,10 +49,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
-                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + at_least_16(sizeof(rp_top_grid)) +
-                  at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) +
-                  at_least_16(scene.portal_paths.size() * sizeof(uint64_t)) + RP_COUNTER_WORDS * sizeof(uint32_t) +
-                  at_least_16(scene.blocks.size() * RP_DEMAND_ARRAYS * sizeof(uint32_t));
+                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene) + RP_COUNTER_WORDS * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
@@ -65,11 +59,12 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
 Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table) {
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
-    std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params));
-    wavefront->block_count_ = static_cast<uint32_t>(scene.blocks.size());
+    auto geometry = GeometryBuffers::create(device, scene, slabs, page_table);
+    if (!geometry) return geometry.status();
+    std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     RAYPAGER_TRY(wavefront->allocate_state());
-    RAYPAGER_TRY(wavefront->build_kernels(slabs, page_table));
+    RAYPAGER_TRY(wavefront->build_kernels());
     return wavefront;
 }
 
@@ -85,11 +80,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
                           {materials_, bytes_of(scene.materials), "materials"},
                           {lights_, bytes_of(lights), "lights"},
                           {light_steps_, bytes_of(steps), "light probabilities"},
-                          {ranges_, bytes_of(scene.ranges), "primitive ranges"},
-                          {top_grid_, bytes_of_one(scene.top_grid), "the top tree's grid"},
-                          {top_nodes_, bytes_of(scene.top_nodes), "the top tree"},
-                          {portals_, bytes_of(scene.portals), "portals"},
-                          {portal_paths_, bytes_of(scene.portal_paths), "portal paths"}};
+                          {ranges_, bytes_of(scene.ranges), "primitive ranges"}};
     for (const Part& part : parts) {
         auto buffer = device_.upload(part.contents, part.what);
         if (!buffer) return buffer.status();
@@ -110,24 +101,20 @@ Status Wavefront::allocate_state() {
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
                           {queue_, slots * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
-                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"},
-                          {demand_, at_least_16(uint64_t{block_count_} * RP_DEMAND_ARRAYS * sizeof(uint32_t)), "demand counters"}};
+                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
     for (const Part& part : parts) {
         auto buffer = device_.allocate(part.bytes, part.what);
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
-    for (const Buffer* buffer : {&film_, &status_, &counters_, &demand_}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
+    for (const Buffer* buffer : {&film_, &status_, &counters_}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
     const uint64_t first = params_.first_sample;
     const uint32_t words[2] = {static_cast<uint32_t>(first), static_cast<uint32_t>(first >> 32)};
     return device_.kernels().write_now(counters_, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), std::as_bytes(std::span(words)));
 }
 
-Status Wavefront::build_kernels(const std::vector<Buffer>& slabs, const Buffer& page_table) {
-    slabs_ = &slabs;
-    page_table_ = &page_table;
-    const std::string definitions =
-        fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={} -DRP_WAKE_SLOTS={}", slabs.size() == 1 ? 1 : RP_MAX_SLABS, stack_size, wake_slots);
+Status Wavefront::build_kernels() {
+    const std::string definitions = geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}", wake_slots);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -139,25 +126,12 @@ Status Wavefront::build_kernels(const std::vector<Buffer>& slabs, const Buffer& 
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
-    RAYPAGER_TRY(wake_.set(status_, paths_, portals_, page_table, params_.slot_count, queue_, free_list_, counters_, demand_));
+    RAYPAGER_TRY(
+        wake_.set(status_, paths_, geometry_.portals(), geometry_.pages(), params_.slot_count, queue_, free_list_, counters_, geometry_.demand()));
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
-
-namespace {
-
-// Sets the arguments of a kernel with RP_GEOMETRY_PARAMETERS: the geometry, all slabs (unused ones repeat the first), then the rest.
-template <class... Rest>
-Status set_geometry(Kernel& kernel, const Buffer& top_grid, const Buffer& top_nodes, const Buffer& portals, const Buffer& paths, const Buffer& pages,
-                    const Buffer& demand, const std::vector<Buffer>& slabs, const Rest&... rest) {
-    if (slabs.size() == 1) return kernel.set(top_grid, top_nodes, portals, paths, pages, demand, slabs[0], rest...);
-    const auto slab = [&](size_t i) -> const Buffer& { return slabs[i < slabs.size() ? i : 0]; };
-    return kernel.set(top_grid, top_nodes, portals, paths, pages, demand, slab(0), slab(1), slab(2), slab(3), slab(4), slab(5), slab(6), slab(7),
-                      rest...);
-}
-
-}  // namespace
 
 Status Wavefront::start_round(uint32_t round) {
     Queue& queue = device_.kernels();
@@ -165,11 +139,10 @@ Status Wavefront::start_round(uint32_t round) {
     // The stages loop over their queues. A CPU runs work-items one after the other: few of them, so that short queues cost little.
     const uint32_t items = device_.info().type == "CPU" ? std::min(slots, device_.info().compute_units * items_per_cpu_core) : slots;
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
-    if (block_count_) RAYPAGER_TRY(queue.fill_zero(demand_, 0, uint64_t{RP_DEMAND_USED} * block_count_ * sizeof(uint32_t)));
-    RAYPAGER_TRY(set_geometry(extend_, top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, *slabs_, block_count_, round, slots,
-                              queue_, status_, paths_, counters_));
-    RAYPAGER_TRY(set_geometry(connect_, top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, *slabs_, block_count_, round, slots,
-                              queue_, status_, paths_, counters_, film_));
+    const uint64_t blocks = geometry_.block_count();
+    if (blocks) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), 0, RP_DEMAND_USED * blocks * sizeof(uint32_t)));
+    RAYPAGER_TRY(geometry_.set(extend_, round, slots, queue_, status_, paths_, counters_));
+    RAYPAGER_TRY(geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_));
     RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &stage_events_[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &stage_events_[1]));
     RAYPAGER_TRY(queue.launch(advance_, 1, 1));
@@ -179,9 +152,9 @@ Status Wavefront::start_round(uint32_t round) {
 }
 
 Status Wavefront::finish_round(RoundCounters& counters, std::vector<uint32_t>& demand) {
-    demand.resize(uint64_t{block_count_} * RP_DEMAND_ARRAYS);
+    demand.resize(uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS);
     Event demand_read;
-    RAYPAGER_TRY(device_.kernels().read(demand_, 0, std::as_writable_bytes(std::span(demand)), &demand_read));
+    RAYPAGER_TRY(device_.kernels().read(geometry_.demand(), 0, std::as_writable_bytes(std::span(demand)), &demand_read));
     const Status counters_read = device_.kernels().read_now(counters_, 0, std::as_writable_bytes(std::span(counters.words)));
     const Status demand_status = demand_read.wait();  // before anything returns: the device writes into the caller's vector
     RAYPAGER_TRY(counters_read);

@@ -14,6 +14,7 @@
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
+#include "wavefront/geometry_buffers.hpp"
 
 namespace raypager {
 
@@ -62,18 +63,17 @@ public:
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
 
 private:
-    Wavefront(Device& device, const rp_render_params& params) : device_(device), params_(params) {}
+    Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
+        : device_(device), params_(params), geometry_(std::move(geometry)) {}
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
-    Status build_kernels(const std::vector<Buffer>& slabs, const Buffer& page_table);
+    Status build_kernels();
 
     Device& device_;
     rp_render_params params_;
-    uint32_t block_count_ = 0;
-    Buffer params_buffer_, materials_, lights_, light_steps_, ranges_, top_grid_, top_nodes_, portals_, portal_paths_;
-    Buffer film_, status_, paths_, queue_, free_list_, counters_, demand_;
-    const std::vector<Buffer>* slabs_ = nullptr;
-    const Buffer* page_table_ = nullptr;
+    GeometryBuffers geometry_;
+    Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
+    Buffer film_, status_, paths_, queue_, free_list_, counters_;
     Kernel wake_, generate_, advance_, extend_, shade_, connect_;
     std::array<Event, 5> stage_events_;
     std::array<uint64_t, 5> stage_ns_{};

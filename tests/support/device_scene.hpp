@@ -11,6 +11,7 @@
 #include "raypager/scene.hpp"
 #include "residency/residency.hpp"
 #include "store/block_file.hpp"
+#include "wavefront/geometry_buffers.hpp"
 
 namespace raypager::support {
 
@@ -55,11 +56,10 @@ public:
 
 private:
     DeviceScene() = default;
-    Status load_all_blocks();
     std::shared_ptr<const BlockFile> file_;
     std::unique_ptr<Device> device_;
     std::unique_ptr<Residency> residency_;
-    Buffer top_grid_, top_nodes_, portals_, portal_paths_, demand_;
+    std::unique_ptr<GeometryBuffers> geometry_;
 };
 
 }  // namespace raypager::support

@@ -1,0 +1,33 @@
+// Rays to measure traversal with: what a path tracer's first two segments and first connection look like.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "raypager/scene.hpp"
+
+namespace raypager::bench {
+
+struct Ray {
+    Float3 origin;
+    float t_max;
+    Float3 direction;  // unit
+};
+
+// Where a ray ended.
+struct SurfacePoint {
+    bool hit = false;
+    Float3 position, normal;  // unit, to either side
+    uint32_t primitive = 0;
+    float t = 0;
+};
+
+// One ray through the middle of each pixel, in tiles of 8 x 8 pixels as far as they are whole.
+std::vector<Ray> primary_rays(const Camera& camera, uint32_t width, uint32_t height);
+// One cosine-distributed direction from every hit, in the order of the rays; misses leave none.
+std::vector<Ray> diffuse_rays(const std::vector<Ray>& rays, const std::vector<SurfacePoint>& hits, uint32_t seed);
+// From every hit to a random point between corner_low and corner_high; misses leave none.
+std::vector<Ray> shadow_rays(const std::vector<Ray>& rays, const std::vector<SurfacePoint>& hits, const Float3& corner_low, const Float3& corner_high,
+                             uint32_t seed);
+
+}  // namespace raypager::bench

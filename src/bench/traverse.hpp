@@ -1,0 +1,41 @@
+// Rays a second of the engine's own tracing stages, on rays that lie on the device: the top tree, the blocks and the hops between them
+// are in; everything is resident. Path slots are filled with the rays, and the stages `extend` and `connect` are launched on them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager::bench {
+
+struct TraverseOptions {
+    std::string device;
+    uint64_t memory_limit = 0;  // 0: three quarters of the device's memory
+    uint32_t width = 1024, height = 1024;
+    std::optional<Camera> camera;                    // default: the scene's
+    std::optional<std::pair<Float3, Float3>> light;  // box that shadow rays end in; default: above the scene
+    uint32_t repeats = 5;
+};
+
+struct RaySetResult {
+    std::string name;  // "primary", "diffuse", "shadow"
+    uint64_t rays = 0, hits = 0;
+    std::vector<double> seconds;  // on the device, one a repeat
+    double median_seconds() const;
+    double rays_per_second() const { return static_cast<double>(rays) / median_seconds(); }
+};
+
+struct TraverseResult {
+    std::string device;
+    double bytes_per_primitive = 0;  // of device memory, without the top tree
+    std::vector<RaySetResult> sets;
+};
+
+Result<TraverseResult> measure_traversal(const BlockFile& file, const TraverseOptions& options);
+
+}  // namespace raypager::bench

@@ -1,0 +1,53 @@
+#include "wavefront/geometry_buffers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace raypager {
+namespace {
+
+// A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
+constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
+
+uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
+uint64_t demand_bytes(const BakedScene& scene) { return at_least_16(scene.blocks.size() * RP_DEMAND_ARRAYS * sizeof(uint32_t)); }
+
+}  // namespace
+
+uint64_t GeometryBuffers::bytes(const BakedScene& scene) {
+    return at_least_16(sizeof(rp_top_grid)) + at_least_16(scene.top_nodes.size() * sizeof(rp_node)) +
+           at_least_16(scene.portals.size() * sizeof(rp_portal)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t)) + demand_bytes(scene);
+}
+
+Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, const std::vector<Buffer>& slabs, const Buffer& page_table) {
+    GeometryBuffers result;
+    result.slabs_ = &slabs;
+    result.page_table_ = &page_table;
+    result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
+    struct Part {
+        Buffer& buffer;
+        std::span<const std::byte> contents;
+        const char* what;
+    };
+    const Part parts[] = {{result.top_grid_, std::as_bytes(std::span(&scene.top_grid, 1)), "the top tree's grid"},
+                          {result.top_nodes_, bytes_of(scene.top_nodes), "the top tree"},
+                          {result.portals_, bytes_of(scene.portals), "portals"},
+                          {result.portal_paths_, bytes_of(scene.portal_paths), "portal paths"}};
+    for (const Part& part : parts) {
+        auto buffer = device.upload(part.contents, part.what);
+        if (!buffer) return buffer.status();
+        part.buffer = std::move(*buffer);
+    }
+    auto demand = device.allocate(demand_bytes(scene), "demand counters");
+    if (!demand) return demand.status();
+    result.demand_ = std::move(*demand);
+    RAYPAGER_TRY(device.kernels().fill_zero(result.demand_, 0, result.demand_.bytes()));
+    return result;
+}
+
+std::string GeometryBuffers::definitions() const {
+    return fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+}
+
+}  // namespace raypager
