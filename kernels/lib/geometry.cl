@@ -16,14 +16,14 @@
 #endif
 #define RP_GEOMETRY_PARAMETERS                                                                                                               \
     __constant rp_top_grid *restrict top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict portals,             \
-        const __global ulong *restrict portal_paths, const __global uint2 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
+        const __global ulong *restrict portal_paths, const __global uint4 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
 
 typedef struct rp_geometry {
     __constant rp_top_grid* top_grid;
     const __global uint4* top_nodes;
     const __global uint4* portals;
     const __global ulong* portal_paths;
-    const __global uint2* pages;
+    const __global uint4* pages;  // rp_page
     __global uint* used;  // last round in which a ray entered a block
     const __global uchar* slab0;
 #if RP_SLABS > 1
@@ -56,28 +56,30 @@ static inline const __global uchar* rp_block_address(const rp_geometry* g, uint 
 #endif
 }
 
-// The sections of a block that traversal reads.
+static inline uint rp_portal_block(const rp_geometry* g, uint portal) { return g->portals[2u * portal].w; }
+
+// A block as traversal reads it. Offsets instead of pointers, because registers are short there.
 typedef struct rp_block_view {
     const __global uchar* base;
-    const __global uint4* nodes;
-    const __global uint2* leaves;
-    const __global float* vertices;
+    uint leaves_at, vertices_at;
 } rp_block_view;
 
-static inline rp_block_view rp_view_block(const __global uchar* base) {
-    const __global rp_block_header* header = (const __global rp_block_header*)base;
+static inline rp_block_view rp_view_block(const rp_geometry* g, uint4 page) {
     rp_block_view view;
-    view.base = base;
-    view.nodes = (const __global uint4*)(base + header->nodes_at);
-    view.leaves = (const __global uint2*)(base + header->leaves_at);
-    view.vertices = (const __global float*)(base + header->vertices_at);
+    view.base = rp_block_address(g, page.x);
+    view.leaves_at = page.z;
+    view.vertices_at = page.w;
     return view;
 }
+static inline const __global uint4* rp_block_nodes(const __global uchar* base) { return (const __global uint4*)(base + sizeof(rp_block_header)); }
+static inline const __global uchar* rp_block_of_nodes(const __global uint4* nodes) { return (const __global uchar*)nodes - sizeof(rp_block_header); }
 
 static inline uint rp_leaf_index(uint ref) { return ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK; }
-static inline uint rp_primitive_id(const __global uchar* block, uint ref, uint k) {
+static inline uint2 rp_leaf_record(const rp_block_view* block, uint ref) { return ((const __global uint2*)(block->base + block->leaves_at))[rp_leaf_index(ref)]; }
+// ref: of a leaf, with the number of the primitive in bits 0-1.
+static inline uint rp_primitive_id(const __global uchar* block, uint ref) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;
-    return ((const __global uint*)(block + header->ids_at))[4u * rp_leaf_index(ref) + k];
+    return ((const __global uint*)(block + header->ids_at))[4u * rp_leaf_index(ref) + (ref & 3u)];
 }
 static inline float4 rp_sphere(const __global uchar* block, uint2 leaf, uint k) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;

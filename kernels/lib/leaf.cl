@@ -7,22 +7,27 @@
 // The closest hit so far.
 typedef struct rp_hit {
     float t;
-    uint primitive;  // scene-wide id, decides between equal distances; RP_NONE: no hit
+    uint primitive;  // scene-wide id, decides between equal distances; RP_NONE: no hit. Not kept while found_in is not RP_NONE:
     uint ref;        // leaf and primitive within it, if found_in is not RP_NONE
-    uint found_in;   // page address of the block in which this launch found the hit; RP_NONE: found earlier, or no hit
+    uint found_in;   // the block in which this launch found the hit; RP_NONE: found earlier, or no hit
 } rp_hit;
+
+// The id of the closest hit so far. To be looked up only where it matters: it costs two dependent loads.
+static inline uint rp_hit_primitive(const rp_geometry* g, const rp_hit* hit) {
+    return hit->found_in == RP_NONE ? hit->primitive : rp_primitive_id(rp_block_address(g, g->pages[hit->found_in].x), hit->ref);
+}
 
 static inline float3 as_float3_xyz(uint4 v) { return as_float3(v.xyz); }
 
 // Byte k (0 to 5) of the leaf's vertex indices, as an offset into the floats of its cluster.
 static inline uint rp_vertex_offset(uint2 leaf, uint k) { return 3u * (k < 2u ? leaf.x >> (16u + 8u * k) & 255u : leaf.y >> (8u * (k - 2u)) & 255u); }
 static inline const __global float* rp_cluster(const rp_block_view* block, uint2 leaf) {
-    return block->vertices + (leaf.x & 0xffffu) * (3u * RP_CLUSTER_UNIT);
+    return (const __global float*)(block->base + block->vertices_at) + (leaf.x & 0xffffu) * (3u * RP_CLUSTER_UNIT);
 }
 
 // Calls ACTION(k, t) for each primitive k that the ray hits at t in (0, t_limit].
 #define RP_FOR_EACH_HIT(ACTION)                                                                              \
-    const uint2 leaf = block->leaves[rp_leaf_index(ref)];                                                    \
+    const uint2 leaf = rp_leaf_record(block, ref);                                                    \
     const uint count = (ref & 3u) + 1u;                                                                      \
     if (ref & RP_LEAF_SPHERES) {                                                                             \
         for (uint k = 0u; k < count; k++) {                                                                  \
@@ -30,33 +35,35 @@ static inline const __global float* rp_cluster(const rp_block_view* block, uint2
             if (t > 0.0f && t <= t_limit) ACTION(k, t);                                                      \
         }                                                                                                    \
     } else {                                                                                                 \
+        /* All loads before the first test. Unused index bytes repeat the last vertex, so every load is in range. */ \
         const __global float* cluster = rp_cluster(block, leaf);                                             \
         const float3 p0 = rp_load3(cluster + rp_vertex_offset(leaf, 0u)), p1 = rp_load3(cluster + rp_vertex_offset(leaf, 1u)); \
-        float3 next = rp_load3(cluster + rp_vertex_offset(leaf, 2u));                                        \
-        rp_sheared a = rp_shear_vertex(shear, p0), b = rp_shear_vertex(shear, p1);                           \
-        for (uint k = 0u;;) {                                                                                \
-            const rp_sheared c = rp_shear_vertex(shear, next);                                               \
-            /* Unused index bytes repeat the last vertex, so that this load is always in range. */           \
-            next = rp_load3(cluster + rp_vertex_offset(leaf, min(k + 3u, 5u)));                              \
-            const float t = rp_hit_triangle(shear, &a, &b, &c);                                              \
-            if (t > 0.0f && t <= t_limit) ACTION(k, t);                                                      \
-            if (++k == count) break;                                                                         \
-            if (!(ref >> (1u + k) & 1u)) a = b;                                                              \
-            b = c;                                                                                           \
-        }                                                                                                    \
+        const float3 p2 = rp_load3(cluster + rp_vertex_offset(leaf, 2u)), p3 = rp_load3(cluster + rp_vertex_offset(leaf, 3u)); \
+        const float3 p4 = rp_load3(cluster + rp_vertex_offset(leaf, 4u)), p5 = rp_load3(cluster + rp_vertex_offset(leaf, 5u)); \
+        rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2); \
+        float t = rp_hit_triangle(ray, shear, &a, &b, &c);                                                        \
+        if (t > 0.0f && t <= t_limit) ACTION(0u, t);                                                         \
+        RP_NEXT_TRIANGLE(1u, p3, ACTION)                                                                     \
+        RP_NEXT_TRIANGLE(2u, p4, ACTION)                                                                     \
+        RP_NEXT_TRIANGLE(3u, p5, ACTION)                                                                     \
+    }
+#define RP_NEXT_TRIANGLE(k, position, ACTION)                 \
+    if (count > k) {                                          \
+        if (!(ref >> (1u + k) & 1u)) a = b;                   \
+        b = c;                                                \
+        c = rp_shear_vertex(ray, shear, position);                 \
+        t = rp_hit_triangle(ray, shear, &a, &b, &c);               \
+        if (t > 0.0f && t <= t_limit) ACTION(k, t);           \
     }
 
-static inline void rp_leaf_closest(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_address, uint ref, rp_hit* best) {
+static inline void rp_leaf_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
+                                   rp_hit* best) {
     float t_limit = best->t;
-#define RP_KEEP_CLOSEST(k, distance)                                  \
-    {                                                                 \
-        const uint id = rp_primitive_id(block->base, ref, k);         \
-        if (distance < t_limit || id < best->primitive) {             \
-            best->t = t_limit = distance;                             \
-            best->primitive = id;                                     \
-            best->ref = (ref & ~3u) | k;                              \
-            best->found_in = block_address;                           \
-        }                                                             \
+#define RP_KEEP_CLOSEST(k, distance)                                                                                         \
+    if (distance < t_limit || rp_primitive_id(block->base, (ref & ~3u) | k) < rp_hit_primitive(g, best)) {                   \
+        best->t = t_limit = distance;                                                                                        \
+        best->ref = (ref & ~3u) | k;                                                                                         \
+        best->found_in = block_index;                                                                                        \
     }
     RP_FOR_EACH_HIT(RP_KEEP_CLOSEST)
 }

@@ -11,9 +11,7 @@
 // Woop's transform: the axis along which the ray travels farthest becomes z, and the other two are sheared so that the ray runs along it.
 typedef struct rp_shear {
     uint axis;           // 0, 1, 2: which axis became z
-    float3 origin;       // permuted
     float x, y, z;       // shear constants d.x / d.z, d.y / d.z, 1 / d.z (permuted)
-    float3 reciprocal;   // permuted, see rp_ray
 } rp_shear;
 
 static inline float3 rp_permute(uint axis, float3 v) { return axis == 2u ? v : axis == 0u ? v.yzx : v.zxy; }
@@ -23,11 +21,9 @@ static inline rp_shear rp_make_shear(const rp_ray* ray) {
     rp_shear s;
     s.axis = magnitude.x >= magnitude.y && magnitude.x >= magnitude.z ? 0u : magnitude.y >= magnitude.z ? 1u : 2u;
     const float3 d = rp_permute(s.axis, ray->direction);
-    s.origin = rp_permute(s.axis, ray->origin);
     s.z = 1.0f / d.z;
     s.x = rp_mul(d.x, s.z);
     s.y = rp_mul(d.y, s.z);
-    s.reciprocal = rp_permute(s.axis, ray->reciprocal);
     return s;
 }
 
@@ -37,9 +33,9 @@ typedef struct rp_sheared {
     float x, y;
 } rp_sheared;
 
-static inline rp_sheared rp_shear_vertex(const rp_shear* s, float3 position) {
+static inline rp_sheared rp_shear_vertex(const rp_ray* ray, const rp_shear* s, float3 position) {
     rp_sheared v;
-    v.relative = rp_permute(s->axis, position) - s->origin;
+    v.relative = rp_permute(s->axis, position - ray->origin);
     v.x = v.relative.x - rp_mul(s->x, v.relative.z);
     v.y = v.relative.y - rp_mul(s->y, v.relative.z);
     return v;
@@ -65,7 +61,7 @@ static inline float rp_edge_remainder(float a, float b, float c, float d) {
 static inline bool rp_signs_differ(float u, float v, float w) { return rp_min(rp_min(u, v), w) < 0.0f && rp_max(rp_max(u, v), w) > 0.0f; }
 
 // Distance of the hit, or -1. Edges and vertices belong to all triangles that share them.
-static inline float rp_hit_triangle(const rp_shear* s, const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
+static inline float rp_hit_triangle(const rp_ray* ray, const rp_shear* s, const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
     float u = rp_edge_function(c->x, b->y, c->y, b->x), v = rp_edge_function(a->x, c->y, a->y, c->x), w = rp_edge_function(b->x, a->y, b->y, a->x);
     if (rp_signs_differ(u, v, w)) return -1.0f;
     if (u == 0.0f || v == 0.0f || w == 0.0f) {
@@ -81,7 +77,7 @@ static inline float rp_hit_triangle(const rp_shear* s, const rp_sheared* a, cons
     const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
     if (!(t > 0.0f)) return -1.0f;
     const float3 lower = fmin(fmin(a->relative, b->relative), c->relative), upper = fmax(fmax(a->relative, b->relative), c->relative);
-    return rp_not_before(t, lower, upper, s->reciprocal);
+    return rp_not_before(t, lower, upper, rp_permute(s->axis, ray->reciprocal));
 }
 
 // Distance of the nearest hit in front of the origin, or -1. Haines, Guenther, Akenine-Moeller 2019, "Precision Improvements for

@@ -28,7 +28,7 @@ static inline bool rp_comes_before(float3 a, float3 b) {
 }
 
 static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
-    const uint2 leaf = block->leaves[rp_leaf_index(ref)];
+    const uint2 leaf = rp_leaf_record(block, ref);
     const uint k = ref & 3u;
     uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
     for (uint j = 1u; j <= k; j++) {
@@ -56,7 +56,7 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
         offset = offset.yzx;
     }
     const rp_shear shear = rp_make_shear(ray);
-    const rp_sheared sa = rp_shear_vertex(&shear, a), sb = rp_shear_vertex(&shear, b), sc = rp_shear_vertex(&shear, c);
+    const rp_sheared sa = rp_shear_vertex(ray, &shear, a), sb = rp_shear_vertex(ray, &shear, b), sc = rp_shear_vertex(ray, &shear, c);
     const float u = rp_mul(sc.x, sb.y) - rp_mul(sc.y, sb.x), v = rp_mul(sa.x, sc.y) - rp_mul(sa.y, sc.x);
     const float w = rp_mul(sb.x, sa.y) - rp_mul(sb.y, sa.x), total = u + v + w;
     const float bb = v / total, bc = w / total;
@@ -79,7 +79,7 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 }
 
 static inline rp_surface rp_sphere_surface(const rp_ray* ray, const rp_block_view* block, uint ref, float t) {
-    const float4 sphere = rp_sphere(block->base, block->leaves[rp_leaf_index(ref)], ref & 3u);
+    const float4 sphere = rp_sphere(block->base, rp_leaf_record(block, ref), ref & 3u);
     const float3 normal = normalize(ray->origin + t * ray->direction - sphere.xyz);
     rp_surface s;
     s.position = sphere.xyz + sphere.w * normal;
@@ -89,7 +89,7 @@ static inline rp_surface rp_sphere_surface(const rp_ray* ray, const rp_block_vie
 }
 
 static inline rp_surface rp_hit_surface(const rp_geometry* g, const rp_ray* ray, const rp_hit* hit) {
-    const rp_block_view block = rp_view_block(rp_block_address(g, hit->found_in));
+    const rp_block_view block = rp_view_block(g, g->pages[hit->found_in]);
     return hit->ref & RP_LEAF_SPHERES ? rp_sphere_surface(ray, &block, hit->ref, hit->t) : rp_triangle_surface(ray, &block, hit->ref);
 }
 

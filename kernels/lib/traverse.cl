@@ -1,4 +1,4 @@
-// A ray through the top tree and the resident blocks. Included twice: RP_ANY_HIT 0 defines rp_find_closest, 1 defines rp_find_any.
+// A ray through the top tree and the resident blocks. Included twice: RP_ANY_HIT 0 defines rp_closest_walk, 1 defines rp_any_walk.
 //
 // Order and progress. A ray visits the portals (sub-boxes of blocks) in the order of a depth-first walk of the top tree, near child first
 // for closest hits, child 0 first for any hit. That order follows from the ray and the tree alone. A closest-hit ray that comes to an
@@ -9,130 +9,172 @@
 // goes on, blocks that were resident in its last pass (resident_since <= tested_until) are behind it and are not tested again.
 
 #if RP_ANY_HIT
-#define RP_PUSH(reference, entry) stack[depth++] = (reference)
-#define RP_POP() current = stack[--depth]
+#define RP_WALK rp_any_walk
+#define RP_BEGIN rp_begin_any
+#define RP_RUN rp_run_any
+#define RP_TO_TOP rp_any_to_top
+#define RP_STACK_ENTRY uint
+#define RP_PUSH(reference, entry) stack[w->depth++] = (reference)
+#define RP_POP() w->current = stack[--w->depth]
+#define RP_FAR w->t_max
 #else
-#define RP_PUSH(reference, entry) stack[depth++] = (uint2)((reference), as_uint(entry))
+#define RP_WALK rp_closest_walk
+#define RP_BEGIN rp_begin_closest
+#define RP_RUN rp_run_closest
+#define RP_TO_TOP rp_closest_to_top
+#define RP_STACK_ENTRY uint2
+#define RP_PUSH(reference, entry) stack[w->depth++] = (uint2)((reference), as_uint(entry))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
 #define RP_POP()                                                        \
     do {                                                                \
-        --depth;                                                        \
-        current = stack[depth].x;                                       \
-    } while (as_float(stack[depth].y) > t_limit * RP_BOX_WIDEN)
+        --w->depth;                                                     \
+        w->current = stack[w->depth].x;                                 \
+    } while (as_float(stack[w->depth].y) > RP_FAR * RP_BOX_WIDEN)
+#define RP_FAR w->best.t
 #endif
 
+// A ray on its way. It has ended when current is RP_REF_EXIT.
+typedef struct RP_WALK {
+    rp_ray ray;
+    rp_shear shear;
+    rp_frame frame;
+    const __global uint4* nodes;  // of the block, or of the top tree
+    uint leaves_at, vertices_at;  // in the block
+    uint current, depth;
+    uint portal;  // at the end: the portal to wait at, or RP_NONE if the walk is complete
 #if RP_ANY_HIT
-// The first portal to wait at, or RP_NONE if all was tested; *hit tells whether something was hit (then RP_NONE).
-static uint rp_find_any(const rp_geometry* g, const rp_ray* ray, float t_limit, uint start, uint tested_until, uint round, bool* hit) {
-    uint stack[RP_STACK_SIZE];
-    uint first_absent = RP_NONE;
-    *hit = false;
+    float t_max;
+    bool resumed;
+    uint tested_until;  // see above
+    bool hit;           // then portal is RP_NONE
 #else
-// The portal to wait at, or RP_NONE if the closest hit is found. Improves *best, whose t is the distance so far (INFINITY at first).
-// *served is set if the ray had waited at `start`: 1 if a hit was found behind it, 2 if not.
-static uint rp_find_closest(const rp_geometry* g, const rp_ray* ray, rp_hit* best, uint start, uint round, uint* served) {
-    uint2 stack[RP_STACK_SIZE];
-    float t_limit = best->t;
-    *served = 0u;
-    bool waited = start != RP_NONE;
+    rp_hit best;
+    uint block_index;
+    uint waits;   // 1: entering the block that it waited for
+    uint served;  // 1: a hit was found behind the portal where it had waited, 2: none
 #endif
-    const rp_shear shear = rp_make_shear(ray);
-    const float3 top_origin = (float3)(g->top_grid->origin[0], g->top_grid->origin[1], g->top_grid->origin[2]);
-    const float3 top_cell = (float3)(g->top_grid->cell[0], g->top_grid->cell[1], g->top_grid->cell[2]);
-    rp_frame frame = rp_make_frame(ray, top_origin, top_cell);
-    const __global uint4* nodes = g->top_nodes;
-    rp_block_view block;
-    uint block_address = RP_NONE, current = g->top_grid->root, depth = 0u;
+} RP_WALK;
+
+static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
+    const float3 origin = (float3)(g->top_grid->origin[0], g->top_grid->origin[1], g->top_grid->origin[2]);
+    const float3 cell = (float3)(g->top_grid->cell[0], g->top_grid->cell[1], g->top_grid->cell[2]);
+    w->frame = rp_make_frame(&w->ray, origin, cell);
+    w->nodes = g->top_nodes;
+}
+
+// Puts the walk at portal `start`, or at the beginning (RP_NONE). REQUIRES: ray, and t_max or best, are set.
+static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
+    w->shear = rp_make_shear(&w->ray);
+    RP_TO_TOP(g, w);
+    w->current = g->top_grid->root;
+    w->depth = 0u;
+    w->portal = RP_NONE;
+#if RP_ANY_HIT
+    w->hit = false;
+    w->resumed = start != RP_NONE;
+#else
+    w->waits = start != RP_NONE;
+    w->served = 0u;
+    w->block_index = RP_NONE;
+#endif
     RP_PUSH(RP_REF_EXIT, -1.0f);
-
-    if (start != RP_NONE) {
-        // Walk down to where the ray stands.
-        const ulong path = g->portal_paths[start];
-        for (int level = 62 - (int)clz(path); level >= 0; level--) {
-            const uint4 child0 = nodes[2u * current], child1 = nodes[2u * current + 1u];
-            const float entry0 = rp_box_entry(child0, ray, &frame), entry1 = rp_box_entry(child1, ray, &frame);
-            const uint taken = (uint)(path >> level) & 1u;
-            const uint4 sibling = taken ? child0 : child1;
-            const float sibling_entry = taken ? entry0 : entry1;
+    if (start == RP_NONE) return;
+    // Walk down to where the ray stands.
+    const ulong path = g->portal_paths[start];
+    for (int level = 62 - (int)clz(path); level >= 0; level--) {
+        const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];
+        const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
+        const uint taken = (uint)(path >> level) & 1u;
+        const uint4 sibling = taken ? child0 : child1;
+        const float sibling_entry = taken ? entry0 : entry1;
 #if RP_ANY_HIT
-            const uint first = 0u;
+        const uint first = 0u;
 #else
-            const uint first = entry1 < entry0 ? 1u : 0u;
+        const uint first = entry1 < entry0 ? 1u : 0u;
 #endif
-            if (taken == first && sibling_entry <= rp_box_exit(sibling, ray, &frame, t_limit)) RP_PUSH(sibling.w, sibling_entry);
-            current = taken ? child1.w : child0.w;
-        }
+        if (taken == first && sibling_entry <= rp_box_exit(sibling, &w->ray, &w->frame, RP_FAR)) RP_PUSH(sibling.w, sibling_entry);
+        w->current = taken ? child1.w : child0.w;
     }
+}
 
-    for (;;) {
-        while (!(current & RP_REF_LEAF)) {
-            const uint4 child0 = nodes[2u * current], child1 = nodes[2u * current + 1u];
-            const float entry0 = rp_box_entry(child0, ray, &frame), entry1 = rp_box_entry(child1, ray, &frame);
-            const bool hit0 = entry0 <= rp_box_exit(child0, ray, &frame, t_limit), hit1 = entry1 <= rp_box_exit(child1, ray, &frame, t_limit);
+// Goes on to the end of the walk; with RP_YIELD() defined, returns before it where that is true.
+static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
+    while (w->current != RP_REF_EXIT) {
+        while (!(w->current & RP_REF_LEAF)) {
+            const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];
+            const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
+            const bool hit0 = entry0 <= rp_box_exit(child0, &w->ray, &w->frame, RP_FAR), hit1 = entry1 <= rp_box_exit(child1, &w->ray, &w->frame, RP_FAR);
             if (hit0 && hit1) {
 #if RP_ANY_HIT
                 RP_PUSH(child1.w, entry1);
-                current = child0.w;
+                w->current = child0.w;
 #else
                 const bool swap = entry1 < entry0;
                 RP_PUSH(swap ? child0.w : child1.w, swap ? entry0 : entry1);
-                current = swap ? child1.w : child0.w;
+                w->current = swap ? child1.w : child0.w;
 #endif
             } else if (hit0 || hit1) {
-                current = hit0 ? child0.w : child1.w;
+                w->current = hit0 ? child0.w : child1.w;
             } else {
                 RP_POP();
             }
         }
-        if (current < RP_REF_PORTAL) {
+        if (w->current < RP_REF_PORTAL) {
+            const rp_block_view block = {rp_block_of_nodes(w->nodes), w->leaves_at, w->vertices_at};
 #if RP_ANY_HIT
-            if (rp_leaf_any(ray, &shear, &block, current, t_limit)) {
-                *hit = true;
-                return RP_NONE;
+            if (rp_leaf_any(&w->ray, &w->shear, &block, w->current, w->t_max)) {
+                w->hit = true;
+                w->portal = RP_NONE;
+                w->current = RP_REF_EXIT;
+                return;
             }
 #else
-            rp_leaf_closest(ray, &shear, &block, block_address, current, best);
-            t_limit = best->t;
+            rp_leaf_closest(g, &w->ray, &w->shear, &block, w->block_index, w->current, &w->best);
 #endif
             RP_POP();
-        } else if (current == RP_REF_EXIT) {
-            break;
-        } else if (current == RP_REF_RETURN) {
-            nodes = g->top_nodes;
-            frame = rp_make_frame(ray, top_origin, top_cell);
+        } else if (w->current == RP_REF_RETURN) {
+            RP_TO_TOP(g, w);
 #if !RP_ANY_HIT
-            if (waited) *served = best->found_in != RP_NONE ? 1u : 2u;
-            waited = false;
+            if (w->waits) w->served = w->best.found_in != RP_NONE ? 1u : 2u;
+            w->waits = 0u;
 #endif
             RP_POP();
-        } else {
-            const uint portal = current & ~RP_REF_PORTAL;
-            const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u];
-            const uint2 page = g->pages[a.w];
+        } else if (w->current != RP_REF_EXIT) {
+            const uint portal = w->current & ~RP_REF_PORTAL;
+            const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u], page = g->pages[a.w];
 #if RP_ANY_HIT
-            if (page.x == RP_NONE || (start != RP_NONE && page.y <= tested_until)) {
-                if (page.x == RP_NONE && first_absent == RP_NONE) first_absent = portal;
+            if (page.x == RP_NONE || (w->resumed && page.y <= w->tested_until)) {
+                if (page.x == RP_NONE && w->portal == RP_NONE) w->portal = portal;
                 RP_POP();
                 continue;
             }
 #else
-            if (page.x == RP_NONE) return portal;
+            if (page.x == RP_NONE) {
+                w->portal = portal;
+                w->current = RP_REF_EXIT;
+                return;
+            }
+            w->block_index = a.w;
 #endif
             if (g->used[a.w] != round) g->used[a.w] = round;
-            block_address = page.x;
-            block = rp_view_block(rp_block_address(g, page.x));
-            nodes = block.nodes;
-            frame = rp_make_frame(ray, as_float3_xyz(a), as_float3_xyz(b));
+            w->nodes = rp_block_nodes(rp_block_address(g, page.x));
+            w->leaves_at = page.z;
+            w->vertices_at = page.w;
+            w->frame = rp_make_frame(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
             RP_PUSH(RP_REF_RETURN, -1.0f);
-            current = b.w;
+            w->current = b.w;
         }
-    }
-#if RP_ANY_HIT
-    return first_absent;
-#else
-    return RP_NONE;
+#ifdef RP_YIELD
+        if (RP_YIELD()) return;
 #endif
+    }
 }
 
+#undef RP_WALK
+#undef RP_BEGIN
+#undef RP_RUN
+#undef RP_TO_TOP
+#undef RP_STACK_ENTRY
 #undef RP_PUSH
 #undef RP_POP
+#undef RP_FAR

@@ -7,26 +7,30 @@
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
 
-static inline void rp_connect_ray(const rp_geometry* geometry, uint round, uint slot_count, uint slot, __global uint* status, __global uint4* paths,
-                                  volatile __global uint* counters, __global uint* film) {
+static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, uint slot_count, uint slot,
+                                  __global uint* status, __global uint4* paths, __global uint* film) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    const rp_ray ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
-    bool occluded;
-    const uint tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
-    const uint portal = rp_find_any(geometry, &ray, as_float(origin.w), surface.w, tested_until, round & RP_ROUND_MASK, &occluded);
+    rp_any_walk walk;
+    uint stack[RP_STACK_SIZE];
+    walk.ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
+    walk.t_max = as_float(origin.w);
+    walk.tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
+    rp_begin_any(geometry, &walk, stack, surface.w);
+    rp_run_any(geometry, &walk, stack, round & RP_ROUND_MASK);
+    const uint portal = walk.portal;
     if (portal != RP_NONE) {
         ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
         status[slot] = RP_STATUS_SHADOW | (round & RP_ROUND_MASK) << RP_STATUS_ROUND_SHIFT;
+        atomic_inc(wants + rp_portal_block(geometry, portal));
         return;
     }
     const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
     float3 radiance = as_float3(radiance_plane.xyz);
-    if (!occluded) radiance += (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y));
+    if (!walk.hit) radiance += (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y));
     if (RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot).w & RP_PATH_ENDS) {
         rp_film_add(film, radiance_plane.w, radiance);
         status[slot] = RP_STATUS_FREE;
-        atomic_inc(counters + RP_COUNT_FINISHED);
         return;
     }
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), radiance_plane.w);
@@ -38,10 +42,10 @@ static inline void rp_connect_ray(const rp_geometry* geometry, uint round, uint 
 }
 
 __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
-                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
+                         __global uint* restrict status, __global uint4* restrict paths, const __global uint* restrict counters,
                          __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_connect_ray(&geometry, round, slot_count, rp_shadow_entry(queue, slot_count, i), status, paths, counters, film);
+        rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, slot_count, rp_shadow_entry(queue, slot_count, i), status, paths, film);
 }

@@ -1,53 +1,90 @@
 // Third stage: traces the extension rays of the queue until they have found their closest hit or come to an absent block.
+#include "lib/lanes.cl"
 #include "lib/path.cl"
 #include "lib/surface.cl"
 
+#ifdef RP_PERSISTENT
+#define RP_YIELD() (rp_active_lanes() < RP_PERSISTENT)  // too few lanes are left: those that have ended get new rays
+#endif
 #define RP_ANY_HIT 0
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
 
-static inline void rp_extend_ray(const rp_geometry* geometry, volatile __global uint* bounces, uint round, uint slot_count, uint slot,
-                                 __global uint* status, __global uint4* paths, volatile __global uint* counters) {
+// Takes up the ray of a slot where it stands.
+static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk, uint2* stack, uint slot_count, uint slot, const __global uint4* paths) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-    const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    const rp_ray ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
-    rp_hit hit;
-    hit.t = as_float(origin.w);
-    hit.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w;
-    hit.ref = 0u;
-    hit.found_in = RP_NONE;
-    uint served;
-    const uint portal = rp_find_closest(geometry, &ray, &hit, surface.w, round, &served);
+    walk->ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
+    walk->best.t = as_float(origin.w);
+    walk->best.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w;
+    walk->best.ref = 0u;
+    walk->best.found_in = RP_NONE;
+    rp_begin_closest(geometry, walk, stack, RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w);
+}
+
+// Puts down what became of it. mine: counts of wants served, and of those without a hit.
+static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand, uint slot_count,
+                               uint slot, __global uint* status, __global uint4* paths, uint* mine) {
+    const rp_hit* hit = &walk->best;
     uint offset_exponent = status[slot] >> RP_STATUS_ROUND_SHIFT;
-    if (hit.found_in != RP_NONE) {
-        const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
+    if (hit->found_in != RP_NONE) {
+        const rp_surface s = rp_hit_surface(geometry, &walk->ray, hit);
         offset_exponent = s.offset_exponent;
-        ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit.t;
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), hit.primitive);
-        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, surface.z, portal);
-    } else if (portal != surface.w) {
-        ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
+        ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit->t;
+        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, hit));
+        const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;
+        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, walk->portal);
+    } else {
+        ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = walk->portal;
     }
-    if (served != 0u) {
-        rp_count_add(counters + RP_COUNT_WANTS_SERVED, 1u);
-        if (served == 2u) rp_count_add(counters + RP_COUNT_WANTS_NO_HIT, 1u);
-    }
+    mine[0] += walk->served != 0u;
+    mine[1] += walk->served == 2u;
     // The offset exponent rides in the upper bits, where shadow rays keep their round.
-    const uint phase = portal == RP_NONE ? RP_STATUS_SHADE : RP_STATUS_EXTEND;
+    const uint phase = walk->portal == RP_NONE ? RP_STATUS_SHADE : RP_STATUS_EXTEND;
     status[slot] = phase | offset_exponent << RP_STATUS_ROUND_SHIFT;
-    if (phase == RP_STATUS_SHADE) {
-        atomic_inc(counters + RP_COUNT_SHADE);
-        if (hit.found_in != RP_NONE) {
-            const __global rp_block_header* header = (const __global rp_block_header*)rp_block_address(geometry, hit.found_in);
-            atomic_inc(bounces + header->block_index);
-        }
-    }
+    if (walk->portal != RP_NONE) atomic_inc(demand + RP_DEMAND_WANTS * block_count + rp_portal_block(geometry, walk->portal));
+#ifdef RP_COUNT_BOUNCES
+    if (phase == RP_STATUS_SHADE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
+#endif
 }
 
 __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const uint count = counters[RP_COUNT_EXTEND];
-    for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_extend_ray(&geometry, demand + RP_DEMAND_BOUNCES * block_count, round, slot_count, rp_extend_entry(queue, i), status, paths, counters);
+    __local uint totals[2];
+    uint mine[2] = {0u, 0u};
+    rp_begin_totals(totals, 2u);
+    rp_closest_walk walk;
+    uint2 stack[RP_STACK_SIZE];
+#ifdef RP_PERSISTENT
+    bool more = true, under_way = false;
+    uint slot = 0u;
+    walk.current = RP_REF_EXIT;
+    for (;;) {
+        const bool ended = walk.current == RP_REF_EXIT;
+        if (ended && under_way) {
+            rp_put_down(&geometry, &walk, block_count, demand, slot_count, slot, status, paths, mine);
+            under_way = false;
+        }
+        const uint i = rp_take_numbers(ended && more, counters + RP_COUNT_EXTEND_TAKEN);
+        if (ended && more) {
+            more = under_way = i < count;
+            if (more) {
+                slot = rp_extend_entry(queue, i);
+                rp_take_up(&geometry, &walk, stack, slot_count, slot, paths);
+            }
+        }
+        // A walk can end where it begins: in an empty scene.
+        if (rp_ballot(under_way) == 0u) break;
+        rp_run_closest(&geometry, &walk, stack, round);
+    }
+#else
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
+        const uint slot = rp_extend_entry(queue, i);
+        rp_take_up(&geometry, &walk, stack, slot_count, slot, paths);
+        rp_run_closest(&geometry, &walk, stack, round);
+        rp_put_down(&geometry, &walk, block_count, demand, slot_count, slot, status, paths, mine);
+    }
+#endif
+    rp_add_totals(totals, mine, 2u, counters + RP_COUNT_WANTS_SERVED);
 }

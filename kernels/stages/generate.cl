@@ -50,8 +50,13 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
     }
 }
 
-// One work-item, after rp_generate: accounts for the samples that were given out.
-__kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters) {
+// After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
+// given out are accounted for.
+__kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
+                         uint block_count, __global uint* restrict demand) {
+    const uint block = get_global_id(0);
+    if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_WANTS * block_count + block] = 0u;
+    if (block != 0u) return;
     const ulong number = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
     ulong next = number + counters[RP_COUNT_FREE];
     if (next > params->sample_limit) next = params->sample_limit;

@@ -17,25 +17,32 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     if (i >= count) return;
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const float4 origin = rays[2u * i], direction = rays[2u * i + 1u];
-    const rp_ray ray = rp_make_ray(origin.xyz, direction.xyz);
-    rp_hit hit;
-    hit.t = origin.w;
-    hit.primitive = RP_NONE;
-    hit.ref = 0u;
-    hit.found_in = RP_NONE;
-    uint served;
-    const uint portal = rp_find_closest(&geometry, &ray, &hit, RP_NONE, 1u, &served);
-    bool occluded;
-    rp_find_any(&geometry, &ray, origin.w, RP_NONE, 0u, 1u, &occluded);
+    uint2 stack[RP_STACK_SIZE];
+    uint any_stack[RP_STACK_SIZE];
+    rp_closest_walk walk;
+    walk.ray = rp_make_ray(origin.xyz, direction.xyz);
+    walk.best.t = origin.w;
+    walk.best.primitive = RP_NONE;
+    walk.best.ref = 0u;
+    walk.best.found_in = RP_NONE;
+    rp_begin_closest(&geometry, &walk, stack, RP_NONE);
+    rp_run_closest(&geometry, &walk, stack, 1u);
+    rp_any_walk any;
+    any.ray = walk.ray;
+    any.t_max = origin.w;
+    any.tested_until = 0u;
+    rp_begin_any(&geometry, &any, any_stack, RP_NONE);
+    rp_run_any(&geometry, &any, any_stack, 1u);
     uint3 position = (uint3)(0u);
     uint normal = 0u;
-    if (hit.found_in != RP_NONE) {
-        const rp_surface s = rp_hit_surface(&geometry, &ray, &hit);
+    if (walk.best.found_in != RP_NONE) {
+        const rp_surface s = rp_hit_surface(&geometry, &walk.ray, &walk.best);
         position = as_uint3(s.position);
         normal = s.geometric_normal;
     }
-    results[2u * i] = (uint4)(as_uint(hit.primitive == RP_NONE ? INFINITY : hit.t), hit.primitive, normal, occluded ? 1u : 0u);
-    results[2u * i + 1u] = (uint4)(position, portal);
+    const uint primitive = rp_hit_primitive(&geometry, &walk.best);
+    results[2u * i] = (uint4)(as_uint(primitive == RP_NONE ? INFINITY : walk.best.t), primitive, normal, any.hit ? 1u : 0u);
+    results[2u * i + 1u] = (uint4)(position, walk.portal);
 }
 
 __kernel void rp_struct_sizes(__global uint* sizes) {

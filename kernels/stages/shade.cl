@@ -33,15 +33,15 @@ static inline float3 rp_emission(const __global rp_light* light, float3 normal, 
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight(bsdf_density, light_density));
 }
 
-static inline void rp_finish(__global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance, volatile __global uint* counters) {
+static inline void rp_finish(__global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance) {
     rp_film_add(film, pixel, radiance);
     status[slot] = RP_STATUS_FREE;
-    atomic_inc(counters + RP_COUNT_FINISHED);
 }
 
+// mine: counts of bounce rays and shadow rays.
 static inline void rp_shade_hit(__constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
                                 const __global uint* light_steps, const __global rp_primitive_range* ranges, uint slot, uint state,
-                                __global uint* status, __global uint4* paths, volatile __global uint* counters, __global uint* film) {
+                                __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
     const uint slot_count = params->slot_count;
     const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 throughput_plane = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
@@ -55,7 +55,7 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
 
     if (hit.w == RP_NONE) {
         radiance += throughput * rp_background(params, lights, bsdf_density, full_emission);
-        rp_finish(status, slot, film, pixel, radiance, counters);
+        rp_finish(status, slot, film, pixel, radiance);
         return;
     }
     const uint range = rp_find_range(ranges, params->range_count, hit.w);
@@ -67,7 +67,7 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
         radiance += throughput * rp_emission(light, geometric_normal, direction, distance, bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
-        rp_finish(status, slot, film, pixel, radiance, counters);
+        rp_finish(status, slot, film, pixel, radiance);
         return;
     }
 
@@ -113,7 +113,7 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
         }
     }
     if (!shadow && !go_on) {
-        rp_finish(status, slot, film, pixel, radiance, counters);
+        rp_finish(status, slot, film, pixel, radiance);
         return;
     }
     const float3 start = go_on && scatter.transmitted ? position - offset * shading.geometric_normal : outside;
@@ -130,7 +130,6 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(next_direction), contribution.x);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(contribution.yz, sample, RP_NONE);
         status[slot] = RP_STATUS_SHADOW;
-        rp_count_add(counters + RP_COUNT_SHADOW_RAYS, 1u);
     } else {
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(start), as_uint(INFINITY));
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(next_direction), as_uint(next_density));
@@ -138,7 +137,8 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
         status[slot] = RP_STATUS_EXTEND;
     }
-    if (go_on) rp_count_add(counters + RP_COUNT_BOUNCE_RAYS, 1u);
+    mine[0] += go_on;
+    mine[1] += shadow;
 }
 
 __kernel void rp_shade(__constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
@@ -146,9 +146,13 @@ __kernel void rp_shade(__constant rp_render_params* restrict params, const __glo
                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
                        __global uint* restrict film) {
     const uint count = counters[RP_COUNT_EXTEND];
+    __local uint totals[2];
+    uint mine[2] = {0u, 0u};
+    rp_begin_totals(totals, 2u);
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i), state = status[slot];
         if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE)
-            rp_shade_hit(params, materials, lights, light_steps, ranges, slot, state, status, paths, counters, film);
+            rp_shade_hit(params, materials, lights, light_steps, ranges, slot, state, status, paths, film, mine);
     }
+    rp_add_totals(totals, mine, 2u, counters + RP_COUNT_BOUNCE_RAYS);
 }

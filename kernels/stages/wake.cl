@@ -1,5 +1,5 @@
 // First stage of a round: sorts all slots by what they can do now. Rays whose block is resident go into the queue, rays whose block is
-// absent are counted as wants of that block, free slots are listed for new camera paths.
+// absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new camera paths.
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
@@ -11,28 +11,22 @@
 #define RP_KIND_NONE 5u
 #define RP_KINDS 5u
 
-// What a slot can do; counts the want of a ray that waits.
+// What a slot can do.
 static inline uint rp_slot_kind(const __global uint* status, const __global uint4* paths, const __global rp_portal* portals, const __global rp_page* pages,
-                                uint slot_count, uint slot, volatile __global uint* wants) {
+                                uint slot_count, uint slot) {
     if (slot >= slot_count) return RP_KIND_NONE;
     const uint phase = status[slot] & RP_STATUS_MASK;
     if (phase == RP_STATUS_FREE) return RP_KIND_FREE;
     if (phase == RP_STATUS_IDLE) return RP_KIND_IDLE;
     const uint portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
-    if (portal != RP_NONE) {
-        const uint block = portals[portal].block;
-        if (pages[block].address == RP_NONE) {
-            atomic_inc(wants + block);
-            return RP_KIND_WAITING;
-        }
-    }
+    if (portal != RP_NONE && pages[portals[portal].block].address == RP_NONE) return RP_KIND_WAITING;
     return phase == RP_STATUS_SHADOW ? RP_KIND_SHADOW : RP_KIND_EXTEND;
 }
 
 // A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
 __kernel void rp_wake(const __global uint* restrict status, const __global uint4* restrict paths, const __global rp_portal* restrict portals,
                       const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue, __global uint* restrict free_list,
-                      volatile __global uint* restrict counters, volatile __global uint* restrict demand) {
+                      volatile __global uint* restrict counters) {
     __local uint count[RP_KINDS];
     __local uint base[RP_KINDS];
     const uint lane = get_local_id(0), lanes = get_local_size(0), first = get_group_id(0) * lanes * RP_WAKE_SLOTS + lane;
@@ -41,7 +35,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global uint4
     ulong kinds = 0ul;  // four bits a slot
     uint mine[RP_KINDS + 1u] = {0u, 0u, 0u, 0u, 0u, 0u};
     for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
-        const uint kind = rp_slot_kind(status, paths, portals, pages, slot_count, first + k * lanes, demand + RP_DEMAND_WANTS);
+        const uint kind = rp_slot_kind(status, paths, portals, pages, slot_count, first + k * lanes);
         kinds |= (ulong)kind << (4u * k);
         mine[kind]++;
     }

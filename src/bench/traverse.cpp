@@ -33,20 +33,22 @@ public:
     const Device& device() const { return *device_; }
 
     // Traces rays to their closest hits as often as asked.
-    Result<RaySetResult> closest(const std::string& name, const std::vector<Ray>& rays, uint32_t repeats, std::vector<SurfacePoint>& hits);
+    // bounces: with the kernel that a render uses for them, where the device has one of its own.
+    Result<RaySetResult> closest(const std::string& name, const std::vector<Ray>& rays, bool bounces, uint32_t repeats,
+                                 std::vector<SurfacePoint>& hits);
     // Asks for any hit.
     Result<RaySetResult> any(const std::string& name, const std::vector<Ray>& rays, uint32_t repeats);
 
 private:
     Status make_slots(uint64_t count);
     Status fill(const std::vector<Ray>& rays, bool shadow);
-    Status time(const Kernel& kernel, uint32_t count, RaySetResult& result);
+    Status time(const Kernel& kernel, uint64_t items, RaySetResult& result);
     Status read_plane(uint32_t plane, size_t count, std::vector<Word4>& values);
 
     std::unique_ptr<Device> device_;
     std::unique_ptr<Residency> residency_;
     std::unique_ptr<GeometryBuffers> geometry_;
-    Kernel extend_, connect_;
+    Kernel extend_, extend_persistent_, connect_;
     uint64_t slots_ = 0;
     Buffer status_, paths_, queue_, counters_, film_;
 };
@@ -69,6 +71,11 @@ Result<std::unique_ptr<Bench>> Bench::create(const BlockFile& file, const Traver
     auto extend = bench->device_->kernel("extend", "rp_extend", bench->geometry_->definitions());
     if (!extend) return extend.status();
     bench->extend_ = std::move(*extend);
+    if (const uint32_t lanes = bench->device_->persistent_lanes()) {
+        extend = bench->device_->kernel("extend", "rp_extend", bench->geometry_->definitions() + fmt::format(" -DRP_PERSISTENT={}", lanes));
+        if (!extend) return extend.status();
+        bench->extend_persistent_ = std::move(*extend);
+    }
     auto connect = bench->device_->kernel("connect", "rp_connect", bench->geometry_->definitions());
     if (!connect) return connect.status();
     bench->connect_ = std::move(*connect);
@@ -122,9 +129,9 @@ Status Bench::fill(const std::vector<Ray>& rays, bool shadow) {
     return queue.write_now(counters_, 0, bytes_of(counters));
 }
 
-Status Bench::time(const Kernel& kernel, uint32_t count, RaySetResult& result) {
+Status Bench::time(const Kernel& kernel, uint64_t items, RaySetResult& result) {
     Event event;
-    RAYPAGER_TRY(device_->kernels().launch(kernel, count, device_->group_size(), &event));
+    RAYPAGER_TRY(device_->kernels().launch(kernel, items, device_->group_size(), &event));
     RAYPAGER_TRY(event.wait());
     result.seconds.push_back(static_cast<double>(event.duration_ns()) * 1e-9);
     return {};
@@ -135,13 +142,17 @@ Status Bench::read_plane(uint32_t plane, size_t count, std::vector<Word4>& value
     return device_->kernels().read_now(paths_, plane * slots_ * sizeof(Word4), std::as_writable_bytes(std::span(values)));
 }
 
-Result<RaySetResult> Bench::closest(const std::string& name, const std::vector<Ray>& rays, uint32_t repeats, std::vector<SurfacePoint>& hits) {
+Result<RaySetResult> Bench::closest(const std::string& name, const std::vector<Ray>& rays, bool bounces, uint32_t repeats,
+                                    std::vector<SurfacePoint>& hits) {
+    const bool persistent = bounces && device_->persistent_lanes();
+    Kernel& kernel = persistent ? extend_persistent_ : extend_;
+    const uint64_t items = persistent ? std::min<uint64_t>(rays.size(), device_->persistent_items()) : rays.size();
     RaySetResult result{name, rays.size(), 0, {}};
     const auto slots = static_cast<uint32_t>(slots_);
     for (uint32_t repeat = 0; repeat < repeats; repeat++) {
         RAYPAGER_TRY(fill(rays, false));
-        RAYPAGER_TRY(geometry_->set(extend_, repeat + 1, slots, queue_, status_, paths_, counters_));
-        RAYPAGER_TRY(time(extend_, static_cast<uint32_t>(rays.size()), result));
+        RAYPAGER_TRY(geometry_->set(kernel, repeat + 1, slots, queue_, status_, paths_, counters_));
+        RAYPAGER_TRY(time(kernel, items, result));
     }
     std::vector<Word4> origin, hit, surface;
     RAYPAGER_TRY(read_plane(RP_PLANE_ORIGIN, rays.size(), origin));
@@ -162,7 +173,7 @@ Result<RaySetResult> Bench::any(const std::string& name, const std::vector<Ray>&
     for (uint32_t repeat = 0; repeat < repeats; repeat++) {
         RAYPAGER_TRY(fill(rays, true));
         RAYPAGER_TRY(geometry_->set(connect_, repeat + 1, slots, queue_, status_, paths_, counters_, film_));
-        RAYPAGER_TRY(time(connect_, static_cast<uint32_t>(rays.size()), result));
+        RAYPAGER_TRY(time(connect_, rays.size(), result));
     }
     std::vector<Word4> radiance;
     RAYPAGER_TRY(read_plane(RP_PLANE_RADIANCE, rays.size(), radiance));
@@ -195,11 +206,11 @@ Result<TraverseResult> measure_traversal(const BlockFile& file, const TraverseOp
         static_cast<double>(scene.geometry_bytes()) / static_cast<double>(std::max<uint64_t>(1, scene.triangles + scene.spheres));
     const std::vector<Ray> primary = primary_rays(options.camera.value_or(scene.camera), options.width, options.height);
     std::vector<SurfacePoint> hits, unused;
-    auto set = (*bench)->closest("primary", primary, options.repeats, hits);
+    auto set = (*bench)->closest("primary", primary, false, options.repeats, hits);
     if (!set) return set.status();
     result.sets.push_back(*set);
     if (set->hits == 0) return Status::failed("no camera ray meets the scene; give a --camera that looks at it");
-    set = (*bench)->closest("diffuse", diffuse_rays(primary, hits, 1), options.repeats, unused);
+    set = (*bench)->closest("diffuse", diffuse_rays(primary, hits, 1), true, options.repeats, unused);
     if (!set) return set.status();
     result.sets.push_back(*set);
     const auto light = options.light.value_or(default_light(scene));

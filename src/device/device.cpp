@@ -200,7 +200,7 @@ std::string Device::build_options(const std::string& definitions) const {
     cl_device_fp_config config = 0;
     device_.getInfo(CL_DEVICE_SINGLE_FP_CONFIG, &config);
     if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
-    if (info_.platform.find("NVIDIA") != std::string::npos) options += " -DRP_NV_PTX";
+    if (is_nvidia()) options += " -DRP_NV_PTX";
     return options + (definitions.empty() ? "" : " ") + definitions;
 }
 

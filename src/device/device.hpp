@@ -144,6 +144,10 @@ public:
     Queue& kernels() { return kernels_; }
     Queue& uploads() { return uploads_; }
     uint32_t group_size() const { return group_size_; }
+    // Lanes below which a persistent thread fetches new rays (kernels/lib/lanes.cl); 0: the device cannot.
+    uint32_t persistent_lanes() const { return is_nvidia() ? 20 : 0; }
+    // Work-items that fill it.
+    uint64_t persistent_items() const { return uint64_t{info_.compute_units} * 1024; }
 
     // what: for messages. An error names the limit that would be needed. Never 0 bytes: OpenCL has no empty buffers.
     Result<Buffer> allocate(uint64_t bytes, std::string_view what);
@@ -157,6 +161,7 @@ public:
 
 private:
     Device() = default;
+    bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
     Result<cl::Program> program(const std::string& stage, const std::string& definitions);
     std::string build_options(const std::string& definitions) const;
 

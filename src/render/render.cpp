@@ -137,7 +137,7 @@ void Renderer::adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const {
     if (policy.kind != PolicyKind::most_wanted && !scene_.blocks.empty()) {
         const uint64_t average = std::max<uint64_t>(1, scene_.geometry_bytes() / scene_.blocks.size());
         policy.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(pool_bytes / average / 16, 2, 16));
-        policy.loads_into_free = 16;
+        policy.loads_into_free = 256;
     }
     if (options_.loads_in_flight) policy.loads_in_flight = options_.loads_in_flight;
 }
@@ -178,7 +178,8 @@ Status Renderer::prepare() {
     auto residency = Residency::create(*device_, file_, settings);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
-    auto wavefront = Wavefront::create(*device_, scene_, *params, residency_->slabs(), residency_->page_table());
+    auto wavefront =
+        Wavefront::create(*device_, scene_, *params, residency_->slabs(), residency_->page_table(), options_.policy == PolicyKind::most_wanted);
     if (!wavefront) return wavefront.status();
     wavefront_ = std::move(*wavefront);
     render_start_ = Clock::now();

@@ -1,42 +1,138 @@
 #include "residency/host_cache.hpp"
 
 #include <algorithm>
-#include <cstring>
+
+#include "base/check.hpp"
+#include "residency/transcode.hpp"
 
 namespace raypager {
+namespace {
 
-Status HostCache::fetch(uint32_t block, std::span<std::byte> target) {
-    Bytes cached;
-    {
-        const std::lock_guard lock(mutex_);
-        if (const auto found = entries_.find(block); found != entries_.end()) {
-            by_age_.splice(by_age_.end(), by_age_, found->second.age);
-            cached = found->second.bytes;
-        }
-    }
-    if (cached) {
-        std::memcpy(target.data(), cached->data(), target.size());
-        return {};
-    }
-    RAYPAGER_TRY(file_.read_block(block, target));
-    RAYPAGER_TRY(file_.check_block(block, target));
-    if (target.size() <= limit_) keep(block, std::make_shared<const std::vector<std::byte>>(target.begin(), target.end()));
-    return {};
+// Pinned memory is had in pieces of this size as it is needed, because pinning takes time (about 0.3 s a GiB).
+constexpr uint64_t usual_chunk_bytes = uint64_t{64} << 20;
+
+// Room for a block while it is read and transcoded in place.
+uint64_t room_for(const BlockRecord& record) {
+    const uint64_t bytes = std::max(record.stored_bytes, record.memory_bytes);
+    return (bytes + RP_BLOCK_ALIGNMENT - 1) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }
 
-void HostCache::keep(uint32_t block, Bytes bytes) {
-    const std::lock_guard lock(mutex_);
-    if (entries_.count(block)) return;
-    while (bytes_ + bytes->size() > limit_ && !by_age_.empty()) {
-        const auto oldest = entries_.find(by_age_.front());
-        bytes_ -= oldest->second.bytes->size();
-        entries_.erase(oldest);
-        by_age_.pop_front();
+}  // namespace
+
+HostCache::HostCache(Device& device, const BlockFile& file, uint64_t limit_bytes) : device_(device), file_(file) {
+    uint64_t largest = RP_BLOCK_ALIGNMENT, all = 0;
+    for (const BlockRecord& record : file.scene().blocks) {
+        largest = std::max(largest, room_for(record));
+        all += room_for(record);
     }
-    bytes_ += bytes->size();
-    peak_ = std::max(peak_, bytes_);
+    limit_ = std::max(limit_bytes, 2 * largest);
+    // The ends of chunks that no block fits into are kept small by chunks of many blocks, where the limit allows that.
+    chunk_bytes_ = std::clamp(std::min(all, limit_ / 8), largest, std::max(largest, usual_chunk_bytes));
+    chunk_bytes_ = chunk_bytes_ / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+}
+
+Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
+    const BlockRecord& record = file_.scene().blocks[block];
+    Lock lock(mutex_);
+    for (;;) {
+        const auto found = entries_.find(block);
+        if (found == entries_.end()) break;
+        if (found->second.ready) {
+            found->second.holders++;
+            by_age_.splice(by_age_.end(), by_age_, found->second.age);
+            return std::span<const std::byte>(bytes_at(found->second.place, record.memory_bytes));
+        }
+        changed_.wait(lock);
+    }
+    const auto place = make_room(lock, room_for(record));
+    if (!place) return place.status();
+    if (entries_.count(block)) {  // another thread was faster while this one waited for room
+        chunks_[place->chunk].free.release({0, place->offset}, room_for(record));
+        lock.unlock();
+        return acquire(block);
+    }
     by_age_.push_back(block);
-    entries_[block] = Entry{std::move(bytes), std::prev(by_age_.end())};
+    entries_[block] = Entry{*place, room_for(record), 1, false, std::prev(by_age_.end())};
+    const std::span<std::byte> target = bytes_at(*place, room_for(record));
+    lock.unlock();
+    const Status status = read(block, target);
+    lock.lock();
+    const auto entry = entries_.find(block);
+    if (status.ok()) {
+        entry->second.ready = true;
+    } else {
+        chunks_[place->chunk].free.release({0, place->offset}, room_for(record));
+        by_age_.erase(entry->second.age);
+        entries_.erase(entry);
+    }
+    changed_.notify_all();
+    if (!status.ok()) return status;
+    return std::span<const std::byte>(target.first(record.memory_bytes));
+}
+
+void HostCache::release(uint32_t block) {
+    const Lock lock(mutex_);
+    const auto entry = entries_.find(block);
+    RAYPAGER_CHECK(entry != entries_.end() && entry->second.holders > 0);
+    entry->second.holders--;
+    changed_.notify_all();
+}
+
+void HostCache::close() {
+    const Lock lock(mutex_);
+    closed_ = true;
+    changed_.notify_all();
+}
+
+uint64_t HostCache::peak_bytes() const {
+    const Lock lock(mutex_);
+    return allocated_;  // chunks are kept
+}
+
+Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
+    const BlockRecord& record = file_.scene().blocks[block];
+    const std::span<std::byte> stored = target.first(record.stored_bytes);
+    RAYPAGER_TRY(file_.read_block(block, stored));
+    RAYPAGER_TRY(file_.check_block(block, stored));
+    return transcode_block(target, record);
+}
+
+// A free place: in a chunk that is there, in a new one, or where the oldest blocks were.
+Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes) {
+    for (;;) {
+        for (size_t i = 0; i < chunks_.size(); i++)
+            if (const auto place = chunks_[i].free.allocate(bytes)) return Place{i, place->offset};
+        if (chunks_.empty() || allocated_ + chunk_bytes_ <= limit_) {
+            const Status added = add_chunk();
+            // Without more pinned memory the cache makes do with what it has.
+            if (!added.ok() && chunks_.empty()) return added;
+            if (!added.ok()) limit_ = allocated_;
+        } else if (!evict_oldest()) {
+            if (closed_) return Status::failed("the cache of blocks was closed");
+            changed_.wait(lock);
+        }
+    }
+}
+
+bool HostCache::evict_oldest() {
+    const auto oldest = std::find_if(by_age_.begin(), by_age_.end(), [&](uint32_t block) {
+        const Entry& entry = entries_.at(block);
+        return entry.ready && entry.holders == 0;
+    });
+    if (oldest == by_age_.end()) return false;
+    const auto entry = entries_.find(*oldest);
+    chunks_[entry->second.place.chunk].free.release({0, entry->second.place.offset}, entry->second.bytes);
+    entries_.erase(entry);
+    by_age_.erase(oldest);
+    return true;
+}
+
+Status HostCache::add_chunk() {
+    auto memory = device_.allocate_pinned(chunk_bytes_);
+    if (!memory) return memory.status();
+    chunks_.push_back({std::move(*memory), SlabAllocator({chunk_bytes_})});
+    allocated_ += chunk_bytes_;
+    return {};
 }
 
 }  // namespace raypager

@@ -1,40 +1,69 @@
-// Stored blocks in host memory, up to a limit, in front of the block file. The least recently used goes out. Thread-safe.
+// Blocks in host memory, in the device's format, up to a limit, in front of the block file. They lie in pinned memory, so that uploads go
+// straight out of the cache. The least recently used goes out. Thread-safe.
 #pragma once
 
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <list>
-#include <memory>
 #include <mutex>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
+#include "device/device.hpp"
 #include "raypager/status.hpp"
+#include "residency/slab_allocator.hpp"
 #include "store/block_file.hpp"
 
 namespace raypager {
 
 class HostCache {
 public:
-    HostCache(const BlockFile& file, uint64_t limit_bytes) : file_(file), limit_(limit_bytes) {}
-    // Copies the stored bytes of a block into target (stored_bytes long): from the cache, or from the file, checksum verified.
-    Status fetch(uint32_t block, std::span<std::byte> target);
-    uint64_t peak_bytes() const { return peak_; }
+    // A limit below the two largest blocks is raised to that.
+    HostCache(Device& device, const BlockFile& file, uint64_t limit_bytes);
+    // The bytes of a block, memory_bytes of them: from the cache, or read from the file, verified and transcoded. They stay where they are
+    // until release(). Waits while everything that is cached is held by others (REQUIRES: those come to release without this call).
+    Result<std::span<const std::byte>> acquire(uint32_t block);
+    void release(uint32_t block);
+    // Ends all waiting: calls of acquire() that have to wait fail from now on.
+    void close();
+    uint64_t peak_bytes() const;
     uint64_t limit_bytes() const { return limit_; }
 
 private:
-    using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-    void keep(uint32_t block, Bytes bytes);
+    struct Place {
+        size_t chunk;
+        uint64_t offset;
+    };
     struct Entry {
-        Bytes bytes;
+        Place place;
+        uint64_t bytes = 0;  // reserved
+        uint32_t holders = 0;
+        bool ready = false;  // false: being read
         std::list<uint32_t>::iterator age;
     };
+    struct Chunk {
+        PinnedBuffer memory;
+        SlabAllocator free;
+    };
+    using Lock = std::unique_lock<std::mutex>;
+    Result<Place> make_room(Lock& lock, uint64_t bytes);
+    bool evict_oldest();
+    Status add_chunk();
+    Status read(uint32_t block, std::span<std::byte> target) const;
+    std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].memory.bytes().subspan(place.offset, bytes); }
+
+    Device& device_;
     const BlockFile& file_;
-    const uint64_t limit_;
-    std::mutex mutex_;
+    uint64_t limit_, chunk_bytes_;
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;  // something was released or became ready
+    std::vector<Chunk> chunks_;
     std::unordered_map<uint32_t, Entry> entries_;
     std::list<uint32_t> by_age_;  // least recently used first
-    uint64_t bytes_ = 0, peak_ = 0;
+    uint64_t allocated_ = 0;
+    bool closed_ = false;
 };
 
 }  // namespace raypager

@@ -1,22 +1,20 @@
 #include "residency/loader.hpp"
 
-#include "base/check.hpp"
-#include "residency/transcode.hpp"
+#include <algorithm>
+#include <cstring>
+#include <new>
 
 namespace raypager {
+namespace {
 
-Result<std::unique_ptr<Loader>> Loader::create(Device& device, const BakedScene& scene, HostCache& cache, const std::vector<Buffer>& slabs,
-                                               uint32_t staging_count) {
-    std::unique_ptr<Loader> loader(new Loader(device, scene, cache, slabs));
-    uint64_t largest = RP_BLOCK_ALIGNMENT;
-    for (const BlockRecord& block : scene.blocks) largest = std::max<uint64_t>(largest, std::max(block.stored_bytes, block.memory_bytes));
-    for (uint32_t i = 0; i < staging_count; i++) {
-        auto pinned = device.allocate_pinned(largest);
-        if (!pinned) return pinned.status();
-        loader->staging_.push_back(std::move(*pinned));
-        loader->free_staging_.push_back(i);
-    }
-    loader->thread_ = std::thread([raw = loader.get()] { raw->work(); });
+// A thread reads and verifies some GB/s; a few of them keep up with a fast disk and with the bus, where there are cores to spare.
+size_t thread_count() { return std::clamp<size_t>(std::thread::hardware_concurrency() / 4, 1, 4); }
+
+}  // namespace
+
+std::unique_ptr<Loader> Loader::create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) {
+    std::unique_ptr<Loader> loader(new Loader(device, cache, slabs));
+    for (size_t i = 0; i < thread_count(); i++) loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
     return loader;
 }
 
@@ -26,16 +24,17 @@ Loader::~Loader() {
         stop_ = true;
     }
     changed_.notify_all();
-    if (thread_.joinable()) thread_.join();
+    cache_.close();
+    for (std::thread& thread : threads_) thread.join();
     for (const Load& load : submitted_) (void)load.upload.wait();
 }
 
 void Loader::start(uint32_t block, PoolAddress address) {
-    const std::lock_guard lock(mutex_);
-    RAYPAGER_CHECK(!free_staging_.empty());
-    waiting_.push_back({block, address, free_staging_.back(), {}});
-    free_staging_.pop_back();
-    changed_.notify_all();
+    {
+        const std::lock_guard lock(mutex_);
+        waiting_.push_back({block, address, {}, {}});
+    }
+    changed_.notify_one();
 }
 
 uint32_t Loader::under_way() const {
@@ -43,8 +42,8 @@ uint32_t Loader::under_way() const {
     return static_cast<uint32_t>(waiting_.size() + submitted_.size() + reading_);
 }
 
-Result<std::vector<uint32_t>> Loader::arrived(bool wait) {
-    std::vector<uint32_t> blocks;
+Result<std::vector<Arrival>> Loader::arrived(bool wait) {
+    std::vector<Arrival> blocks;
     std::unique_lock lock(mutex_);
     for (;;) {
         if (!failure_.ok()) return failure_;
@@ -54,8 +53,8 @@ Result<std::vector<uint32_t>> Loader::arrived(bool wait) {
             if (!*finished) break;
             // Done already; but only a wait makes what was written visible to kernels of another queue (OpenCL 1.2, 5.9).
             RAYPAGER_TRY(submitted_.front().upload.wait());
-            blocks.push_back(submitted_.front().block);
-            free_staging_.push_back(submitted_.front().staging);
+            blocks.push_back(submitted_.front().arrival);
+            cache_.release(submitted_.front().block);
             submitted_.pop_front();
         }
         if (!blocks.empty() || !wait) return blocks;
@@ -73,15 +72,21 @@ Result<std::vector<uint32_t>> Loader::arrived(bool wait) {
     }
 }
 
-// Reads a block and starts its upload.
+// Gets a block and starts its upload.
 Status Loader::bring(Load& load) {
     try {
-        const BlockRecord& record = scene_.blocks[load.block];
-        const std::span<std::byte> bytes = staging_[load.staging].bytes();
-        RAYPAGER_TRY(cache_.fetch(load.block, bytes.first(record.stored_bytes)));
-        RAYPAGER_TRY(transcode_block(bytes, record));
-        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, bytes.first(record.memory_bytes), &load.upload));
-        return device_.uploads().flush();
+        const auto bytes = cache_.acquire(load.block);
+        if (!bytes) return bytes.status();
+        rp_block_header header;
+        std::memcpy(&header, bytes->data(), sizeof header);
+        load.arrival = {load.block, header.leaves_at, header.vertices_at};
+        // Not under the lock that the render loop needs: drivers take their time.
+        const std::lock_guard order(submitting_);
+        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload));
+        RAYPAGER_TRY(device_.uploads().flush());
+        const std::lock_guard lock(mutex_);
+        submitted_.push_back(load);
+        return {};
     } catch (const std::bad_alloc&) {
         return Status::failed("not enough host memory to load a block; give a smaller --host-limit");
     }
@@ -94,15 +99,12 @@ void Loader::work() {
         if (stop_) return;
         Load load = waiting_.front();
         waiting_.pop_front();
-        reading_ = 1;
+        reading_++;
         lock.unlock();
         const Status status = bring(load);
         lock.lock();
-        reading_ = 0;
-        if (status.ok())
-            submitted_.push_back(load);
-        else if (failure_.ok())
-            failure_ = status;
+        reading_--;
+        if (!status.ok() && failure_.ok()) failure_ = status;
         changed_.notify_all();
     }
 }

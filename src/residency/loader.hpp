@@ -1,5 +1,5 @@
-// Brings blocks onto the device while kernels run: a thread reads a block (host cache or file) into a pinned buffer and starts its
-// upload on the device's second queue. The render loop asks between rounds what has arrived.
+// Brings blocks onto the device while kernels run: threads get blocks from the host cache, which reads them from the file where it must,
+// and start their uploads on the device's second queue. The render loop asks between rounds what has arrived.
 #pragma once
 
 #include <condition_variable>
@@ -14,44 +14,45 @@
 
 namespace raypager {
 
+// A block that has come, and where kernels find its sections (abi/block.h, rp_page).
+struct Arrival {
+    uint32_t block, leaves_at, vertices_at;
+};
+
 class Loader {
 public:
-    // slabs outlive the loader. At most `staging_count` loads are under way at once.
-    static Result<std::unique_ptr<Loader>> create(Device& device, const BakedScene& scene, HostCache& cache, const std::vector<Buffer>& slabs,
-                                                  uint32_t staging_count);
+    // cache and slabs outlive the loader.
+    static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs);
     ~Loader();
-    // REQUIRES: fewer than staging_count loads under way; no kernel may read that place from now on.
+    // REQUIRES: no kernel may read that place from now on.
     void start(uint32_t block, PoolAddress address);
     // Blocks whose upload has finished since the last call. With wait set, and loads under way, returns at least one.
-    Result<std::vector<uint32_t>> arrived(bool wait);
+    Result<std::vector<Arrival>> arrived(bool wait);
     uint32_t under_way() const;
 
 private:
     struct Load {
         uint32_t block;
         PoolAddress address;
-        size_t staging;
         Event upload;
+        Arrival arrival;
     };
-    Loader(Device& device, const BakedScene& scene, HostCache& cache, const std::vector<Buffer>& slabs)
-        : device_(device), scene_(scene), cache_(cache), slabs_(slabs) {}
+    Loader(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) : device_(device), cache_(cache), slabs_(slabs) {}
     void work();
     Status bring(Load& load);
 
     Device& device_;
-    const BakedScene& scene_;
     HostCache& cache_;
     const std::vector<Buffer>& slabs_;
-    std::vector<PinnedBuffer> staging_;
-    std::vector<size_t> free_staging_;
+    std::mutex submitting_;  // keeps submitted_ in the order of the queue; taken before mutex_
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<Load> waiting_;    // for the thread
-    std::deque<Load> submitted_;  // uploads under way, in order
-    uint32_t reading_ = 0;        // 1 while the thread works on a load
+    std::deque<Load> waiting_;    // for a thread
+    std::deque<Load> submitted_;  // uploads under way, in the order of the queue
+    uint32_t reading_ = 0;        // loads that threads are working on
     Status failure_;
     bool stop_ = false;
-    std::thread thread_;
+    std::vector<std::thread> threads_;
 };
 
 }  // namespace raypager

@@ -47,7 +47,6 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     const auto most = static_cast<uint32_t>(std::clamp<uint64_t>(settings.pool_bytes / smallest, 1, UINT32_MAX));
     residency->policy_.loads_in_flight = std::min(settings.policy.loads_in_flight, most);
     residency->policy_.loads_into_free = std::min(settings.policy.loads_into_free, most);
-    const uint32_t staging = std::max({1u, residency->policy_.loads_in_flight, residency->policy_.loads_into_free});
     for (size_t i = 0; i < sizes->size(); i++) {
         auto slab = device.allocate((*sizes)[i], fmt::format("slab {} of the geometry pool", i));
         if (!slab) return slab.status();
@@ -60,16 +59,12 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     }
     residency->blocks_.resize(scene.blocks.size());
     for (size_t i = 0; i < scene.blocks.size(); i++) residency->blocks_[i].bytes = scene.blocks[i].memory_bytes;
-    residency->pages_.assign(std::max<size_t>(scene.blocks.size(), 1), rp_page{RP_NONE, 0});
+    residency->pages_.assign(std::max<size_t>(scene.blocks.size(), 1), rp_page{RP_NONE, 0, 0, 0});
     auto table = device.allocate(residency->pages_.size() * sizeof(rp_page), "the page table");
     if (!table) return table.status();
     residency->page_table_ = std::move(*table);
-    residency->staging_bytes_ = uint64_t{staging} * scene.largest_block();
-    const uint64_t cache = settings.host_limit > residency->staging_bytes_ ? settings.host_limit - residency->staging_bytes_ : 0;
-    residency->cache_ = std::make_unique<HostCache>(file, cache);
-    auto loader = Loader::create(device, scene, *residency->cache_, residency->slabs_, staging);
-    if (!loader) return loader.status();
-    residency->loader_ = std::move(*loader);
+    residency->cache_ = std::make_unique<HostCache>(device, file, settings.host_limit);
+    residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_);
     return residency;
 }
 
@@ -82,13 +77,13 @@ Status Residency::publish(Queue& queue) {
 Status Residency::take_arrivals(uint32_t round, bool wait) {
     auto arrived = loader_->arrived(wait);
     if (!arrived) return arrived.status();
-    for (const uint32_t index : *arrived) {
-        BlockState& block = blocks_[index];
+    for (const Arrival& arrival : *arrived) {
+        BlockState& block = blocks_[arrival.block];
         RAYPAGER_CHECK(block.state == PageState::loading);
         block.state = PageState::resident;
         block.resident_since = round + 1;
         block.last_used = round + 1;
-        pages_[index] = {page_address(block.address), round + 1};
+        pages_[arrival.block] = {page_address(block.address), round + 1, arrival.leaves_at, arrival.vertices_at};
         pages_changed_ = true;
         statistics_.loads++;
         statistics_.bytes_loaded += block.bytes;
@@ -103,7 +98,7 @@ void Residency::evict(uint32_t index) {
     resident_bytes_ -= block.bytes;
     block.state = PageState::absent;
     block.wanted_since = 0;
-    pages_[index] = {RP_NONE, 0};
+    pages_[index] = {RP_NONE, 0, 0, 0};
     pages_changed_ = true;
     statistics_.evictions++;
 }

@@ -18,7 +18,7 @@ namespace raypager {
 struct ResidencySettings {
     uint64_t pool_bytes = 0;  // at most; REQUIRES: at least the largest block
     uint64_t slab_bytes = 0;  // of one slab at most; 0: what the device allocates at once
-    uint64_t host_limit = 0;  // of the cache of stored blocks and the pinned buffers
+    uint64_t host_limit = 0;  // of the cache of blocks
     PolicySettings policy;
 };
 
@@ -48,8 +48,7 @@ public:
     const PagingStatistics& statistics() const { return statistics_; }
     uint64_t resident_bytes() const { return resident_bytes_; }
     uint64_t pool_bytes() const { return allocator_.capacity(); }
-    // Stored blocks in host memory and pinned buffers.
-    uint64_t host_peak_bytes() const { return cache_->peak_bytes() + staging_bytes_; }
+    uint64_t host_peak_bytes() const { return cache_->peak_bytes(); }
     std::span<const BlockState> blocks() const { return blocks_; }
 
 private:
@@ -67,7 +66,7 @@ private:
     std::vector<BlockState> blocks_;
     std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
     PagingStatistics statistics_;
-    uint64_t resident_bytes_ = 0, staging_bytes_ = 0;
+    uint64_t resident_bytes_ = 0;
     uint32_t last_arrival_round_ = 0;
 };
 

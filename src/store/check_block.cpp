@@ -44,6 +44,7 @@ private:
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
         if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
+        if (header_.nodes_at != sizeof header_) return bad("its nodes are not behind its header");
         return check_sections();
     }
 

@@ -57,11 +57,12 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
 }
 
 Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table) {
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces) {
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
     auto geometry = GeometryBuffers::create(device, scene, slabs, page_table);
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
+    wavefront->count_bounces_ = count_bounces && !scene.blocks.empty();
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     RAYPAGER_TRY(wavefront->allocate_state());
     RAYPAGER_TRY(wavefront->build_kernels());
@@ -114,7 +115,8 @@ Status Wavefront::allocate_state() {
 }
 
 Status Wavefront::build_kernels() {
-    const std::string definitions = geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}", wake_slots);
+    const std::string definitions =
+        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}{}", wake_slots, count_bounces_ ? " -DRP_COUNT_BOUNCES" : "");
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -126,10 +128,14 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
-    RAYPAGER_TRY(
-        wake_.set(status_, paths_, geometry_.portals(), geometry_.pages(), params_.slot_count, queue_, free_list_, counters_, geometry_.demand()));
+    if (const uint32_t lanes = device_.persistent_lanes()) {
+        auto kernel = device_.kernel("extend", "rp_extend", definitions + fmt::format(" -DRP_PERSISTENT={}", lanes));
+        if (!kernel) return kernel.status();
+        extend_persistent_ = std::move(*kernel);
+    }
+    RAYPAGER_TRY(wake_.set(status_, paths_, geometry_.portals(), geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_));
-    RAYPAGER_TRY(advance_.set(params_buffer_, counters_));
+    RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand()));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -140,13 +146,16 @@ Status Wavefront::start_round(uint32_t round) {
     const uint32_t items = device_.info().type == "CPU" ? std::min(slots, device_.info().compute_units * items_per_cpu_core) : slots;
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
     const uint64_t blocks = geometry_.block_count();
-    if (blocks) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), 0, RP_DEMAND_USED * blocks * sizeof(uint32_t)));
-    RAYPAGER_TRY(geometry_.set(extend_, round, slots, queue_, status_, paths_, counters_));
+    if (count_bounces_) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
+    // Persistent threads pay where rays differ in length: not for camera rays, which are all there is in the first round.
+    const bool persistent = device_.persistent_lanes() && round > 1;
+    Kernel& extend = persistent ? extend_persistent_ : extend_;
+    RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_));
     RAYPAGER_TRY(geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_));
     RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &stage_events_[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &stage_events_[1]));
-    RAYPAGER_TRY(queue.launch(advance_, 1, 1));
-    RAYPAGER_TRY(queue.launch(extend_, items, group, &stage_events_[2]));
+    RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
+    RAYPAGER_TRY(queue.launch(extend, persistent ? std::min<uint64_t>(items, device_.persistent_items()) : items, group, &stage_events_[2]));
     RAYPAGER_TRY(queue.launch(shade_, items, group, &stage_events_[3]));
     return queue.launch(connect_, items, group, &stage_events_[4]);
 }

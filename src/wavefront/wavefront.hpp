@@ -47,9 +47,9 @@ private:
 
 class Wavefront {
 public:
-    // slabs and page_table outlive the tracer. params.slot_count path slots are made.
+    // slabs and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces, RP_DEMAND_BOUNCES stays 0.
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table);
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces);
     // Puts all stages of a round into the kernel queue.
     Status start_round(uint32_t round);
     // Waits for the round and reads its counters and demand (abi/path.h).
@@ -72,9 +72,10 @@ private:
     Device& device_;
     rp_render_params params_;
     GeometryBuffers geometry_;
+    bool count_bounces_ = false;
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
     Buffer film_, status_, paths_, queue_, free_list_, counters_;
-    Kernel wake_, generate_, advance_, extend_, shade_, connect_;
+    Kernel wake_, generate_, advance_, extend_, extend_persistent_, shade_, connect_;
     std::array<Event, 5> stage_events_;
     std::array<uint64_t, 5> stage_ns_{};
 };

@@ -2,7 +2,7 @@
 // all blocks. These are the bytes that kernels read; src/store/FORMAT.md says how they lie in a block file.
 //
 // A block is one run of bytes. It starts with rp_block_header; each section starts at a multiple of 16 bytes:
-//   nodes      rp_node[node_count]             inner nodes, two children each
+//   nodes      rp_node[node_count]             inner nodes, two children each, directly behind the header
 //   leaves     rp_leaf[leaf_count]             triangle strips, or runs of spheres
 //   vertices   float[3 * vertex_count]         exact positions in world space; a leaf sees a window of up to 256
 //   spheres    float[4 * sphere_count]         centre, radius
@@ -101,9 +101,9 @@ typedef struct rp_top_grid {
 } rp_top_grid;
 
 // Page table: one entry a block. Where it lies (slab << RP_PAGE_SLAB_SHIFT | offset / RP_BLOCK_ALIGNMENT), or RP_NONE while it is
-// absent, and the round in which it became resident.
+// absent, the round in which it became resident, and two of its header's offsets, so that entering a block needs nothing but this entry.
 typedef struct rp_page {
-    rp_u32 address, resident_since;
+    rp_u32 address, resident_since, leaves_at, vertices_at;
 } rp_page;
 #define RP_PAGE_SLAB_SHIFT 28
 #define RP_PAGE_OFFSET_MASK 0x0fffffffu

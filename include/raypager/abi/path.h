@@ -39,9 +39,9 @@
 #define RP_COUNT_EXTEND 0u   // extension rays that can go on
 #define RP_COUNT_SHADOW 1u   // shadow rays that can go on
 #define RP_COUNT_FREE 2u     // free slots
-#define RP_COUNT_SHADE 3u    // extension rays that were finished
 #define RP_COUNT_WAITING 4u  // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u
+#define RP_COUNT_EXTEND_TAKEN 6u  // extension rays that persistent threads have taken from the queue
 #define RP_COUNTERS_PER_ROUND 8u
 #define RP_COUNT_NEXT_SAMPLE 8u     // 64 bits: low, high
 #define RP_COUNT_CAMERA_RAYS 10u    // 64 bits each from here on
@@ -49,12 +49,11 @@
 #define RP_COUNT_SHADOW_RAYS 14u
 #define RP_COUNT_WANTS_SERVED 16u   // times that a waiting extension ray entered the portal that it had waited for
 #define RP_COUNT_WANTS_NO_HIT 18u   // of these: nothing was hit behind it
-#define RP_COUNT_FINISHED 20u       // paths
-#define RP_COUNTER_WORDS 24u
+#define RP_COUNTER_WORDS 20u
 
 // Demand: arrays of one word a block, one after the other.
-#define RP_DEMAND_WANTS 0u    // rays that wait for the block, this round
-#define RP_DEMAND_BOUNCES 1u  // extension rays of this round that found their closest hit in the block and ended with it
+#define RP_DEMAND_WANTS 0u    // rays that wait for the block
+#define RP_DEMAND_BOUNCES 1u  // with RP_COUNT_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
 #define RP_DEMAND_USED 2u     // last round in which a ray entered the block
 #define RP_DEMAND_ARRAYS 3u
 
