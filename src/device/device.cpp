@@ -98,11 +98,13 @@ Status Queue::fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes) {
     return code == CL_SUCCESS ? Status() : cl_failed("clearing a buffer", code);
 }
 
-Status Queue::write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event) {
+Status Queue::write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event, const Event* after) {
     RAYPAGER_CHECK(offset + source.size() <= buffer.bytes());
     if (source.empty()) return {};
-    const cl_int code =
-        queue_.enqueueWriteBuffer(buffer.handle(), CL_FALSE, offset, source.size(), source.data(), nullptr, event ? &event->handle_ : nullptr);
+    std::vector<cl::Event> before;
+    if (after && !after->empty()) before.push_back(after->handle());
+    const cl_int code = queue_.enqueueWriteBuffer(buffer.handle(), CL_FALSE, offset, source.size(), source.data(), before.empty() ? nullptr : &before,
+                                                  event ? &event->handle_ : nullptr);
     return code == CL_SUCCESS ? Status() : cl_failed("writing to the device", code);
 }
 

@@ -79,6 +79,7 @@ public:
     // Nanoseconds on the device, after it has finished; 0 if unknown.
     uint64_t duration_ns() const;
     const cl::Event& handle() const { return handle_; }
+    bool empty() const { return handle_() == nullptr; }
 
 private:
     friend class Queue;
@@ -117,7 +118,8 @@ public:
     Status launch(const Kernel& kernel, uint64_t items, uint32_t group_size, Event* event = nullptr);
     Status fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes);
     // The source must stay as it is until the event has finished.
-    Status write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event);
+    // `after`, if given, is an event of another queue that comes first.
+    Status write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event, const Event* after = nullptr);
     Status read(const Buffer& buffer, uint64_t offset, std::span<std::byte> target, Event* event);
     Status write_now(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source);
     Status read_now(const Buffer& buffer, uint64_t offset, std::span<std::byte> target);

@@ -29,17 +29,15 @@ public:
 
     Result<RenderResult> run() {
         RAYPAGER_TRY(prepare());
-        for (uint32_t round = 1; !finished(); round++) {
-            if (round == RP_ROUND_MASK) return Status::failed("more rounds than path slots can count; give more --paths");
-            RAYPAGER_TRY(residency_->publish(device_->kernels()));
-            RAYPAGER_TRY(wavefront_->start_round(round));
-            RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
-            RAYPAGER_TRY(residency_->after_round(round, demand_, ready_rays(), slots()));
-            if (nothing_to_trace()) RAYPAGER_TRY(wait_for_block(round));
+        while (!finished()) {
+            while (rounds_under_way() < rounds_wanted()) RAYPAGER_TRY(start_round());
+            RAYPAGER_TRY(finish_round());
+            RAYPAGER_TRY(residency_->after_round(ended_, started_, wavefront_->last_round_end(), demand_, ready_rays(), slots()));
+            if (nothing_to_trace() && rounds_under_way() == 0) RAYPAGER_TRY(wait_for_block());
             RAYPAGER_TRY(end_at_a_pass());
             RAYPAGER_TRY(tell());
-            rounds_ = round;
         }
+        RAYPAGER_TRY(settle());
         return result();
     }
 
@@ -48,11 +46,17 @@ private:
     Result<rp_render_params> make_params() const;
     void adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const;
     uint32_t slots() const { return wavefront_->params().slot_count; }
+    uint32_t rounds_under_way() const { return started_ - ended_; }
+    // A GPU gets its next round before the host has seen what the last one did; a CPU works on rounds and host code with the same cores.
+    uint32_t rounds_wanted() const { return device_->info().type == "CPU" || nothing_to_trace() ? 1 : Wavefront::most_rounds; }
+    Status start_round();
+    Status finish_round();
+    Status settle();
     uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
     bool finished() const { return counters_.idle_slots() == slots(); }
     // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
-    Status wait_for_block(uint32_t round);
+    Status wait_for_block();
     Status end_at_a_pass();
     Status tell();
     RenderProgress progress() const;
@@ -66,9 +70,9 @@ private:
     std::unique_ptr<Residency> residency_;
     std::unique_ptr<Wavefront> wavefront_;
     RoundCounters counters_;
-    std::vector<uint32_t> demand_;
+    std::span<const uint32_t> demand_;
     uint64_t pixels_ = 0, host_limit_ = 0;
-    uint32_t rounds_ = 0;
+    uint32_t started_ = 0, ended_ = 0;  // rounds, numbered from 1
     bool ending_ = false;
     double stall_seconds_ = 0;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
@@ -131,12 +135,14 @@ Result<rp_render_params> Renderer::make_params() const {
     return params;
 }
 
-// Loads between two rounds. Each round has a cost of its own, so small blocks come several at a time; but no more than a sixteenth of
-// the pool (two are always allowed), for what is on its way serves no ray yet. The paper's policy swaps one block a round.
+// Loads between two rounds. Each round has a cost of its own, so small blocks come several at a time; but no more than a part of the
+// pool (two are always allowed), for what is on its way serves no ray yet. The paper's policy swaps one block a round.
 void Renderer::adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const {
     if (policy.kind != PolicyKind::most_wanted && !scene_.blocks.empty()) {
         const uint64_t average = std::max<uint64_t>(1, scene_.geometry_bytes() / scene_.blocks.size());
-        policy.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(pool_bytes / average / 16, 2, 16));
+        // A GPU's rounds are short beside their fixed cost, and its bus is wide: more at a time.
+        const bool cpu = device_->info().type == "CPU";
+        policy.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(pool_bytes / average / (cpu ? 16 : 4), 2, cpu ? 16 : 128));
         policy.loads_into_free = 256;
     }
     if (options_.loads_in_flight) policy.loads_in_flight = options_.loads_in_flight;
@@ -187,14 +193,31 @@ Status Renderer::prepare() {
     return {};
 }
 
-Status Renderer::wait_for_block(uint32_t round) {
+Status Renderer::start_round() {
+    if (++started_ == RP_ROUND_MASK) return Status::failed("more rounds than path slots can count; give more --paths");
+    RAYPAGER_TRY(residency_->publish(device_->kernels()));
+    return wavefront_->start_round(started_);
+}
+
+Status Renderer::finish_round() {
+    ended_++;
+    return wavefront_->finish_round(counters_, demand_);
+}
+
+// Ends all rounds under way, so that the counters are those of the state on the device.
+Status Renderer::settle() {
+    while (rounds_under_way() > 0) RAYPAGER_TRY(finish_round());
+    return {};
+}
+
+Status Renderer::wait_for_block() {
     const auto begin = Clock::now();
-    auto arrived = residency_->wait_for_block(round);
+    auto arrived = residency_->wait_for_block(ended_);
     stall_seconds_ += seconds_since(begin);
     if (!arrived) return arrived.status();
     if (*arrived) return {};
     return Status::failed(
-        fmt::format("no progress in round {}: {} rays wait for blocks, but none is on its way (pool {} bytes, {} resident); this is a bug", round,
+        fmt::format("no progress in round {}: {} rays wait for blocks, but none is on its way (pool {} bytes, {} resident); this is a bug", ended_,
                     counters_.waiting_rays(), residency_->pool_bytes(), residency_->resident_bytes()));
 }
 
@@ -204,6 +227,7 @@ Status Renderer::end_at_a_pass() {
     const bool late = options_.time_seconds > 0 && seconds_since(render_start_) >= options_.time_seconds;
     if (ending_ || !(stop || late)) return {};
     ending_ = true;
+    RAYPAGER_TRY(settle());
     const uint64_t passes = std::max<uint64_t>(1, (counters_.next_sample() + pixels_ - 1) / pixels_);
     return wavefront_->set_sample_limit(std::min(wavefront_->params().sample_limit, passes * pixels_));
 }
@@ -277,7 +301,7 @@ Result<RenderResult> Renderer::result() {
     report.seconds.build = device_->build_seconds();
     report.rays = {counters_.camera_rays(), counters_.bounce_rays(), counters_.total_shadow_rays()};
     const PagingStatistics& paging = residency_->statistics();
-    report.paging = {paging.loads, paging.evictions, paging.bytes_loaded, rounds_, counters_.wants_without_hit()};
+    report.paging = {paging.loads, paging.evictions, paging.bytes_loaded, ended_, counters_.wants_without_hit()};
     // Every sample that was begun has ended up in the film.
     if (average_samples(words) != static_cast<double>(report.spp))
         return Status::failed("the film holds fewer samples than were begun; this is a bug");

@@ -29,10 +29,10 @@ Loader::~Loader() {
     for (const Load& load : submitted_) (void)load.upload.wait();
 }
 
-void Loader::start(uint32_t block, PoolAddress address) {
+void Loader::start(uint32_t block, PoolAddress address, const Event& free) {
     {
         const std::lock_guard lock(mutex_);
-        waiting_.push_back({block, address, {}, {}});
+        waiting_.push_back({block, address, free, {}, {}});
     }
     changed_.notify_one();
 }
@@ -82,7 +82,7 @@ Status Loader::bring(Load& load) {
         load.arrival = {load.block, header.leaves_at, header.vertices_at};
         // Not under the lock that the render loop needs: drivers take their time.
         const std::lock_guard order(submitting_);
-        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload));
+        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload, &load.free));
         RAYPAGER_TRY(device_.uploads().flush());
         const std::lock_guard lock(mutex_);
         submitted_.push_back(load);

@@ -24,8 +24,8 @@ public:
     // cache and slabs outlive the loader.
     static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs);
     ~Loader();
-    // REQUIRES: no kernel may read that place from now on.
-    void start(uint32_t block, PoolAddress address);
+    // The place is written after `free`: when no kernel reads it any more.
+    void start(uint32_t block, PoolAddress address, const Event& free);
     // Blocks whose upload has finished since the last call. With wait set, and loads under way, returns at least one.
     Result<std::vector<Arrival>> arrived(bool wait);
     uint32_t under_way() const;
@@ -34,7 +34,7 @@ private:
     struct Load {
         uint32_t block;
         PoolAddress address;
-        Event upload;
+        Event free, upload;
         Arrival arrival;
     };
     Loader(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) : device_(device), cache_(cache), slabs_(slabs) {}

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "base/check.hpp"
 #include "raypager/abi/path.h"
@@ -63,7 +64,15 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     auto table = device.allocate(residency->pages_.size() * sizeof(rp_page), "the page table");
     if (!table) return table.status();
     residency->page_table_ = std::move(*table);
-    residency->cache_ = std::make_unique<HostCache>(device, file, settings.host_limit);
+    for (Published& copy : residency->published_) {
+        auto pages = device.allocate_pinned(residency->page_table_.bytes());
+        if (!pages) return pages.status();
+        copy.pages = std::move(*pages);
+    }
+    // Where the pool holds everything, each block passes through the cache once.
+    constexpr uint64_t passage = uint64_t{128} << 20;
+    const bool all_fits = scene.geometry_bytes() <= residency->allocator_.capacity();
+    residency->cache_ = std::make_unique<HostCache>(device, file, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_);
     return residency;
 }
@@ -71,7 +80,10 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
 Status Residency::publish(Queue& queue) {
     if (!pages_changed_) return {};
     pages_changed_ = false;
-    return queue.write_now(page_table_, 0, bytes_of(pages_));
+    Published& copy = published_[next_published_++ % published_.size()];
+    RAYPAGER_TRY(copy.written.wait());
+    std::memcpy(copy.pages.bytes().data(), pages_.data(), page_table_.bytes());
+    return queue.write(page_table_, 0, copy.pages.bytes().first(page_table_.bytes()), &copy.written);
 }
 
 Status Residency::take_arrivals(uint32_t round, bool wait) {
@@ -103,7 +115,8 @@ void Residency::evict(uint32_t index) {
     statistics_.evictions++;
 }
 
-Status Residency::after_round(uint32_t round, std::span<const uint32_t> demand, uint32_t ready_rays, uint32_t slots) {
+Status Residency::after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const uint32_t> demand, uint32_t ready_rays,
+                              uint32_t slots) {
     const size_t count = blocks_.size();
     RAYPAGER_CHECK(demand.size() >= RP_DEMAND_ARRAYS * count);
     for (size_t i = 0; i < count; i++) {
@@ -116,7 +129,7 @@ Status Residency::after_round(uint32_t round, std::span<const uint32_t> demand, 
         else if (block.wanted_since == 0)
             block.wanted_since = round;
     }
-    RAYPAGER_TRY(take_arrivals(round, false));
+    RAYPAGER_TRY(take_arrivals(last_started, false));
     const Plan plan = plan_paging(policy_, {blocks_, round, ready_rays, slots}, allocator_);
     allocator_ = plan.pool;
     for (const uint32_t block : plan.evict) evict(block);
@@ -128,7 +141,7 @@ Status Residency::after_round(uint32_t round, std::span<const uint32_t> demand, 
         resident_bytes_ += block.bytes;
         RAYPAGER_CHECK(resident_bytes_ <= allocator_.capacity());
         statistics_.peak_resident_bytes = std::max(statistics_.peak_resident_bytes, resident_bytes_);
-        loader_->start(load.block, load.address);
+        loader_->start(load.block, load.address, last_end);
     }
     return {};
 }
@@ -148,7 +161,7 @@ Status Residency::load_all(Queue& queue) {
             absent += demand[RP_DEMAND_WANTS * count + i];
         }
         if (absent == 0) return publish(queue);
-        RAYPAGER_TRY(after_round(round, demand, 0, 1));
+        RAYPAGER_TRY(after_round(round, round, Event(), demand, 0, 1));
         if (statistics_.evictions) return Status::failed("the pool is too small for all blocks at once");
         auto arrived = wait_for_block(round);
         if (!arrived) return arrived.status();

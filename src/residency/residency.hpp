@@ -1,6 +1,7 @@
 // The geometry pool: which blocks are where on the device, what comes in and goes out. Sits between the rounds of the tracer.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -35,12 +36,15 @@ public:
 
     const std::vector<Buffer>& slabs() const { return slabs_; }
     const Buffer& page_table() const { return page_table_; }
-    // Brings the page table on the device up to date, for the rounds that follow.
+    // Brings the page table on the device up to date, for the rounds that follow. Does not wait for the queue.
     Status publish(Queue& queue);
     // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
+    // last_started: the youngest round under way (or `round`), and when it will have ended: until then kernels may read what is evicted now.
     // demand: the arrays of abi/path.h (RP_DEMAND_*), one after the other.
-    Status after_round(uint32_t round, std::span<const uint32_t> demand, uint32_t ready_rays, uint32_t slots);
-    // When no ray can go on: waits until a block has arrived since that round began. False if none has, and none is on its way.
+    Status after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const uint32_t> demand, uint32_t ready_rays,
+                       uint32_t slots);
+    // When no ray can go on and no round is under way: waits until a block has arrived since that round ended. False if none has, and none
+    // is on its way.
     Result<bool> wait_for_block(uint32_t round);
     // For measurements and tests, instead of rounds: brings in every block and publishes the page table. Fails if they do not fit.
     Status load_all(Queue& queue);
@@ -62,6 +66,13 @@ private:
     std::vector<Buffer> slabs_;
     Buffer page_table_;
     std::vector<rp_page> pages_;  // what the device shall see
+    // Copies of it on their way to the device.
+    struct Published {
+        PinnedBuffer pages;
+        Event written;
+    };
+    std::array<Published, 2> published_;
+    size_t next_published_ = 0;
     bool pages_changed_ = true;
     std::vector<BlockState> blocks_;
     std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first

@@ -109,6 +109,11 @@ Status Wavefront::allocate_state() {
         part.buffer = std::move(*buffer);
     }
     for (const Buffer* buffer : {&film_, &status_, &counters_}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
+    for (Flight& flight : flights_) {
+        auto results = device_.allocate_pinned(counters_.bytes() + geometry_.demand().bytes());
+        if (!results) return results.status();
+        flight.results = std::move(*results);
+    }
     const uint64_t first = params_.first_sample;
     const uint32_t words[2] = {static_cast<uint32_t>(first), static_cast<uint32_t>(first >> 32)};
     return device_.kernels().write_now(counters_, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), std::as_bytes(std::span(words)));
@@ -140,6 +145,8 @@ Status Wavefront::build_kernels() {
 }
 
 Status Wavefront::start_round(uint32_t round) {
+    RAYPAGER_CHECK(started_ - finished_ < most_rounds);
+    Flight& flight = flights_[started_++ % most_rounds];
     Queue& queue = device_.kernels();
     const uint32_t slots = params_.slot_count, group = device_.group_size();
     // The stages loop over their queues. A CPU runs work-items one after the other: few of them, so that short queues cost little.
@@ -152,23 +159,26 @@ Status Wavefront::start_round(uint32_t round) {
     Kernel& extend = persistent ? extend_persistent_ : extend_;
     RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_));
     RAYPAGER_TRY(geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_));
-    RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &stage_events_[0]));
-    RAYPAGER_TRY(queue.launch(generate_, items, group, &stage_events_[1]));
+    RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));
+    RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
-    RAYPAGER_TRY(queue.launch(extend, persistent ? std::min<uint64_t>(items, device_.persistent_items()) : items, group, &stage_events_[2]));
-    RAYPAGER_TRY(queue.launch(shade_, items, group, &stage_events_[3]));
-    return queue.launch(connect_, items, group, &stage_events_[4]);
+    RAYPAGER_TRY(queue.launch(extend, persistent ? std::min<uint64_t>(items, device_.persistent_items()) : items, group, &flight.stages[2]));
+    RAYPAGER_TRY(queue.launch(shade_, items, group, &flight.stages[3]));
+    RAYPAGER_TRY(queue.launch(connect_, items, group, &flight.stages[4]));
+    const std::span<std::byte> results = flight.results.bytes();
+    RAYPAGER_TRY(queue.read(counters_, 0, results.first(counters_.bytes()), &flight.read));
+    RAYPAGER_TRY(queue.read(geometry_.demand(), 0, results.subspan(counters_.bytes()), &flight.read));
+    return queue.flush();
 }
 
-Status Wavefront::finish_round(RoundCounters& counters, std::vector<uint32_t>& demand) {
-    demand.resize(uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS);
-    Event demand_read;
-    RAYPAGER_TRY(device_.kernels().read(geometry_.demand(), 0, std::as_writable_bytes(std::span(demand)), &demand_read));
-    const Status counters_read = device_.kernels().read_now(counters_, 0, std::as_writable_bytes(std::span(counters.words)));
-    const Status demand_status = demand_read.wait();  // before anything returns: the device writes into the caller's vector
-    RAYPAGER_TRY(counters_read);
-    RAYPAGER_TRY(demand_status);
-    for (size_t i = 0; i < stage_events_.size(); i++) stage_ns_[i] += stage_events_[i].duration_ns();
+Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t>& demand) {
+    RAYPAGER_CHECK(finished_ < started_);
+    Flight& flight = flights_[finished_++ % most_rounds];
+    RAYPAGER_TRY(flight.read.wait());
+    const std::span<std::byte> results = flight.results.bytes();
+    std::memcpy(counters.words.data(), results.data(), counters_.bytes());
+    demand = {reinterpret_cast<const uint32_t*>(results.data() + counters_.bytes()), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
+    for (size_t i = 0; i < flight.stages.size(); i++) stage_ns_[i] += flight.stages[i].duration_ns();
     return {};
 }
 

@@ -50,10 +50,13 @@ public:
     // slabs and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces, RP_DEMAND_BOUNCES stays 0.
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces);
-    // Puts all stages of a round into the kernel queue.
+    // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way.
     Status start_round(uint32_t round);
-    // Waits for the round and reads its counters and demand (abi/path.h).
-    Status finish_round(RoundCounters& counters, std::vector<uint32_t>& demand);
+    // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
+    Status finish_round(RoundCounters& counters, std::span<const uint32_t>& demand);
+    // Of the youngest round that was started: when it has ended.
+    const Event& last_round_end() const { return flights_[(started_ + most_rounds - 1) % most_rounds].read; }
+    static constexpr uint32_t most_rounds = 2;
     // No samples from this number on.
     Status set_sample_limit(uint64_t limit);
     // The raw film (abi/film.h). Between rounds.
@@ -76,7 +79,14 @@ private:
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
     Buffer film_, status_, paths_, queue_, free_list_, counters_;
     Kernel wake_, generate_, advance_, extend_, extend_persistent_, shade_, connect_;
-    std::array<Event, 5> stage_events_;
+    // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
+    struct Flight {
+        std::array<Event, 5> stages;
+        Event read;
+        PinnedBuffer results;  // counters, then demand
+    };
+    std::array<Flight, most_rounds> flights_;
+    uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};
 };
 
