@@ -148,6 +148,9 @@ public:
     uint32_t group_size() const { return group_size_; }
     // Lanes below which a persistent thread fetches new rays (kernels/lib/lanes.cl); 0: the device cannot.
     uint32_t persistent_lanes() const { return is_nvidia() ? 20 : 0; }
+    // Compiler options for kernels that traverse. With fewer registers more of them run at a time: on an H100, 72 instead of the compiler's
+    // choice gave 10 % more camera rays a second, 15 % more diffuse and 18 % more shadow rays; 64 and 80 gave less.
+    std::string traversal_options() const { return is_nvidia() ? "-cl-nv-maxrregcount=72 " : ""; }
     // Work-items that fill it.
     uint64_t persistent_items() const { return uint64_t{info_.compute_units} * 1024; }
 

@@ -48,7 +48,10 @@ private:
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t rounds_under_way() const { return started_ - ended_; }
     // A GPU gets its next round before the host has seen what the last one did; a CPU works on rounds and host code with the same cores.
-    uint32_t rounds_wanted() const { return device_->info().type == "CPU" || nothing_to_trace() ? 1 : Wavefront::most_rounds; }
+    uint32_t rounds_wanted() const {
+        if (nothing_to_trace()) return 1;
+        return options_.rounds_under_way ? options_.rounds_under_way : device_->info().type == "CPU" ? 1 : Wavefront::most_rounds;
+    }
     Status start_round();
     Status finish_round();
     Status settle();

@@ -38,6 +38,7 @@ struct RenderOptions {
     // For tests: the largest slab of the pool, so that small scenes fill several; and how many loads may be in flight.
     uint64_t slab_bytes = 0;
     uint32_t loads_in_flight = 0;             // 0: the default of the policy
+    uint32_t rounds_under_way = 0;            // 1 or 2; 0: what suits the device
     const std::atomic<bool>* stop = nullptr;  // set from outside: finish the paths in flight and end
 };
 

@@ -25,6 +25,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
+    result.traversal_options_ = device.traversal_options();
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
@@ -47,7 +48,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
 }
 
 std::string GeometryBuffers::definitions() const {
-    return fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+    return traversal_options_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
 }
 
 }  // namespace raypager

@@ -43,6 +43,7 @@ private:
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;
+    std::string traversal_options_;
 };
 
 }  // namespace raypager

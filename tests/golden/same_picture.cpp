@@ -117,6 +117,17 @@ TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
         }
 }
 
+TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
+    for (const uint32_t rounds : {1u, 2u})
+        for (const double percent : {100.0, 10.0, 1.0}) {
+            RenderOptions options = base_;
+            options.rounds_under_way = rounds;
+            options.geometry_limit_percent = percent;
+            options.connection = Connection::queue;
+            expect_same(options, std::to_string(rounds) + " rounds under way");
+        }
+}
+
 TEST_P(SamePicture, for_other_block_sizes) {
     for (const uint64_t bytes : {uint64_t{40} << 10, uint64_t{4} << 20}) {
         BakeOptions options;
