@@ -1,5 +1,6 @@
 // Damaged block files end in an error that names the file, never in a crash or in a scene that leads outside of its arrays.
 // Meant to be run with the sanitizers as well.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -20,7 +21,8 @@ using format::Header;
 class DamagedBlockFile : public testing::Test {
 protected:
     void SetUp() override {
-        Scene scene = scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f)});
+        Scene scene =
+            scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f), cloud_shape(random_points(1500, 2))});
         scene.area_lights = {{{5, 5, 5}, false}};
         scene.shapes[2].area_light = 0;
         bake_and_open(scene, path_, 16 << 10, 4);
@@ -120,7 +122,7 @@ TEST_F(DamagedBlockFile, WrongKind) {
     expect_refused("ply\nformat ascii 1.0\n");
     expect_refused(std::string(10000, '\x89'), "does not begin with");
     expect_refused(with_header([](Header& header) { header.magic[0] = 'r'; }), "does not begin with");
-    expect_refused(with_header([](Header& header) { header.version = 2; }), "version 2");
+    expect_refused(with_header([](Header& header) { header.version++; }), fmt::format("version {}", format::version + 1));
     expect_refused(with_header([](Header& header) { header.endian_mark = 0x04030201; }), "byte order");
 }
 
@@ -188,6 +190,7 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.first_primitive = 1; }), "range 0");
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.material = 1; }), "material");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.first_light = 1; }), "lights");
+    expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = 2; }), "flags");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].ref = 0; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_LEAF; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); }), "top tree");
