@@ -195,7 +195,7 @@ Corners ReferenceGeometry::corners(uint32_t primitive) const {
 const WorldSphere& ReferenceGeometry::sphere(uint32_t primitive) const {
     const Range& range = range_of(primitive);
     RAYPAGER_CHECK(range.sphere);
-    return spheres_[range.first];
+    return spheres_[range.first + (primitive - range.first_primitive)];
 }
 
 double ReferenceGeometry::area(uint32_t primitive) const {
