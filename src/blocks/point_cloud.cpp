@@ -31,9 +31,13 @@ public:
 
     Result<PlacedCloud> run() {
         RAYPAGER_TRY(load());
-        set_radii();
+        const float given = given_radius();
+        const bool by_spacing = given == 0 && !std::all_of(points_.begin(), points_.end(), [&](const CloudPoint& p) { return has_own_radius(p); });
+        PointOrder order;
+        if (by_spacing || options_.filter_to_image) order = make_point_order(points_);
+        set_radii(given, by_spacing ? estimate_point_spacing(points_, order) : std::vector<float>());
         std::vector<bool> kept(points_.size(), true);
-        if (options_.filter_to_image) kept = filter_to_pixels(points_, make_point_order(points_), view_);
+        if (options_.filter_to_image) kept = filter_to_pixels(points_, order, view_);
         for (size_t i = 0; i < points_.size(); i++) {
             if (kept[i])
                 add(points_[i]);
@@ -76,17 +80,16 @@ private:
                         shape_.name, point.radius, p.x, p.y, p.z, largest_coordinate_));
     }
 
-    void set_radii() {
+    // One for all points, or 0.
+    float given_radius() const { return options_.radius > 0 ? options_.radius : options_.radius_from_spacing ? 0 : shape_.point_radius; }
+    bool has_own_radius(const CloudPoint& point) const { return point.radius > 0 && !options_.radius_from_spacing; }
+
+    // spacing: of each point, or none if every point has a radius.
+    void set_radii(float given, const std::vector<float>& spacing) {
         const float scale = shape_.radius_scale * options_.radius_scale;
-        const float given = options_.radius > 0 ? options_.radius : options_.radius_from_spacing ? 0 : shape_.point_radius;
-        const auto own = [&](const CloudPoint& point) { return point.radius > 0 && !options_.radius_from_spacing; };
-        if (given > 0) {
-            for (CloudPoint& point : points_) point.radius = given;
-        } else {
-            std::vector<float> spacing;
-            if (!std::all_of(points_.begin(), points_.end(), own)) spacing = estimate_point_spacing(points_, make_point_order(points_));
-            for (size_t i = 0; i < points_.size(); i++)
-                points_[i].radius = scale * (own(points_[i]) ? points_[i].radius : point_radius_of_spacing * spacing[i]);
+        for (size_t i = 0; i < points_.size(); i++) {
+            float& radius = points_[i].radius;
+            radius = given > 0 ? given : scale * (has_own_radius(points_[i]) ? radius : point_radius_of_spacing * spacing[i]);
         }
     }
 
