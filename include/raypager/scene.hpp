@@ -46,15 +46,16 @@ struct Transform {
     bool is_identity() const;
 };
 
-// What was met and mended while a mesh was read. Counts of triangles, unless said otherwise.
+// What was met and mended while meshes and clouds were read. Counts of triangles or points, unless said otherwise.
 struct MeshIssues {
     uint64_t not_finite = 0;          // used a vertex that is not finite (NaN, Inf): dropped
     uint64_t bad_index = 0;           // used a vertex that does not exist: dropped
     uint64_t degenerate = 0;          // no area, or a vertex twice: dropped, no ray can hit them
     uint64_t duplicate = 0;           // the same three vertices again: kept
     uint64_t non_manifold_edges = 0;  // edges of more than two triangles: kept
+    uint64_t changed_radius = 0;      // points whose radius is smaller or larger than can be stored: kept, with the nearest that can
     void add(const MeshIssues& other);
-    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges; }
+    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges || changed_radius; }
     std::string describe() const;  // "12 degenerate triangles dropped, ..."
 };
 
@@ -108,6 +109,22 @@ public:
     virtual bool has_color() const = 0;
     virtual std::string name() const = 0;
     virtual std::vector<std::string> files() const { return {}; }
+};
+
+class PointsInMemory final : public PointSource {
+public:
+    PointsInMemory(std::string name, std::vector<CloudPoint> points, bool has_color)
+        : name_(std::move(name)), points_(std::move(points)), has_color_(has_color) {}
+    Status stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const override;
+    uint64_t count() const override { return points_.size(); }
+    bool has_color() const override { return has_color_; }
+    std::string name() const override { return name_; }
+    const std::vector<CloudPoint>& points() const { return points_; }
+
+private:
+    std::string name_;
+    std::vector<CloudPoint> points_;
+    bool has_color_;
 };
 
 struct SpherePrimitive {

@@ -14,6 +14,7 @@ typedef struct rp_shading {
     float3 tangent, bitangent;
     float3 geometric_normal;  // towards the viewer
     float3 view;              // unit, towards the viewer
+    float3 reflectance;       // of a diffuse material
     bool inside;              // the viewer is on the side that the surface's own normal points away from
 } rp_shading;
 
@@ -24,8 +25,9 @@ static inline void rp_tangents(float3 n, float3* t, float3* b) {
     *b = (float3)(c, s + n.y * n.y * a, -n.y);
 }
 
-static inline rp_shading rp_make_shading(float3 geometric_normal, float3 shading_normal, float3 direction) {
+static inline rp_shading rp_make_shading(float3 geometric_normal, float3 shading_normal, float3 direction, float3 reflectance) {
     rp_shading s;
+    s.reflectance = reflectance;
     s.view = -direction;
     s.inside = dot(geometric_normal, direction) > 0.0f;
     s.geometric_normal = s.inside ? -geometric_normal : geometric_normal;
@@ -103,7 +105,7 @@ static inline float3 rp_bsdf_evaluate(const __global rp_material* m, const rp_sh
     if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, s->geometric_normal) <= 0.0f) return (float3)(0.0f);
     if (m->kind == RP_MATERIAL_DIFFUSE) {
         *density = l.z * RP_INV_PI;
-        return (float3)(m->color[0], m->color[1], m->color[2]) * (l.z * RP_INV_PI);
+        return s->reflectance * (l.z * RP_INV_PI);
     }
     const float3 h = normalize(v + l);
     const float d = rp_ggx_d(h, m->alpha), lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
@@ -131,7 +133,7 @@ static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_
         const float3 l = (float3)(p, sqrt(fmax(0.0f, 1.0f - p.x * p.x - p.y * p.y)));
         r.direction = rp_to_world(s, l);
         r.density = l.z * RP_INV_PI;
-        if (l.z > 0.0f && dot(r.direction, s->geometric_normal) > 0.0f) r.weight = (float3)(m->color[0], m->color[1], m->color[2]);
+        if (l.z > 0.0f && dot(r.direction, s->geometric_normal) > 0.0f) r.weight = s->reflectance;
     } else if (m->kind == RP_MATERIAL_CONDUCTOR) {
         const bool mirror = m->alpha <= 0.0f;
         const float3 h = mirror ? (float3)(0.0f, 0.0f, 1.0f) : rp_ggx_sample_normal(v, m->alpha, u.x, u.y);

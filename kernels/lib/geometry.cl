@@ -74,16 +74,33 @@ static inline rp_block_view rp_view_block(const rp_geometry* g, uint4 page) {
 static inline const __global uint4* rp_block_nodes(const __global uchar* base) { return (const __global uint4*)(base + sizeof(rp_block_header)); }
 static inline const __global uchar* rp_block_of_nodes(const __global uint4* nodes) { return (const __global uchar*)nodes - sizeof(rp_block_header); }
 
+// Of a strip's leaf; of spheres: the index of the first one.
 static inline uint rp_leaf_index(uint ref) { return ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK; }
 static inline uint2 rp_leaf_record(const rp_block_view* block, uint ref) { return ((const __global uint2*)(block->base + block->leaves_at))[rp_leaf_index(ref)]; }
-// ref: of a leaf, with the number of the primitive in bits 0-1.
-static inline uint rp_primitive_id(const __global uchar* block, uint ref) {
+// ref: of a strip's leaf, with the number of the triangle in bits 0-1.
+static inline uint rp_triangle_id(const __global uchar* block, uint ref) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;
     return ((const __global uint*)(block + header->ids_at))[4u * rp_leaf_index(ref) + (ref & 3u)];
 }
-static inline float4 rp_sphere(const __global uchar* block, uint2 leaf, uint k) {
+
+// The spheres of a block, as rp_sphere: centre, word.
+static inline const __global uint4* rp_spheres(const __global uchar* block) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;
-    return ((const __global float4*)(block + header->spheres_at))[leaf.x + k];
+    return (const __global uint4*)(block + header->spheres_at);
+}
+static inline uint rp_sphere_id(const __global uchar* block, uint index) {
+    const __global rp_block_header* header = (const __global rp_block_header*)block;
+    return ((const __global uint*)(rp_spheres(block) + header->sphere_count))[index];
+}
+// ref: of a leaf, as in rp_hit.
+static inline uint rp_primitive_id(const __global uchar* block, uint ref) {
+    return ref & RP_LEAF_SPHERES ? rp_sphere_id(block, rp_leaf_index(ref)) : rp_triangle_id(block, ref);
+}
+
+// Centre and radius. ref: of the sphere's leaf.
+static inline float4 rp_decode_sphere(uint4 sphere, uint ref) {
+    const uint of_point = ((sphere.w & 255u) << RP_POINT_RADIUS_SHIFT) + RP_POINT_RADIUS_BIAS;
+    return (float4)(as_float3(sphere.xyz), as_float(ref & RP_LEAF_POINTS ? of_point : sphere.w));
 }
 
 #endif

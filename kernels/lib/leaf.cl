@@ -1,4 +1,4 @@
-// Rays against the leaves of a block: strips of up to four triangles, or up to four spheres.
+// Rays against the leaves of a block: strips of up to four triangles, or runs of up to sixteen spheres.
 #ifndef RP_LEAF_CL
 #define RP_LEAF_CL
 
@@ -8,7 +8,7 @@
 typedef struct rp_hit {
     float t;
     uint primitive;  // scene-wide id, decides between equal distances; RP_NONE: no hit. Not kept while found_in is not RP_NONE:
-    uint ref;        // leaf and primitive within it, if found_in is not RP_NONE
+    uint ref;        // of the leaf, with the triangle instead of their number, or the sphere instead of the first, if found_in is not RP_NONE
     uint found_in;   // the block in which this launch found the hit; RP_NONE: found earlier, or no hit
 } rp_hit;
 
@@ -25,53 +25,84 @@ static inline const __global float* rp_cluster(const rp_block_view* block, uint2
     return (const __global float*)(block->base + block->vertices_at) + (leaf.x & 0xffffu) * (3u * RP_CLUSTER_UNIT);
 }
 
-// Calls ACTION(k, t) for each primitive k that the ray hits at t in (0, t_limit].
-#define RP_FOR_EACH_HIT(ACTION)                                                                              \
-    const uint2 leaf = rp_leaf_record(block, ref);                                                    \
-    const uint count = (ref & 3u) + 1u;                                                                      \
-    if (ref & RP_LEAF_SPHERES) {                                                                             \
-        for (uint k = 0u; k < count; k++) {                                                                  \
-            const float t = rp_hit_sphere(ray, rp_sphere(block->base, leaf, k));                             \
-            if (t > 0.0f && t <= t_limit) ACTION(k, t);                                                      \
-        }                                                                                                    \
-    } else {                                                                                                 \
-        /* All loads before the first test. Unused index bytes repeat the last vertex, so every load is in range. */ \
-        const __global float* cluster = rp_cluster(block, leaf);                                             \
-        const float3 p0 = rp_load3(cluster + rp_vertex_offset(leaf, 0u)), p1 = rp_load3(cluster + rp_vertex_offset(leaf, 1u)); \
-        const float3 p2 = rp_load3(cluster + rp_vertex_offset(leaf, 2u)), p3 = rp_load3(cluster + rp_vertex_offset(leaf, 3u)); \
-        const float3 p4 = rp_load3(cluster + rp_vertex_offset(leaf, 4u)), p5 = rp_load3(cluster + rp_vertex_offset(leaf, 5u)); \
-        rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2); \
-        float t = rp_hit_triangle(ray, shear, &a, &b, &c);                                                        \
-        if (t > 0.0f && t <= t_limit) ACTION(0u, t);                                                         \
-        RP_NEXT_TRIANGLE(1u, p3, ACTION)                                                                     \
-        RP_NEXT_TRIANGLE(2u, p4, ACTION)                                                                     \
-        RP_NEXT_TRIANGLE(3u, p5, ACTION)                                                                     \
+// Calls ACTION(k, t) for each triangle k of a strip that the ray hits at t in (0, t_limit].
+#define RP_FOR_EACH_TRIANGLE_HIT(ACTION)                                                                                       \
+    const uint2 leaf = rp_leaf_record(block, ref);                                                                             \
+    const uint count = (ref & 3u) + 1u;                                                                                        \
+    /* All loads before the first test. Unused index bytes repeat the last vertex, so every load is in range. */               \
+    const __global float* cluster = rp_cluster(block, leaf);                                                                   \
+    const float3 p0 = rp_load3(cluster + rp_vertex_offset(leaf, 0u)), p1 = rp_load3(cluster + rp_vertex_offset(leaf, 1u));     \
+    const float3 p2 = rp_load3(cluster + rp_vertex_offset(leaf, 2u)), p3 = rp_load3(cluster + rp_vertex_offset(leaf, 3u));     \
+    const float3 p4 = rp_load3(cluster + rp_vertex_offset(leaf, 4u)), p5 = rp_load3(cluster + rp_vertex_offset(leaf, 5u));     \
+    rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2);  \
+    float t = rp_hit_triangle(ray, shear, &a, &b, &c);                                                                         \
+    if (t > 0.0f && t <= t_limit) ACTION(0u, t);                                                                               \
+    RP_NEXT_TRIANGLE(1u, p3, ACTION)                                                                                           \
+    RP_NEXT_TRIANGLE(2u, p4, ACTION)                                                                                           \
+    RP_NEXT_TRIANGLE(3u, p5, ACTION)
+#define RP_NEXT_TRIANGLE(k, position, ACTION)        \
+    if (count > k) {                                 \
+        if (!(ref >> (1u + k) & 1u)) a = b;          \
+        b = c;                                       \
+        c = rp_shear_vertex(ray, shear, position);   \
+        t = rp_hit_triangle(ray, shear, &a, &b, &c); \
+        if (t > 0.0f && t <= t_limit) ACTION(k, t);  \
     }
-#define RP_NEXT_TRIANGLE(k, position, ACTION)                 \
-    if (count > k) {                                          \
-        if (!(ref >> (1u + k) & 1u)) a = b;                   \
-        b = c;                                                \
-        c = rp_shear_vertex(ray, shear, position);                 \
-        t = rp_hit_triangle(ray, shear, &a, &b, &c);               \
-        if (t > 0.0f && t <= t_limit) ACTION(k, t);           \
+
+static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
+                                    rp_hit* best) {
+    float t_limit = best->t;
+#define RP_KEEP_CLOSEST(k, distance)                                                                       \
+    if (distance < t_limit || rp_triangle_id(block->base, (ref & ~3u) | k) < rp_hit_primitive(g, best)) {  \
+        best->t = t_limit = distance;                                                                      \
+        best->ref = (ref & ~3u) | k;                                                                       \
+        best->found_in = block_index;                                                                      \
     }
+    RP_FOR_EACH_TRIANGLE_HIT(RP_KEEP_CLOSEST)
+}
+
+static inline bool rp_strip_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, float t_limit) {
+#define RP_TAKE_ANY(k, distance) return true
+    RP_FOR_EACH_TRIANGLE_HIT(RP_TAKE_ANY)
+    return false;
+}
+
+static inline uint rp_sphere_count(uint ref) { return (ref & (RP_LEAF_MAX_SPHERES - 1u)) + 1u; }
+// The leaf's reference with the index of one of its spheres in place of the first.
+static inline uint rp_sphere_ref(uint ref, uint index) { return (ref & ~(RP_LEAF_INDEX_MASK << RP_LEAF_INDEX_SHIFT)) | index << RP_LEAF_INDEX_SHIFT; }
+
+static inline void rp_spheres_closest(const rp_geometry* g, const rp_ray* ray, const rp_block_view* block, uint block_index, uint ref, rp_hit* best) {
+    const uint first = rp_leaf_index(ref), end = first + rp_sphere_count(ref);
+    const __global uint4* spheres = rp_spheres(block->base);
+    for (uint i = first; i < end; i++) {
+        const float t = rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref));
+        if (!(t > 0.0f && t <= best->t)) continue;
+        if (t < best->t || rp_sphere_id(block->base, i) < rp_hit_primitive(g, best)) {
+            best->t = t;
+            best->ref = rp_sphere_ref(ref, i);
+            best->found_in = block_index;
+        }
+    }
+}
+
+static inline bool rp_spheres_any(const rp_ray* ray, const rp_block_view* block, uint ref, float t_limit) {
+    const uint first = rp_leaf_index(ref), end = first + rp_sphere_count(ref);
+    const __global uint4* spheres = rp_spheres(block->base);
+    for (uint i = first; i < end; i++) {
+        const float t = rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref));
+        if (t > 0.0f && t <= t_limit) return true;
+    }
+    return false;
+}
 
 static inline void rp_leaf_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
                                    rp_hit* best) {
-    float t_limit = best->t;
-#define RP_KEEP_CLOSEST(k, distance)                                                                                         \
-    if (distance < t_limit || rp_primitive_id(block->base, (ref & ~3u) | k) < rp_hit_primitive(g, best)) {                   \
-        best->t = t_limit = distance;                                                                                        \
-        best->ref = (ref & ~3u) | k;                                                                                         \
-        best->found_in = block_index;                                                                                        \
-    }
-    RP_FOR_EACH_HIT(RP_KEEP_CLOSEST)
+    if (ref & RP_LEAF_SPHERES) rp_spheres_closest(g, ray, block, block_index, ref, best);
+    else rp_strip_closest(g, ray, shear, block, block_index, ref, best);
 }
 
 static inline bool rp_leaf_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, float t_limit) {
-#define RP_TAKE_ANY(k, distance) return true
-    RP_FOR_EACH_HIT(RP_TAKE_ANY)
-    return false;
+    return ref & RP_LEAF_SPHERES ? rp_spheres_any(ray, block, ref, t_limit) : rp_strip_any(ray, shear, block, ref, t_limit);
 }
 
 #endif

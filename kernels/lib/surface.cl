@@ -6,7 +6,7 @@
 
 typedef struct rp_surface {
     float3 position;
-    uint geometric_normal, shading_normal;  // octahedral
+    uint geometric_normal, shading_normal;  // octahedral; of a point: its word (abi/block.h), with its colour, in place of the shading normal
     // 2^(offset_exponent - 150) bounds the rounding error of position along the normal: rays that start here are moved by it.
     uint offset_exponent;
 } rp_surface;
@@ -79,11 +79,13 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 }
 
 static inline rp_surface rp_sphere_surface(const rp_ray* ray, const rp_block_view* block, uint ref, float t) {
-    const float4 sphere = rp_sphere(block->base, rp_leaf_record(block, ref), ref & 3u);
+    const uint4 record = rp_spheres(block->base)[rp_leaf_index(ref)];
+    const float4 sphere = rp_decode_sphere(record, ref);
     const float3 normal = normalize(ray->origin + t * ray->direction - sphere.xyz);
     rp_surface s;
     s.position = sphere.xyz + sphere.w * normal;
-    s.geometric_normal = s.shading_normal = rp_encode_normal(normal);
+    s.geometric_normal = rp_encode_normal(normal);
+    s.shading_normal = ref & RP_LEAF_POINTS ? record.w : s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_largest(sphere.xyz) + sphere.w);
     return s;
 }

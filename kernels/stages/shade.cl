@@ -33,6 +33,16 @@ static inline float3 rp_emission(const __global rp_light* light, float3 normal, 
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight(bsdf_density, light_density));
 }
 
+// The shading frame at a hit. surface: geometric normal; shading normal, or the word of a point.
+static inline rp_shading rp_shading_at(const __global rp_primitive_range* range, const __global rp_material* material, uint2 surface, float3 direction) {
+    const float3 normal = rp_decode_normal(surface.x);
+    if (range->flags & RP_RANGE_POINT_COLOR) {
+        const float3 root = (float3)(surface.y >> 8 & 255u, surface.y >> 16 & 255u, surface.y >> 24) / 255.0f;
+        return rp_make_shading(normal, normal, direction, root * root);
+    }
+    return rp_make_shading(normal, rp_decode_normal(surface.y), direction, (float3)(material->color[0], material->color[1], material->color[2]));
+}
+
 static inline void rp_finish(__global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance) {
     rp_film_add(film, pixel, radiance);
     status[slot] = RP_STATUS_FREE;
@@ -71,7 +81,7 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
         return;
     }
 
-    const rp_shading shading = rp_make_shading(geometric_normal, rp_decode_normal(surface.y), direction);
+    const rp_shading shading = rp_shading_at(ranges + range, material, surface.xy, direction);
     const float offset = rp_offset_distance(state >> RP_STATUS_ROUND_SHIFT);
     const uint4 light_bits = rp_random_bits(pixel, sample, depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const float4 light_random = rp_unit(light_bits);

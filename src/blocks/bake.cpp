@@ -168,7 +168,7 @@ Result<BakeSummary> run(const Scene& scene, BakeOptions options, const std::file
     auto writer = BlockFileWriter::create(output);
     if (!writer) return writer.status();
 
-    auto gathered = gather(scene, stage("load"));
+    auto gathered = gather(scene, stage("load"), options.points);
     if (!gathered) return gathered.status();
     BakedScene baked = describe(scene, *gathered);
     baked.fingerprint = *fingerprint;
@@ -192,6 +192,8 @@ Result<BakeSummary> run(const Scene& scene, BakeOptions options, const std::file
     summary.spheres = baked.spheres;
     summary.blocks = baked.blocks.size();
     summary.stored_bytes = baked.stored_bytes();
+    summary.points_culled = gathered->points_culled;
+    summary.points_merged = gathered->points_merged;
     summary.issues = gathered->issues;
     summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return summary;

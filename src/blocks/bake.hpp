@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "blocks/point_cloud.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 
@@ -13,11 +14,13 @@ namespace raypager {
 struct BakeOptions {
     uint64_t block_bytes = 0;  // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES; 0: about a thousand blocks, of 128 KiB to 4 MiB
     uint32_t sub_boxes = 64;   // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
+    PointOptions points;
     std::function<void(const char* stage, double fraction)> progress;  // may be empty
 };
 
 struct BakeSummary {
     uint64_t triangles = 0, spheres = 0, blocks = 0, stored_bytes = 0;
+    uint64_t points_culled = 0, points_merged = 0;
     MeshIssues issues;
     double seconds = 0;
 };

@@ -12,6 +12,10 @@
 namespace raypager {
 namespace {
 
+// A full leaf of spheres. With 4 they take 27.8 bytes each, all in, with 8 23.8, with 16 21.8; a CPU traces them all at the same speed.
+constexpr uint32_t spheres_a_leaf = 8;
+static_assert(spheres_a_leaf <= RP_LEAF_MAX_SPHERES);
+
 // The tree is split down to treelets of up to most_covered primitives. These are grouped into leaves: triangles into strips, without
 // regard to how a tree would split them, so that leaves get full; then the treelet's own tree is built over its leaves.
 class Builder {
@@ -39,11 +43,14 @@ private:
 
     uint32_t add_treelet(std::span<PrimitiveRef> refs, int depth) {
         leaves_.clear();
+        treelet_spheres_.clear();
         leaf_refs_.clear();
-        const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return !world_.is_sphere(ref.id); });
-        const auto triangles = static_cast<size_t>(middle - refs.begin());
-        if (triangles > 0) group_triangles(refs.first(triangles));
-        if (triangles < refs.size()) group_spheres(refs.subspan(triangles));
+        const auto kind = [&](const PrimitiveRef& ref) { return !world_.is_sphere(ref.id) ? 0 : !world_.sphere(ref.id).is_point() ? 1 : 2; };
+        const auto spheres = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return kind(ref) < 1; });
+        const auto points = std::partition(spheres, refs.end(), [&](const PrimitiveRef& ref) { return kind(ref) < 2; });
+        if (spheres != refs.begin()) group_triangles(std::span(refs.begin(), spheres));
+        if (points != spheres) group_spheres(std::span(spheres, points), RP_LEAF_SPHERES);
+        if (refs.end() != points) group_spheres(std::span(points, refs.end()), RP_LEAF_SPHERES | RP_LEAF_POINTS);
         splits_ = build_split_tree(leaf_refs_, RP_BLOCK_MAX_DEPTH - depth);
         return add_split(0);
     }
@@ -70,23 +77,23 @@ private:
         bvh_.triangles += static_cast<uint32_t>(refs.size());
     }
 
-    // Splits at multiples of four, so that leaves get full.
-    void group_spheres(std::span<PrimitiveRef> refs) {
-        if (refs.size() > RP_LEAF_MAX_PRIMITIVES) {
-            const size_t middle = split_by_sweep(refs, RP_LEAF_MAX_PRIMITIVES);
-            group_spheres(refs.first(middle));
-            group_spheres(refs.subspan(middle));
+    // Splits at multiples of a full leaf, so that leaves get full.
+    void group_spheres(std::span<PrimitiveRef> refs, uint32_t flags) {
+        if (refs.size() > spheres_a_leaf) {
+            const size_t middle = split_by_sweep(refs, spheres_a_leaf);
+            group_spheres(refs.first(middle), flags);
+            group_spheres(refs.subspan(middle), flags);
             return;
         }
         Leaf leaf;
         Box box;
-        leaf.flags = static_cast<uint32_t>(refs.size() - 1) | RP_LEAF_SPHERES;
-        for (size_t i = 0; i < refs.size(); i++) {
-            leaf.ids[i] = refs[i].id;
-            box.grow(refs[i].box);
+        leaf.flags = static_cast<uint32_t>(refs.size() - 1) | flags;
+        leaf.first_sphere = static_cast<uint32_t>(treelet_spheres_.size());
+        for (const PrimitiveRef& ref : refs) {
+            treelet_spheres_.push_back(ref.id);
+            box.grow(ref.box);
         }
         add_leaf(leaf, box);
-        bvh_.spheres += static_cast<uint32_t>(refs.size());
     }
 
     void add_leaf(const Leaf& leaf, const Box& box) {
@@ -99,7 +106,8 @@ private:
         const auto index = static_cast<uint32_t>(bvh_.nodes.size());
         bvh_.nodes.push_back({node.box});
         if (node.is_leaf()) {
-            const Leaf& leaf = leaves_[leaf_refs_[node.first].id];
+            Leaf leaf = leaves_[leaf_refs_[node.first].id];
+            if (leaf.has_spheres()) leaf.first_sphere = take_spheres(leaf);
             bvh_.nodes[index].primitives = leaf.count();
             bvh_.nodes[index].leaf = static_cast<uint32_t>(bvh_.leaves.size());
             bvh_.leaves.push_back(leaf);
@@ -113,6 +121,14 @@ private:
         return index;
     }
 
+    // Moves the leaf's spheres from the treelet to the tree; returns where they are now.
+    uint32_t take_spheres(const Leaf& leaf) {
+        const auto first = static_cast<uint32_t>(bvh_.sphere_ids.size());
+        const auto begin = treelet_spheres_.begin() + leaf.first_sphere;
+        bvh_.sphere_ids.insert(bvh_.sphere_ids.end(), begin, begin + leaf.count());
+        return first;
+    }
+
     const World& world_;
     std::span<PrimitiveRef> refs_;
     Bvh bvh_;
@@ -120,6 +136,7 @@ private:
     std::vector<SplitNode> treelets_;
     // Of the treelet at hand:
     std::vector<Leaf> leaves_;
+    std::vector<uint32_t> treelet_spheres_;
     std::vector<PrimitiveRef> leaf_refs_;
     std::vector<SplitNode> splits_;
 };

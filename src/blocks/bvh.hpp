@@ -13,10 +13,13 @@ namespace raypager {
 
 struct Leaf {
     uint32_t flags = 0;  // bits 0-6 of its reference
+    // A strip:
     uint32_t ids[RP_LEAF_MAX_PRIMITIVES] = {RP_NONE, RP_NONE, RP_NONE, RP_NONE};
-    uint32_t vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {};  // of the block; for spheres: unused
-    uint32_t count() const { return (flags & 3u) + 1; }
+    uint32_t vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {};  // of the block
+    // Spheres: the first one in Bvh::sphere_ids.
+    uint32_t first_sphere = 0;
     bool has_spheres() const { return flags & RP_LEAF_SPHERES; }
+    uint32_t count() const { return (flags & (has_spheres() ? RP_LEAF_MAX_SPHERES - 1 : RP_LEAF_MAX_PRIMITIVES - 1)) + 1; }
 };
 
 struct BvhNode {
@@ -31,9 +34,10 @@ struct Bvh {
     std::vector<BvhNode> nodes;  // the root first, children after parents
     std::vector<Leaf> leaves;
     std::vector<VertexBits> vertices;
+    std::vector<uint32_t> sphere_ids;  // leaf by leaf
     // Nodes where rays enter, from left to right; every leaf is beneath exactly one.
     std::vector<uint32_t> portals;
-    uint32_t triangles = 0, spheres = 0;
+    uint32_t triangles = 0;
     bool has_normals = false;
 };
 

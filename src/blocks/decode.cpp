@@ -1,8 +1,10 @@
 #include "blocks/decode.hpp"
 
+#include <bit>
 #include <cstring>
 
 #include "base/check.hpp"
+#include "blocks/point_code.hpp"
 #include "blocks/strip.hpp"
 
 namespace raypager {
@@ -39,7 +41,8 @@ BlockView::BlockView(std::span<const std::byte> bytes) {
     nodes = section<rp_node>(bytes, header.nodes_at, header.node_count);
     leaves = section<rp_leaf>(bytes, header.leaves_at, header.leaf_count);
     vertices = section<float>(bytes, header.vertices_at, uint64_t{header.vertex_count} * 3);
-    spheres = section<float>(bytes, header.spheres_at, uint64_t{header.sphere_count} * 4);
+    spheres = section<rp_sphere>(bytes, header.spheres_at, header.sphere_count);
+    sphere_ids = section<rp_u32>(bytes, header.spheres_at + header.sphere_count * uint64_t{sizeof(rp_sphere)}, header.sphere_count);
     ids = section<rp_u32>(bytes, header.ids_at, uint64_t{header.leaf_count} * RP_LEAF_MAX_PRIMITIVES);
     if (header.normals_at != 0) normals = section<rp_u32>(bytes, header.normals_at, header.vertex_count);
 }
@@ -47,9 +50,11 @@ BlockView::BlockView(std::span<const std::byte> bytes) {
 void decode_leaf(const BlockView& block, rp_u32 ref, DecodedLeaf& out) {
     const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
     if (!(ref & RP_LEAF_SPHERES)) return decode_strip(block, ref, index, out);
-    for (uint32_t k = 0; k <= (ref & 3u); k++) {
-        const float* s = &block.spheres[4 * (size_t{block.leaves[index].lo} + k)];
-        out.spheres.push_back({block.ids[RP_LEAF_MAX_PRIMITIVES * index + k], {s[0], s[1], s[2]}, s[3]});
+    const bool points = ref & RP_LEAF_POINTS;
+    for (uint32_t i = index; i <= index + (ref & (RP_LEAF_MAX_SPHERES - 1)); i++) {
+        const rp_sphere& s = block.spheres[i];
+        const float radius = points ? point_radius(s.word & 255u) : std::bit_cast<float>(s.word);
+        out.spheres.push_back({block.sphere_ids[i], {s.center[0], s.center[1], s.center[2]}, radius, points ? s.word : RP_NONE});
     }
 }
 

@@ -21,6 +21,7 @@ struct DecodedSphere {
     uint32_t id;
     Float3 center;
     float radius;
+    uint32_t point_word = RP_NONE;  // of a point (abi/block.h); RP_NONE: a sphere
 };
 
 // Typed views of a block's sections. REQUIRES: bytes that BlockFile::check_block accepts, aligned to 8.
@@ -30,9 +31,10 @@ struct BlockView {
     std::span<const rp_node> nodes;
     std::span<const rp_leaf> leaves;
     std::span<const float> vertices;  // 3 each
-    std::span<const float> spheres;   // 4 each
-    std::span<const rp_u32> ids;      // RP_LEAF_MAX_PRIMITIVES a leaf
-    std::span<const rp_u32> normals;  // one a vertex, or none
+    std::span<const rp_sphere> spheres;
+    std::span<const rp_u32> sphere_ids;  // one a sphere
+    std::span<const rp_u32> ids;         // RP_LEAF_MAX_PRIMITIVES a leaf
+    std::span<const rp_u32> normals;     // one a vertex, or none
 };
 
 struct DecodedLeaf {

@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // Counts up whenever the same scene would be baked into other bytes.
-constexpr uint32_t baker_version = 2;
+constexpr uint32_t baker_version = 3;
 
 class Fingerprint {
 public:
@@ -71,12 +71,30 @@ void add_light(Fingerprint& f, const rp_light& light) {
     f.add(light.radiance);
 }
 
+void add_points(Fingerprint& f, const PointOptions& options) {
+    f.add(options.radius);
+    f.add(options.radius_from_spacing);
+    f.add(options.radius_scale);
+    f.add(options.cull_to_camera);
+    f.add(options.cull_margin);
+    f.add(options.filter_to_image);
+}
+
 Status add_shape(Fingerprint& f, const Shape& shape) {
     for (const auto& row : shape.to_world.m)
         for (const double value : row) f.add(value);
     f.add(shape.reverse_orientation);
     f.add(shape.material);
     f.add(shape.area_light.value_or(RP_NONE));
+    if (shape.points) {
+        f.add(shape.points->name());
+        f.add(shape.points->has_color());
+        f.add(shape.point_radius);
+        f.add(shape.radius_scale);
+        if (const auto* points = dynamic_cast<const PointsInMemory*>(shape.points.get())) f.add_bytes(std::as_bytes(std::span(points->points())));
+        for (const std::string& file : shape.points->files()) RAYPAGER_TRY(f.add_file(file));
+        return {};
+    }
     if (!shape.mesh) {
         f.add(shape.sphere.center);
         f.add(shape.sphere.radius);
@@ -99,6 +117,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     f.add(baker_version);
     f.add(options.block_bytes);
     f.add(options.sub_boxes);
+    add_points(f, options.points);
     for (const std::string& file : scene.files)
         if (auto status = f.add_file(file); !status.ok()) return status;
     for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward}) f.add(v);

@@ -36,11 +36,11 @@ bool has_no_area(const Float3& a, const Float3& b, const Float3& c) {
 
 class Gatherer {
 public:
-    Gatherer(const Scene& scene, Gathered& out) : scene_(scene), out_(out), world_(out.world) {}
+    Gatherer(const Scene& scene, const PointOptions& points, Gathered& out) : scene_(scene), points_(points), out_(out), world_(out.world) {}
 
     Status add(const Shape& shape) {
         const auto first = static_cast<uint32_t>(world_.primitives.size());
-        RAYPAGER_TRY(shape.mesh ? add_mesh(shape) : add_sphere(shape));
+        RAYPAGER_TRY(shape.mesh ? add_mesh(shape) : shape.points ? add_points(shape) : add_sphere(shape));
         if (world_.primitives.size() >= index_limit || world_.positions.size() >= index_limit)
             return Status::failed(
                 fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
@@ -168,25 +168,39 @@ private:
             out_.issues.degenerate++;
             return {};
         }
+        push_sphere(sphere);
+        return {};
+    }
+
+    Status add_points(const Shape& shape) {
+        auto cloud = place_cloud(shape, scene_, points_, largest_coordinate, out_.issues);
+        if (!cloud) return cloud.status();
+        for (const WorldSphere& sphere : cloud->spheres) push_sphere(sphere);
+        out_.points_culled += cloud->culled;
+        out_.points_merged += cloud->merged;
+        return {};
+    }
+
+    void push_sphere(const WorldSphere& sphere) {
         world_.primitives.push_back({static_cast<uint32_t>(world_.spheres.size()), RP_NONE, RP_NONE});
         world_.spheres.push_back(sphere);
-        return {};
     }
 
     // Shapes of the same material that do not shine share a range.
     void add_range(const Shape& shape, uint32_t first) {
-        rp_primitive_range range = {first, shape.material, RP_NONE, 0};
+        rp_primitive_range range = {first, shape.material, RP_NONE, shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0};
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) {
             range.first_light = static_cast<uint32_t>(out_.lights.size());
             for (uint32_t i = first; i < world_.primitives.size(); i++)
                 out_.lights.push_back(primitive_light(world_, i, scene_.area_lights[*shape.area_light]));
         }
-        const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().first_light == RP_NONE &&
-                           range.first_light == RP_NONE;
+        const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().flags == range.flags &&
+                           out_.ranges.back().first_light == RP_NONE && range.first_light == RP_NONE;
         if (!merge) out_.ranges.push_back(range);
     }
 
     const Scene& scene_;
+    const PointOptions& points_;
     Gathered& out_;
     World& world_;
     TriangleMesh mesh_;  // the one at hand
@@ -194,9 +208,9 @@ private:
 
 }  // namespace
 
-Result<Gathered> gather(const Scene& scene, const std::function<void(double)>& progress) {
+Result<Gathered> gather(const Scene& scene, const std::function<void(double)>& progress, const PointOptions& points) {
     Gathered gathered;
-    Gatherer gatherer(scene, gathered);
+    Gatherer gatherer(scene, points, gathered);
     for (size_t i = 0; i < scene.shapes.size(); i++) {
         if (auto status = gatherer.add(scene.shapes[i]); !status.ok()) return status;
         progress(static_cast<double>(i + 1) / static_cast<double>(scene.shapes.size()));

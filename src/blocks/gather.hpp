@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "blocks/point_cloud.hpp"
 #include "blocks/world.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -14,11 +15,12 @@ struct Gathered {
     std::vector<rp_primitive_range> ranges;
     std::vector<rp_light> lights;  // emissive primitives, then the scene's own lights; probabilities filled in
     MeshIssues issues;
+    uint64_t points_culled = 0, points_merged = 0;
 };
 
 // Primitives are numbered in the order of scene.shapes. Positions are transformed in double precision and rounded once. Primitives that
 // no ray can hit once their vertices are rounded (no area, radius 0) are dropped and counted.
 // An error names the shape: its mesh cannot be loaded, a coordinate is beyond +-1e18, or there are 2^32 - 1 primitives or vertices or more.
-Result<Gathered> gather(const Scene& scene, const std::function<void(double fraction)>& progress);
+Result<Gathered> gather(const Scene& scene, const std::function<void(double fraction)>& progress, const PointOptions& points = {});
 
 }  // namespace raypager

@@ -1,5 +1,6 @@
 #include "blocks/pack.hpp"
 
+#include <bit>
 #include <cstring>
 
 #include "base/check.hpp"
@@ -24,7 +25,7 @@ public:
         if (out_of_reach_ || !layout(limit)) return false;
         block.bounds = bvh_.nodes[0].box;
         block.triangles = bvh_.triangles;
-        block.spheres = bvh_.spheres;
+        block.spheres = static_cast<uint32_t>(spheres_.size());
         write(block.bytes);
         return true;
     }
@@ -45,10 +46,14 @@ private:
     }
 
     rp_u32 add_leaf(const Leaf& leaf) {
-        const auto index = static_cast<rp_u32>(leaves_.size());
+        const auto index = static_cast<rp_u32>(leaf.has_spheres() ? spheres_.size() : leaves_.size());
         RAYPAGER_CHECK(index <= RP_LEAF_INDEX_MASK);
-        leaves_.push_back(leaf.has_spheres() ? add_spheres(leaf) : add_strip(leaf));
-        for (const uint32_t id : leaf.ids) ids_.push_back(id);
+        if (leaf.has_spheres()) {
+            add_spheres(leaf);
+        } else {
+            leaves_.push_back(add_strip(leaf));
+            for (const uint32_t id : leaf.ids) ids_.push_back(id);
+        }
         return RP_REF_LEAF | index << RP_LEAF_INDEX_SHIFT | leaf.flags;
     }
 
@@ -60,10 +65,12 @@ private:
                 b[2] | rp_u32{b[3]} << 8 | rp_u32{b[4]} << 16 | rp_u32{b[5]} << 24};
     }
 
-    rp_leaf add_spheres(const Leaf& leaf) {
-        const auto first = static_cast<rp_u32>(spheres_.size());
-        for (uint32_t i = 0; i < leaf.count(); i++) spheres_.push_back(world_.sphere(leaf.ids[i]));
-        return {first, 0};
+    void add_spheres(const Leaf& leaf) {
+        for (const uint32_t id : std::span(bvh_.sphere_ids).subspan(leaf.first_sphere, leaf.count())) {
+            const WorldSphere& s = world_.sphere(id);
+            spheres_.push_back({{s.center.x, s.center.y, s.center.z}, s.is_point() ? s.point_word : std::bit_cast<rp_u32>(s.radius)});
+            sphere_ids_.push_back(id);
+        }
     }
 
     bool layout(uint64_t limit) {
@@ -77,7 +84,7 @@ private:
         header_.nodes_at = section(nodes_.size() * sizeof(rp_node));
         header_.leaves_at = section(leaves_.size() * sizeof(rp_leaf));
         header_.vertices_at = section(vertices * sizeof(Float3));
-        header_.spheres_at = section(spheres_.size() * sizeof(WorldSphere));
+        header_.spheres_at = section(spheres_.size() * (sizeof(rp_sphere) + sizeof(rp_u32)));
         header_.ids_at = section(ids_.size() * sizeof(rp_u32));
         header_.normals_at = bvh_.has_normals ? section(vertices * sizeof(rp_u32)) : 0;
         end = align(end, RP_BLOCK_ALIGNMENT);
@@ -115,12 +122,13 @@ private:
         put(header_.leaves_at, leaves_);
         put(header_.vertices_at, positions);
         put(header_.spheres_at, spheres_);
+        put(header_.spheres_at + static_cast<rp_u32>(spheres_.size() * sizeof(rp_sphere)), sphere_ids_);
         put(header_.ids_at, ids_);
         if (header_.normals_at) put(header_.normals_at, normals);
     }
 
     static_assert(sizeof(rp_block_header) == 128 && sizeof(rp_node) == 32 && sizeof(rp_leaf) == 8);
-    static_assert(sizeof(Float3) == 12 && sizeof(WorldSphere) == 16);
+    static_assert(sizeof(Float3) == 12 && sizeof(rp_sphere) == 16);
 
     const World& world_;
     const Bvh& bvh_;
@@ -129,8 +137,8 @@ private:
     rp_block_header header_ = {};
     std::vector<rp_node> nodes_;
     std::vector<rp_leaf> leaves_;
-    std::vector<WorldSphere> spheres_;
-    std::vector<rp_u32> ids_;
+    std::vector<rp_sphere> spheres_;
+    std::vector<rp_u32> sphere_ids_, ids_;
     bool out_of_reach_ = false;
 };
 

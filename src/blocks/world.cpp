@@ -9,8 +9,8 @@ namespace {
 
 // Estimates for the bytes of a primitive in a block. A triangle of a closed mesh has half a vertex for itself, an isolated one three;
 // the fewer neighbours it has, the fewer triangles it will share a leaf with. Too low an estimate costs a second build.
-constexpr float single_leaf_bytes = 56;  // of a leaf with a single triangle: leaf, ids, and one node a leaf
-constexpr uint32_t sphere_bytes = 16 + 56 / 4 + 2;
+constexpr float single_leaf_bytes = 56;        // of a leaf with a single triangle: leaf, ids, and one node a leaf
+constexpr uint32_t sphere_bytes = 16 + 4 + 6;  // record, id, share of nodes
 
 uint32_t triangle_bytes(float own_vertices, bool with_normals) {
     const float vertex_bytes = (with_normals ? 16.0f : 12.0f) * 1.15f;

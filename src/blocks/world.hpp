@@ -13,7 +13,9 @@ namespace raypager {
 
 struct WorldSphere {
     Float3 center;
-    float radius;
+    float radius;                   // of a point: exactly what its word says
+    uint32_t point_word = RP_NONE;  // of a point of a coloured cloud (abi/block.h; RP_NONE is none, for it has code 255); a sphere: RP_NONE
+    bool is_point() const { return point_word != RP_NONE; }
 };
 
 struct World {

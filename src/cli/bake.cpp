@@ -7,8 +7,10 @@
 #include "base/log.hpp"
 #include "cli/baking.hpp"
 #include "cli/output_paths.hpp"
+#include "cli/point_options.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
+#include "cli/view.hpp"
 #include "raypager/abi/block.h"
 
 namespace raypager {
@@ -29,6 +31,7 @@ Status run_bake(const Arguments& arguments) {
     std::vector<std::string> names;
     std::filesystem::path output;
     BakeOptions options;
+    View view;
     bool progress = false;
     OptionParser parser("bake", "INPUT... -o FILE.rpb [options]",
                         "Cuts a scene into blocks, builds their hierarchies and writes a block file that 'raypager render' takes. INPUT is one\n"
@@ -37,6 +40,8 @@ Status run_bake(const Arguments& arguments) {
     parser.option("output,o", "FILE.rpb", "the block file to write", into_path(output));
     parser.option("block-size", "SIZE", "bytes a block at most, in device memory: 16K to 32M (default: for about a thousand blocks, 128K to 4M)",
                   into(options.block_bytes, parse_block_size));
+    add_view_options(parser, view.width, view.height, view.camera);
+    add_point_options(parser, options.points);
     parser.flag("progress", "show progress even if stderr is no terminal", progress);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
@@ -48,8 +53,9 @@ Status run_bake(const Arguments& arguments) {
         if (has_ending(input, ".rpb")) return parser.wrong(fmt::format("'{}' is baked already; render it", input.string()));
     RAYPAGER_TRY(check_output_path(output));
 
-    const auto scene = import_with_warnings(inputs);
+    auto scene = import_with_warnings(inputs);
     if (!scene) return scene.status();
+    RAYPAGER_TRY(set_view(view, *scene));
     return bake_with_notes(*scene, options, output, progress || stderr_is_terminal()).status();
 }
 

@@ -49,7 +49,10 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     progress_line("");
     if (!summary) return summary;
     if (summary->issues.any()) log_warning(summary->issues.describe());
-    const std::string spheres = summary->spheres ? fmt::format(" and {} spheres", format_count(summary->spheres)) : "";
+    const std::string spheres = summary->spheres ? fmt::format(" and {} spheres and points", format_count(summary->spheres)) : "";
+    if (summary->points_culled || summary->points_merged)
+        log_note(fmt::format("{} points left out that the camera does not see, {} that share a pixel with others",
+                             format_count(summary->points_culled), format_count(summary->points_merged)));
     log_note(fmt::format("baked {} triangles{} into {} blocks, {}, in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
                          format_bytes(summary->stored_bytes), format_duration(summary->seconds), output.string()));
     return summary;

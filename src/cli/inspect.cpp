@@ -18,12 +18,12 @@ using Json = nlohmann::ordered_json;
 
 // Bytes by part, over all blocks.
 struct Parts {
-    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, ids = 0, normals = 0, padding = 0;
+    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, sphere_ids = 0, ids = 0, normals = 0, padding = 0;
 
-    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + ids + normals; }
+    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + sphere_ids + ids + normals; }
     void add(const Parts& other) {
         headers += other.headers, nodes += other.nodes, leaves += other.leaves, vertices += other.vertices;
-        spheres += other.spheres, ids += other.ids, normals += other.normals, padding += other.padding;
+        spheres += other.spheres, sphere_ids += other.sphere_ids, ids += other.ids, normals += other.normals, padding += other.padding;
     }
 };
 
@@ -31,9 +31,10 @@ struct NamedPart {
     const char* name;
     uint64_t Parts::*bytes;
 };
-constexpr NamedPart named_parts[] = {{"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},   {"vertices", &Parts::vertices},
-                                     {"ids", &Parts::ids},         {"normals", &Parts::normals}, {"spheres", &Parts::spheres},
-                                     {"headers", &Parts::headers}, {"padding", &Parts::padding}};
+constexpr NamedPart named_parts[] = {
+    {"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},   {"vertices", &Parts::vertices},     {"ids", &Parts::ids},
+    {"normals", &Parts::normals}, {"spheres", &Parts::spheres}, {"sphere_ids", &Parts::sphere_ids}, {"headers", &Parts::headers},
+    {"padding", &Parts::padding}};
 
 struct TopFigures {
     uint64_t portals = 0, nodes = 0;
@@ -56,7 +57,8 @@ Result<Parts> parts_of_block(std::span<const std::byte> stored) {
     parts.nodes = sizeof(rp_node) * uint64_t(header.node_count);
     parts.leaves = sizeof(rp_leaf) * uint64_t(header.leaf_count);
     parts.vertices = 3 * sizeof(float) * uint64_t(header.vertex_count);
-    parts.spheres = 4 * sizeof(float) * uint64_t(header.sphere_count);
+    parts.spheres = sizeof(rp_sphere) * uint64_t(header.sphere_count);
+    parts.sphere_ids = sizeof(rp_u32) * uint64_t(header.sphere_count);
     parts.ids = RP_LEAF_MAX_PRIMITIVES * sizeof(rp_u32) * uint64_t(header.leaf_count);
     parts.normals = header.normals_at != 0 ? sizeof(rp_u32) * uint64_t(header.vertex_count) : 0;
     if (parts.content() > stored.size()) return too_small();

@@ -57,7 +57,8 @@ Status render_to_files(const RenderSettings& settings) {
     auto reference = read_reference(settings);
     if (!reference) return reference.status();
     const bool show_progress = settings.progress || stderr_is_terminal();
-    const auto opened = open_scene(settings.inputs, settings.cache_directory, show_progress);
+    const auto opened = open_scene(settings.inputs, settings.cache_directory,
+                                   {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress});
     if (!opened) return opened.status();
     const BakedScene& scene = opened->file->scene();
     auto options = effective_options(settings, scene);

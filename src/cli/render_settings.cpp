@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <limits>
 
 #include "cli/output_paths.hpp"
+#include "cli/point_options.hpp"
+#include "cli/view.hpp"
 #include "raypager/abi/types.h"
 
 namespace raypager {
@@ -41,23 +42,13 @@ OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& ta
 void add_picture_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("output,o", "FILE", "picture to write: .exr, .png or .pfm", into_path(settings.output));
-    parser.option("size", "WxH", "pixels of the picture (default: as the scene says)", [&options](const std::string& text) -> Status {
-        const auto size = parse_image_size(text);
-        if (!size) return size.status();
-        options.width = size->width;
-        options.height = size->height;
-        return {};
-    });
+    add_view_options(parser, options.width, options.height, settings.camera);
     parser.option("spp", "N", "samples a pixel, 1 to 65536 (default: as the scene says; with --time: until then)",
                   into_count(options.spp, 1, most_samples));
     parser.option("time", "SECONDS", "stop after about so long (default: no limit)", into(options.time_seconds, parse_seconds));
     parser.option("max-depth", "N", "scattering events of a path at most; 0 shows only what shines itself (default: as the scene says)",
                   into(options.max_depth, [](const std::string& text) { return parse_count(text, 0, deepest); }));
     parser.option("seed", "N", "seed of the random numbers, 0 to 2^32 - 1 (default: 0)", into_count(options.seed, 0, 0xffffffffu));
-    parser.option("camera", "EYE,TARGET,UP,FOV",
-                  "ten numbers x,y,z,x,y,z,x,y,z,degrees; the field of view is that of the shorter side "
-                  "(default: the scene's camera)",
-                  into(settings.camera, parse_camera));
 }
 
 // Options that decide where the work is done and in how much memory; none of them changes the picture.
@@ -102,6 +93,7 @@ void add_output_options(OptionParser& parser, RenderSettings& settings) {
     parser.option("report", "FILE.json", "what was done, with every figure, for scripts", into_optional_path(settings.report));
     parser.option("cache-dir", "DIR", "folder for baked scenes (default: beside the input; if not writable, the user's cache folder)",
                   into_optional_path(settings.cache_directory));
+    add_point_options(parser, settings.bake.points);
     parser.flag("progress", "show progress even if stderr is no terminal", settings.progress);
 }
 
@@ -130,31 +122,10 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
     for (const auto& input : settings.inputs)
         if (has_ending(input, ".rpb") && settings.inputs.size() > 1)
             return parser.wrong(fmt::format("'{}' is a block file, which cannot be rendered together with other inputs", input.string()));
+    if (has_ending(settings.inputs.front(), ".rpb") && changes_points(settings.bake.points))
+        return parser.wrong(
+            fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
     return check_distinct_files(parser, settings);
-}
-
-double length(const Float3& v) { return std::sqrt(double(v.x) * v.x + double(v.y) * v.y + double(v.z) * v.z); }
-
-Float3 with_length(const Float3& v, double wanted) {
-    const double old = length(v), factor = old > 0 ? wanted / old : 0;
-    return {static_cast<float>(v.x * factor), static_cast<float>(v.y * factor), static_cast<float>(v.z * factor)};
-}
-
-// The camera for a picture of another shape: what the shorter side spans stays, the longer side follows; pixels are square.
-Camera fit_camera(Camera camera, const BakedScene& scene, uint32_t width, uint32_t height) {
-    if (uint64_t(width) * scene.height == uint64_t(height) * scene.width) return camera;
-    const double shorter = scene.width <= scene.height ? length(camera.right) : length(camera.up);
-    const double sides = double(width) / height;
-    camera.right = with_length(camera.right, shorter * std::max(1.0, sides));
-    camera.up = with_length(camera.up, shorter * std::max(1.0, 1 / sides));
-    return camera;
-}
-
-// Whether right is forward x up, as in the real world, and not its opposite.
-bool is_right_handed(const Camera& camera) {
-    const Float3 &f = camera.forward, &u = camera.up, &r = camera.right;
-    const double x = double(f.y) * u.z - double(f.z) * u.y, y = double(f.z) * u.x - double(f.x) * u.z, z = double(f.x) * u.y - double(f.y) * u.x;
-    return x * r.x + y * r.y + z * r.z > 0;
 }
 
 }  // namespace
@@ -183,13 +154,9 @@ Result<RenderOptions> effective_options(const RenderSettings& settings, const Ba
     }
     // With a time limit alone, samples are taken for as long as there is time.
     if (options.spp == 0) options.spp = options.time_seconds > 0 ? static_cast<uint32_t>(most_samples) : scene.spp;
-    if (!settings.camera) {
-        options.camera = fit_camera(scene.camera, scene, options.width, options.height);
-        return options;
-    }
-    const CameraText& given = *settings.camera;
-    options.camera = make_camera(given.eye, given.target, given.up, given.fov_degrees, options.width, options.height, is_right_handed(scene.camera));
-    if (!options.camera) return Status::usage("render: --camera: has no direction; give other points");
+    const auto camera = choose_camera(settings.camera, scene.camera, scene.width, scene.height, options.width, options.height);
+    if (!camera) return camera.status().at("render");
+    options.camera = *camera;
     return options;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "blocks/bake.hpp"
 #include "cli/option_parser.hpp"
 #include "cli/values.hpp"
 #include "raypager/scene.hpp"
@@ -17,6 +18,7 @@ struct RenderSettings {
     std::filesystem::path output;
     RenderOptions options;  // as given; what depends on the scene (camera) is filled in by effective_options
     std::optional<CameraText> camera;
+    BakeOptions bake;  // of what is not baked
     std::optional<std::filesystem::path> cache_directory, reference, log, report;
     double snapshot_seconds = 0;  // 0: no snapshots
     bool progress = false;        // even without a terminal
@@ -25,9 +27,7 @@ struct RenderSettings {
 // Nothing if only the help was asked for. All errors are usage errors that name the option.
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments);
 
-// settings.options with size, samples and camera filled in from the scene where they were not given. A given camera keeps the scene's
-// handedness, so that the numbers of a .pbrt's LookAt mean here what they mean there. Without one the scene's camera is fitted to the
-// picture: the field of view of the shorter side stays.
+// settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given.
 Result<RenderOptions> effective_options(const RenderSettings& settings, const BakedScene& scene);
 
 }  // namespace raypager

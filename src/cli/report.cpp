@@ -28,6 +28,11 @@ Json camera_json(const Camera& camera) {
 
 Json path_json(const std::optional<std::filesystem::path>& path) { return path ? Json(path->string()) : Json(nullptr); }
 
+Json point_radius_json(const PointOptions& options) {
+    if (options.radius > 0) return options.radius;
+    return options.radius_from_spacing ? Json("auto") : Json(nullptr);
+}
+
 Json settings_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report) {
     Json inputs = Json::array();
     for (const auto& input : settings.inputs) inputs.push_back(input.string());
@@ -47,6 +52,11 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"policy", report.policy},
             {"connection", report.connection},
             {"camera", camera_json(effective.camera.value_or(scene.camera))},
+            {"point_radius", point_radius_json(settings.bake.points)},
+            {"point_scale", settings.bake.points.radius_scale},
+            {"cull_to_camera", settings.bake.points.cull_to_camera},
+            {"cull_margin", settings.bake.points.cull_margin},
+            {"filter_to_image", settings.bake.points.filter_to_image},
             {"reference", path_json(settings.reference)},
             {"log", path_json(settings.log)},
             {"snapshots", settings.snapshot_seconds > 0 ? Json(settings.snapshot_seconds) : Json(nullptr)},

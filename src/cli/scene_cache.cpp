@@ -59,7 +59,7 @@ std::vector<std::filesystem::path> cache_folders(const std::filesystem::path& in
 }
 
 Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,
-                               bool show_progress) {
+                               const BakeRequest& request) {
     if (inputs.size() == 1 && has_ending(inputs.front(), ".rpb")) {
         auto file = BlockFile::open(inputs.front());
         if (!file) return file.status();
@@ -67,9 +67,10 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     }
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
-    const auto scene = import_with_warnings(inputs);
+    auto scene = import_with_warnings(inputs);
     if (!scene) return scene.status();
-    const auto fingerprint = bake_fingerprint(*scene, BakeOptions());
+    if (request.options.points.cull_to_camera || request.options.points.filter_to_image) RAYPAGER_TRY(set_view(request.view, *scene));
+    const auto fingerprint = bake_fingerprint(*scene, request.options);
     if (!fingerprint) return fingerprint.status();
 
     const std::string name = fmt::format("{}-{}.rpb", inputs.front().stem().string(), hex64(*fingerprint));
@@ -81,7 +82,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
         }
     const auto folder = first_writable(folders);
     if (!folder) return folder.status();
-    const auto summary = bake_with_notes(*scene, BakeOptions(), *folder / name, show_progress);
+    const auto summary = bake_with_notes(*scene, request.options, *folder / name, request.show_progress);
     if (!summary) return summary.status();
     auto file = BlockFile::open(*folder / name);
     if (!file) return file.status();

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "blocks/bake.hpp"
+#include "cli/view.hpp"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
 
@@ -16,10 +18,16 @@ struct OpenedScene {
     double bake_seconds = 0;  // import included; 0 if the block file was given
 };
 
+struct BakeRequest {
+    BakeOptions options;
+    View view;  // for culling and filtering; without these, the block file is the same for every view
+    bool show_progress = false;
+};
+
 // One .rpb is opened. Anything else is imported, and baked unless a folder holds its block file already. The block file goes to
 // cache_directory (made if absent) if given; otherwise beside the first input, or to the user's cache folder where that is not writable.
 Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,
-                               bool show_progress);
+                               const BakeRequest& request);
 
 // Where an unbaked scene's block file may lie, the best place first.
 std::vector<std::filesystem::path> cache_folders(const std::filesystem::path& input, const std::optional<std::filesystem::path>& cache_directory);

@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -85,6 +86,13 @@ Result<double> parse_seconds(std::string_view text) {
     const auto seconds = whole_number_text(text);
     if (!seconds || !(*seconds > 0 && *seconds <= 1e9)) return Status::usage(fmt::format("'{}' is not a number of seconds over 0", text));
     return *seconds;
+}
+
+Result<double> parse_positive(std::string_view text) {
+    const auto number = whole_number_text(text);
+    if (!number || !(static_cast<float>(*number) > 0 && static_cast<float>(*number) <= std::numeric_limits<float>::max()))
+        return Status::usage(fmt::format("'{}' is not a number over 0", text));
+    return *number;
 }
 
 Result<ImageSize> parse_image_size(std::string_view text) {

@@ -25,6 +25,9 @@ Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t hi
 // A number over 0, in seconds.
 Result<double> parse_seconds(std::string_view text);
 
+// A number over 0 that a float holds.
+Result<double> parse_positive(std::string_view text);
+
 struct ImageSize {
     uint32_t width = 0, height = 0;
 };

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "raypager/scene.hpp"
 #include "scene/clean_mesh.hpp"
 
@@ -11,6 +13,7 @@ void MeshIssues::add(const MeshIssues& other) {
     degenerate += other.degenerate;
     duplicate += other.duplicate;
     non_manifold_edges += other.non_manifold_edges;
+    changed_radius += other.changed_radius;
 }
 
 std::string MeshIssues::describe() const {
@@ -24,6 +27,8 @@ std::string MeshIssues::describe() const {
     tell(bad_index, "triangle with a vertex that does not exist dropped", "triangles with vertices that do not exist dropped");
     tell(degenerate, "degenerate triangle dropped", "degenerate triangles dropped");
     tell(duplicate, "duplicate triangle kept", "duplicate triangles kept");
+    tell(changed_radius, "point with a radius that cannot be stored (below 0.000016 or above 57344: scale the scene)",
+         "points with radii that cannot be stored (below 0.000016 or above 57344: scale the scene)");
     tell(non_manifold_edges, "edge of more than two triangles", "edges of more than two triangles");
     return text;
 }
@@ -38,6 +43,21 @@ Status MeshSource::stream(MeshSink& sink, MeshIssues& issues) const {
 Status MeshInMemory::load(TriangleMesh& mesh, MeshIssues& issues) const {
     mesh = mesh_;
     clean_mesh(mesh, issues);
+    return {};
+}
+
+Status PointsInMemory::stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const {
+    constexpr size_t piece = 4096;
+    std::vector<CloudPoint> good;
+    for (size_t i = 0; i < points_.size(); i++) {
+        const CloudPoint& p = points_[i];
+        const bool finite = std::isfinite(p.position.x) && std::isfinite(p.position.y) && std::isfinite(p.position.z) && std::isfinite(p.radius);
+        if (finite) good.push_back(p);
+        issues.not_finite += !finite;
+        if (good.size() < piece && i + 1 < points_.size()) continue;
+        RAYPAGER_TRY(take(good));
+        good.clear();
+    }
     return {};
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -43,7 +44,7 @@ private:
         if (header_.bytes != bytes_.size() || header_.bytes != record.memory_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
-        if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
+        if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1 || header_.sphere_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
         if (header_.nodes_at != sizeof header_) return bad("its nodes are not behind its header");
         return check_sections();
     }
@@ -56,7 +57,7 @@ private:
             {"nodes", header_.nodes_at, header_.node_count * uint64_t{sizeof(rp_node)}},
             {"leaves", header_.leaves_at, header_.leaf_count * uint64_t{sizeof(rp_leaf)}},
             {"vertices", header_.vertices_at, header_.vertex_count * uint64_t{12}},
-            {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{16}},
+            {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{sizeof(rp_sphere) + sizeof(rp_u32)}},
             {"ids", header_.ids_at, header_.leaf_count * uint64_t{4 * RP_LEAF_MAX_PRIMITIVES}},
             {"normals", header_.normals_at, header_.normals_at ? header_.vertex_count * uint64_t{4} : 0},
         };
@@ -80,9 +81,11 @@ private:
     Status check_numbers() const {
         for (uint64_t i = 0; i < uint64_t{header_.vertex_count} * 3; i++)
             if (!std::isfinite(item<float>(header_.vertices_at, i))) return bad(fmt::format("vertex {} is not finite", i / 3));
-        for (uint64_t i = 0; i < uint64_t{header_.sphere_count} * 4; i++) {
-            const float value = item<float>(header_.spheres_at, i);
-            if (!std::isfinite(value) || (i % 4 == 3 && !(value > 0))) return bad(fmt::format("sphere {} makes no sense", i / 4));
+        for (uint64_t i = 0; i < header_.sphere_count; i++) {
+            for (const float value : item<rp_sphere>(header_.spheres_at, i).center)
+                if (!std::isfinite(value)) return bad(fmt::format("sphere {} is not finite", i));
+            if (item<rp_u32>(header_.spheres_at + header_.sphere_count * uint64_t{sizeof(rp_sphere)}, i) >= primitives())
+                return bad(fmt::format("sphere {} is a primitive that does not exist", i));
         }
         return {};
     }
@@ -113,30 +116,44 @@ private:
     Status check_leaf(rp_u32 ref) {
         if (ref & (RP_REF_PORTAL ^ RP_REF_LEAF)) return bad(fmt::format("reference {:08x} leads out of it", ref));
         const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
+        return ref & RP_LEAF_SPHERES ? check_spheres(ref, index) : check_strip(ref, index);
+    }
+
+    // Spheres lie in the order in which their leaves are met.
+    Status check_spheres(rp_u32 ref, uint32_t first) {
+        const uint32_t count = (ref & (RP_LEAF_MAX_SPHERES - 1)) + 1;
+        if (first != spheres_ || uint64_t{first} + count > header_.sphere_count || (ref & 0x10u /* bit 4 is not used */))
+            return bad(fmt::format("a leaf of spheres, reference {:08x}, is out of order", ref));
+        for (uint32_t i = first; i < first + count; i++) {
+            const rp_u32 word = item<rp_sphere>(header_.spheres_at, i).word;
+            const float radius = std::bit_cast<float>(word);
+            if (ref & RP_LEAF_POINTS ? (word & 255u) > RP_POINT_LARGEST_CODE : !(radius > 0 && std::isfinite(radius)))
+                return bad(fmt::format("sphere {} has no radius", i));
+        }
+        spheres_ += count;
+        return {};
+    }
+
+    Status check_strip(rp_u32 ref, uint32_t index) {
         const uint32_t count = (ref & 3u) + 1;
         if (index >= header_.leaf_count || seen_leaves_[index]) return bad(fmt::format("leaf {} is absent or reached twice", index));
         seen_leaves_[index] = true;
         leaves_++;
         const auto leaf = item<rp_leaf>(header_.leaves_at, index);
-        if (ref & RP_LEAF_SPHERES) {
-            if (leaf.hi != 0 || uint64_t{leaf.lo} + count > header_.sphere_count) return bad(fmt::format("leaf {} has no spheres", index));
-            spheres_ += count;
-        } else {
-            // Kernels may load all six vertices of a strip, however short it is.
-            const uint64_t first = uint64_t{leaf.lo & 0xffffu} * RP_CLUSTER_UNIT;
-            const uint64_t bytes = leaf.lo >> 16 | uint64_t{leaf.hi} << 16;
-            for (int i = 0; i < 6; i++)
-                if (first + (bytes >> 8 * i & 255u) >= header_.vertex_count)
-                    return bad(fmt::format("leaf {} names a vertex that does not exist", index));
-            triangles_ += count;
-        }
-        const uint64_t primitives = scene_.triangles + scene_.spheres;
+        // Kernels may load all six vertices of a strip, however short it is.
+        const uint64_t first = uint64_t{leaf.lo & 0xffffu} * RP_CLUSTER_UNIT;
+        const uint64_t bytes = leaf.lo >> 16 | uint64_t{leaf.hi} << 16;
+        for (int i = 0; i < 6; i++)
+            if (first + (bytes >> 8 * i & 255u) >= header_.vertex_count) return bad(fmt::format("leaf {} names a vertex that does not exist", index));
+        triangles_ += count;
         for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) {
             const auto id = item<rp_u32>(header_.ids_at, RP_LEAF_MAX_PRIMITIVES * uint64_t{index} + k);
-            if (k < count ? id >= primitives : id != RP_NONE) return bad(fmt::format("leaf {} names a primitive that does not exist", index));
+            if (k < count ? id >= primitives() : id != RP_NONE) return bad(fmt::format("leaf {} names a primitive that does not exist", index));
         }
         return {};
     }
+
+    uint64_t primitives() const { return scene_.triangles + scene_.spheres; }
 
     const BakedScene& scene_;
     const uint32_t block_;

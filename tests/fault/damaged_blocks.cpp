@@ -1,7 +1,9 @@
 // Damaged block files end in an error that names the file, never in a crash or in a scene that leads outside of its arrays.
 // Meant to be run with the sanitizers as well.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstring>
 #include <random>
 
@@ -20,7 +22,8 @@ using format::Header;
 class DamagedBlockFile : public testing::Test {
 protected:
     void SetUp() override {
-        Scene scene = scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f)});
+        Scene scene =
+            scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f), cloud_shape(random_points(1500, 2))});
         scene.area_lights = {{{5, 5, 5}, false}};
         scene.shapes[2].area_light = 0;
         bake_and_open(scene, path_, 16 << 10, 4);
@@ -120,7 +123,7 @@ TEST_F(DamagedBlockFile, WrongKind) {
     expect_refused("ply\nformat ascii 1.0\n");
     expect_refused(std::string(10000, '\x89'), "does not begin with");
     expect_refused(with_header([](Header& header) { header.magic[0] = 'r'; }), "does not begin with");
-    expect_refused(with_header([](Header& header) { header.version = 2; }), "version 2");
+    expect_refused(with_header([](Header& header) { header.version++; }), fmt::format("version {}", format::version + 1));
     expect_refused(with_header([](Header& header) { header.endian_mark = 0x04030201; }), "byte order");
 }
 
@@ -188,6 +191,7 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.first_primitive = 1; }), "range 0");
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.material = 1; }), "material");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.first_light = 1; }), "lights");
+    expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = 2; }), "flags");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].ref = 0; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_LEAF; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); }), "top tree");
@@ -265,6 +269,44 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksMakeDecodingSafe) {
     AlignedBytes bytes = read_block(**file, 0);
     for (const size_t size : {size_t{0}, size_t{10}, sizeof(rp_block_header), bytes.size - 1})
         EXPECT_FALSE((*file)->check_block(0, bytes.span().first(size)).ok());
+}
+
+// What check_block says of a leaf of spheres or points that was changed.
+TEST_F(DamagedBlockFile, ChecksOfBlocksKnowSpheres) {
+    const auto file = BlockFile::open(path_);
+    ASSERT_TRUE(file.ok());
+    const BakedScene& scene = (*file)->scene();
+    uint32_t block = 0;
+    while (block < scene.blocks.size() && scene.blocks[block].spheres < 50) block++;
+    ASSERT_LT(block, scene.blocks.size()) << "no block with a cloud";
+    AlignedBytes bytes = read_block(**file, block);
+    const BlockView view(bytes.span());
+    // A leaf of spheres beneath some node.
+    size_t node = 0, side = 0;
+    const auto is_spheres = [](rp_u32 ref) { return (ref & RP_REF_LEAF) && (ref & RP_LEAF_SPHERES); };
+    while (!is_spheres(view.nodes[node].child[side].ref)) side = (side + 1) % 2, node += side == 0;
+    const auto refused = [&](uint64_t at, rp_u32 change, const char* because) {
+        AlignedBytes damaged = bytes;
+        rp_u32 word;
+        std::memcpy(&word, damaged.span().data() + at, sizeof word);
+        word ^= change;
+        std::memcpy(damaged.span().data() + at, &word, sizeof word);
+        const Status status = (*file)->check_block(block, damaged.span());
+        ASSERT_FALSE(status.ok()) << because;
+        EXPECT_NE(status.message().find(because), std::string::npos) << status.message();
+    };
+    const uint64_t ref = view.header.nodes_at + node * sizeof(rp_node) + side * sizeof(rp_child) + offsetof(rp_child, ref);
+    refused(ref, 0x10, "spheres");                              // a bit that must be clear
+    refused(ref, 1, "spheres");                                 // another number of spheres
+    refused(ref, 1u << RP_LEAF_INDEX_SHIFT, "spheres");         // another first one
+    refused(ref, 0x400000u << RP_LEAF_INDEX_SHIFT, "spheres");  // one beyond the end
+    const uint64_t sphere = view.header.spheres_at, id = sphere + view.header.sphere_count * sizeof(rp_sphere);
+    const rp_u32 x = std::bit_cast<rp_u32>(view.spheres[0].center[0]);
+    refused(sphere, ~x & 0x7f800000u, "not finite");
+    refused(id, 0x80000000u, "does not exist");
+    refused(id + 4 * (view.header.sphere_count - 1), 0x80000000u, "does not exist");
+    // An infinite radius, and the code that is not used.
+    refused(sphere + offsetof(rp_sphere, word), ~view.spheres[0].word & 0x7f8000ffu, "radius");
 }
 
 // Failing reads and full disks.

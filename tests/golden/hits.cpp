@@ -29,6 +29,7 @@ const Case cases[] = {
     {"soup", [] { return reference::soup(3000); }, 16 << 10, 0},
     {"shared_edges", [] { return reference::shared_edges(12); }, 16 << 10, 0},
     {"overlapping_shells", [] { return reference::overlapping_shells(10, 3); }, 32 << 10, 0},
+    {"cloud_among_meshes", [] { return reference::cloud_small(4000, true); }, 16 << 10, 0},
     {"cornell_spheres", [] { return reference::cornell_small({.sphere_primitives = true}); }, 16 << 10, 0},
 };
 

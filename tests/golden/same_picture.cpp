@@ -31,6 +31,14 @@ const Case cases[] = {
      [] {
          return reference::overlapping_shells(8, 3, {48, 48});
      }},  // every bound overlaps every other
+    {"cloud",
+     [] {
+         return reference::cloud_small(10000, false, 1, {48, 36});
+     }},  // coloured points and nothing else
+    {"cloud_among_meshes",
+     [] {
+         return reference::cloud_small(5000, true, 2, {48, 36});
+     }},  // points with and without colour, spheres and triangles in the same blocks
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }

@@ -33,7 +33,7 @@ rp_light light(uint32_t kind, Float3 p, float radiance) {
     return l;
 }
 
-// About 2 n^2 triangles: a wavy plane, a patch of it with shading normals, four spheres, a triangle that shines.
+// About 2 n^2 triangles: a wavy plane, a patch of it with shading normals, four spheres, two rows of points, a triangle that shines.
 Scene small_scene(uint32_t n) {
     Scene scene;
     scene.materials = {material(RP_MATERIAL_DIFFUSE), material(RP_MATERIAL_CONDUCTOR), material(RP_MATERIAL_CONDUCTOR, 0.2f),
@@ -61,6 +61,14 @@ Scene small_scene(uint32_t n) {
         scene.shapes.push_back(shape);
     }
     shape.material = 0;
+    std::vector<CloudPoint> points;
+    for (uint32_t i = 0; i < 40; i++) points.push_back({{0.1f * static_cast<float>(i) - 2, 0.4f, -1}, 0, 0x80c0ffu - 0x050301u * i});
+    for (const bool color : {false, true}) {
+        shape.points = std::make_shared<PointsInMemory>("points", points, color);
+        scene.shapes.push_back(shape);
+        for (CloudPoint& point : points) point.position.y += 0.3f;
+    }
+    shape.points = nullptr;
     shape.mesh = std::make_shared<MeshInMemory>("lamp", TriangleMesh{{{-1, 3, -1}, {1, 3, -1}, {0, 3, 1}}, {{0, 1, 2}}, {}});
     shape.area_light = 0;
     scene.area_lights.push_back({{10, 10, 10}, true});

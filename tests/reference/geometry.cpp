@@ -90,7 +90,7 @@ Status ReferenceGeometry::add_shape(const Shape& shape) {
     const size_t before = triangles_.size() + spheres_.size();
     ranges_.back().first = static_cast<uint32_t>(shape.mesh ? triangles_.size() : spheres_.size());
     ranges_.back().sphere = !shape.mesh;
-    RAYPAGER_TRY(shape.mesh ? add_mesh(shape) : add_sphere(shape));
+    RAYPAGER_TRY(shape.mesh ? add_mesh(shape) : shape.points ? add_points(shape) : add_sphere(shape));
     const uint64_t end = ranges_.back().first_primitive + uint64_t{triangles_.size() + spheres_.size() - before};
     if (end >= RP_NONE) return Status::failed("too many primitives for the reference tracer");
     ranges_.push_back({.first_primitive = static_cast<uint32_t>(end)});
@@ -140,6 +140,20 @@ Status ReferenceGeometry::add_sphere(const Shape& shape) {
     return {};
 }
 
+// Points must have radii of their own that the engine stores as they are, in a space that is the world's.
+Status ReferenceGeometry::add_points(const Shape& shape) {
+    MeshIssues issues;
+    return shape.points->stream(
+        [&](std::span<const CloudPoint> points) -> Status {
+            for (const CloudPoint& p : points) {
+                if (!(p.radius > 0) || !shape.to_world.is_identity()) return Status::failed("not a cloud that the reference tracer takes");
+                spheres_.push_back({.center = p.position, .radius = p.radius, .normal_inwards = false});
+            }
+            return {};
+        },
+        issues);
+}
+
 void ReferenceGeometry::find_bounds() {
     const auto grow = [&](const Vec3& a, const Vec3& b) {
         lower_ = {std::min(lower_.x, a.x), std::min(lower_.y, a.y), std::min(lower_.z, a.z)};
@@ -181,7 +195,7 @@ Corners ReferenceGeometry::corners(uint32_t primitive) const {
 const WorldSphere& ReferenceGeometry::sphere(uint32_t primitive) const {
     const Range& range = range_of(primitive);
     RAYPAGER_CHECK(range.sphere);
-    return spheres_[range.first];
+    return spheres_[range.first + (primitive - range.first_primitive)];
 }
 
 double ReferenceGeometry::area(uint32_t primitive) const {

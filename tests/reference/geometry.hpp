@@ -82,6 +82,7 @@ private:
     Status add_shape(const Shape& shape);
     Status add_mesh(const Shape& shape);
     Status add_sphere(const Shape& shape);
+    Status add_points(const Shape& shape);
     void find_bounds();
     const Range& range_of(uint32_t primitive) const;
     const Triangle& triangle(uint32_t primitive) const;

@@ -28,6 +28,26 @@ double terrain_height(double s, double t) {
     return height;
 }
 
+// A sixteenth of a power of two times 16 to 31: what the radius code of a point holds, for it has three bits behind the leading one.
+float storable_radius(Dice& dice, int smallest, int largest) {
+    const int exponent = smallest + static_cast<int>(dice.below(static_cast<uint32_t>(largest - smallest + 1)));
+    return std::ldexp(1 + static_cast<float>(dice.below(8)) / 8, exponent);
+}
+
+std::vector<CloudPoint> hills_of_points(Dice& dice, uint32_t count) {
+    std::vector<CloudPoint> points;
+    for (uint32_t i = 0; i < count; i++) {
+        const double s = dice.between(0, 1), t = dice.between(0, 1), above = dice.below(10) == 0 ? dice.between(0, 1) : 0.0;
+        const Vec3 p(10 * (s - 0.5), 10 * (t - 0.5), terrain_height(s, t) + above);
+        const uint32_t color = static_cast<uint32_t>(dice.below(1u << 24));
+        points.push_back({p.to_float(), dice.below(50) == 0 ? storable_radius(dice, -3, -2) : storable_radius(dice, -8, -4), color});
+    }
+    // The same point twice, and one inside of another: the first, and the outer, are hit.
+    points.push_back(points[0]);
+    points.push_back({points[1].position, points[1].radius / 2, 0x00ff00});
+    return points;
+}
+
 Transform placed(Dice& dice, const Vec3& position, double size) {
     const Vec3 axis = dice.point(-1, 1);
     const double degrees = dice.between(0, 360), stretch = dice.between(0.5, 2), mirrored = dice.below(4) == 0 ? -1 : 1;
@@ -89,6 +109,34 @@ Scene clutter_small(uint32_t parts, uint64_t seed, PictureSize size) {
     scene.shine(scene.add_sphere("lamp", {3.2, 2.4, 2}, 0.3, black), {14, 9, 4});
     scene.shine(scene.add("lantern", icosphere(0.25, 1), materials[0], Transform::translate(-2.5, 3, 2.5)), {4, 9, 4});
     scene.infinite_light({0.08, 0.09, 0.12});
+    return scene.finish();
+}
+
+Scene cloud_small(uint32_t points, bool among_meshes, uint64_t seed, PictureSize size) {
+    SceneBuilder scene(size);
+    Dice dice(seed);
+    scene.camera({0, -5.5, 2.6}, {0, 0, -0.2}, {0, 0, 1}, 45);
+    const uint32_t matt = scene.material(diffuse(Vec3(0.5)));
+    scene.add_points("cloud", hills_of_points(dice, points), true, matt);
+    scene.infinite_light({0.35, 0.45, 0.65});
+    scene.distant_light({0.5, 0.25, 0.6}, {2.6, 2.3, 1.9});
+    if (!among_meshes) return scene.finish();
+    TriangleMesh hills = patch(40, 40, [](double s, double t) { return Vec3(10 * (s - 0.5), 10 * (t - 0.5), terrain_height(s, t) - 0.03); });
+    add_normals(hills);
+    // The same material as the cloud's: the colours of points must not spill over.
+    scene.add("hills", std::move(hills), matt);
+    std::vector<CloudPoint> beads;
+    for (uint32_t i = 0; i < points / 10; i++) {
+        const Vec3 p(dice.between(-2, 2), dice.between(-3, 0), dice.between(0.3, 1.2));
+        beads.push_back({p.to_float(), storable_radius(dice, -6, -5), 0});
+    }
+    scene.add_points("beads", std::move(beads), false, scene.material(conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, 0)));
+    for (uint32_t i = 0; i < 12; i++) {
+        const Vec3 position(dice.between(-3, 3), dice.between(-3, 3), dice.between(0, 1));
+        scene.add(fmt::format("part {}", i), i % 2 ? torus(1, 0.35, 24, 12, true) : box(Vec3(-1), Vec3(1), 2), matt, placed(dice, position, 0.3));
+    }
+    scene.add_sphere("ball", {1, -2.5, 0.8}, 0.4, scene.material(glass(1.5)));
+    scene.shine(scene.add_sphere("lamp", {-1, -2, 1.5}, 0.15, scene.material(absorber())), {14, 9, 4});
     return scene.finish();
 }
 

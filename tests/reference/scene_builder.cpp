@@ -74,6 +74,14 @@ Shape& SceneBuilder::add_sphere(std::string name, const Vec3& center, double rad
     return scene_.shapes.emplace_back(std::move(shape));
 }
 
+Shape& SceneBuilder::add_points(std::string name, std::vector<CloudPoint> points, bool has_color, uint32_t material) {
+    Shape shape;
+    shape.name = name;
+    shape.material = material;
+    shape.points = std::make_shared<PointsInMemory>(std::move(name), std::move(points), has_color);
+    return scene_.shapes.emplace_back(std::move(shape));
+}
+
 void SceneBuilder::shine(Shape& shape, const Vec3& radiance, bool two_sided) {
     shape.area_light = static_cast<uint32_t>(scene_.area_lights.size());
     scene_.area_lights.push_back({.radiance = radiance.to_float(), .two_sided = two_sided});

@@ -22,6 +22,7 @@ public:
     void camera(const Vec3& eye, const Vec3& target, const Vec3& up, double fov_degrees);
     Shape& add(std::string name, TriangleMesh mesh, uint32_t material, const Transform& to_world = {});
     Shape& add_sphere(std::string name, const Vec3& center, double radius, uint32_t material);
+    Shape& add_points(std::string name, std::vector<CloudPoint> points, bool has_color, uint32_t material);
     void shine(Shape& shape, const Vec3& radiance, bool two_sided = false);
     void infinite_light(const Vec3& radiance);
     void distant_light(const Vec3& towards_light, const Vec3& irradiance);

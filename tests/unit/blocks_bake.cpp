@@ -84,6 +84,7 @@ TEST_P(Bake, EveryPrimitiveOnceAndExactly) {
                 ASSERT_TRUE(world.is_sphere(s.id));
                 ASSERT_EQ(world.sphere(s.id).center, s.center);
                 ASSERT_EQ(world.sphere(s.id).radius, s.radius);
+                ASSERT_EQ(world.sphere(s.id).point_word, s.point_word);
             }
         }
     }
@@ -99,7 +100,7 @@ Box checked_bounds(const BlockView& view, const Grid& grid, rp_u32 ref, int dept
         decode_leaf(view, ref, leaf);
         for (const DecodedTriangle& t : leaf.triangles)
             for (const Float3& v : t.vertices) bounds.grow(v);
-        for (const DecodedSphere& s : leaf.spheres) bounds.grow(sphere_bounds({s.center, s.radius}));
+        for (const DecodedSphere& s : leaf.spheres) bounds.grow(sphere_bounds({s.center, s.radius, s.point_word}));
         return bounds;
     }
     for (const rp_child& child : view.nodes[ref].child) {
@@ -163,7 +164,7 @@ TEST_P(Bake, PathsLeadToTheirPortals) {
         Box bounds;
         for (const DecodedTriangle& t : beneath.triangles)
             for (const Float3& v : t.vertices) bounds.grow(v);
-        for (const DecodedSphere& s : beneath.spheres) bounds.grow(sphere_bounds({s.center, s.radius}));
+        for (const DecodedSphere& s : beneath.spheres) bounds.grow(sphere_bounds({s.center, s.radius, s.point_word}));
         rp_u32 ref = scene.top_grid.root;
         const int levels = static_cast<int>(std::bit_width(path)) - 1;
         ASSERT_LE(levels, RP_TOP_MAX_DEPTH);
@@ -229,6 +230,14 @@ INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                                          Case{"terrain_small_blocks", [] { return scene_of({mesh_shape(terrain(100, true))}); }, 16 << 10, 8},
                                          Case{"icosphere", [] { return scene_of({mesh_shape(icosphere(6))}); }, 1 << 20, 64},
                                          Case{"spheres", [] { return scene_of(random_spheres(5000, seed)); }, 16 << 10, 1},
+                                         Case{"cloud", [] { return scene_of({cloud_shape(random_points(20000, seed))}); }, 16 << 10, 64},
+                                         Case{"cloud_without_color", [] { return scene_of({cloud_shape(random_points(3000, seed), false)}); },
+                                              16 << 10, 8},
+                                         Case{"one_place",
+                                              [] {
+                                                  return scene_of({cloud_shape(std::vector<CloudPoint>(3000, {{1, 2, 3}, 0.01f}))});
+                                              },
+                                              16 << 10, 64},
                                          Case{"mixed", [] { return mixed_scene(seed); }, 100 << 10, 64}, Case{"far_away", far_away, 16 << 10, 64},
                                          Case{"nested", nested, 64 << 10, 64}, Case{"same_triangle", same_triangle, 64 << 10, 64}),
                          [](const testing::TestParamInfo<Case>& param) { return std::string(param.param.name); });

@@ -137,7 +137,27 @@ inline std::vector<Shape> random_spheres(uint32_t count, uint32_t seed) {
     return shapes;
 }
 
-// Soup, terrain with normals, a closed surface, a mesh given twice, a mirrored one, and spheres among them.
+// Near a wavy sheet, of all colours; a third with radii of their own.
+inline std::vector<CloudPoint> random_points(uint32_t count, uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> place(-1, 1), radius(0.001f, 0.03f);
+    std::vector<CloudPoint> points;
+    for (uint32_t i = 0; i < count; i++) {
+        const float x = place(random), z = place(random), y = 0.2f * std::sin(5 * x) * std::cos(4 * z) + 0.02f * place(random);
+        const float own = radius(random);
+        points.push_back({{x, y, z}, i % 3 == 0 ? own : 0, static_cast<uint32_t>(random()) & 0xffffffu});
+    }
+    return points;
+}
+
+inline Shape cloud_shape(std::vector<CloudPoint> points, bool has_color = true) {
+    Shape shape;
+    shape.name = "cloud";
+    shape.points = std::make_shared<PointsInMemory>("cloud", std::move(points), has_color);
+    return shape;
+}
+
+// Soup, terrain with normals, a closed surface, a mesh given twice, a mirrored one, spheres and points among them.
 inline Scene mixed_scene(uint32_t seed) {
     std::vector<Shape> shapes = random_spheres(500, seed);
     shapes.push_back(mesh_shape(soup(3000, seed + 1)));
@@ -149,6 +169,8 @@ inline Scene mixed_scene(uint32_t seed) {
     shapes.push_back(mesh_shape(icosphere(3)));
     shapes.back().reverse_orientation = true;
     for (Shape& shape : random_spheres(300, seed + 2)) shapes.push_back(std::move(shape));
+    shapes.push_back(cloud_shape(random_points(2000, seed + 3)));
+    shapes.push_back(cloud_shape(random_points(1000, seed + 4), false));
     return scene_of(std::move(shapes));
 }
 

@@ -43,6 +43,24 @@ TEST(CliOptions, RenderDefaultsLeaveTheChoiceToSceneAndDevice) {
     EXPECT_FALSE(settings.progress);
 }
 
+TEST(CliOptions, PointsCanBeChangedWhenTheyAreBaked) {
+    EXPECT_EQ(parsed({"a.las", "-o", "a.pfm"}).bake.points.radius, 0);
+    EXPECT_EQ(parsed({"a.las", "-o", "a.pfm", "--point-radius", "0.25"}).bake.points.radius, 0.25f);
+    const PointOptions points = parsed({"a.las", "-o", "a.pfm", "--point-radius", "auto", "--point-scale", "1.5", "--cull-to-camera", "--cull-margin",
+                                        "0", "--filter-to-image"})
+                                    .bake.points;
+    EXPECT_EQ(points.radius, 0);
+    EXPECT_TRUE(points.radius_from_spacing);
+    EXPECT_EQ(points.radius_scale, 1.5f);
+    EXPECT_TRUE(points.cull_to_camera);
+    EXPECT_EQ(points.cull_margin, 0);
+    EXPECT_TRUE(points.filter_to_image);
+    for (const char* value : {"0", "-1", "1e99", "nan", "big"}) expect_refused({"a.las", "-o", "a.pfm", "--point-radius", value}, "--point-radius");
+    expect_refused({"a.las", "-o", "a.pfm", "--point-scale", "0"}, "--point-scale");
+    expect_refused({"a.las", "-o", "a.pfm", "--cull-margin", "-0.1"}, "--cull-margin");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--cull-to-camera"}, "a.rpb");
+}
+
 TEST(CliOptions, RenderTakesEveryOption) {
     const RenderSettings settings = parsed({"a.ply",
                                             "b.obj",

@@ -3,10 +3,11 @@
 //
 // A block is one run of bytes. It starts with rp_block_header; each section starts at a multiple of 16 bytes:
 //   nodes      rp_node[node_count]             inner nodes, two children each, directly behind the header
-//   leaves     rp_leaf[leaf_count]             triangle strips, or runs of spheres
+//   leaves     rp_leaf[leaf_count]             triangle strips
 //   vertices   float[3 * vertex_count]         exact positions in world space; a leaf sees a window of up to 256
-//   spheres    float[4 * sphere_count]         centre, radius
-//   ids        rp_u32[4 * leaf_count]          primitive k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE
+//   spheres    rp_sphere[sphere_count]         spheres and points, leaf by leaf
+//              rp_u32[sphere_count]            right behind them: their scene-wide ids
+//   ids        rp_u32[4 * leaf_count]          triangle k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE
 //   normals    rp_u32[vertex_count], or none   octahedral shading normals beside the vertices (RP_NONE: this vertex has none)
 #ifndef RAYPAGER_ABI_BLOCK_H
 #define RAYPAGER_ABI_BLOCK_H
@@ -21,8 +22,9 @@
 
 // Child references ------------------------------------------------------------------------------------------------------
 // Inner node: its index among the nodes of the block (or of the top tree); bit 31 clear.
-// Leaf in a block: bit 31 set, bit 30 clear:
-//   bits 0-1 primitives - 1 | bits 2-4 strip switches | bit 5 winding | bit 6 spheres | bits 7-29 leaf index
+// Leaf in a block: bit 31 set, bit 30 clear, and
+//   a strip:  bits 0-1 triangles - 1 | bits 2-4 strip switches | bit 5 winding | bit 6 clear | bits 7-29 leaf index
+//   spheres:  bits 0-3 spheres - 1 | bit 4 clear | bit 5 they are points | bit 6 set | bits 7-29 index of the first sphere
 // Leaf of the top tree: bits 31 and 30 set, bits 0-29 portal index.
 #define RP_REF_LEAF 0x80000000u
 #define RP_REF_PORTAL 0xc0000000u
@@ -30,6 +32,8 @@
 #define RP_REF_RETURN 0xfffffffeu  // on a traversal stack: leave the block, go on in the top tree
 #define RP_LEAF_MAX_PRIMITIVES 4u
 #define RP_LEAF_WINDING 0x20u
+#define RP_LEAF_MAX_SPHERES 16u
+#define RP_LEAF_POINTS 0x20u
 #define RP_LEAF_SPHERES 0x40u
 #define RP_LEAF_INDEX_SHIFT 7
 #define RP_LEAF_INDEX_MASK 0x7fffffu
@@ -63,13 +67,26 @@ typedef struct rp_node {
 // (B, C, new) has the opposite orientation of (A, B, C), (A, C, new) has the same.
 // Builders put two triangles into one strip only if that rule holds, so that one winding bit serves all of them.
 typedef struct rp_leaf {
-    // Strip: bits 0-15 first vertex of the cluster, in units of RP_CLUSTER_UNIT vertices; then six bytes: vertices within the cluster.
-    // Spheres: lo is the index of the first sphere, hi is 0.
+    // Bits 0-15 first vertex of the cluster, in units of RP_CLUSTER_UNIT vertices; then six bytes: vertices within the cluster.
     rp_u32 lo, hi;
 } rp_leaf;
 
 #define RP_CLUSTER_UNIT 16u
 #define RP_CLUSTER_VERTICES 256u
+
+// A sphere, or a point of a coloured cloud: a sphere whose radius takes eight bits. All leaves of a reference are of one kind.
+// A point's word: radius code | red << 8 | green << 16 | blue << 24. The code is a float of five exponent and three mantissa bits:
+// radius = as_float((code << 20) + RP_POINT_RADIUS_BIAS), exact on every device, from 2^-16 to RP_POINT_LARGEST_RADIUS; code 255 is not
+// used. A colour is the square root of the linear reflectance: reflectance = (c / 255)^2.
+typedef struct rp_sphere {
+    float center[3];
+    rp_u32 word;  // sphere: the bits of its radius
+} rp_sphere;
+#define RP_POINT_RADIUS_SHIFT 20
+#define RP_POINT_RADIUS_BIAS ((127u - 16u) << 23)
+#define RP_POINT_LARGEST_CODE 254u
+#define RP_POINT_LEAST_RADIUS 0x1p-16f
+#define RP_POINT_LARGEST_RADIUS 57344.0f
 
 typedef struct rp_block_header {
     rp_u32 magic, block_index, bytes, flags;

@@ -1,0 +1,113 @@
+#include "blocks/point_spacing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace raypager {
+namespace {
+
+constexpr size_t enough = 24;    // points that tell a spacing
+constexpr size_t plenty = 64;    // cells with more are divided
+constexpr size_t neighbour = 3;  // the one whose distance counts: with two, points in lines would tell nothing of what lies between the lines
+constexpr size_t most_compared = 256;
+
+// The middle of what is left when zeros (points in the same place as others) are not counted; 0 if nothing is.
+float median(std::vector<float>& values) {
+    std::erase(values, 0.0f);
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+float distance_squared(const Float3& a, const Float3& b) {
+    const float x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
+    return x * x + y * y + z * z;
+}
+
+class Estimator {
+public:
+    Estimator(std::span<const CloudPoint> points, const PointOrder& order) : points_(points), order_(order), spacing_(points.size()) {}
+
+    std::vector<float> run() {
+        float whole = visit(0, order_.size(), point_grid_levels);
+        if (whole == 0) whole = measure(0, order_.size());
+        fill(0, order_.size(), whole > 0 ? whole : 1.0f);
+        return std::move(spacing_);
+    }
+
+private:
+    // The spacing of a cell, 0 if its points do not tell; gives it to those of its points that have none yet.
+    float visit(size_t begin, size_t end, int level) {
+        if (end - begin < enough) return 0;
+        float spacing = 0;
+        if (end - begin > plenty && level > 0) spacing = visit_children(begin, end, level);
+        if (spacing == 0) spacing = measure(begin, end);
+        fill(begin, end, spacing);
+        return spacing;
+    }
+
+    // The median over the points of those children that tell.
+    float visit_children(size_t begin, size_t end, int level) {
+        struct Child {
+            float spacing;
+            size_t points;
+        };
+        std::vector<Child> children;
+        size_t points = 0;
+        for_each_child(order_, begin, end, level, [&](size_t first, size_t last) {
+            const float spacing = visit(first, last, level - 1);
+            if (spacing == 0) return;
+            children.push_back({spacing, last - first});
+            points += last - first;
+        });
+        std::sort(children.begin(), children.end(), [](const Child& a, const Child& b) { return a.spacing < b.spacing; });
+        size_t below = 0;
+        for (const Child& child : children)
+            if (2 * (below += child.points) >= points) return child.spacing;
+        return 0;
+    }
+
+    // Directly, from the points of a run, or of a sample of it where it is long (points in the same place).
+    float measure(size_t begin, size_t end) {
+        const size_t step = (end - begin + most_compared - 1) / most_compared;
+        here_.clear();
+        for (size_t i = begin; i < end; i += step) here_.push_back(points_[order_.indices[i]].position);
+        const size_t rank = std::min(neighbour, here_.size() - 1);
+        if (here_.size() < 2) return 0;
+        distances_.clear();
+        for (size_t i = 0; i < here_.size(); i++) {
+            std::array<float, neighbour> nearest;
+            nearest.fill(std::numeric_limits<float>::infinity());
+            for (size_t j = 0; j < here_.size(); j++) {
+                float d = i == j ? std::numeric_limits<float>::infinity() : distance_squared(here_[i], here_[j]);
+                for (float& known : nearest)
+                    if (d < known) std::swap(d, known);
+            }
+            distances_.push_back(nearest[rank - 1]);
+        }
+        return std::sqrt(median(distances_));
+    }
+
+    void fill(size_t begin, size_t end, float spacing) {
+        for (size_t i = begin; i < end; i++)
+            if (float& own = spacing_[order_.indices[i]]; own == 0) own = spacing;
+    }
+
+    std::span<const CloudPoint> points_;
+    const PointOrder& order_;
+    std::vector<float> spacing_;
+    std::vector<Float3> here_;
+    std::vector<float> distances_;
+};
+
+}  // namespace
+
+std::vector<float> estimate_point_spacing(std::span<const CloudPoint> points, const PointOrder& order) {
+    if (points.empty()) return {};
+    return Estimator(points, order).run();
+}
+
+}  // namespace raypager

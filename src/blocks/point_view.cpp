@@ -1,0 +1,111 @@
+#include "blocks/point_view.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace raypager {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+Vector vector(const Float3& v) { return {v.x, v.y, v.z}; }
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
+double length(const Vector& a) { return std::sqrt(dot(a, a)); }
+
+class Filter {
+public:
+    Filter(std::span<CloudPoint> points, const PointOrder& order, const PointView& view)
+        : points_(points), order_(order), view_(view), kept_(points.size(), true) {}
+
+    std::vector<bool> run() {
+        visit(0, order_.size(), point_grid_levels);
+        return std::move(kept_);
+    }
+
+private:
+    void visit(size_t begin, size_t end, int level) {
+        if (end - begin < 2) return;
+        const double size = order_.grid.size(level);
+        if (size <= view_.footprint(view_.distance(order_.cell_corner(begin, level), size))) return merge(begin, end, size);
+        if (level > 0) for_each_child(order_, begin, end, level, [&](size_t first, size_t last) { visit(first, last, level - 1); });
+    }
+
+    void merge(size_t begin, size_t end, double size) {
+        const auto count = static_cast<double>(end - begin);
+        Vector middle = {0, 0, 0};
+        Vector color = {0, 0, 0};  // mean of squares: near enough to a mean of light
+        float largest = 0;
+        for (size_t i = begin; i < end; i++) {
+            const CloudPoint& point = points_[order_.indices[i]];
+            const Vector p = vector(point.position);
+            for (int a = 0; a < 3; a++) {
+                middle[a] += p[a] / count;
+                color[a] += std::pow(point.color >> 8 * a & 255u, 2) / count;
+            }
+            largest = std::max(largest, point.radius);
+            kept_[order_.indices[i]] = false;
+        }
+        CloudPoint& left = points_[nearest(begin, end, middle)];
+        kept_[static_cast<size_t>(&left - points_.data())] = true;
+        const double across = 0.5 * std::sqrt(3.0) * size;
+        left.radius = static_cast<float>(std::max<double>(largest, std::min(largest * std::sqrt(count), across)));
+        left.color = 0;
+        for (int a = 0; a < 3; a++) left.color |= static_cast<uint32_t>(std::lround(std::sqrt(color[a]))) << 8 * a;
+    }
+
+    uint32_t nearest(size_t begin, size_t end, const Vector& middle) const {
+        uint32_t best = order_.indices[begin];
+        double least = std::numeric_limits<double>::infinity();
+        for (size_t i = begin; i < end; i++) {
+            const Vector p = vector(points_[order_.indices[i]].position);
+            const Vector d = {p[0] - middle[0], p[1] - middle[1], p[2] - middle[2]};
+            if (!(dot(d, d) < least)) continue;
+            least = dot(d, d);
+            best = order_.indices[i];
+        }
+        return best;
+    }
+
+    std::span<CloudPoint> points_;
+    const PointOrder& order_;
+    const PointView& view_;
+    std::vector<bool> kept_;
+};
+
+}  // namespace
+
+PointView::PointView(const Camera& camera, uint32_t width, uint32_t height, double margin) : reach_(1 + margin) {
+    const Vector right = vector(camera.right), up = vector(camera.up), forward = vector(camera.forward), eye = vector(camera.eye);
+    std::copy(eye.begin(), eye.end(), eye_);
+    // The rows of the inverse of the matrix with these columns. A valid camera's axes are independent.
+    const Vector rows[3] = {cross(up, forward), cross(forward, right), cross(right, up)};
+    const double determinant = dot(right, rows[0]);
+    for (int i = 0; i < 3; i++)
+        for (int a = 0; a < 3; a++) across_[i][a] = rows[i][a] / determinant;
+    pixel_ = std::min(2 * length(right) / width, 2 * length(up) / height) / length(forward);
+}
+
+bool PointView::sees(const Float3& position) const {
+    const double p[3] = {position.x - eye_[0], position.y - eye_[1], position.z - eye_[2]};
+    double seen[3];
+    for (int i = 0; i < 3; i++) seen[i] = across_[i][0] * p[0] + across_[i][1] * p[1] + across_[i][2] * p[2];
+    return seen[2] > 0 && std::abs(seen[0]) <= reach_ * seen[2] && std::abs(seen[1]) <= reach_ * seen[2];
+}
+
+double PointView::distance(const Float3& lower, double size) const {
+    const double low[3] = {lower.x, lower.y, lower.z};
+    double sum = 0;
+    for (int a = 0; a < 3; a++) {
+        const double beyond = std::max({low[a] - eye_[a], eye_[a] - (low[a] + size), 0.0});
+        sum += beyond * beyond;
+    }
+    return std::sqrt(sum);
+}
+
+std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view) {
+    return Filter(points, order, view).run();
+}
+
+}  // namespace raypager

@@ -1,0 +1,35 @@
+// What a camera sees of a cloud: culling to its field of view, and filtering to the resolution of its picture.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "blocks/point_order.hpp"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+class PointView {
+public:
+    // margin: how far beyond the picture's border points still count, as a share of half the picture's width and height.
+    PointView(const Camera& camera, uint32_t width, uint32_t height, double margin);
+    // Whether the point lies in front of the camera and within the picture and its margin.
+    bool sees(const Float3& position) const;
+    // Width of a pixel's footprint at this distance from the eye: the smaller of its sides.
+    double footprint(double distance) const { return pixel_ * distance; }
+    // Of a cube from the eye.
+    double distance(const Float3& lower, double size) const;
+
+private:
+    double eye_[3];
+    double across_[3][3];  // position relative to the eye -> (right, up, forward) in units of the camera's axes
+    double reach_, pixel_;
+};
+
+// Keeps one point for each cell of the octree that is no larger than a pixel's footprint at its distance and holds several: the one nearest
+// to their middle. It gets their mean colour, and a radius that covers what they covered: their largest one times the square root
+// of their number, yet no more than reaches across the cell. Returns which points are left, by index. Radii must be set.
+std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view);
+
+}  // namespace raypager
