@@ -171,7 +171,7 @@ Status PbrtReader::points(const Directive& directive, const PbrtParameters& para
     if (std::max({std::abs(middle[0]), std::abs(middle[1]), std::abs(middle[2])}) > far_coordinate)
         warn(directive.place, fmt::format("points lie so far from the world's origin that their coordinates are rounded; bring them near it, with "
                                           "Translate {:.0f} {:.0f} {:.0f} before the shape",
-                                          -origin[0], -origin[1], -origin[2]));
+                                          0 - origin[0], 0 - origin[1], 0 - origin[2]));
     return {};
 }
 
