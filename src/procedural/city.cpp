@@ -161,6 +161,10 @@ void CellBuilder::trees(uint32_t count, double largest_radius) {
 City::City(double side, uint64_t seed) : side_(side), seed_(mix_bits(seed)), has_river_(side >= smallest_city_with_river) {
     xs_ = borders(side, street_x, lot_x, lots_x);
     ys_ = borders(side, street_y, lot_y, lots_y);
+    for (double y = 0; y <= side + 2; ++y) {
+        const double bend = 0.10 * side * value_noise(y / (0.45 * side), 0.5, seed_ + 31).value + 18 * value_noise(y / 140, 7.5, seed_ + 32).value;
+        river_.push_back(0.34 * side + bend);
+    }
     cells_.resize(size_t{columns()} * rows());
     for (uint32_t r = 0; r < rows(); ++r)
         for (uint32_t c = 0; c < columns(); ++c) build_cell(c, r);
@@ -171,9 +175,10 @@ uint32_t City::column(double x) const { return cell_index(x, block_x, street_x, 
 uint32_t City::row(double y) const { return cell_index(y, block_y, street_y, lot_y, lots_y, rows()); }
 
 double City::river_distance(double x, double y) const {
-    const double middle =
-        0.34 * side_ + 0.10 * side_ * value_noise(y / (0.45 * side_), 0.5, seed_ + 31).value + 18 * value_noise(y / 140, 7.5, seed_ + 32).value;
-    return std::abs(x - middle);
+    const double at = std::clamp(y, 0.0, side_);
+    const auto i = static_cast<size_t>(at);
+    const double part = at - static_cast<double>(i);
+    return std::abs(x - (river_[i] + part * (river_[i + 1] - river_[i])));
 }
 
 double City::ground_height(double x, double y) const {
@@ -203,10 +208,10 @@ void City::build_cell(uint32_t column, uint32_t row) {
     } else if (block % 13 == 0) {
         cell.use = CellUse::park;
         build.trees(5 + random.below(5), 5);
-    } else if (outness < 0.24) {
+    } else if (outness < 0.28) {
         cell.use = CellUse::paved;
         build.block_of_flats(random.uniform(26, 84));
-    } else if (outness < 0.55) {
+    } else if (outness < 0.66) {
         cell.use = CellUse::paved;
         if (random.below(8) == 0)
             build.parked_cars();

@@ -75,6 +75,7 @@ private:
     uint64_t seed_;
     bool has_river_;
     std::vector<double> xs_, ys_;  // borders of columns and rows
+    std::vector<double> river_;    // x of its middle at every metre of y
     std::vector<CityCell> cells_;
     std::vector<CityBox> boxes_;
     std::vector<CityTree> trees_;

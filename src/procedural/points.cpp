@@ -17,8 +17,8 @@ namespace {
 // The more points, the larger the city and the finer the scan: 10 points a square metre for a million, 96 for a billion.
 double city_side(uint64_t points) { return 150 * std::cbrt(static_cast<double>(points) / 1e5); }
 
-// The scanner looks 20 degrees to either side, and forwards and backwards in turn, so that it sees walls of all sides.
-constexpr double half_angle_turns = 20.0 / 360, tan_half_angle = 0.36397023426620234, tan_pitch = 0.17632698070846498;
+// The scanner looks 20 degrees to either side, and 14 degrees forwards and backwards in turn, so that it sees walls of all sides.
+constexpr double half_angle_turns = 20.0 / 360, tan_half_angle = 0.36397023426620234, tan_pitch = 0.24932800284318068;
 constexpr double widest_swath = 420, overlap = 0.12;
 constexpr double seconds_a_line = 0.01;
 

@@ -91,10 +91,9 @@ public:
         : city_(city), pulse_(pulse), random_(random), returns_(returns) {}
 
     uint32_t trace() {
-        double z = city_.ground_height(pulse_.ground_x, pulse_.ground_y);
-        z = city_.ground_height(x_at(z), y_at(z));
-        ground_ = z;
-        hit_.z = z;
+        // Where the pulse meets the ground: slopes are small, so that each step brings the height nearer by a factor of ten or more.
+        for (int step = 0; step < 3; ++step) ground_ = city_.ground_height(x_at(ground_), y_at(ground_));
+        hit_.z = ground_;
         find_hits();
         add_leaves();
         if (!blocked_) add_surface();
@@ -148,11 +147,13 @@ private:
     // Leaves return a part of the pulse each, and let the rest through.
     void add_leaves() {
         std::sort(trees_, trees_ + tree_count_, [](const Crown& a, const Crown& b) { return a.high > b.high; });
+        double last = INFINITY;
         for (size_t i = 0; i < tree_count_ && !blocked_; ++i) {
-            double z = trees_[i].high + 0.35 * (random_.uniform() - 0.5);  // a crown is no smooth egg
+            double z = std::min(last, trees_[i].high + 0.35 * (random_.uniform() - 0.5));  // a crown is no smooth egg
             for (z -= leaf_depth(random_); z > std::max(trees_[i].low, hit_.z) && !blocked_; z -= 0.4 + leaf_depth(random_)) {
                 const CityTree& tree = *trees_[i].tree;
                 const double height = (z - tree.z) / tree.half_height;
+                last = z - 0.4;
                 add(z, high_vegetation, shaded(tree.color, 0.78 + 0.2 * height + 0.3 * random_.uniform()), 0.55 / (1 + count_));
                 blocked_ = count_ + 1 >= most_returns || random_.uniform() < 0.42;
             }
