@@ -87,8 +87,8 @@ Status check_shape(const Scene& scene, const Shape& shape) {
     if (m[3] != std::array<double, 4>{0, 0, 0, 1}) return bad("its transform is projective; only affine ones can place a shape");
     if (shape.mesh) return {};
     if (shape.points) {
-        if (!(shape.point_radius >= 0) || !std::isfinite(shape.point_radius) || !(shape.radius_scale > 0) || !std::isfinite(shape.radius_scale))
-            return bad("points need a radius of 0 or more and a scale of more than 0");
+        if (!at_least(std::array{shape.point_radius, shape.radius_scale}, 0) || shape.radius_scale == 0)
+            return bad("the radius of its points must be 0 or more, and their scale more than 0");
         return {};
     }
     if (!finite(shape.sphere.center) || !(shape.sphere.radius > 0) || !std::isfinite(shape.sphere.radius))
