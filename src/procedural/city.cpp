@@ -16,7 +16,10 @@ constexpr double block_x = street_x + lots_x * lot_x, block_y = street_y + lots_
 
 constexpr double river_level = -2;
 constexpr double smallest_city_with_river = 450;
-constexpr uint32_t neighbours = 3;  // cells to each side from which a slanting ray may come: 3 streets are 42 m at least
+// Cells to each side from which a slanting ray may come: five of them are 112 m across at least, and a slope of 1 reaches as far as what
+// stands there is high.
+constexpr uint32_t neighbours = 5;
+constexpr double tallest = 84;
 
 constexpr Rgb8 facades[] = {{214, 203, 182}, {196, 178, 152}, {176, 120, 96}, {188, 188, 184}, {226, 216, 198}, {158, 142, 128}, {206, 172, 130}};
 constexpr Rgb8 tiles[] = {{162, 84, 62}, {148, 72, 56}, {122, 66, 54}, {96, 88, 86}, {134, 92, 70}, {110, 76, 66}};
@@ -182,7 +185,7 @@ double City::river_distance(double x, double y) const {
 }
 
 double City::ground_height(double x, double y) const {
-    const double hills = 16 + 13 * value_noise(x / 430, y / 430, seed_ + 11).value + 3 * value_noise(x / 120, y / 120, seed_ + 12).value;
+    const double hills = typical_height + 13 * value_noise(x / 430, y / 430, seed_ + 11).value + 3 * value_noise(x / 120, y / 120, seed_ + 12).value;
     if (!has_river_) return hills;
     return river_level + (hills - river_level) * smooth_step(0.8 * river_half_width, river_half_width + 130, river_distance(x, y));
 }
@@ -210,7 +213,7 @@ void City::build_cell(uint32_t column, uint32_t row) {
         build.trees(5 + random.below(5), 5);
     } else if (outness < 0.28) {
         cell.use = CellUse::paved;
-        build.block_of_flats(random.uniform(26, 84));
+        build.block_of_flats(random.uniform(0.3, 1) * std::clamp(side_ / 8, 26.0, tallest));
     } else if (outness < 0.66) {
         cell.use = CellUse::paved;
         if (random.below(8) == 0)

@@ -48,6 +48,7 @@ public:
     // A square from (0, 0) to (side, side). Takes memory in proportion to its area, about 60 bytes for each ten square metres.
     City(double side, uint64_t seed);
     double side() const { return side_; }
+    static constexpr double typical_height = 16;  // of the ground
 
     double ground_height(double x, double y) const;
     bool in_river(double x, double y) const { return has_river_ && river_distance(x, y) < river_half_width; }

@@ -17,60 +17,65 @@ namespace {
 // The more points, the larger the city and the finer the scan: 10 points a square metre for a million, 96 for a billion.
 double city_side(uint64_t points) { return 150 * std::cbrt(static_cast<double>(points) / 1e5); }
 
-// The scanner looks 20 degrees to either side, and 14 degrees forwards and backwards in turn, so that it sees walls of all sides.
-constexpr double half_angle_turns = 20.0 / 360, tan_half_angle = 0.36397023426620234, tan_pitch = 0.24932800284318068;
+// The scanner looks up to 28 degrees to either side. Its mirror wobbles, so that it also looks up to 35 degrees forwards and backwards, with
+// each pulse elsewhere: it sees walls of all sides, and no rows on them.
+constexpr double half_angle_turns = 28.0 / 360, tan_half_angle = 0.5317094316614788, tan_pitch = 0.7002075382097097;
 constexpr double widest_swath = 420, overlap = 0.12;
+// Slanting pulses are aimed at where the ground is as a rule; from so far outside, some still meet the city. What they meet outside does
+// not count.
+constexpr double margin = 12;
 constexpr double seconds_a_line = 0.01;
 
 // Where the aeroplane flies and how far its pulses are apart.
 struct FlightPlan {
-    double side = 0, swath = 0, height = 0;  // of the ground, of a strip of it that one flight line covers, of the aeroplane
+    double length = 0;             // of the square that is flown over: the city and a margin
+    double swath = 0, height = 0;  // of a strip of it that one flight line covers; of the aeroplane
     uint32_t strips = 0;
     uint64_t lines = 0;   // scan lines of a flight line
     uint32_t pulses = 0;  // of a scan line
-    double strip_middle(uint32_t strip) const { return (strip + 0.5) * side / strips; }
+    double strip_middle(uint32_t strip) const { return (strip + 0.5) * length / strips - margin; }
 };
 
-// Pulses of strip that fall on the city, as a share of all of them.
-double share_on_city(const FlightPlan& plan, uint32_t strip) {
-    constexpr int steps = 4096;
-    int inside = 0;
-    for (int i = 0; i < steps; ++i) {
-        const double turns = half_angle_turns * ((2 * i + 1.0) / steps - 1);
-        const SinCos angle = sincos_turns(turns);
-        const double x = plan.strip_middle(strip) + plan.height * angle.sin / angle.cos;
-        inside += x >= 0 && x < plan.side;
-    }
-    return static_cast<double>(inside) / steps;
+// Across a flight line, `along` (0 to 1) of its strip; y is from the city's south border on.
+Pulse aim(const FlightPlan& plan, uint32_t strip, double along, double y, Random& random) {
+    const SinCos angle = sincos_turns(half_angle_turns * (2 * along - 1));
+    const double slope_x = -angle.sin / angle.cos, slope_y = random.uniform(-tan_pitch, tan_pitch);
+    const double x = plan.strip_middle(strip) - plan.height * slope_x;
+    return {x - slope_x * City::typical_height, y - slope_y * City::typical_height, slope_x, slope_y};
+}
+
+// What comes back of a pulse that ends in the city.
+uint32_t scan_inside(const City& city, const Pulse& pulse, Random& random, ScanPoint* returns) {
+    const uint32_t count = scan(city, pulse, random, returns);
+    if (count == 0) return 0;
+    const ScanPoint& last = returns[count - 1];
+    return last.x >= 0 && last.x < city.side() && last.y >= 0 && last.y < city.side() ? count : 0;
 }
 
 // Points that come back of a pulse, on the average.
-double returns_a_pulse(const City& city, uint64_t seed) {
-    constexpr int pulses = 16384;
+double returns_a_pulse(const City& city, const FlightPlan& plan, uint64_t seed) {
+    constexpr int pulses = 32768;
     Random random(seed, 0xa11);
     uint64_t returns = 0;
     ScanPoint points[most_returns];
     for (int i = 0; i < pulses; ++i) {
-        const double x = random.uniform(0, city.side()), y = random.uniform(0, city.side());
-        const double slope = random.uniform(-tan_half_angle, tan_half_angle);
-        returns += scan(city, {x, y, slope, random.uniform() < 0.5 ? tan_pitch : -tan_pitch}, random, points);
+        const uint32_t strip = random.below(plan.strips);
+        const double along = random.uniform(), y = random.uniform(-margin, plan.length - margin);
+        returns += scan_inside(city, aim(plan, strip, along, y, random), random, points);
     }
     return std::max(0.05, static_cast<double>(returns) / pulses);
 }
 
 FlightPlan plan_flight(const City& city, uint64_t points, uint64_t seed) {
     FlightPlan plan;
-    plan.side = city.side();
-    plan.strips = static_cast<uint32_t>(std::ceil(plan.side * (1 + overlap) / widest_swath));
-    plan.swath = plan.side / plan.strips * (1 + overlap);
+    plan.length = city.side() + 2 * margin;
+    plan.strips = static_cast<uint32_t>(std::ceil(plan.length * (1 + overlap) / widest_swath));
+    plan.swath = plan.length / plan.strips * (1 + overlap);
     plan.height = 0.5 * plan.swath / tan_half_angle;
-    double shares = 0;
-    for (uint32_t strip = 0; strip < plan.strips; ++strip) shares += share_on_city(plan, strip);
-    // Pulses on the city: lines * pulses * shares, with the same spacing along and across.
-    const double wanted = static_cast<double>(points) / returns_a_pulse(city, seed);
-    const double spacing = std::sqrt(plan.side * plan.swath * shares / wanted);
-    plan.lines = static_cast<uint64_t>(std::max(1.0, std::round(plan.side / spacing)));
-    plan.pulses = static_cast<uint32_t>(std::max(1.0, std::round(wanted / (shares * static_cast<double>(plan.lines)))));
+    // As far apart along the flight lines as across.
+    const double wanted = static_cast<double>(points) / returns_a_pulse(city, plan, seed) / plan.strips;
+    plan.lines = static_cast<uint64_t>(std::max(1.0, std::round(std::sqrt(wanted * plan.length / plan.swath))));
+    plan.pulses = static_cast<uint32_t>(std::max(1.0, std::round(wanted / static_cast<double>(plan.lines))));
     return plan;
 }
 
@@ -82,24 +87,19 @@ public:
     uint64_t lines() const { return plan_.strips * plan_.lines; }
     void scan_line(uint64_t number, std::vector<ScanPoint>& points) const {
         const auto strip = static_cast<uint32_t>(number / plan_.lines);
-        const uint64_t line = number % plan_.lines;
-        const double spacing = plan_.side / static_cast<double>(plan_.lines), middle = plan_.strip_middle(strip);
-        const double pitch = line % 2 ? tan_pitch : -tan_pitch;
+        const auto line = static_cast<double>(number % plan_.lines);
+        const double spacing = plan_.length / static_cast<double>(plan_.lines);
         Random random(seed_, number + 1);
         for (uint32_t i = 0; i < plan_.pulses; ++i) {
             const double along = (i + random.uniform(0.2, 0.8)) / plan_.pulses;
-            const SinCos angle = sincos_turns(half_angle_turns * (2 * along - 1));
-            const double slope = -angle.sin / angle.cos;
-            const Pulse pulse = {middle - plan_.height * slope, (static_cast<double>(line) + 0.9 * along + 0.1 * random.uniform()) * spacing, slope,
-                                 pitch};
-            if (pulse.ground_x < 0 || pulse.ground_x >= plan_.side) continue;
+            const double y = (line + 0.9 * along + 0.1 * random.uniform()) * spacing - margin;  // it flies on meanwhile
             ScanPoint returns[most_returns];
-            const uint32_t count = scan(city_, pulse, random, returns);
+            const uint32_t count = scan_inside(city_, aim(plan_, strip, along, y, random), random, returns);
             for (uint32_t r = 0; r < count; ++r) {
                 ScanPoint& p = points.emplace_back(returns[r]);
                 p.time = (static_cast<double>(number) + along) * seconds_a_line;
                 p.flight_line = static_cast<uint16_t>(strip + 1);
-                p.angle = static_cast<int16_t>((2 * along - 1) * (20 / 0.006));
+                p.angle = static_cast<int16_t>((2 * along - 1) * (28 / 0.006));
             }
         }
     }
@@ -145,9 +145,9 @@ Result<MadeScene> make_points(const MakeSceneOptions& options) {
     RAYPAGER_TRY(write_points(flight, plan, *writer));
     RAYPAGER_TRY(writer->commit());
 
-    const double side = plan.side;
+    const double side = city.side();
     scene->begin(fmt::format("Scan of a city of {} points, seed {}; metres", writer->count(), options.seed),
-                 {.eye = {0.62 * side, -0.42 * side, 0.42 * side}, .target = {0.5 * side, 0.44 * side, 0}, .up = {0, 0, 1}, .fov_degrees = 38});
+                 {.eye = {0.66 * side, -0.50 * side, 0.46 * side}, .target = {0.51 * side, 0.42 * side, 0}, .up = {0, 0, 1}, .fov_degrees = 36});
     scene->diffuse("points", {0.5, 0.5, 0.5});
     scene->sky({0.42, 0.55, 0.75});
     scene->sun({-0.75, -0.45, 0.75}, {2.9, 2.6, 2.15});

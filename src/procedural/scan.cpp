@@ -91,8 +91,8 @@ public:
         : city_(city), pulse_(pulse), random_(random), returns_(returns) {}
 
     uint32_t trace() {
-        // Where the pulse meets the ground: slopes are small, so that each step brings the height nearer by a factor of ten or more.
-        for (int step = 0; step < 3; ++step) ground_ = city_.ground_height(x_at(ground_), y_at(ground_));
+        // Where the pulse meets the ground: it is so flat that each step brings the height several times nearer.
+        for (int step = 0; step < 4; ++step) ground_ = city_.ground_height(x_at(ground_), y_at(ground_));
         hit_.z = ground_;
         find_hits();
         add_leaves();
@@ -155,7 +155,7 @@ private:
                 const double height = (z - tree.z) / tree.half_height;
                 last = z - 0.4;
                 add(z, high_vegetation, shaded(tree.color, 0.78 + 0.2 * height + 0.3 * random_.uniform()), 0.55 / (1 + count_));
-                blocked_ = count_ + 1 >= most_returns || random_.uniform() < 0.42;
+                blocked_ = count_ + 1 >= most_returns || random_.uniform() < 0.3;
             }
         }
     }
@@ -183,7 +183,7 @@ private:
         const bool glass = box.windows && up < std::floor((box.eaves - box.z0) / 3.1) && floor_part > 0.28 && floor_part < 0.74 &&
                            window_part > 0.24 && window_part < 0.76;
         if (!glass) return add(hit_.z, box.kind, shaded(box.wall, grain), 0.45);
-        if (random_.uniform() < 0.5) add(hit_.z, box.kind, shaded({58, 70, 84}, grain), 0.12);  // the rest goes in or is mirrored away
+        if (random_.uniform() < 0.8) add(hit_.z, box.kind, shaded({58, 70, 84}, grain), 0.12);  // the rest goes in or is mirrored away
     }
 
     void add_ground() {
@@ -243,7 +243,7 @@ private:
     Random& random_;
     ScanPoint* returns_;
     uint32_t count_ = 0;
-    double ground_ = 0;
+    double ground_ = City::typical_height;
     Hit hit_;
     Crown trees_[most_trees];
     size_t tree_count_ = 0;

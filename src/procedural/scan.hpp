@@ -18,7 +18,7 @@ struct ScanPoint {
     Rgb8 color;
 };
 
-// A pulse as the line x = ground_x + slope_x z, y = ground_y + slope_y z; it comes from above. Slopes of at most 0.4.
+// A pulse as the line x = ground_x + slope_x z, y = ground_y + slope_y z; it comes from above. Slopes are at most 1.
 struct Pulse {
     double ground_x, ground_y, slope_x, slope_y;
 };

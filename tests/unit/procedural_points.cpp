@@ -197,7 +197,7 @@ TEST(ProceduralScan, ReturnsLieOnTheCity) {
     Random random(17);
     uint64_t walls = 0, roofs = 0, leaves = 0;
     for (int i = 0; i < 50'000; ++i) {
-        const Pulse pulse = {random.uniform(0, 600), random.uniform(0, 600), random.uniform(-0.36, 0.36), random.uniform(-0.25, 0.25)};
+        const Pulse pulse = {random.uniform(0, 600), random.uniform(0, 600), random.uniform(-0.53, 0.53), random.uniform(-0.7, 0.7)};
         ScanPoint returns[most_returns];
         const uint32_t count = scan(city, pulse, random, returns);
         ASSERT_LE(count, most_returns);
