@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "procedural/noise.hpp"
 
 namespace raypager {
@@ -12,8 +13,9 @@ namespace {
 constexpr double street_x = 16, lot_x = 24, street_y = 14, lot_y = 28;
 constexpr uint32_t lots_x = 4, lots_y = 2;  // a block
 constexpr uint32_t period_x = lots_x + 1, period_y = lots_y + 1;
-constexpr double block_x = street_x + lots_x * lot_x, block_y = street_y + lots_y * lot_y;
 
+// Heights of the ground are kept on a grid, and interpolated: the shortest waves in it are 120 metres.
+constexpr double ground_spacing = 4, ground_margin = 60;
 constexpr double river_level = -2;
 constexpr double smallest_city_with_river = 450;
 // Cells to each side from which a slanting ray may come: five of them are 112 m across at least, and a slope of 1 reaches as far as what
@@ -34,10 +36,15 @@ std::vector<double> borders(double side, double street, double lot, uint32_t lot
     return at;
 }
 
-uint32_t cell_index(double x, double block, double street, double lot, uint32_t lots, uint32_t count) {
-    const double blocks = std::floor(x / block), rest = x - blocks * block;
-    const double inside = rest < street ? 0 : std::min(1 + std::floor((rest - street) / lot), static_cast<double>(lots));
-    return static_cast<uint32_t>(std::clamp(blocks * (lots + 1) + inside, 0.0, static_cast<double>(count - 1)));
+// The number of the interval between borders, which are whole, that each metre lies in.
+std::vector<uint32_t> interval_of_metre(const std::vector<double>& at) {
+    std::vector<uint32_t> intervals;
+    for (uint32_t i = 0; i + 1 < at.size(); ++i) intervals.resize(static_cast<size_t>(at[i + 1]), i);
+    return intervals;
+}
+
+uint32_t look_up(const std::vector<uint32_t>& intervals, double x) {
+    return intervals[static_cast<size_t>(std::clamp(x, 0.0, static_cast<double>(intervals.size() - 1)))];
 }
 
 // Fills one cell of the street grid.
@@ -168,14 +175,24 @@ City::City(double side, uint64_t seed) : side_(side), seed_(mix_bits(seed)), has
         const double bend = 0.10 * side * value_noise(y / (0.45 * side), 0.5, seed_ + 31).value + 18 * value_noise(y / 140, 7.5, seed_ + 32).value;
         river_.push_back(0.34 * side + bend);
     }
+    column_of_metre_ = interval_of_metre(xs_);
+    row_of_metre_ = interval_of_metre(ys_);
+    ground_columns_ = static_cast<size_t>((side + 2 * ground_margin) / ground_spacing) + 2;
+    ground_.resize(ground_columns_ * ground_columns_);
+    parallel_for(ground_columns_, 16, [&](size_t begin, size_t end) {
+        for (size_t j = begin; j < end; ++j)
+            for (size_t i = 0; i < ground_columns_; ++i)
+                ground_[j * ground_columns_ + i] = static_cast<float>(
+                    shape_ground(static_cast<double>(i) * ground_spacing - ground_margin, static_cast<double>(j) * ground_spacing - ground_margin));
+    });
     cells_.resize(size_t{columns()} * rows());
     for (uint32_t r = 0; r < rows(); ++r)
         for (uint32_t c = 0; c < columns(); ++c) build_cell(c, r);
     find_tops();
 }
 
-uint32_t City::column(double x) const { return cell_index(x, block_x, street_x, lot_x, lots_x, columns()); }
-uint32_t City::row(double y) const { return cell_index(y, block_y, street_y, lot_y, lots_y, rows()); }
+uint32_t City::column(double x) const { return look_up(column_of_metre_, x); }
+uint32_t City::row(double y) const { return look_up(row_of_metre_, y); }
 
 double City::river_distance(double x, double y) const {
     const double at = std::clamp(y, 0.0, side_);
@@ -184,10 +201,21 @@ double City::river_distance(double x, double y) const {
     return std::abs(x - (river_[i] + part * (river_[i + 1] - river_[i])));
 }
 
-double City::ground_height(double x, double y) const {
+double City::shape_ground(double x, double y) const {
     const double hills = typical_height + 13 * value_noise(x / 430, y / 430, seed_ + 11).value + 3 * value_noise(x / 120, y / 120, seed_ + 12).value;
     if (!has_river_) return hills;
     return river_level + (hills - river_level) * smooth_step(0.8 * river_half_width, river_half_width + 130, river_distance(x, y));
+}
+
+double City::ground_height(double x, double y) const {
+    const double last = static_cast<double>(ground_columns_ - 2);
+    const double u = std::clamp((x + ground_margin) / ground_spacing, 0.0, last), v = std::clamp((y + ground_margin) / ground_spacing, 0.0, last);
+    const auto i = static_cast<size_t>(u), j = static_cast<size_t>(v);
+    const double du = u - static_cast<double>(i), dv = v - static_cast<double>(j);
+    const float* const row = &ground_[j * ground_columns_ + i];
+    const float* const next = row + ground_columns_;
+    const double low = row[0] + du * (double{row[1]} - row[0]), high = next[0] + du * (double{next[1]} - next[0]);
+    return low + dv * (high - low);
 }
 
 void City::build_cell(uint32_t column, uint32_t row) {

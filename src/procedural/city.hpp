@@ -45,7 +45,7 @@ struct CityCell {
 
 class City {
 public:
-    // A square from (0, 0) to (side, side). Takes memory in proportion to its area, about 60 bytes for each ten square metres.
+    // A square from (0, 0) to (side, side). Takes memory in proportion to its area, a few bytes a square metre.
     City(double side, uint64_t seed);
     double side() const { return side_; }
     static constexpr double typical_height = 16;  // of the ground
@@ -69,6 +69,7 @@ public:
 private:
     static constexpr double river_half_width = 24;
     double river_distance(double x, double y) const;
+    double shape_ground(double x, double y) const;
     void build_cell(uint32_t column, uint32_t row);
     void find_tops();
 
@@ -76,7 +77,10 @@ private:
     uint64_t seed_;
     bool has_river_;
     std::vector<double> xs_, ys_;  // borders of columns and rows
-    std::vector<double> river_;    // x of its middle at every metre of y
+    std::vector<uint32_t> column_of_metre_, row_of_metre_;
+    std::vector<float> ground_;  // heights on a square grid
+    size_t ground_columns_ = 0;
+    std::vector<double> river_;  // x of its middle at every metre of y
     std::vector<CityCell> cells_;
     std::vector<CityBox> boxes_;
     std::vector<CityTree> trees_;
