@@ -14,14 +14,24 @@ constexpr const char* about =
     "Writes a procedural scene: DIR/scene.pbrt and its meshes. The same seed gives the same scene. KIND is one of\n"
     "  cornell   a Cornell box with three complex models (default: about 1 GB of geometry)\n"
     "  terrain   a fractal landscape, or one from an elevation image\n"
-    "  clutter   many thousand small parts of very uneven density with overlapping bounds";
+    "  clutter   many thousand small parts of very uneven density with overlapping bounds\n"
+    "  points    a city as an airborne laser scanner sees it: a point cloud with colours and classes, DIR/points.las";
 
-constexpr uint64_t most_triangles = 4000000000;  // primitives are numbered in 32 bits
+constexpr uint64_t most_primitives = 4000000000;  // they are numbered in 32 bits
+
+Result<PointFormat> parse_point_format(const std::string& text) {
+    if (text == "las") return PointFormat::las;
+    if (text == "ply") return PointFormat::ply;
+    return Status::usage(fmt::format("'{}' is no format of points; use las or ply", text));
+}
 
 Status check_kind(const OptionParser& parser, const MakeSceneOptions& options) {
-    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter")
-        return parser.wrong(fmt::format("'{}' is no kind of scene; use cornell, terrain or clutter", options.kind));
+    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter" && options.kind != "points")
+        return parser.wrong(fmt::format("'{}' is no kind of scene; use cornell, terrain, clutter or points", options.kind));
     if (options.heightmap && options.kind != "terrain") return parser.wrong("--heightmap: is for terrain only; leave it out");
+    if (options.triangles && options.kind == "points") return parser.wrong("--triangles: there are none in points; use --points");
+    if (options.points && options.kind != "points")
+        return parser.wrong(fmt::format("--points: is for points only; {} takes --triangles", options.kind));
     if (options.directory.empty()) return parser.wrong("-o is missing; name the directory to write to");
     return {};
 }
@@ -36,7 +46,10 @@ Status run_make_scene(const Arguments& arguments) {
     parser.inputs("the kind of scene", 1, 1, kinds);
     parser.option("output,o", "DIR", "directory to write to; made if absent", into_path(options.directory));
     parser.option("triangles", "N", "about so many triangles, 1K to 4G in thousands (default: the kind's own)",
-                  into(options.triangles, [](const std::string& text) { return parse_count(text, 1000, most_triangles); }));
+                  into(options.triangles, [](const std::string& text) { return parse_count(text, 1000, most_primitives); }));
+    parser.option("points", "N", "points only: about so many, 1K to 4G in thousands (default: 10M)",
+                  into(options.points, [](const std::string& text) { return parse_count(text, 1000, most_primitives); }));
+    parser.option("format", "NAME", "points only: las (LAS 1.4) or ply (default: las)", into(options.format, parse_point_format));
     parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
                   into(options.seed, [](const std::string& text) { return parse_count(text, 0, 0xffffffffu); }));
     parser.option("heightmap", "IMAGE", "terrain only: elevations from the pixels of an image", into_path(heightmap));
@@ -49,7 +62,10 @@ Status run_make_scene(const Arguments& arguments) {
 
     const auto made = make_scene(options);
     if (!made) return made.status();
-    std::fputs(fmt::format("{}: {} triangles, {}\n", made->scene_file.string(), format_count(made->triangles), format_bytes(made->bytes)).c_str(),
+    const bool points = made->points > 0;
+    std::fputs(fmt::format("{}: {} {}, {}\n", made->scene_file.string(), format_count(points ? made->points : made->triangles),
+                           points ? "points" : "triangles", format_bytes(made->bytes))
+                   .c_str(),
                stdout);
     return {};
 }

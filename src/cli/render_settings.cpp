@@ -17,8 +17,9 @@ constexpr uint64_t most_paths = uint64_t{1} << 30;
 constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
 constexpr const char* about =
-    "Renders a picture. INPUT is a block file (.rpb), a .pbrt scene, or any number of meshes (.ply .obj .stl .off), which are framed,\n"
-    "lit and given a ground. What is not baked is baked first; the block file is kept beside the input and used again.";
+    "Renders a picture. INPUT is a block file (.rpb), a .pbrt scene, or any number of meshes (.ply .obj .stl .off) and point\n"
+    "clouds (.las .ply .xyz .pts .txt), which are framed, lit and given a ground. What is not baked is baked first; the block file is kept beside "
+    "the input and used again.";
 
 Result<PolicyKind> parse_policy(const std::string& text) {
     if (const auto kind = policy_from_name(text)) return *kind;

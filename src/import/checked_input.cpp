@@ -9,8 +9,6 @@
 namespace raypager {
 namespace {
 
-constexpr size_t piece = size_t{1} << 20;
-constexpr size_t longest_line = size_t{16} << 20;
 constexpr size_t content_goal = size_t{64} << 10;
 
 }  // namespace
@@ -39,47 +37,19 @@ CheckedInput::pos_type CheckedInput::seekpos(pos_type position, std::ios_base::o
 
 void CheckedText::rewind() {
     CheckedInput::rewind();
-    buffer_.clear();
-    at_ = 0;
-    offset_ = line_ = 0;
+    reader_.emplace(file_);
     finished_ = false;
-}
-
-Status CheckedText::next_line(std::string_view& line, bool& end) {
-    size_t searched = at_;
-    while (true) {
-        const size_t newline = buffer_.find('\n', searched);
-        if (newline != std::string::npos || offset_ == file_.size()) {
-            const size_t stop = std::min(newline, buffer_.size());
-            end = newline == std::string::npos && stop == at_;
-            line = trim_line_end(std::string_view(buffer_).substr(at_, stop - at_));
-            at_ = std::min(stop + 1, buffer_.size());
-            ++line_;
-            return {};
-        }
-        buffer_.erase(0, at_);
-        at_ = 0;
-        searched = buffer_.size();
-        if (searched > longest_line) return bad("a line is longer than 16 MiB; this is no such text file");
-        const size_t count = static_cast<size_t>(std::min<uint64_t>(piece, file_.size() - offset_));
-        buffer_.resize(searched + count);
-        RAYPAGER_TRY(file_.read(offset_, std::as_writable_bytes(std::span(buffer_).subspan(searched))));
-        offset_ += count;
-    }
 }
 
 Status CheckedText::produce(std::string& out) {
     while (!finished_ && out.size() < content_goal) {
         std::string_view line;
-        RAYPAGER_TRY(next_line(line, finished_));
+        RAYPAGER_TRY(reader_->next(line, finished_));
         if (finished_) return finish();
-        if (line.find('\0') != std::string_view::npos) return bad("a zero byte in text; the file is damaged or of another kind");
         RAYPAGER_TRY(rewrite(line, out));
     }
     return {};
 }
-
-Status CheckedText::bad(const std::string& what) const { return Status::failed(fmt::format("{}:{}: {}", file_.path().string(), line_, what)); }
 
 Status CheckedText::append_position(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const {
     for (const size_t i : at) {

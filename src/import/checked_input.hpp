@@ -5,12 +5,14 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <streambuf>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/files.hpp"
+#include "import/line_reader.hpp"
 #include "import/mesh_readers.hpp"
 #include "import/ply_header.hpp"
 
@@ -49,7 +51,7 @@ private:
 // Content made from the lines of a text file.
 class CheckedText : public CheckedInput {
 public:
-    explicit CheckedText(const InputFile& file) : CheckedInput(file) {}
+    explicit CheckedText(const InputFile& file) : CheckedInput(file), reader_(std::in_place, file) {}
 
 protected:
     // What is shown instead of line. The views live until the next call.
@@ -57,17 +59,14 @@ protected:
     virtual Status finish() = 0;  // at the end of the file
     void rewind() override;
     Status produce(std::string& out) final;
-    Status bad(const std::string& what) const;
+    Status bad(const std::string& what) const { return reader_->bad(what); }
     // Appends " x y z" (or an error if they are not numbers); zeros for a normal that is not finite.
     Status append_position(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const;
     Status append_normal(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const;
     std::vector<std::string_view> words_;  // scratch
 
 private:
-    Status next_line(std::string_view& line, bool& end);
-    std::string buffer_;
-    size_t at_ = 0;
-    uint64_t offset_ = 0, line_ = 0;
+    std::optional<LineReader> reader_;  // always there; emplaced anew to start again
     bool finished_ = false;
 };
 

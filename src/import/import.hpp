@@ -8,7 +8,8 @@
 
 namespace raypager {
 
-// One .pbrt file, or any number of bare meshes (.ply .obj .stl .off), which are framed, lit and given a ground together.
+// One .pbrt file, or any number of bare meshes (.ply .obj .stl .off) and point clouds (.las .ply .xyz .pts .txt), which are framed, lit and
+// given a ground together.
 Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace raypager

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "import/cloud_file.hpp"
 #include "import/mesh_file.hpp"
 #include "import/pbrt_parameters.hpp"
 #include "import/pbrt_tokens.hpp"
@@ -138,6 +139,7 @@ private:
     Status triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status points(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -161,6 +163,7 @@ private:
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtPlace object_place_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
+    std::map<std::filesystem::path, std::shared_ptr<const CloudFile>> cloud_files_;
 };
 
 }  // namespace raypager

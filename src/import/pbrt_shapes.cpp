@@ -13,6 +13,8 @@ namespace {
 
 // Instances are placed as shapes of their own, so a small file can ask for any number of them.
 constexpr size_t most_shapes = size_t{1} << 20;
+// From here on, single precision is coarser than 8 mm if the unit is the metre.
+constexpr double far_coordinate = 65536;
 constexpr double degrees = 3.14159265358979323846 / 180;
 
 // Lengths and angles are the same in all directions: spheres stay spheres.
@@ -49,6 +51,8 @@ Status PbrtReader::shape(const Directive& directive) {
         RAYPAGER_TRY(ply_mesh(directive, parameters, shape));
     } else if (type == "sphere") {
         RAYPAGER_TRY(sphere(directive, parameters, shape));
+    } else if (type == "points") {
+        RAYPAGER_TRY(points(directive, parameters, shape));
     } else if (type == "disk") {
         RAYPAGER_TRY(disk(directive, parameters, shape));
     } else if (type == "cylinder") {
@@ -58,9 +62,13 @@ Status PbrtReader::shape(const Directive& directive) {
         return {};
     }
     RAYPAGER_TRY(parameters.status());
-    shape.to_world = state_.transform;
+    shape.to_world = state_.transform * shape.to_world;
     shape.reverse_orientation = state_.reverse_orientation;
     shape.area_light = state_.area_light;
+    if (shape.points && shape.area_light) {
+        warn(directive.place, "points that shine are not supported; they reflect only");
+        shape.area_light.reset();
+    }
     shape.material = state_.material;
     if (state_.material == no_surface) {
         if (!state_.area_light) return {};  // nothing to be seen
@@ -138,6 +146,35 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
     return {};
 }
 
+// A point cloud; no shape of pbrt's, but raypager's own. Its origin is put back by the transform, which is carried out in double precision:
+// with a Translate that brings surveyed coordinates near zero, none of their digits are lost.
+Status PbrtReader::points(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const std::string name = parameters.text("filename", "");
+    const double radius = parameters.number("radius", 0), scale = parameters.number("scale", 1);
+    RAYPAGER_TRY(parameters.status());
+    if (!(radius >= 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be 0 (from the spacing) or more");
+    if (!(scale > 0) || !std::isfinite(static_cast<float>(scale))) return error(directive, "its scale must be more than 0");
+    std::filesystem::path path;
+    if (const Status found = find_file(name, path); !found.ok()) return error(directive, found.message());
+    auto& source = cloud_files_[path.lexically_normal()];
+    if (!source) {
+        const auto file = CloudFile::open(path);
+        if (!file) return file.status().at(directive.place.with_line());
+        source = *file;
+    }
+    shape.points = source;
+    shape.point_radius = static_cast<float>(radius);
+    shape.radius_scale = static_cast<float>(scale);
+    const auto& origin = source->origin();
+    shape.to_world = Transform::translate(origin[0], origin[1], origin[2]);  // goes before the graphics state's
+    const auto middle = (state_.transform * shape.to_world).point(0, 0, 0);
+    if (std::max({std::abs(middle[0]), std::abs(middle[1]), std::abs(middle[2])}) > far_coordinate)
+        warn(directive.place, fmt::format("points lie so far from the world's origin that their coordinates are rounded; bring them near it, with "
+                                          "Translate {:.0f} {:.0f} {:.0f} before the shape",
+                                          0 - origin[0], 0 - origin[1], 0 - origin[2]));
+    return {};
+}
+
 Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     const double radius = parameters.number("radius", 1);
     RAYPAGER_TRY(parameters.status());
@@ -204,7 +241,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
     }
     for (Shape shape : found->second) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
-        if (!shape.mesh && !is_similarity(state_.transform * shape.to_world)) {
+        if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
             warn(directive.place, "ellipsoids are not supported; a mesh of 65024 triangles is used");
             RAYPAGER_TRY(mesh_in_memory(directive, tessellate_sphere(shape.sphere.radius), shape));
         }

@@ -183,7 +183,8 @@ Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& na
     layout.vertices = header.find("vertex");
     layout.faces = header.find("face");
     if (!layout.vertices || layout.vertices->count == 0) return Status::failed(name + ": has no vertices");
-    if (!layout.faces || layout.faces->count == 0) return Status::failed(name + ": has no faces; point clouds cannot be rendered as a mesh");
+    if (!layout.faces || layout.faces->count == 0)
+        return Status::failed(name + ": has no faces: it is no mesh; in a .pbrt scene, Shape \"points\" takes point clouds");
     const auto scalars = [&](const char* x, const char* y, const char* z) -> std::optional<std::array<size_t, 3>> {
         const auto i = layout.vertices->find(x), j = layout.vertices->find(y), k = layout.vertices->find(z);
         if (!i || !j || !k) return std::nullopt;

@@ -23,6 +23,20 @@ void split_words(std::string_view text, std::vector<std::string_view>& words) {
     }
 }
 
+size_t split_numbers(std::string_view text, std::span<std::string_view> words) {
+    size_t count = 0;
+    for (size_t at = 0;;) {
+        while (at < text.size() && blank(text[at])) ++at;
+        if (at == text.size()) return count;
+        const size_t begin = at;
+        while (at < text.size() && !blank(text[at]) && text[at] != ',' && text[at] != ';') ++at;
+        if (count < words.size()) words[count] = text.substr(begin, at - begin);
+        ++count;
+        while (at < text.size() && blank(text[at])) ++at;
+        if (at < text.size() && (text[at] == ',' || text[at] == ';')) ++at;
+    }
+}
+
 std::vector<std::string_view> split_words(std::string_view text) {
     std::vector<std::string_view> words;
     split_words(text, words);
@@ -40,6 +54,16 @@ std::string clipped(std::string_view text) {
         if (c < ' ' || c > '~') c = '?';
     if (text.size() > 40) result += "...";
     return result;
+}
+
+std::optional<double> parse_number(std::string_view word) {
+    if (!word.empty() && word[0] == '+') word.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
+    // Out of range is too large, or too close to zero.
+    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
+    return value;
 }
 
 NumberKind classify_number(std::string_view word) {

@@ -1,6 +1,8 @@
 // Small helpers for text formats.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,11 +11,17 @@ namespace raypager {
 
 // Words between blanks, views into text.
 std::vector<std::string_view> split_words(std::string_view text);
+// The first so many words of a line of numbers: separated by blanks, or by one comma or semicolon with blanks around it. Returns how many
+// words there are in all.
+size_t split_numbers(std::string_view text, std::span<std::string_view> words);
 void split_words(std::string_view text, std::vector<std::string_view>& words);
 // Without a carriage return at the end.
 std::string_view trim_line_end(std::string_view line);
 // Fit for a message: at most 40 characters, unprintable ones as '?'.
 std::string clipped(std::string_view text);
+
+// As a double, whole word; with sign "+" too. "nan" and "inf" count, and what is too large for a double is infinite. Nothing if it is none.
+std::optional<double> parse_number(std::string_view word);
 
 enum class NumberKind { none, finite, not_finite };
 // What a word is as a decimal number: "nan", "inf" and what a float cannot hold are not finite.

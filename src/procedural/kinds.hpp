@@ -1,4 +1,5 @@
-// The kinds of scene that make_scene dispatches to. options.triangles is never 0 here (but for terrain from a height map: as the image).
+// The kinds of scene that make_scene dispatches to. options.triangles (of "points": points) is never 0 here
+// (but for terrain from a height map: as the image).
 #pragma once
 
 #include "procedural/make_scene.hpp"
@@ -8,5 +9,6 @@ namespace raypager {
 Result<MadeScene> make_cornell(const MakeSceneOptions& options);
 Result<MadeScene> make_terrain(const MakeSceneOptions& options);
 Result<MadeScene> make_clutter(const MakeSceneOptions& options);
+Result<MadeScene> make_points(const MakeSceneOptions& options);
 
 }  // namespace raypager

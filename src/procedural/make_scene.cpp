@@ -8,6 +8,7 @@ namespace raypager {
 namespace {
 
 constexpr uint64_t min_triangles = 1000, max_triangles = 4'000'000'000;
+constexpr uint64_t min_points = 1000, max_points = 4'000'000'000, default_points = 10'000'000;
 constexpr uint64_t default_triangles = 10'000'000;
 constexpr uint64_t default_cornell_triangles = 45'000'000;  // about 1 GB of geometry
 
@@ -18,6 +19,14 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
     if (options.triangles != 0 && (options.triangles < min_triangles || options.triangles > max_triangles))
         return Status::usage(
             fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
+    if (options.kind == "points") {
+        if (options.triangles != 0 || options.heightmap) return Status::usage("a scene of points has no triangles and no height map");
+        if (options.points == 0) options.points = default_points;
+        if (options.points < min_points || options.points > max_points)
+            return Status::usage(fmt::format("a scene of {} points cannot be made; ask for {} to {}", options.points, min_points, max_points));
+        return make_points(options);
+    }
+    if (options.points != 0) return Status::usage(fmt::format("a {} has no points", options.kind));
     if (options.heightmap && options.kind != "terrain") return Status::usage(fmt::format("a height map makes a terrain, not a {}", options.kind));
     if (options.kind == "terrain") {
         if (options.triangles == 0 && !options.heightmap) options.triangles = default_triangles;
@@ -26,7 +35,7 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
     if (options.triangles == 0) options.triangles = options.kind == "cornell" ? default_cornell_triangles : default_triangles;
     if (options.kind == "cornell") return make_cornell(options);
     if (options.kind == "clutter") return make_clutter(options);
-    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain and clutter", options.kind));
+    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter and points", options.kind));
 }
 
 }  // namespace raypager

@@ -10,17 +10,21 @@
 
 namespace raypager {
 
+enum class PointFormat { las, ply };
+
 struct MakeSceneOptions {
-    std::string kind;                 // "cornell", "terrain" or "clutter"
-    std::filesystem::path directory;  // made if absent
-    uint64_t triangles = 0;           // about so many; 0: the kind's default
+    std::string kind;                       // "cornell", "terrain", "clutter" or "points"
+    std::filesystem::path directory;        // made if absent
+    uint64_t triangles = 0;                 // about so many; 0: the kind's default
+    uint64_t points = 0;                    // of "points", which has no triangles; 0: the default
+    PointFormat format = PointFormat::las;  // of the points' file
     uint64_t seed = 1;
     std::optional<std::filesystem::path> heightmap;  // terrain only: an elevation image
 };
 
 struct MadeScene {
     std::filesystem::path scene_file;
-    uint64_t triangles = 0, bytes = 0;
+    uint64_t triangles = 0, points = 0, bytes = 0;
 };
 
 Result<MadeScene> make_scene(const MakeSceneOptions& options);

@@ -25,9 +25,9 @@ Result<SceneWriter> SceneWriter::create(const MakeSceneOptions& options) {
     SceneWriter writer;
     writer.options_ = options;
     std::error_code error;
-    const std::filesystem::path meshes = options.directory / "meshes";
-    std::filesystem::create_directories(meshes, error);
-    if (error) return cannot_make(meshes, error);
+    const std::filesystem::path folder = options.kind == "points" ? options.directory : options.directory / "meshes";
+    std::filesystem::create_directories(folder, error);
+    if (error) return cannot_make(folder, error);
     writer.made_.scene_file = options.directory / "scene.pbrt";
     std::filesystem::remove(writer.made_.scene_file, error);
     if (error) return Status::failed(fmt::format("{}: the old scene cannot be removed: {}", writer.made_.scene_file.string(), error.message()));
@@ -109,6 +109,12 @@ Status SceneWriter::mesh(std::string_view name, std::string_view material, std::
     RAYPAGER_TRY(writer->add_vertices(positions));
     RAYPAGER_TRY(writer->add_triangles(triangles));
     return finish_mesh(name, material, *writer);
+}
+
+void SceneWriter::points(std::string_view file, std::string_view material, uint64_t count, uint64_t bytes) {
+    text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n  Shape \"points\" \"string filename\" \"{}\"\nAttributeEnd\n", material, file);
+    made_.points += count;
+    made_.bytes += bytes;
 }
 
 Result<MadeScene> SceneWriter::finish() {

@@ -25,7 +25,8 @@ struct View {
 // World coordinates are right-handed with y up, in the unit that the scene's own comment names.
 class SceneWriter {
 public:
-    // Makes the folder and its meshes/. An old scene file there is removed, so that it never names a mix of old and new meshes.
+    // Makes the folder, and meshes/ in it unless the scene is one of points. An old scene file there is removed, so that it never names a mix of old
+    // and new meshes.
     static Result<SceneWriter> create(const MakeSceneOptions& options);
 
     // Written first: film, sampler, integrator, camera; the world begins.
@@ -47,6 +48,9 @@ public:
     Result<PlyWriter> begin_mesh(std::string_view name, uint64_t vertices, uint64_t triangles) const;
     Status finish_mesh(std::string_view name, std::string_view material, PlyWriter& writer);
     Status mesh(std::string_view name, std::string_view material, std::span<const Float3> positions, std::span<const Triangle> triangles);
+
+    // A cloud that has been written to FILE in the scene's folder.
+    void points(std::string_view file, std::string_view material, uint64_t count, uint64_t bytes);
 
     uint64_t triangles() const { return made_.triangles; }
     Result<MadeScene> finish();

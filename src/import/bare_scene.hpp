@@ -1,4 +1,4 @@
-// Meshes that come without a scene: they get a camera, light and ground, so that the picture is worth looking at.
+// Meshes and point clouds that come without a scene: they get a camera, light and ground, so that the picture is worth looking at.
 #pragma once
 
 #include <filesystem>
@@ -13,6 +13,9 @@ namespace raypager {
 //   more than half of the bounding box's base there, and larger than that along y;
 // - they stand on z: the part of the bounding box's base that is covered by triangles which face down, within 2 % of the bottom, is more
 //   than 5 % for z and more than three times that for y.
-Result<Scene> import_bare_meshes(const std::vector<std::filesystem::path>& paths);
+// Clouds say "+z" by their format (LAS and text are surveyors'), by coordinates far from the origin, or by being flat along z.
+// A cloud that is a landscape gets sun and sky instead of a lamp, and no ground: it has its own. Clouds far from the origin are shown relative
+// to a nearer one, all to the same; a warning names it.
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths);
 
 }  // namespace raypager

@@ -1,4 +1,4 @@
-#include "import/bare_meshes.hpp"
+#include "import/bare_scene.hpp"
 
 #include <fmt/format.h>
 
@@ -6,71 +6,19 @@
 #include <array>
 #include <cmath>
 
+#include "import/bare_clouds.hpp"
+#include "import/framing.hpp"
 #include "import/materials.hpp"
 #include "import/mesh_file.hpp"
 
 namespace raypager {
 namespace {
 
-using Vector = std::array<double, 3>;
-constexpr double pi = 3.14159265358979323846;
-
-Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vector operator*(double s, const Vector& v) { return {s * v[0], s * v[1], s * v[2]}; }
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
-double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
-Vector unit(const Vector& v) { return (1 / length(v)) * v; }
-Vector vector(const Float3& p) { return {p.x, p.y, p.z}; }
-Float3 float3(const Vector& v) { return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}; }
-
-// The view: from 30 degrees to the right of the front and 22 degrees above, with a normal to slightly long lens.
-constexpr double azimuth = 30 * pi / 180, elevation = 22 * pi / 180, field_of_view = 35;
-constexpr double filled = 0.88;              // of the frame, in the direction in which the object is larger
+// Degrees above the ground from which things are looked at.
+constexpr double object_elevation = 22, landscape_elevation = 38;
 constexpr double largest_ground = 40;        // in radii of the object
 constexpr double largest_coordinate = 1e18;  // its square is a float with room to spare
 constexpr uint64_t kept_bytes = uint64_t{512} << 20;
-
-// The world as the viewer's: up, towards the viewer's side of the object, and to the viewer's right.
-struct Axes {
-    Vector up, front, side;
-};
-constexpr Axes y_up = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-constexpr Axes z_up = {{0, 0, 1}, {0, -1, 0}, {1, 0, 0}};
-
-// Finds the camera position from which a set of points fills the frame, given the direction to it. A point is inside the frame's left and
-// right planes if |x - camera x| <= t (distance - z), so the two largest values of +-x / t + z decide; the same for y.
-class Framing {
-public:
-    Framing(const Axes& axes, uint32_t width, uint32_t height) {
-        to_camera = unit(std::cos(elevation) * (std::cos(azimuth) * axes.front + std::sin(azimuth) * axes.side) + std::sin(elevation) * axes.up);
-        right = unit(cross(axes.up, to_camera));
-        up = cross(to_camera, right);
-        const double t = filled * std::tan(field_of_view * pi / 360) / std::min(width, height);
-        tan_x = t * width;
-        tan_y = t * height;
-    }
-
-    void add(const Vector& p) {
-        const double x = dot(p, right) / tan_x, y = dot(p, up) / tan_y, z = dot(p, to_camera);
-        largest = {std::max(largest[0], x + z), std::max(largest[1], z - x), std::max(largest[2], y + z), std::max(largest[3], z - y)};
-        nearest = std::max(nearest, z);
-    }
-
-    Vector eye(double radius) const {
-        const double across = (largest[0] + largest[1]) / 2, upright = (largest[2] + largest[3]) / 2;
-        const double distance = std::max({across, upright, nearest + 0.1 * radius});
-        return tan_x * (largest[0] - largest[1]) / 2 * right + tan_y * (largest[2] - largest[3]) / 2 * up + distance * to_camera;
-    }
-
-    Vector to_camera, right, up;
-
-private:
-    double tan_x, tan_y;
-    std::array<double, 4> largest = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
-    double nearest = -INFINITY;
-};
 
 // What one look at all triangles tells.
 struct Survey {
@@ -154,18 +102,54 @@ TriangleMesh make_key_light(const Framing& view, const Axes& axes, const Vector&
     return mesh;
 }
 
-struct LoadedMeshes {
-    std::vector<std::shared_ptr<const MeshFile>> files;
-    Survey survey;
+struct Inputs {
+    std::vector<std::shared_ptr<const MeshFile>> meshes;
+    std::vector<std::shared_ptr<const CloudFile>> clouds;
+    CloudSurvey cloud;  // of all clouds
+    Survey survey;      // of all meshes, with the clouds' bounds
     Framing from_y, from_z;
 };
 
-Status load_all(const std::vector<std::filesystem::path>& paths, LoadedMeshes& loaded) {
+Status open_clouds(const std::vector<std::filesystem::path>& paths, Inputs& inputs) {
+    for (const auto& path : paths) {
+        if (!is_cloud_file(path)) continue;
+        const auto cloud = CloudFile::open(path);
+        if (!cloud) return cloud.status();
+        inputs.clouds.push_back(*cloud);
+    }
+    auto survey = survey_clouds(inputs.clouds);
+    if (!survey) return survey.status();
+    inputs.cloud = std::move(*survey);
+    return {};
+}
+
+// Frames the clouds' points; bounds grow by them.
+void frame_clouds(Inputs& inputs) {
+    for (size_t a = 0; a < 3 && !inputs.clouds.empty(); ++a) {
+        inputs.survey.lower[a] = std::min(inputs.survey.lower[a], inputs.cloud.lower[a]);
+        inputs.survey.upper[a] = std::max(inputs.survey.upper[a], inputs.cloud.upper[a]);
+    }
+    for (const Vector& p : inputs.cloud.points) {
+        inputs.from_y.add(p);
+        inputs.from_z.add(p);
+    }
+}
+
+Status check_bounds(const Survey& own, const std::string& name) {
+    for (size_t a = 0; a < 3; ++a)
+        if (std::max(-own.lower[a], own.upper[a]) > largest_coordinate)
+            return Status::failed(fmt::format("{}: has coordinates beyond {:g}; scale it down", name, largest_coordinate));
+    return {};
+}
+
+// Loads every mesh for a look, and keeps what fits into kept_bytes for the bake. Meshes beside clouds are shown relative to their origin.
+Status load_meshes(const std::vector<std::filesystem::path>& paths, Inputs& inputs) {
     uint64_t kept = 0;
     for (const auto& path : paths) {
+        if (is_cloud_file(path)) continue;
         const auto file = MeshFile::open(path);
         if (!file) return file.status();
-        loaded.files.push_back(*file);
+        inputs.meshes.push_back(*file);
         TriangleMesh mesh;
         MeshIssues issues;
         RAYPAGER_TRY((*file)->load(mesh, issues));
@@ -173,17 +157,17 @@ Status load_all(const std::vector<std::filesystem::path>& paths, LoadedMeshes& l
             return Status::failed(fmt::format("{}: has no triangle that can be seen{}", path.string(), issues.any() ? ": " + issues.describe() : ""));
         Survey own;
         survey_bounds(mesh, own);
+        RAYPAGER_TRY(check_bounds(own, path.string()));
         for (size_t a = 0; a < 3; ++a) {
-            if (std::max(-own.lower[a], own.upper[a]) > largest_coordinate)
-                return Status::failed(fmt::format("{}: has coordinates beyond {:g}; scale it down", path.string(), largest_coordinate));
-            loaded.survey.lower[a] = std::min(loaded.survey.lower[a], own.lower[a]);
-            loaded.survey.upper[a] = std::max(loaded.survey.upper[a], own.upper[a]);
+            inputs.survey.lower[a] = std::min(inputs.survey.lower[a], own.lower[a] - inputs.cloud.origin[a]);
+            inputs.survey.upper[a] = std::max(inputs.survey.upper[a], own.upper[a] - inputs.cloud.origin[a]);
         }
-        survey_areas(mesh, own, loaded.survey);
+        survey_areas(mesh, own, inputs.survey);
         for (const Triangle& t : mesh.triangles)
             for (const uint32_t index : t) {
-                loaded.from_y.add(vector(mesh.positions[index]));
-                loaded.from_z.add(vector(mesh.positions[index]));
+                const Vector p = vector(mesh.positions[index]) - inputs.cloud.origin;
+                inputs.from_y.add(p);
+                inputs.from_z.add(p);
             }
         const uint64_t bytes = mesh.positions.size() * sizeof(Float3) * 2 + mesh.triangles.size() * sizeof(Triangle);
         if (kept + bytes > kept_bytes) continue;
@@ -196,34 +180,40 @@ Status load_all(const std::vector<std::filesystem::path>& paths, LoadedMeshes& l
 // Far from the sizes that single precision is good for, the world is scaled, by a power of two so that no coordinate is rounded.
 double world_scale(double radius) { return radius >= 1e-3 && radius <= 1e6 ? 1.0 : std::exp2(-std::round(std::log2(radius))); }
 
-}  // namespace
+// What stands in the scene, without ground and light.
+void add_objects(const Inputs& inputs, double scale, Scene& scene) {
+    const Vector origin = inputs.cloud.origin;
+    const auto add = [&](const std::string& name, const Vector& shift) -> Shape& {
+        Shape shape;
+        shape.name = name;
+        shape.to_world = Transform::scale(scale, scale, scale) * Transform::translate(shift[0], shift[1], shift[2]);
+        return scene.shapes.emplace_back(std::move(shape));
+    };
+    for (const auto& file : inputs.meshes) add(file->name(), Vector{0, 0, 0} - origin).mesh = file;
+    for (const auto& cloud : inputs.clouds) add(cloud->name(), cloud->origin() - origin).points = cloud;
+    if (origin != Vector{0, 0, 0})
+        scene.warnings.push_back(fmt::format("{}: is far from the origin; coordinates are shown relative to ({:.0f}, {:.0f}, {:.0f})",
+                                             inputs.clouds.front()->name(), origin[0], origin[1], origin[2]));
+}
 
-Result<Scene> import_bare_meshes(const std::vector<std::filesystem::path>& paths) {
-    Scene scene;
-    LoadedMeshes loaded{{}, {}, Framing(y_up, scene.width, scene.height), Framing(z_up, scene.width, scene.height)};
-    RAYPAGER_TRY(load_all(paths, loaded));
+// Sun and sky, as on a clear afternoon; the sun stands at the viewer's left.
+void light_landscape(const Framing& view, const Axes& axes, Scene& scene) {
+    const Vector away = unit(view.to_camera - dot(view.to_camera, axes.up) * axes.up);
+    const Vector sun = unit(0.8 * axes.up - 0.8 * view.right + 0.25 * away);
+    rp_light light{};
+    light.kind = RP_LIGHT_DISTANT;
+    for (size_t a = 0; a < 3; ++a) light.p[a] = static_cast<float>(sun[a]);
+    constexpr float irradiance[3] = {2.9f, 2.6f, 2.15f};
+    std::copy(std::begin(irradiance), std::end(irradiance), light.radiance);
+    scene.lights = {infinite_light({0.42f, 0.55f, 0.75f}), light};
+}
 
-    const Survey& survey = loaded.survey;
-    const bool z_is_up = stands_on_z(survey);
-    const Axes& axes = z_is_up ? z_up : y_up;
-    const Framing& view = z_is_up ? loaded.from_z : loaded.from_y;
-    const double scale = world_scale(survey.radius()), radius = scale * survey.radius();
-    const Vector center = scale * survey.center(), eye = scale * view.eye(survey.radius());
-    const auto camera = make_camera(float3(eye), float3(eye - radius * view.to_camera), float3(axes.up), field_of_view, scene.width, scene.height);
-    if (!camera) return Status::failed(paths.front().string() + ": cannot be framed; its extent is too small for its distance from the origin");
-    scene.camera = *camera;
-
-    // Light clay on a warm grey ground, under a warm key light and a dim bluish sky.
-    scene.materials = {diffuse_material({0.70f, 0.61f, 0.53f}), diffuse_material({0.40f, 0.38f, 0.35f}), absorbing_material()};
+// A lamp over the object, a dim sky, and something to stand on.
+void light_object(const Inputs& inputs, const Framing& view, const Axes& axes, double scale, Scene& scene) {
+    const double radius = scale * inputs.survey.radius();
+    const Vector center = scale * inputs.survey.center();
     scene.area_lights = {AreaLight{{9.5f, 9.0f, 8.2f}, false}};
     scene.lights = {infinite_light({0.22f, 0.25f, 0.30f})};
-    for (const auto& file : loaded.files) {
-        Shape shape;
-        shape.name = file->name();
-        shape.to_world = Transform::scale(scale, scale, scale);
-        shape.mesh = file;
-        scene.shapes.push_back(std::move(shape));
-    }
     const auto add = [&](const char* name, TriangleMesh mesh, uint32_t material, std::optional<uint32_t> light) {
         Shape shape;
         shape.name = name;
@@ -232,10 +222,42 @@ Result<Scene> import_bare_meshes(const std::vector<std::filesystem::path>& paths
         shape.mesh = in_memory(name, std::move(mesh));
         scene.shapes.push_back(std::move(shape));
     };
-    // A little below the object, so that a flat underside and the ground do not coincide.
-    const double height = scale * dot(survey.lower, axes.up) - 1e-4 * radius;
+    // A little below the object, so that a flat underside and the ground do not coincide; points reach down further.
+    const double below = inputs.clouds.empty() ? 1e-4 : 1e-2;
+    const double height = scale * dot(inputs.survey.lower, axes.up) - below * radius;
     add("ground", make_ground(scene, axes, center, height, radius), 1, std::nullopt);
     add("key light", make_key_light(view, axes, center, radius), 2, 0);
+}
+
+}  // namespace
+
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths) {
+    Scene scene;
+    Inputs inputs{
+        {}, {}, {}, {}, Framing(y_up, object_elevation, scene.width, scene.height), Framing(z_up, object_elevation, scene.width, scene.height)};
+    RAYPAGER_TRY(open_clouds(paths, inputs));
+    const bool landscape = inputs.cloud.landscape;
+    if (landscape) inputs.from_z = Framing(z_up, landscape_elevation, scene.width, scene.height);
+    frame_clouds(inputs);
+    RAYPAGER_TRY(load_meshes(paths, inputs));
+
+    const Survey& survey = inputs.survey;
+    const bool z_is_up = inputs.cloud.z_up || (!inputs.meshes.empty() && stands_on_z(survey));
+    const Axes& axes = z_is_up ? z_up : y_up;
+    const Framing& view = z_is_up ? inputs.from_z : inputs.from_y;
+    const double scale = world_scale(survey.radius()), radius = scale * survey.radius();
+    const Vector eye = scale * view.eye(survey.radius());
+    const auto camera = make_camera(float3(eye), float3(eye - radius * view.to_camera), float3(axes.up), field_of_view, scene.width, scene.height);
+    if (!camera) return Status::failed(paths.front().string() + ": cannot be framed; its extent is too small for its distance from the origin");
+    scene.camera = *camera;
+
+    // Light clay on a warm grey ground.
+    scene.materials = {diffuse_material({0.70f, 0.61f, 0.53f}), diffuse_material({0.40f, 0.38f, 0.35f}), absorbing_material()};
+    add_objects(inputs, scale, scene);
+    if (landscape)
+        light_landscape(view, axes, scene);
+    else
+        light_object(inputs, view, axes, scale, scene);
     RAYPAGER_TRY(validate(scene));
     return scene;
 }

@@ -1,0 +1,134 @@
+#include "import/cloud_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+namespace raypager {
+namespace {
+
+enum class CloudFormat { las, laz, ply, text };
+
+std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
+    std::string ending = path.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    if (ending == ".las") return CloudFormat::las;
+    if (ending == ".laz") return CloudFormat::laz;
+    if (ending == ".ply") return CloudFormat::ply;
+    if (ending == ".xyz" || ending == ".pts" || ending == ".txt" || ending == ".asc") return CloudFormat::text;
+    return std::nullopt;
+}
+
+// What is looked at to choose colours, origin and camera: so many parts of the file, so many points of each.
+constexpr uint64_t sample_parts = 256;
+constexpr size_t sample_points = 1024;
+
+// Coordinates up to here keep a resolution of about a millimetre if their unit is the metre.
+constexpr double near_coordinate = 16384, origin_step = 1000;
+constexpr double largest_coordinate = 1e18;  // its square is a float with room to spare
+
+std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& file) {
+    std::vector<FilePoint> points;
+    for (uint64_t part = 0; part < sample_parts; ++part) reader.sample(file, part, sample_parts, sample_points, points);
+    return points;
+}
+
+bool is_finite(const FilePoint& point) {
+    // False for what is not a number, too.
+    return std::all_of(point.position.begin(), point.position.end(), [](double x) { return std::abs(x) <= largest_coordinate; });
+}
+
+// The middle of the points: a few strays far away, or at zero, do not move it.
+std::array<double, 3> choose_origin(const std::vector<FilePoint>& sample) {
+    std::array<double, 3> origin = {0, 0, 0};
+    std::vector<double> values;
+    for (size_t a = 0; a < 3; ++a) {
+        values.clear();
+        for (const FilePoint& p : sample)
+            if (is_finite(p)) values.push_back(p.position[a]);
+        if (values.empty()) return {0, 0, 0};
+        const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        if (std::abs(*middle) > near_coordinate) origin[a] = std::round(*middle / origin_step) * origin_step;
+    }
+    return origin;
+}
+
+Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFormat format) {
+    const std::string name = file.path().string();
+    if (file.size() == 0) return Status::failed(name + ": is empty");
+    if (format == CloudFormat::las) return open_las(file);
+    if (format == CloudFormat::text) return open_text_points(file);
+    if (format == CloudFormat::laz)
+        return Status::failed(name + ": compressed points (LAZ) cannot be read; unpack them, for instance with: laszip -i FILE.laz -o FILE.las");
+    auto header = read_ply_header(file);
+    if (!header) return header.status();
+    return open_ply_points(file, std::move(*header));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::path& path) {
+    const auto format = cloud_format(path);
+    if (!format) return Status::failed(path.string() + ": is no file of points; .las, .ply, .xyz, .pts and .txt can be read");
+    const auto file = InputFile::open(path);
+    if (!file) return file.status();
+    auto reader = open_reader(*file, *format);
+    if (!reader) return reader.status();
+    std::shared_ptr<CloudFile> cloud(new CloudFile(path, std::move(*reader)));
+    const std::vector<FilePoint> sample = take_sample(*cloud->reader_, *file);
+    cloud->colors_ = PointColors::choose(cloud->reader_->fields(), sample);
+    cloud->origin_ = choose_origin(sample);
+    return std::shared_ptr<const CloudFile>(std::move(cloud));
+}
+
+void CloudFile::convert(std::span<const FilePoint> points, std::vector<CloudPoint>& converted) const {
+    for (const FilePoint& p : points) {
+        if (!is_finite(p)) continue;
+        CloudPoint& point = converted.emplace_back();
+        point.position = {static_cast<float>(p.position[0] - origin_[0]), static_cast<float>(p.position[1] - origin_[1]),
+                          static_cast<float>(p.position[2] - origin_[2])};
+        point.radius = p.radius > 0 && p.radius <= static_cast<float>(largest_coordinate) ? p.radius : 0.0f;
+        point.color = colors_.of(p);
+    }
+}
+
+Status CloudFile::stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const {
+    const auto file = InputFile::open(path_);
+    if (!file) return file.status();
+    try {
+        std::vector<CloudPoint> converted;
+        MeshIssues found;
+        RAYPAGER_TRY(reader_->read(*file, [&](std::span<const FilePoint> points) {
+            converted.clear();
+            convert(points, converted);
+            found.not_finite += points.size() - converted.size();
+            return converted.empty() ? Status() : take(converted);
+        }));
+        issues.add(found);
+        return {};
+    } catch (const std::bad_alloc&) {
+        return Status::failed(fmt::format("{}: not enough memory to read its points", path_.string()));
+    }
+}
+
+Result<std::vector<CloudPoint>> CloudFile::sample() const {
+    const auto file = InputFile::open(path_);
+    if (!file) return file.status();
+    std::vector<CloudPoint> converted;
+    convert(take_sample(*reader_, *file), converted);
+    return converted;
+}
+
+bool is_cloud_file(const std::filesystem::path& path) {
+    const auto format = cloud_format(path);
+    if (format != CloudFormat::ply) return format.has_value();
+    const auto file = InputFile::open(path);
+    if (!file) return false;
+    const auto header = read_ply_header(*file);
+    return header && is_point_ply(*header);
+}
+
+}  // namespace raypager

@@ -1,0 +1,47 @@
+// A point cloud in a file of its own.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "import/point_colors.hpp"
+#include "import/point_readers.hpp"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+class CloudFile final : public PointSource {
+public:
+    // Checks that the file exists, looks like its ending says and is as long as its header says; the rest is found out by stream().
+    static Result<std::shared_ptr<const CloudFile>> open(const std::filesystem::path& path);
+
+    Status stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const override;
+    uint64_t count() const override { return reader_->count(); }
+    bool has_color() const override { return colors_.any(); }
+    std::string name() const override { return path_.string(); }
+    std::vector<std::string> files() const override { return {path_.string()}; }
+
+    // Surveyed coordinates are far from their origin, too far for single precision. Whole thousands are taken off each coordinate of all
+    // points (in double precision) where that brings most of them nearer: a point of the file is what stream() hands on plus origin().
+    const std::array<double, 3>& origin() const { return origin_; }
+    // Points spread evenly over the file, some hundred thousand at most, the same each time.
+    Result<std::vector<CloudPoint>> sample() const;
+    bool z_up() const { return reader_->fields().z_up; }  // the format says so
+
+private:
+    CloudFile(std::filesystem::path path, std::unique_ptr<const PointReader> reader) : path_(std::move(path)), reader_(std::move(reader)) {}
+    // Appends the finite ones of points.
+    void convert(std::span<const FilePoint> points, std::vector<CloudPoint>& converted) const;
+
+    std::filesystem::path path_;
+    std::unique_ptr<const PointReader> reader_;
+    PointColors colors_;
+    std::array<double, 3> origin_ = {0, 0, 0};
+};
+
+// Whether the file is to be read as a cloud: by its ending, in either case, and where that is .ply by its header.
+bool is_cloud_file(const std::filesystem::path& path);
+
+}  // namespace raypager

@@ -1,0 +1,57 @@
+// Where to stand so that something fills the picture.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+using Vector = std::array<double, 3>;
+constexpr double pi = 3.14159265358979323846;
+
+inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+inline Vector operator*(double s, const Vector& v) { return {s * v[0], s * v[1], s * v[2]}; }
+inline double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
+inline double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
+inline Vector unit(const Vector& v) { return (1 / length(v)) * v; }
+inline Vector vector(const Float3& p) { return {p.x, p.y, p.z}; }
+inline Float3 float3(const Vector& v) { return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}; }
+
+// The world as the viewer's: up, towards the viewer's side of the object, and to the viewer's right.
+struct Axes {
+    Vector up, front, side;
+};
+constexpr Axes y_up = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+constexpr Axes z_up = {{0, 0, 1}, {0, -1, 0}, {1, 0, 0}};
+
+constexpr double field_of_view = 35;  // degrees: a normal to slightly long lens
+
+// Finds the camera position from which a set of points fills the frame, given the direction to it: 30 degrees to the right of the front and
+// `elevation` degrees above. A point is inside the frame's left and right planes if |x - camera x| <= t (distance - z), so the two largest
+// values of +-x / t + z decide; the same for y.
+class Framing {
+public:
+    Framing(const Axes& axes, double elevation, uint32_t width, uint32_t height);
+    void add(const Vector& p) {
+        const double x = dot(p, right) / tan_x, y = dot(p, up) / tan_y, z = dot(p, to_camera);
+        largest = {std::max(largest[0], x + z), std::max(largest[1], z - x), std::max(largest[2], y + z), std::max(largest[3], z - y)};
+        nearest = std::max(nearest, z);
+    }
+    // radius: of what is framed.
+    Vector eye(double radius) const;
+
+    Vector to_camera, right, up;
+
+private:
+    double tan_x, tan_y;
+    std::array<double, 4> largest = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
+    double nearest = -INFINITY;
+};
+
+}  // namespace raypager

@@ -1,0 +1,152 @@
+#include "import/las_header.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <span>
+#include <vector>
+
+namespace raypager {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "LAS is decoded on little-endian machines only");
+
+constexpr size_t smallest_header = 227;                                            // of LAS 1.0 to 1.2
+constexpr size_t header_bytes[] = {227, 227, 227, 235, 375};                       // by minor version
+constexpr uint16_t record_bytes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};  // by point format
+constexpr uint64_t variable_record_bytes = 54, extended_record_bytes = 60;         // headers of (E)VLRs
+constexpr double largest_coordinate = 1e18;                                        // as for meshes: its square is a float with room to spare
+
+template <class T>
+T load(std::span<const std::byte> bytes, size_t at) {
+    T value;
+    std::memcpy(&value, bytes.data() + at, sizeof(T));
+    return value;
+}
+
+class HeaderReader {
+public:
+    explicit HeaderReader(const InputFile& file) : file_(file), bytes_(std::min<uint64_t>(file.size(), header_bytes[4])) {}
+
+    Result<LasHeader> read() {
+        RAYPAGER_TRY(file_.read(0, bytes_));
+        if (bytes_.size() < 4 || std::memcmp(bytes_.data(), "LASF", 4) != 0) return bad("does not start with \"LASF\": not a LAS file");
+        if (bytes_.size() < smallest_header) return bad("ends within its header; it is truncated");
+        RAYPAGER_TRY(check_version());
+        RAYPAGER_TRY(check_variable_records());
+        RAYPAGER_TRY(check_point_format());
+        RAYPAGER_TRY(check_count());
+        RAYPAGER_TRY(check_extended_records());
+        RAYPAGER_TRY(check_scale());
+        return header_;
+    }
+
+private:
+    Status bad(const std::string& what) const { return Status::failed(file_.path().string() + ": " + what); }
+    template <class T>
+    T field(size_t at) const {
+        return load<T>(bytes_, at);
+    }
+
+    Status check_version() {
+        const auto major = field<uint8_t>(24), minor = field<uint8_t>(25);
+        if (major != 1 || minor > 4) return bad(fmt::format("is of LAS version {}.{}; 1.0 to 1.4 can be read", major, minor));
+        header_.minor_version = minor;
+        own_bytes_ = field<uint16_t>(94);
+        if (own_bytes_ < header_bytes[minor] || own_bytes_ > file_.size())
+            return bad(fmt::format("byte 94: a header of {} bytes, where version 1.{} has {}; the file is damaged or truncated", own_bytes_, minor,
+                                   header_bytes[minor]));
+        header_.points_offset = field<uint32_t>(96);
+        if (header_.points_offset < own_bytes_ || header_.points_offset > file_.size())
+            return bad(fmt::format("byte 96: points from byte {} on, but the header has {} bytes and the file {}; it is damaged or truncated",
+                                   header_.points_offset, own_bytes_, file_.size()));
+        return {};
+    }
+
+    // Variable length records lie between header and points. Only LASzip's matters here.
+    Status check_variable_records() const {
+        const auto count = field<uint32_t>(100);
+        uint64_t at = own_bytes_;
+        std::array<std::byte, variable_record_bytes> record;
+        for (uint32_t i = 0; i < count; ++i) {
+            if (header_.points_offset - at < record.size())
+                return bad(fmt::format("byte {}: variable length record {} of {} reaches into the points; the file is damaged", at, i + 1, count));
+            RAYPAGER_TRY(file_.read(at, record));
+            if (std::memcmp(record.data() + 2, "laszip encoded", 14) == 0) return compressed();
+            const uint64_t length = record.size() + load<uint16_t>(record, 20);
+            if (header_.points_offset - at < length)
+                return bad(fmt::format("byte {}: variable length record {} of {} reaches into the points; the file is damaged", at, i + 1, count));
+            at += length;
+        }
+        return {};
+    }
+
+    Status compressed() const {
+        return bad("its points are compressed (LAZ), which cannot be read; unpack it, for instance with: laszip -i FILE.laz -o FILE.las");
+    }
+
+    Status check_point_format() {
+        const auto format = field<uint8_t>(104);
+        if ((format & 0xc0) != 0) return compressed();  // LASzip sets the upper bits
+        if (format >= std::size(record_bytes)) return bad(fmt::format("byte 104: point format {} is unknown; 0 to 10 can be read", format));
+        header_.format = format;
+        header_.record_bytes = field<uint16_t>(105);
+        if (header_.record_bytes < record_bytes[format])
+            return bad(fmt::format("byte 105: points of {} bytes, where format {} has {}; the file is damaged", header_.record_bytes, format,
+                                   record_bytes[format]));
+        return {};
+    }
+
+    // Version 1.4 counts in 64 bits, and repeats the count in the old place where it fits; some of its writers fill in the old place only.
+    Status check_count() {
+        const uint64_t old = field<uint32_t>(107), wide = header_.minor_version == 4 ? field<uint64_t>(247) : old;
+        if (old != 0 && wide != 0 && old != wide)
+            return bad(fmt::format("says in byte 107 that there are {} points and in byte 247 that there are {}; the file is damaged", old, wide));
+        header_.count = wide != 0 ? wide : old;
+        const uint64_t there = (file_.size() - header_.points_offset) / header_.record_bytes;
+        if (header_.count > there)
+            return bad(fmt::format("the header promises {} points of {} bytes, but only {} are there; the file is truncated or damaged",
+                                   header_.count, header_.record_bytes, there));
+        if (header_.count == 0) return bad("has no points");
+        return {};
+    }
+
+    // Extended variable length records come after the points. Nothing in them is needed, but they tell whether the count is right.
+    Status check_extended_records() const {
+        if (header_.minor_version < 4) return {};
+        const uint64_t start = field<uint64_t>(235), count = field<uint32_t>(243);
+        if (count == 0) return {};
+        const uint64_t points_end = header_.points_offset + header_.count * header_.record_bytes;
+        if (start < points_end || start > file_.size() || (file_.size() - start) / extended_record_bytes < count)
+            return bad(fmt::format("byte 235: {} extended records from byte {} on do not fit between the points and byte {}; the file is damaged",
+                                   count, start, file_.size()));
+        return {};
+    }
+
+    Status check_scale() {
+        for (size_t a = 0; a < 3; ++a) {
+            const double scale = header_.scale[a] = field<double>(131 + 8 * a), offset = header_.offset[a] = field<double>(155 + 8 * a);
+            const double reach = std::abs(offset) + 0x1p31 * scale;
+            if (!(scale > 0) || !std::isfinite(scale))
+                return bad(fmt::format("byte {}: a coordinate scale of {:g}; the file is damaged", 131 + 8 * a, scale));
+            if (!(reach <= largest_coordinate))
+                return bad(fmt::format("byte {}: scale {:g} and offset {:g} make coordinates beyond {:g}; the file is damaged", 131 + 8 * a, scale,
+                                       offset, largest_coordinate));
+        }
+        return {};
+    }
+
+    const InputFile& file_;
+    std::vector<std::byte> bytes_;
+    uint64_t own_bytes_ = 0;
+    LasHeader header_;
+};
+
+}  // namespace
+
+Result<LasHeader> read_las_header(const InputFile& file) { return HeaderReader(file).read(); }
+
+}  // namespace raypager

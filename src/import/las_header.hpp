@@ -1,0 +1,23 @@
+// The header of a LAS file, checked against the file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/files.hpp"
+
+namespace raypager {
+
+struct LasHeader {
+    uint8_t minor_version = 0;                      // of 1.x
+    uint8_t format = 0;                             // of the points, 0 to 10
+    uint16_t record_bytes = 0;                      // of a point, extra bytes included
+    uint64_t points_offset = 0;                     // in the file
+    uint64_t count = 0;                             // that many records are there
+    std::array<double, 3> scale = {}, offset = {};  // coordinate = stored integer * scale + offset
+};
+
+// An error, with what to do, for compressed points (LAZ).
+Result<LasHeader> read_las_header(const InputFile& file);
+
+}  // namespace raypager

@@ -1,0 +1,82 @@
+#include <cstring>
+
+#include "import/las_header.hpp"
+#include "import/point_readers.hpp"
+
+namespace raypager {
+namespace {
+
+// Where things are in a point of each format (LAS 1.4 R15, tables 7 to 17). X, Y, Z and intensity lie alike in all.
+struct Layout {
+    bool modern;  // formats 6 on: a byte of flags at 15 and the class at 16; before: class and flags share byte 15
+    uint8_t rgb;  // offset, 0: none
+};
+constexpr Layout layouts[] = {{false, 0}, {false, 0}, {false, 20}, {false, 28}, {false, 0}, {false, 28},
+                              {true, 0},  {true, 30}, {true, 30},  {true, 0},   {true, 30}};
+
+constexpr uint8_t low_noise = 7, high_noise = 18;
+
+template <class T>
+T load(const std::byte* from) {
+    T value;
+    std::memcpy(&value, from, sizeof(T));
+    return value;
+}
+
+class LasReader final : public PointReader {
+public:
+    explicit LasReader(const LasHeader& header)
+        : header_(header), layout_(layouts[header.format]), records_{header.points_offset, header.count, header.record_bytes} {}
+
+    uint64_t count() const override { return header_.count; }
+    PointFields fields() const override {
+        return {.color = layout_.rgb != 0, .intensity = true, .classification = true, .color_type = ColorType::word, .z_up = true};
+    }
+
+    Status read(const InputFile& file, const Take& take) const override {
+        std::vector<FilePoint> points;
+        return read_records(file, records_, [&](const std::byte* record, size_t count) {
+            points.clear();
+            decode(record, count, points);
+            return take(points);
+        });
+    }
+
+    void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const override {
+        const Status unread = read_records(file, part_of(records_, part, parts, most), [&](const std::byte* record, size_t count) {
+            decode(record, count, points);
+            return Status();
+        });
+        (void)unread;  // read() will meet it again
+    }
+
+private:
+    void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const {
+        for (size_t i = 0; i < count; ++i, record += header_.record_bytes) {
+            const auto flags = load<uint8_t>(record + 15);
+            const bool withheld = layout_.modern ? (flags & 4) != 0 : (flags & 128) != 0;
+            const uint8_t classification = layout_.modern ? load<uint8_t>(record + 16) : flags & 31;
+            if (withheld || classification == low_noise || (layout_.modern && classification == high_noise)) continue;
+            FilePoint& point = points.emplace_back();
+            for (size_t a = 0; a < 3; ++a) point.position[a] = load<int32_t>(record + 4 * a) * header_.scale[a] + header_.offset[a];
+            point.intensity = load<uint16_t>(record + 12);
+            point.classification = classification;
+            if (layout_.rgb == 0) continue;
+            for (size_t c = 0; c < 3; ++c) point.color[c] = load<uint16_t>(record + layout_.rgb + 2 * c);
+        }
+    }
+
+    LasHeader header_;
+    Layout layout_;
+    RecordRange records_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<PointReader>> open_las(const InputFile& file) {
+    const auto header = read_las_header(file);
+    if (!header) return header.status();
+    return std::unique_ptr<PointReader>(std::make_unique<LasReader>(*header));
+}
+
+}  // namespace raypager

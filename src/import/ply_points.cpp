@@ -1,0 +1,244 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
+
+#include "import/line_reader.hpp"
+#include "import/point_readers.hpp"
+#include "import/text.hpp"
+
+namespace raypager {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary PLY is decoded on little-endian machines only");
+
+constexpr size_t points_at_once = 4096;
+
+template <class T>
+double load(const std::byte* from, bool swap) {
+    std::array<std::byte, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), from, sizeof(T));
+    if (swap) std::reverse(bytes.begin(), bytes.end());
+    return static_cast<double>(std::bit_cast<T>(bytes));
+}
+
+double load_number(const std::byte* from, PlyType type, bool swap) {
+    switch (type) {
+        case PlyType::int8:
+            return load<int8_t>(from, swap);
+        case PlyType::uint8:
+            return load<uint8_t>(from, swap);
+        case PlyType::int16:
+            return load<int16_t>(from, swap);
+        case PlyType::uint16:
+            return load<uint16_t>(from, swap);
+        case PlyType::int32:
+            return load<int32_t>(from, swap);
+        case PlyType::uint32:
+            return load<uint32_t>(from, swap);
+        case PlyType::float32:
+            return load<float>(from, swap);
+        case PlyType::float64:
+            return load<double>(from, swap);
+    }
+    return 0;
+}
+
+// Where a point is among the properties of a vertex.
+struct PointLayout {
+    PlyElement vertex;
+    std::array<size_t, 3> position{};
+    std::optional<std::array<size_t, 3>> color;
+    std::optional<size_t> radius;
+
+    PointFields fields() const {
+        ColorType type = ColorType::number;
+        if (color && vertex.properties[(*color)[0]].type == PlyType::uint8) type = ColorType::byte;
+        if (color && vertex.properties[(*color)[0]].type == PlyType::uint16) type = ColorType::word;
+        return {.color = color.has_value(), .color_type = type};
+    }
+    // value(property): the vertex's value of it.
+    template <class Value>
+    FilePoint point(const Value& value) const {
+        FilePoint point;
+        for (size_t a = 0; a < 3; ++a) point.position[a] = value(position[a]);
+        if (color)
+            for (size_t c = 0; c < 3; ++c) point.color[c] = static_cast<float>(value((*color)[c]));
+        if (radius) point.radius = static_cast<float>(value(*radius));
+        return point;
+    }
+};
+
+class BinaryPly final : public PointReader {
+public:
+    // offset: of the first vertex.
+    BinaryPly(PointLayout layout, uint64_t offset, bool swap) : layout_(std::move(layout)), records_{offset, layout_.vertex.count, 0}, swap_(swap) {
+        for (const PlyProperty& p : layout_.vertex.properties) {
+            offsets_.push_back(records_.stride);
+            records_.stride += ply_type_bytes(p.type);
+        }
+    }
+    uint64_t count() const override { return records_.count; }
+    PointFields fields() const override { return layout_.fields(); }
+
+    Status read(const InputFile& file, const Take& take) const override {
+        std::vector<FilePoint> points;
+        return read_records(file, records_, [&](const std::byte* record, size_t count) {
+            points.clear();
+            decode(record, count, points);
+            return take(points);
+        });
+    }
+
+    void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const override {
+        const Status unread = read_records(file, part_of(records_, part, parts, most), [&](const std::byte* record, size_t count) {
+            decode(record, count, points);
+            return Status();
+        });
+        (void)unread;  // read() will meet it again
+    }
+
+private:
+    void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const {
+        const auto value = [&](size_t p) { return load_number(record + offsets_[p], layout_.vertex.properties[p].type, swap_); };
+        for (size_t i = 0; i < count; ++i, record += records_.stride) points.push_back(layout_.point(value));
+    }
+
+    PointLayout layout_;
+    RecordRange records_;
+    bool swap_;
+    std::vector<size_t> offsets_;  // of the properties in a record
+};
+
+// Vertices come first, one a line.
+class TextPly final : public PointReader {
+public:
+    // alone: no other elements follow.
+    TextPly(PointLayout layout, uint64_t offset, uint64_t header_lines, bool alone)
+        : layout_(std::move(layout)), offset_(offset), header_lines_(header_lines), alone_(alone) {}
+    uint64_t count() const override { return layout_.vertex.count; }
+    PointFields fields() const override { return layout_.fields(); }
+
+    Status read(const InputFile& file, const Take& take) const override {
+        LineReader lines(file, offset_, header_lines_ + 1);
+        std::vector<std::string_view> words;
+        std::vector<FilePoint> points;
+        for (uint64_t i = 0; i < layout_.vertex.count;) {
+            std::string_view line;
+            bool end = false;
+            RAYPAGER_TRY(lines.next(line, end));
+            if (end) return lines.bad(fmt::format("ends after {} of {} points; the file is truncated", i, layout_.vertex.count));
+            split_words(line, words);
+            if (words.empty()) continue;
+            FilePoint point;
+            if (!parse(words, point)) return lines.bad(fmt::format("expected the {} numbers of a point", layout_.vertex.properties.size()));
+            points.push_back(point);
+            if (++i % points_at_once != 0 && i < layout_.vertex.count) continue;
+            RAYPAGER_TRY(take(points));
+            points.clear();
+        }
+        return alone_ ? expect_end(lines) : Status();
+    }
+
+    void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const override {
+        const uint64_t bytes = file.size() - offset_, begin = bytes * part / parts, end = bytes * (part + 1) / parts;
+        LineReader lines(file, offset_ + begin - (begin > 0));  // as for other text: a line belongs to the part that it begins in
+        std::vector<std::string_view> words;
+        const size_t goal = points.size() + most;
+        for (bool first = begin > 0; points.size() < goal && (first || lines.position() < offset_ + end); first = false) {
+            std::string_view line;
+            bool no_more = false;
+            if (!lines.next(line, no_more).ok() || no_more) return;
+            split_words(line, words);
+            FilePoint point;
+            if (!first && parse(words, point)) points.push_back(point);
+        }
+    }
+
+private:
+    bool parse(const std::vector<std::string_view>& words, FilePoint& point) const {
+        if (words.size() != layout_.vertex.properties.size()) return false;
+        bool sound = true;
+        point = layout_.point([&](size_t p) {
+            const auto number = parse_number(words[p]);
+            sound = sound && number;
+            return number.value_or(0);
+        });
+        return sound;
+    }
+
+    Status expect_end(LineReader& lines) const {
+        std::string_view line;
+        for (bool end = false; !end;) {
+            RAYPAGER_TRY(lines.next(line, end));
+            if (!split_words(line).empty()) return lines.bad("text after the last point; header and data do not match");
+        }
+        return {};
+    }
+
+    PointLayout layout_;
+    uint64_t offset_, header_lines_;
+    bool alone_;
+};
+
+Result<PointLayout> find_point_layout(const PlyHeader& header, const std::string& name) {
+    PointLayout layout;
+    layout.vertex = *header.find("vertex");
+    if (layout.vertex.has_list()) return Status::failed(name + ": its points have lists among their properties, which cannot be read");
+    const auto triple = [&](const char* x, const char* y, const char* z) -> std::optional<std::array<size_t, 3>> {
+        const auto i = layout.vertex.find(x), j = layout.vertex.find(y), k = layout.vertex.find(z);
+        return i && j && k ? std::optional(std::array{*i, *j, *k}) : std::nullopt;
+    };
+    const auto position = triple("x", "y", "z");
+    if (!position) return Status::failed(name + ": its vertices lack x, y or z");
+    layout.position = *position;
+    layout.color = triple("red", "green", "blue");
+    if (!layout.color) layout.color = triple("diffuse_red", "diffuse_green", "diffuse_blue");
+    layout.radius = layout.vertex.find("radius");
+    return layout;
+}
+
+// Bytes of all elements up to and without `until` (null: of all); nothing if one has lists.
+std::optional<uint64_t> fixed_bytes(const PlyHeader& header, const PlyElement* until) {
+    uint64_t bytes = 0;
+    for (const PlyElement& element : header.elements) {
+        if (&element == until) break;
+        if (element.count == 0) continue;
+        if (element.has_list()) return std::nullopt;
+        for (const PlyProperty& p : element.properties) bytes += element.count * ply_type_bytes(p.type);
+    }
+    return bytes;
+}
+
+}  // namespace
+
+bool is_point_ply(const PlyHeader& header) {
+    const PlyElement* const vertices = header.find("vertex");
+    const auto has = [&](std::string_view name) { return header.find(name) && header.find(name)->count > 0; };
+    return vertices && vertices->count > 0 && !has("face") && !has("tristrips");
+}
+
+Result<std::unique_ptr<PointReader>> open_ply_points(const InputFile& file, PlyHeader header) {
+    const std::string name = file.path().string();
+    if (!is_point_ply(header)) return Status::failed(name + ": has faces, or no vertices; it is no point cloud");
+    auto layout = find_point_layout(header, name);
+    if (!layout) return layout.status();
+    const auto before = fixed_bytes(header, header.find("vertex")), all = fixed_bytes(header, nullptr);
+    const bool text = header.encoding == PlyEncoding::ascii;
+    if (!before || (text && *before > 0))
+        return Status::failed(name + ": other elements come before its points, which cannot be read; put them behind");
+    if (text) {
+        const bool alone =
+            std::all_of(header.elements.begin(), header.elements.end(), [](const PlyElement& e) { return e.count == 0 || e.name == "vertex"; });
+        return std::unique_ptr<PointReader>(std::make_unique<TextPly>(std::move(*layout), header.bytes, header.lines, alone));
+    }
+    if (all && file.size() - header.bytes > *all)
+        return Status::failed(
+            fmt::format("{}: {} bytes follow the last element; header and data do not match", name, file.size() - header.bytes - *all));
+    return std::unique_ptr<PointReader>(
+        std::make_unique<BinaryPly>(std::move(*layout), header.bytes + *before, header.encoding == PlyEncoding::big_endian));
+}
+
+}  // namespace raypager

@@ -1,0 +1,73 @@
+// Readers of single point files. Each hands on what its file says, in the file's order; point_colors.hpp says what the colours mean, and
+// cloud_file.hpp makes a PointSource of both. Memory is bounded, whatever a header claims.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "base/files.hpp"
+#include "import/ply_header.hpp"
+
+namespace raypager {
+
+// A point as its file has it. What the file has not is 0.
+struct FilePoint {
+    std::array<double, 3> position = {0, 0, 0};  // may be anything, not finite included
+    std::array<float, 3> color = {0, 0, 0};      // red, green, blue in the file's own scale
+    float intensity = 0;
+    float radius = 0;
+    uint8_t classification = 0;  // ASPRS standard point classes
+};
+
+enum class ColorType {
+    byte,   // 0 to 255
+    word,   // 0 to 65535, or to 255 by the many writers that do not widen their bytes
+    number  // 0 to 1, 0 to 255 or 0 to 65535
+};
+
+// What the points of a file have beside a position.
+struct PointFields {
+    bool color = false, intensity = false, classification = false;
+    ColorType color_type = ColorType::byte;
+    bool z_up = false;  // the format is one of surveying
+};
+
+class PointReader {
+public:
+    using Take = std::function<Status(std::span<const FilePoint>)>;
+    virtual ~PointReader() = default;
+    virtual uint64_t count() const = 0;  // at most so many points come
+    virtual PointFields fields() const = 0;
+    // All points, in pieces of some thousand. A status that take returns ends the reading and is passed on.
+    virtual Status read(const InputFile& file, const Take& take) const = 0;
+    // Appends up to `most` points from the start of one of `parts` equal parts of the file. What is damaged there is left out: read() will say.
+    virtual void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const = 0;
+};
+
+// LAS 1.0 to 1.4, point formats 0 to 10, not compressed (specification: ASPRS, LAS 1.4 R15). Withheld points and noise (classes 7 and 18)
+// are left out.
+Result<std::unique_ptr<PointReader>> open_las(const InputFile& file);
+// PLY whose vertices are points, in any encoding. Properties red, green, blue and radius count, all others are passed over.
+Result<std::unique_ptr<PointReader>> open_ply_points(const InputFile& file, PlyHeader header);
+// Lines of numbers (XYZ, PTS): x y z, then whichever of intensity, red, green, blue there are.
+Result<std::unique_ptr<PointReader>> open_text_points(const InputFile& file);
+
+// Vertices, and no faces that would make a mesh of them.
+bool is_point_ply(const PlyHeader& header);
+
+// Fixed-size records one after another in a file.
+struct RecordRange {
+    uint64_t offset = 0, count = 0;
+    size_t stride = 0;  // bytes, more than 0
+};
+// The records of `part` when the range is divided into `parts`, `most` at most.
+RecordRange part_of(const RecordRange& range, uint64_t part, uint64_t parts, size_t most);
+// Calls take(first byte, number of records) for all records, some thousand at a time.
+Status read_records(const InputFile& file, const RecordRange& range, const std::function<Status(const std::byte*, size_t)>& take);
+
+}  // namespace raypager

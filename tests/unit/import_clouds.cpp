@@ -1,0 +1,352 @@
+// Readers of point clouds: positions, colours and counts of every format, written here byte by byte.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "import/cloud_file.hpp"
+#include "import/import.hpp"
+#include "unit/cloud_files.hpp"
+
+namespace raypager {
+namespace {
+
+using test::bytes_of;
+using test::LasFile;
+using test::make_las;
+using test::some_points;
+using test::TempFolder;
+using test::to_las;
+using test::to_point_ply;
+
+constexpr uint32_t rgb(uint32_t red, uint32_t green, uint32_t blue) { return red | green << 8 | blue << 16; }
+
+class ImportClouds : public testing::Test {
+protected:
+    struct Points {
+        std::vector<CloudPoint> points;
+        MeshIssues issues;
+        uint64_t count = 0;
+        bool has_color = false;
+        std::array<double, 3> origin;
+    };
+    Result<Points> try_read(const std::string& name, const std::string& content) {
+        const auto cloud = CloudFile::open(folder.write(name, content));
+        if (!cloud) return cloud.status();
+        Points read{{}, {}, (*cloud)->count(), (*cloud)->has_color(), (*cloud)->origin()};
+        RAYPAGER_TRY((*cloud)->stream(
+            [&](std::span<const CloudPoint> points) {
+                read.points.insert(read.points.end(), points.begin(), points.end());
+                return Status();
+            },
+            read.issues));
+        EXPECT_LE(read.points.size() + read.issues.not_finite, read.count);
+        return read;
+    }
+    Points read(const std::string& name, const std::string& content) {
+        auto points = try_read(name, content);
+        EXPECT_TRUE(points.ok()) << points.status().message();
+        return points.ok() ? std::move(*points) : Points();
+    }
+    void expect_error(const std::string& name, const std::string& content, const std::string& what) {
+        const auto points = try_read(name, content);
+        ASSERT_FALSE(points.ok()) << name << ": expected " << what;
+        EXPECT_NE(points.status().message().find(what), std::string::npos) << points.status().message();
+        EXPECT_EQ(points.status().message().find(folder.path(name).string()), 0u) << points.status().message();
+    }
+    TempFolder folder;
+};
+
+void expect_position(const CloudPoint& point, double x, double y, double z) {
+    EXPECT_EQ(point.position.x, static_cast<float>(x));
+    EXPECT_EQ(point.position.y, static_cast<float>(y));
+    EXPECT_EQ(point.position.z, static_cast<float>(z));
+}
+
+TEST_F(ImportClouds, LasOfEveryVersionAndFormat) {
+    for (const uint8_t minor : {0, 1, 2, 3, 4})
+        for (uint8_t format = 0; format <= 10; ++format)
+            for (const uint16_t extra : {0, 5}) {
+                SCOPED_TRACE("1." + std::to_string(minor) + " format " + std::to_string(format) + " extra " + std::to_string(extra));
+                LasFile file = make_las(minor, format);
+                file.extra_bytes = extra;
+                file.offset = {3, -2, 0.5};
+                const Points got = read("a.las", to_las(file));
+                ASSERT_EQ(got.points.size(), file.points.size());
+                EXPECT_TRUE(got.has_color) << "classes where there is no colour";
+                for (size_t i = 0; i < got.points.size(); ++i) {
+                    const auto& p = file.points[i].position;
+                    expect_position(got.points[i], p[0] * 0.01 + 3, p[1] * 0.01 - 2, p[2] * 0.01 + 0.5);
+                    const bool colored = format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10;
+                    if (!colored) continue;
+                    EXPECT_EQ(got.points[i].color, rgb((1000 * i + 128) / 257, (65535 - 1000 * i + 128) / 257, 128));
+                }
+            }
+}
+
+TEST_F(ImportClouds, LasBetweenOtherRecords) {
+    LasFile file = make_las(4, 7);
+    file.variable_records = test::las_variable_record("LASF_Projection", 2112, std::string(300, 'x')) + test::las_variable_record("me", 1, "");
+    file.variable_record_count = 2;
+    file.extended_records = std::string(100, 'e');
+    EXPECT_EQ(read("a.las", to_las(file)).points.size(), file.points.size());
+    file.legacy_count = false;
+    EXPECT_EQ(read("a.las", to_las(file)).points.size(), file.points.size()) << "the count in 64 bits";
+    file.legacy_count = true;
+    file.wide_count = false;
+    EXPECT_EQ(read("a.las", to_las(file)).points.size(), file.points.size()) << "the count in 32 bits";
+}
+
+TEST_F(ImportClouds, LasLeavesOutWithheldPointsAndNoise) {
+    for (const uint8_t format : {uint8_t{0}, uint8_t{6}}) {
+        LasFile file = make_las(4, format, 10);
+        file.points[3].withheld = true;
+        file.points[5].classification = 7;
+        file.points[6].classification = 18;  // only 31 classes before format 6; there 18 is reserved
+        const Points got = read("a.las", to_las(file));
+        EXPECT_EQ(got.points.size(), format == 0 ? 8u : 7u);
+        EXPECT_EQ(got.count, 10u);
+    }
+}
+
+TEST_F(ImportClouds, LasColorsOfEightBits) {
+    LasFile file = make_las(2, 3, 5);
+    for (size_t i = 0; i < 5; ++i) file.points[i].color = {static_cast<uint16_t>(60 * i), 255, 1};
+    const Points got = read("a.las", to_las(file));
+    for (size_t i = 0; i < 5; ++i) EXPECT_EQ(got.points[i].color, rgb(60 * static_cast<uint32_t>(i), 255, 1));
+    file.points[4].color[2] = 256;
+    EXPECT_EQ(read("a.las", to_las(file)).points[4].color, rgb(1, 1, 1)) << "one value beyond a byte: all are of 16 bits";
+}
+
+TEST_F(ImportClouds, ColorsFromClassesOrIntensity) {
+    LasFile file = make_las(2, 3, 40);
+    for (auto& p : file.points) p.color = {0, 0, 0};
+    for (size_t i = 0; i < 40; ++i) file.points[i].classification = i % 2 ? 2 : 6;
+    const Points classes = read("a.las", to_las(file));
+    EXPECT_TRUE(classes.has_color) << "colours that are all black are none";
+    EXPECT_NE(classes.points[20].color, classes.points[21].color);
+    for (auto& p : file.points) p.classification = 1;
+    const Points grey = read("a.las", to_las(file));
+    EXPECT_TRUE(grey.has_color);
+    for (size_t i = 0; i < 40; ++i) {
+        const uint32_t c = grey.points[i].color;
+        EXPECT_TRUE((c & 255) == (c >> 8 & 255) && (c & 255) == c >> 16);
+        EXPECT_GE(c & 255, grey.points[i == 0 ? 0 : i - 1].color & 255) << "lighter with intensity";
+    }
+    EXPECT_GT(grey.points[39].color & 255, (grey.points[0].color & 255) + 100);
+    for (auto& p : file.points) p.intensity = 9;
+    EXPECT_FALSE(read("a.las", to_las(file)).has_color) << "nothing tells the points apart";
+}
+
+TEST_F(ImportClouds, SurveyedCoordinatesKeepTheirDigits) {
+    LasFile file = make_las(2, 0, 40);
+    file.scale = {0.001, 0.001, 0.001};
+    file.offset = {636000, 5848000.5, 120};
+    const Points got = read("a.las", to_las(file));
+    EXPECT_EQ(got.origin, (std::array<double, 3>{636000, 5848000, 0}));
+    for (size_t i = 0; i < 40; ++i) {
+        const auto& p = file.points[i].position;
+        // What is left is a few metres: half a unit in the last place of 256 is 8e-6.
+        EXPECT_NEAR(got.points[i].position.x, p[0] * 0.001, 8e-6);
+        EXPECT_NEAR(got.points[i].position.y, p[1] * 0.001 + 0.5, 8e-6);
+        EXPECT_NEAR(got.points[i].position.z, p[2] * 0.001 + 120, 8e-6);
+    }
+}
+
+TEST_F(ImportClouds, LasThatIsDamaged) {
+    const LasFile file = make_las(4, 7);
+    const std::string sound = to_las(file);
+    const auto with = [&](size_t at, const std::string& bytes) {
+        std::string damaged = sound;
+        test::put(damaged, at, bytes);
+        return damaged;
+    };
+    expect_error("a.las", "", "is empty");
+    expect_error("a.las", "LAS", "LASF");
+    expect_error("a.las", sound.substr(0, 200), "ends within its header");
+    expect_error("a.las", sound.substr(0, sound.size() - 1), "promises 40 points of 36 bytes, but only 39 are there");
+    expect_error("a.las", with(0, "LASZ"), "not a LAS file");
+    expect_error("a.las", with(24, "\2"), "version 2.4");
+    expect_error("a.las", with(25, "\5"), "version 1.5");
+    expect_error("a.las", with(94, bytes_of(uint16_t{227})), "header of 227 bytes");
+    expect_error("a.las", with(96, bytes_of(uint32_t{10})), "byte 96");
+    expect_error("a.las", with(96, bytes_of(0xffffffffu)), "byte 96");
+    expect_error("a.las", with(100, bytes_of(0xffffffffu)), "variable length record 1 of 4294967295");
+    expect_error("a.las", with(104, "\x0b"), "point format 11");
+    expect_error("a.las", with(105, bytes_of(uint16_t{35})), "points of 35 bytes");
+    expect_error("a.las", with(107, bytes_of(39u)), "there are 39 points and in byte 247 that there are 40");
+    expect_error("a.las", with(107, std::string(4, '\0')).replace(247, 8, std::string(8, '\xff')), "promises 18446744073709551615 points");
+    expect_error("a.las", with(107, std::string(4, '\0')).replace(247, 8, std::string(8, '\0')), "has no points");
+    expect_error("a.las", with(131, bytes_of(0.0)), "scale of 0");
+    expect_error("a.las", with(139, bytes_of(double{NAN})), "scale of nan");
+    expect_error("a.las", with(147, bytes_of(1e300)), "coordinates beyond");
+    expect_error("a.las", with(155, bytes_of(double{INFINITY})), "coordinates beyond");
+    expect_error("a.las", with(243, bytes_of(1u)), "extended records");
+    LasFile unknown = file;
+    unknown.variable_records = test::las_variable_record("x", 1, "four").substr(0, 57);
+    unknown.variable_record_count = 1;
+    expect_error("a.las", to_las(unknown), "reaches into the points");
+}
+
+TEST_F(ImportClouds, CompressedPointsAreRefused) {
+    std::string marked = to_las(make_las(2, 3));
+    marked[104] = static_cast<char>(marked[104] | 0x80);
+    expect_error("a.las", marked, "compressed (LAZ)");
+    expect_error("a.laz", marked, "(LAZ)");
+    LasFile file = make_las(2, 3);
+    file.variable_records = test::las_variable_record("laszip encoded", 22204, std::string(40, '\0'));
+    file.variable_record_count = 1;
+    expect_error("a.las", to_las(file), "laszip -i");
+}
+
+TEST_F(ImportClouds, PlyInEveryEncoding) {
+    const auto points = some_points();
+    for (const char* encoding : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+        SCOPED_TRACE(encoding);
+        const Points got = read("a.ply", to_point_ply(points, encoding));
+        ASSERT_EQ(got.points.size(), points.size());
+        EXPECT_EQ(got.count, points.size());
+        for (size_t i = 0; i < points.size(); ++i) {
+            EXPECT_EQ(got.points[i].position, points[i]);
+            EXPECT_EQ(got.points[i].color, rgb(static_cast<uint32_t>(i), 128, 255));
+            EXPECT_EQ(got.points[i].radius, 0);
+        }
+    }
+}
+
+TEST_F(ImportClouds, PlyPropertiesOfOtherTypes) {
+    std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float confidence\nproperty double x\nproperty double y\nproperty double z\n"
+        "property float red\nproperty float green\nproperty float blue\nproperty float radius\nproperty uchar alpha\nelement camera 1\n"
+        "property float view\nend_header\n0 1 2 3 0.5 1 0 0.25 9\n\n1 nan 2 3 1 1 1 1 9\n2 4 5 6 0 0 0 -1 9\n7\n";
+    const Points got = read("a.ply", text);
+    ASSERT_EQ(got.points.size(), 2u);
+    EXPECT_EQ(got.issues.not_finite, 1u);
+    expect_position(got.points[0], 1, 2, 3);
+    EXPECT_EQ(got.points[0].color, rgb(128, 255, 0));
+    EXPECT_EQ(got.points[0].radius, 0.25f);
+    EXPECT_EQ(got.points[1].radius, 0) << "a radius that is none";
+
+    // Double precision far away, 16-bit colours, an element before the points and one behind.
+    text =
+        "ply\nformat binary_big_endian 1.0\nelement camera 2\nproperty float view\nelement vertex 2\nproperty double x\nproperty double y\n"
+        "property double z\nproperty ushort red\nproperty ushort green\nproperty ushort blue\nelement face 0\n"
+        "property list uchar int vertex_indices\nelement other 1\nproperty list uchar int stuff\nend_header\n";
+    text += std::string(8, 'c');
+    for (const double x : {4500000.125, 4500001.5}) {
+        for (const double v : {x, -x, 2.0}) text += bytes_of(v, true);
+        for (const uint16_t v : {uint16_t{65535}, uint16_t{257}, uint16_t{0}}) text += bytes_of(v, true);
+    }
+    text += std::string(1, '\0');
+    const Points far = read("b.ply", text);
+    ASSERT_EQ(far.points.size(), 2u);
+    EXPECT_EQ(far.origin, (std::array<double, 3>{4500000, -4500000, 0}) /* rounded from the middle */);
+    expect_position(far.points[0], 0.125, -0.125, 2);
+    expect_position(far.points[1], 1.5, -1.5, 2);
+    EXPECT_EQ(far.points[0].color, rgb(255, 1, 0));
+}
+
+TEST_F(ImportClouds, PlyThatIsDamaged) {
+    const auto points = some_points();
+    for (const char* encoding : {"binary_little_endian", "binary_big_endian"}) {
+        const std::string sound = to_point_ply(points, encoding);
+        expect_error("a.ply", sound.substr(0, sound.size() - 1), "truncated or damaged");
+        expect_error("a.ply", sound + "x", "1 bytes follow the last element");
+    }
+    const std::string sound = to_point_ply(points, "ascii");
+    expect_error("a.ply", sound.substr(0, sound.rfind('\n', sound.size() - 2)), "ends after 39 of 40 points");
+    expect_error("a.ply", sound + "1 2\n", "text after the last point");
+    std::string damaged = sound;
+    damaged.replace(damaged.find("\n0.25 ") + 1, 4, "0,25");
+    expect_error("a.ply", damaged, "a.ply:12: expected the 6 numbers of a point");
+    expect_error("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n", "lack x, y or z");
+    expect_error("a.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                 "property list uchar int l\nend_header\n1 2 3 0\n",
+                 "lists among their properties");
+    expect_error("a.ply", test::to_ply_binary(test::make_box()), "it is no point cloud");
+}
+
+TEST_F(ImportClouds, LinesOfNumbers) {
+    const auto expect = [&](const std::string& name, const std::string& content, std::vector<uint32_t> colors) {
+        SCOPED_TRACE(content);
+        const Points got = read(name, content);
+        ASSERT_EQ(got.points.size(), 2u);
+        expect_position(got.points[0], 1, 2.5, -3);
+        expect_position(got.points[1], 4e2, 5, 6);
+        EXPECT_EQ(got.has_color, !colors.empty());
+        for (size_t i = 0; i < colors.size(); ++i) EXPECT_EQ(got.points[i].color, colors[i]);
+    };
+    expect("a.xyz", "1 2.5 -3\n4e2 5 6\n", {});
+    expect("a.xyz", "# made by hand\r\n//X Y Z\r\n1,2.5,-3\r\n+4e2,5,6", {});
+    expect("a.txt", "X;Y;Z;R;G;B\n1; 2.5; -3; 10; 20; 30\n\n4e2; 5; 6; 255; 0; 7\n", {rgb(10, 20, 30), rgb(255, 0, 7)});
+    expect("a.pts", "2\n1 2.5 -3 -1024 10 20 30\n4e2 5 6 2047 255 0 7\n", {rgb(10, 20, 30), rgb(255, 0, 7)});
+    expect("a.pts", "1\n1 2.5 -3 100 10 20 30\n1\n4e2 5 6 200 255 0 7\n", {rgb(10, 20, 30), rgb(255, 0, 7)});
+    expect("a.txt", "1\t2.5\t-3\t0.5\t1\t0\n4e2\t5\t6\t0\t0.25\t1\n", {rgb(128, 255, 0), rgb(0, 64, 255)});
+    expect("a.xyz", "1 2.5 -3 0.6 0 0.8\n4e2 5 6 1 0 0\n", {});  // normals
+    expect("a.xyz", "1 2.5 -3 9 8 7 0.6 0 0.8\n4e2 5 6 1 2 3 1 0 0\n", {rgb(9, 8, 7), rgb(1, 2, 3)});
+    expect("a.txt", "1 2.5 -3 17 tree\n4e2 5 6 17 house\n", {});
+    EXPECT_TRUE(read("a.xyz", "1 2 3 10\n1 2 4 20\n1 2 5 30\n").has_color) << "intensity";
+    const Points holes = read("a.xyz", "1 2 3\nnan 1 2\n1 1e400 2\n4 5 1e-400\n");
+    EXPECT_EQ(holes.points.size(), 2u);
+    EXPECT_EQ(holes.issues.not_finite, 2u);
+}
+
+TEST_F(ImportClouds, LinesThatAreDamaged) {
+    expect_error("a.xyz", "", "is empty");
+    expect_error("a.xyz", "\n# nothing\n", "has no points");
+    expect_error("a.xyz", "1 2\n", "a.xyz:1: too few numbers");
+    expect_error("a.xyz", "1 2 3\n1 2\n", "a.xyz:2: 2 numbers, where the first point has 3");
+    expect_error("a.xyz", "1 2 3\n1 2 3 4\n", "a.xyz:2: 4 numbers");
+    expect_error("a.xyz", "# c\n1 2 3\n1 2 3x\n", "a.xyz:3: \"3x\" is no number");
+    expect_error("a.xyz", "1 2 3\nhello\n", "a.xyz:2: \"hello\" is neither");
+    expect_error("a.pts", "3\n1 2 3\n1 2 3\n", "line 1 promises 3 points, but 2 came");
+    expect_error("a.pts", "1\n1 2 3\n1 2 3\n", "line 1 promises 1 points, but 2 came");
+    expect_error("a.pts", "2\n1 2 3\n1\n1 2 3\n", "a.pts:3: line 1 promises 2 points, but 1 came");
+    expect_error("a.xyz", std::string("1 2 3\n1 \0 3\n", 12), "a.xyz:2: a zero byte");
+}
+
+TEST_F(ImportClouds, ManyPointsComeInPiecesAndInOrder) {
+    std::vector<Float3> points;
+    for (uint32_t i = 0; i < 100'000; ++i) points.push_back({0.125f * static_cast<float>(i), static_cast<float>(i % 7), 0});
+    for (const char* encoding : {"ascii", "binary_little_endian"}) {
+        const auto cloud = CloudFile::open(folder.write("many.ply", to_point_ply(points, encoding)));
+        ASSERT_TRUE(cloud.ok());
+        uint32_t next = 0, calls = 0;
+        MeshIssues issues;
+        const auto check = [&](std::span<const CloudPoint> piece) {
+            EXPECT_LE(piece.size() * sizeof(CloudPoint), size_t{4} << 20);
+            ++calls;
+            for (const CloudPoint& p : piece) EXPECT_EQ(p.position, points[next++]);
+            return Status();
+        };
+        EXPECT_TRUE((*cloud)->stream(check, issues).ok());
+        EXPECT_EQ(next, points.size());
+        EXPECT_GT(calls, 1u);
+        // An error of the taker ends the stream.
+        calls = 0;
+        const Status ended = (*cloud)->stream(
+            [&](std::span<const CloudPoint>) {
+                ++calls;
+                return Status::failed("enough");
+            },
+            issues);
+        EXPECT_EQ(ended.message(), "enough");
+        EXPECT_EQ(calls, 1u);
+        // The sample is spread over all of the file.
+        const auto sample = (*cloud)->sample();
+        ASSERT_TRUE(sample.ok());
+        EXPECT_EQ(sample->size(), points.size());
+        EXPECT_EQ(sample->back().position, points.back());
+    }
+}
+
+TEST_F(ImportClouds, EndingAndHeaderTellCloudsFromMeshes) {
+    EXPECT_TRUE(is_cloud_file(folder.write("a.ply", to_point_ply(some_points(), "ascii"))));
+    EXPECT_FALSE(is_cloud_file(folder.write("b.ply", test::to_ply_text(test::make_box()))));
+    EXPECT_FALSE(is_cloud_file(folder.path("absent.ply")));
+    for (const char* name : {"a.las", "A.LAS", "a.laz", "a.xyz", "a.pts", "a.txt"}) EXPECT_TRUE(is_cloud_file(name)) << name;
+    for (const char* name : {"a.obj", "a.pbrt", "a.rpb", "las"}) EXPECT_FALSE(is_cloud_file(name)) << name;
+}
+
+}  // namespace
+}  // namespace raypager
