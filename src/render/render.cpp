@@ -220,8 +220,14 @@ Status Renderer::prepare() {
     const uint64_t allowed = device_->budget().limit();
     Status made = make_device_state(*params, allowed);
     // Another process may hold memory that the driver counts as ours: then with less, until the least that would do is refused, too.
-    for (; !made && device_->refused_memory(); made = make_device_state(*params, planned_bytes_ / 8 * 7))
-        warn(fmt::format("{}; trying with {} bytes of device memory", made.message(), planned_bytes_ / 8 * 7));
+    uint64_t refused = 0;
+    while (!made && device_ && device_->refused_memory()) {
+        refused = planned_bytes_;
+        const uint64_t less = refused / 8 * 7;
+        warn(fmt::format("{}; trying with {} bytes of device memory", made.message(), less));
+        made = make_device_state(*params, less);
+    }
+    if (!made && refused > 0) return Status::failed(fmt::format("the device refused {} bytes; with less, {}", refused, made.message()));
     RAYPAGER_TRY(made);
     RAYPAGER_TRY(checkpointer_->restore(*wavefront_));
     const auto told = [this](const std::string& text) { warn(text); };
