@@ -371,7 +371,7 @@ RenderProgress Renderer::progress() const {
     p.seconds = done.render_seconds;
     p.spp = static_cast<double>(counters_.next_sample()) / static_cast<double>(pixels_);
     const double by_samples = static_cast<double>(counters_.next_sample()) / static_cast<double>(wavefront_->params().sample_limit);
-    const double by_time = options_.time_seconds > 0 ? seconds_since(render_start_) / options_.time_seconds : 0;
+    const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;
     p.fraction = std::min(1.0, std::max(by_samples, by_time));
     p.rays = done.camera_rays + done.bounce_rays + done.shadow_rays;
     p.rays_per_second = rate_;

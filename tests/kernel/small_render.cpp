@@ -2,8 +2,11 @@
 // every material, every kind of light.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
 
 namespace raypager {
@@ -30,6 +33,25 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
     EXPECT_GT(paged->report.paging.evictions, 0u);
     EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
     EXPECT_EQ(paged->report.clamped_samples, 0u);
+}
+
+TEST(SmallRender, goes_on_from_a_checkpoint) {
+    const support::TemporaryFolder folder;
+    auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    RenderOptions options;
+    options.spp = 1;
+    options.paths = 64;
+    const auto whole = render(**file, options, {});
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    options.checkpoint.file = folder.path() / "small.ckpt";
+    const auto stopped = support::render_rounds(**file, options, 2);
+    ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+    ASSERT_FALSE(stopped->report.complete);
+    options.checkpoint.resume = true;
+    const auto resumed = render(**file, options, {});
+    ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+    EXPECT_EQ(resumed->report.film_hash, whole->report.film_hash);
 }
 
 TEST(SmallRender, an_empty_scene_is_its_background) {

@@ -2,12 +2,13 @@
 
 #include <fcntl.h>
 #include <spawn.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <stdexcept>
 #include <thread>
 
@@ -19,6 +20,16 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
     for (std::string& text : texts) result.push_back(text.data());
     result.push_back(nullptr);
     return result;
+}
+
+// Of a process that runs; 0 if there is none any more. (getrusage would count what the parent occupied before it started the child.)
+uint64_t peak_resident_set(pid_t id) {
+    std::ifstream file("/proc/" + std::to_string(id) + "/status");
+    std::string word;
+    uint64_t kilobytes = 0;
+    while (file >> word)
+        if (word == "VmHWM:" && file >> kilobytes) return kilobytes * 1024;
+    return 0;
 }
 
 }  // namespace
@@ -53,15 +64,14 @@ void ChildProcess::signal(int number) const {
 bool ChildProcess::wait(double seconds, ChildResult& result) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     int status = 0;
-    rusage usage = {};
-    while (::wait4(id_, &status, WNOHANG, &usage) == 0) {
+    while (::waitpid(id_, &status, WNOHANG) == 0) {
+        result.peak_bytes = std::max(result.peak_bytes, peak_resident_set(id_));
         if (std::chrono::steady_clock::now() > until) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     id_ = -1;
     result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     result.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-    result.peak_bytes = static_cast<uint64_t>(usage.ru_maxrss) * 1024;
     return true;
 }
 

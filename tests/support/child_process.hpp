@@ -13,7 +13,7 @@ namespace raypager::support {
 struct ChildResult {
     int exit_code = -1;       // -1: ended by a signal
     int signal = 0;           // that ended it
-    uint64_t peak_bytes = 0;  // largest resident set
+    uint64_t peak_bytes = 0;  // largest resident set, but for the last few milliseconds
 };
 
 class ChildProcess {
