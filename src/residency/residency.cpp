@@ -42,11 +42,10 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     if (!sizes) return sizes.status();
     std::unique_ptr<Residency> residency(new Residency(SlabAllocator(*sizes)));
     residency->policy_ = settings.policy;
-    // No more blocks can be on their way than fit into the pool, or have room in half of the host's memory for them.
+    // No more blocks can be on their way than fit into the pool.
     uint64_t smallest = UINT64_MAX;
     for (const BlockRecord& block : scene.blocks) smallest = std::min<uint64_t>(smallest, block.memory_bytes);
-    const uint64_t host_room = settings.host_limit / 2 / std::max<uint64_t>(1, scene.largest_block());
-    const auto most = static_cast<uint32_t>(std::clamp<uint64_t>(std::min(settings.pool_bytes / smallest, host_room), 1, UINT32_MAX));
+    const auto most = static_cast<uint32_t>(std::clamp<uint64_t>(settings.pool_bytes / smallest, 1, UINT32_MAX));
     residency->policy_.loads_in_flight = std::min(settings.policy.loads_in_flight, most);
     residency->policy_.loads_into_free = std::min(settings.policy.loads_into_free, most);
     for (size_t i = 0; i < sizes->size(); i++) {
