@@ -9,7 +9,7 @@
 namespace raypager {
 
 // Exit status of the program for an error.
-enum class ErrorKind { failed = 1, usage = 2 };
+enum class ErrorKind { failed = 1, usage = 2, interrupted = 3 };
 
 class [[nodiscard]] Status {
 public:
@@ -17,6 +17,8 @@ public:
     // message: one line that names what, where and what to do.
     static Status failed(std::string message) { return Status(ErrorKind::failed, std::move(message)); }
     static Status usage(std::string message) { return Status(ErrorKind::usage, std::move(message)); }
+    // Nothing went wrong, but the work was stopped from outside before its end, and can go on.
+    static Status interrupted(std::string message) { return Status(ErrorKind::interrupted, std::move(message)); }
 
     bool ok() const { return !error_; }
     explicit operator bool() const { return ok(); }

@@ -12,13 +12,20 @@ static inline uint2 rp_tile_pixel(uint i, uint width, uint height, uint tile) {
     return (uint2)(column * tile + in_tile % tile_width, band * tile + in_tile / tile_width);
 }
 
-// Sample `number` of the render as a new camera path in a slot.
-static inline void rp_begin_path(__constant rp_render_params* params, ulong number, uint slot, __global uint4* paths) {
-    const uint slot_count = params->slot_count;
+// Sample `number` of the render.
+static inline rp_path_sample rp_numbered_sample(__constant rp_render_params* params, ulong number) {
     const uint pixels = params->width * params->height;
-    const uint sample = (uint)(number / pixels);
-    const uint2 xy = rp_tile_pixel((uint)(number - (ulong)sample * pixels), params->width, params->height, params->tile_size);
-    const uint pixel = xy.y * params->width + xy.x;
+    rp_path_sample result;
+    result.sample = (uint)(number / pixels);
+    const uint2 xy = rp_tile_pixel((uint)(number - (ulong)result.sample * pixels), params->width, params->height, params->tile_size);
+    result.pixel = xy.y * params->width + xy.x;
+    return result;
+}
+
+// A new camera path in a slot.
+static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, __global uint4* paths) {
+    const uint slot_count = params->slot_count;
+    const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
     const float4 random = rp_random(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
     const float u = ((float)xy.x + random.x) / (float)params->width, v = ((float)xy.y + random.y) / (float)params->height;
     __constant rp_camera* camera = &params->camera;
@@ -35,33 +42,42 @@ static inline void rp_begin_path(__constant rp_render_params* params, ulong numb
     RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
 }
 
+// The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
+// written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
 __kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
-                          __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue) {
+                          __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue,
+                          const __global rp_path_sample* restrict again, uint listed, uint later) {
     const uint free_count = counters[RP_COUNT_FREE];
     const ulong first = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
     for (uint i = get_global_id(0); i < free_count; i += get_global_size(0)) {
         const uint slot = free_list[i];
-        status[slot] = RP_STATUS_IDLE;
-        if (first + i < params->sample_limit) {
-            rp_begin_path(params, first + i, slot, paths);
-            status[slot] = RP_STATUS_EXTEND;
-            queue[counters[RP_COUNT_EXTEND] + i] = slot;
+        const ulong number = first + (i - min(i, listed));
+        if (i >= listed && number >= params->sample_limit) {
+            status[slot] = later != 0u ? RP_STATUS_FREE : RP_STATUS_IDLE;
+            continue;
         }
+        rp_path_sample taken;
+        if (i < listed) taken = again[i];
+        else taken = rp_numbered_sample(params, number);
+        rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
+        status[slot] = RP_STATUS_EXTEND;
+        queue[counters[RP_COUNT_EXTEND] + i] = slot;
     }
 }
 
 // After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
 // given out are accounted for.
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
-                         uint block_count, __global uint* restrict demand) {
+                         uint block_count, __global uint* restrict demand, uint listed) {
     const uint block = get_global_id(0);
     if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_WANTS * block_count + block] = 0u;
     if (block != 0u) return;
     const ulong number = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
-    ulong next = number + counters[RP_COUNT_FREE];
+    const uint again = min(listed, counters[RP_COUNT_FREE]);
+    ulong next = number + (counters[RP_COUNT_FREE] - again);
     if (next > params->sample_limit) next = params->sample_limit;
     if (next < number) next = number;  // the limit was lowered behind them
-    const uint started = (uint)(next - number);
+    const uint started = again + (uint)(next - number);
     counters[RP_COUNT_NEXT_SAMPLE] = (uint)next;
     counters[RP_COUNT_NEXT_SAMPLE + 1u] = (uint)(next >> 32);
     counters[RP_COUNT_EXTEND] += started;

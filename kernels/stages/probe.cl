@@ -57,6 +57,7 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[8] = sizeof(rp_primitive_range);
     sizes[9] = sizeof(rp_camera);
     sizes[10] = sizeof(rp_render_params);
+    sizes[11] = sizeof(rp_path_sample);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.

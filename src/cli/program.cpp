@@ -36,7 +36,8 @@ std::string help_text() {
     for (const Verb& verb : verbs) text += fmt::format("  {:<12}{}\n", verb.name, verb.about);
     return text +
            "\n'raypager VERB --help' shows the options of a verb with defaults and units. '--version' shows the version.\n"
-           "Sizes take K, M, G (binary). Exit status: 0 done, 1 the work failed, 2 bad usage.\n";
+           "Sizes take K, M, G (binary). Exit status: 0 done, 1 the work failed, 2 bad usage,\n"
+           "3 stopped by a signal, go on with --resume.\n";
 }
 
 std::string verb_names() {

@@ -25,6 +25,7 @@ Status check_outputs(const RenderSettings& settings) {
     RAYPAGER_TRY(check_writable_image(settings.output));
     if (settings.log) RAYPAGER_TRY(check_output_path(*settings.log));
     if (settings.report) RAYPAGER_TRY(check_output_path(*settings.report));
+    if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) RAYPAGER_TRY(check_output_path(checkpoint));
     return {};
 }
 
@@ -51,6 +52,13 @@ void print_summary(const RenderSettings& settings, const BakedScene& scene, cons
     log_note(fmt::format("picture: {}", settings.output.string()));
 }
 
+// The checkpoint matters most then: without a new one the work is lost, whatever the picture shows.
+Status stopped_early(const RenderReport& report) {
+    const std::string what = fmt::format("stopped by a signal; the picture has {:.1f} samples a pixel; ", report.average_spp);
+    if (report.checkpoint.advice.empty()) return Status::failed(what + "no checkpoint could be written");
+    return Status::interrupted(what + report.checkpoint.advice);
+}
+
 Status render_to_files(const RenderSettings& settings) {
     const auto begin = std::chrono::steady_clock::now();
     RAYPAGER_TRY(check_outputs(settings));
@@ -72,14 +80,15 @@ Status render_to_files(const RenderSettings& settings) {
     const auto result = render(*opened->file, *options, callbacks);
     progress_line("");
     if (!result) return result.status();
-    if (stop.flag()) log_note("stopped by a signal; the picture holds the samples taken so far");
+    const bool complete = result->report.complete;
+    if (stop.flag() && complete) log_note("stopped by a signal; the picture holds the samples taken so far");
 
     const Status logged = monitor->finish(result->image, result->report);
     const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds};
     RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
     RAYPAGER_TRY(logged);
     print_summary(settings, scene, result->report, seconds, monitor->final_rmse());
-    return {};
+    return complete ? Status() : stopped_early(result->report);
 }
 
 }  // namespace

@@ -28,6 +28,12 @@ Status check_reference_size(const Image& reference, const std::filesystem::path&
                                      reference.height));
 }
 
+bool goes_on_from_checkpoint(const RenderSettings& settings) {
+    const CheckpointOptions& checkpoint = settings.options.checkpoint;
+    std::error_code ignored;
+    return checkpoint.resume && std::filesystem::exists(checkpoint.file, ignored);
+}
+
 }  // namespace
 
 std::string progress_text(const RenderProgress& progress, uint32_t spp) {
@@ -47,10 +53,14 @@ Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, cons
     monitor.show_progress_ = settings.progress || stderr_is_terminal();
     if (reference) RAYPAGER_TRY(check_reference_size(*reference, *settings.reference, effective));
     monitor.reference_ = std::move(reference);
+    std::error_code ignored;
     if (settings.log) {
         monitor.log_path_ = *settings.log;
-        monitor.log_.reset(std::fopen(settings.log->c_str(), "we"));
+        // A render that goes on from a checkpoint goes on with its log: rays and seconds count from where they were.
+        const bool goes_on = goes_on_from_checkpoint(settings) && std::filesystem::exists(*settings.log, ignored);
+        monitor.log_.reset(std::fopen(settings.log->c_str(), goes_on ? "ae" : "we"));
         if (!monitor.log_) return log_error(*settings.log);
+        if (goes_on) return monitor;
         if (std::fputs("seconds,spp,rmse,loads,bytes_loaded,rays\n", monitor.log_.get()) < 0 || std::fflush(monitor.log_.get()) != 0)
             return log_error(*settings.log);
     }
@@ -106,7 +116,7 @@ Status RenderMonitor::finish(const Image& image, const RenderReport& report) {
     if (!log_) return {};
     RenderProgress last;
     last.seconds = report.seconds.render;
-    last.spp = report.spp;
+    last.spp = report.average_spp;
     last.rays = report.rays.total();
     last.loads = report.paging.loads;
     last.bytes_loaded = report.paging.bytes_loaded;

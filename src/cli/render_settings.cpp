@@ -98,6 +98,19 @@ void add_output_options(OptionParser& parser, RenderSettings& settings) {
     parser.flag("progress", "show progress even if stderr is no terminal", settings.progress);
 }
 
+void add_checkpoint_options(OptionParser& parser, RenderSettings& settings) {
+    CheckpointOptions& checkpoint = settings.options.checkpoint;
+    parser.option("checkpoint", "FILE",
+                  "keep all work in this file: every so often, when the render is stopped (then at once), and at its end; it must not exist "
+                  "yet, but for --resume",
+                  into_path(checkpoint.file));
+    parser.option("checkpoint-every", "SECONDS", "how often (default: 60)", into(checkpoint.every_seconds, parse_seconds));
+    parser.flag("resume",
+                "go on from the checkpoint, or start anew if there is none yet; scene and picture options must be the same, but --spp may be "
+                "larger; limits, policy and paths may differ",
+                checkpoint.resume);
+}
+
 // No file may be written twice, nor over something that is read.
 Status check_distinct_files(const OptionParser& parser, const RenderSettings& settings) {
     std::vector<std::pair<const char*, std::filesystem::path>> files;
@@ -107,6 +120,7 @@ Status check_distinct_files(const OptionParser& parser, const RenderSettings& se
     files.emplace_back("-o", settings.output);
     if (settings.log) files.emplace_back("--log", *settings.log);
     if (settings.report) files.emplace_back("--report", *settings.report);
+    if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) files.emplace_back("--checkpoint", checkpoint);
     for (size_t i = read_only; i < files.size(); ++i)
         for (size_t j = 0; j < i; ++j)
             if (same_file(files[i].second, files[j].second))
@@ -118,6 +132,7 @@ Status check_distinct_files(const OptionParser& parser, const RenderSettings& se
 Status check_combinations(const OptionParser& parser, const RenderSettings& settings) {
     const RenderOptions& options = settings.options;
     if (settings.output.empty()) return parser.wrong("-o is missing; name the picture to write");
+    if (options.checkpoint.resume && options.checkpoint.file.empty()) return parser.wrong("--resume: from which file? Name it with --checkpoint");
     if (options.memory_limit > 0 && options.geometry_limit > options.memory_limit)
         return parser.wrong("--geometry-limit: is more than --memory-limit, which covers all device memory; make it smaller");
     for (const auto& input : settings.inputs)
@@ -139,6 +154,7 @@ Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arg
     add_picture_options(parser, settings);
     add_paging_options(parser, settings);
     add_output_options(parser, settings);
+    add_checkpoint_options(parser, settings);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
     if (*outcome == OptionParser::Outcome::help_shown) return std::optional<RenderSettings>();

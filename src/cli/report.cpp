@@ -34,6 +34,7 @@ Json point_radius_json(const PointOptions& options) {
 }
 
 Json settings_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report) {
+    const CheckpointOptions& checkpoint = effective.checkpoint;
     Json inputs = Json::array();
     for (const auto& input : settings.inputs) inputs.push_back(input.string());
     return {{"input", inputs},
@@ -61,6 +62,9 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"log", path_json(settings.log)},
             {"snapshots", settings.snapshot_seconds > 0 ? Json(settings.snapshot_seconds) : Json(nullptr)},
             {"report", path_json(settings.report)},
+            {"checkpoint", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.file.string())},
+            {"checkpoint_every", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.every_seconds)},
+            {"resume", checkpoint.resume},
             {"progress", settings.progress}};
 }
 
@@ -110,7 +114,13 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
             {"scene", scene_json(scene)},
             {"limits", limits_json(report.limits)},
             {"peak", limits_json(report.peak)},
-            {"image", {{"width", report.width}, {"height", report.height}, {"spp", report.spp}, {"film_hash", hex64(report.film_hash)}}},
+            {"image",
+             {{"width", report.width},
+              {"height", report.height},
+              {"spp", report.spp},
+              {"average_spp", report.average_spp},
+              {"complete", report.complete},
+              {"film_hash", hex64(report.film_hash)}}},
             {"seconds",
              {{"total", seconds.total},
               {"bake", seconds.bake},
@@ -118,6 +128,7 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"trace", report.seconds.trace},
               {"stall", report.seconds.stall},
               {"kernel_build", report.seconds.build},
+              {"checkpoints", report.checkpoint.seconds},
               {"stages", {{"wake", stages[0]}, {"generate", stages[1]}, {"extend", stages[2]}, {"shade", stages[3]}, {"connect", stages[4]}}}}},
             {"rays",
              {{"camera", rays.camera},
@@ -132,6 +143,7 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"bytes_loaded", paging.bytes_loaded},
               {"rounds", paging.rounds},
               {"wants_without_hit", paging.wants_without_hit}}},
+            {"checkpoint", {{"runs", report.checkpoint.runs}, {"written", report.checkpoint.written}}},
             {"settings", settings_json(settings, effective, scene, report)}};
 }
 

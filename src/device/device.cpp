@@ -3,36 +3,47 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <thread>
 
 #include "base/check.hpp"
+#include "base/memory.hpp"
+#include "device/faults.hpp"
 #include "device/program_cache.hpp"
 #include "device/select.hpp"
 
 namespace raypager {
 
 Status cl_failed(std::string_view what, cl_int code) {
-    const bool memory = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY;
-    return Status::failed(fmt::format("OpenCL: {} failed: {}{}", what, cl_error_name(code),
-                                      memory ? "; the device may be short of memory: try a smaller --memory-limit" : ""));
+    const char* advice = "";
+    if (code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY)
+        advice = "; the device is short of memory: close what else uses it, or try a smaller --memory-limit";
+    // What drivers say of a device that fell off the bus or was reset; some say the same when they run out of memory.
+    if (code == CL_OUT_OF_RESOURCES || code == CL_INVALID_COMMAND_QUEUE || code == CL_DEVICE_NOT_AVAILABLE || code == CL_INVALID_CONTEXT ||
+        code == CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST)
+        advice = "; the device is lost or short of memory: look into the system's log, or try a smaller --memory-limit";
+    return Status::failed(fmt::format("OpenCL: {} failed: {}{}", what, cl_error_name(code), advice));
 }
 
 std::string cl_error_name(cl_int code) {
-    static const std::map<cl_int, const char*> names = {{CL_DEVICE_NOT_FOUND, "CL_DEVICE_NOT_FOUND"},
-                                                        {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
-                                                        {CL_COMPILER_NOT_AVAILABLE, "CL_COMPILER_NOT_AVAILABLE"},
-                                                        {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
-                                                        {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
-                                                        {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
-                                                        {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE"},
-                                                        {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
-                                                        {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
-                                                        {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
-                                                        {CL_INVALID_BINARY, "CL_INVALID_BINARY"},
-                                                        {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME"},
-                                                        {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
-                                                        {CL_INVALID_ARG_SIZE, "CL_INVALID_ARG_SIZE"},
-                                                        {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
-                                                        {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE (device lost?)"}};
+    static const std::map<cl_int, const char*> names = {
+        {CL_DEVICE_NOT_FOUND, "CL_DEVICE_NOT_FOUND"},
+        {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
+        {CL_COMPILER_NOT_AVAILABLE, "CL_COMPILER_NOT_AVAILABLE"},
+        {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+        {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
+        {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
+        {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE"},
+        {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
+        {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
+        {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
+        {CL_INVALID_BINARY, "CL_INVALID_BINARY"},
+        {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME"},
+        {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
+        {CL_INVALID_ARG_SIZE, "CL_INVALID_ARG_SIZE"},
+        {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
+        {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE"},
+        {CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"},
+        {CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST, "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST"}};
     const auto found = names.find(code);
     return found == names.end() ? fmt::format("error {}", code) : found->second;
 }
@@ -85,34 +96,52 @@ uint64_t Event::duration_ns() const {
     return end - begin;
 }
 
+namespace {
+
+// Gives a command, unless a fault that was set strikes it.
+template <class Enqueue>
+cl_int command(const Enqueue& enqueue) {
+    DeviceFaults& faults = device_faults();
+    if (faults.lose_in.load(std::memory_order_relaxed) > 0 && faults.lose_in.fetch_sub(1) == 1) faults.lost = true;
+    return faults.lost.load(std::memory_order_relaxed) ? CL_INVALID_COMMAND_QUEUE : enqueue();
+}
+
+}  // namespace
+
 Status Queue::launch(const Kernel& kernel, uint64_t items, uint32_t group_size, Event* event) {
     const uint64_t global = (items + group_size - 1) / group_size * group_size;
-    const cl_int code = queue_.enqueueNDRangeKernel(kernel.kernel_, cl::NullRange, cl::NDRange(global), cl::NDRange(group_size), nullptr,
-                                                    event ? &event->handle_ : nullptr);
+    const cl_int code = command([&] {
+        return queue_.enqueueNDRangeKernel(kernel.kernel_, cl::NullRange, cl::NDRange(global), cl::NDRange(group_size), nullptr,
+                                           event ? &event->handle_ : nullptr);
+    });
     return code == CL_SUCCESS ? Status() : cl_failed("launching " + kernel.name(), code);
 }
 
 Status Queue::fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes) {
     RAYPAGER_CHECK(offset + bytes <= buffer.bytes());
-    const cl_int code = queue_.enqueueFillBuffer(buffer.handle(), cl_uint{0}, offset, bytes);
+    const cl_int code = command([&] { return queue_.enqueueFillBuffer(buffer.handle(), cl_uint{0}, offset, bytes); });
     return code == CL_SUCCESS ? Status() : cl_failed("clearing a buffer", code);
 }
 
 Status Queue::write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event, const Event* after) {
     RAYPAGER_CHECK(offset + source.size() <= buffer.bytes());
     if (source.empty()) return {};
+    while (uploads_ && device_faults().hold_uploads) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::vector<cl::Event> before;
     if (after && !after->empty()) before.push_back(after->handle());
-    const cl_int code = queue_.enqueueWriteBuffer(buffer.handle(), CL_FALSE, offset, source.size(), source.data(), before.empty() ? nullptr : &before,
-                                                  event ? &event->handle_ : nullptr);
+    const cl_int code = command([&] {
+        return queue_.enqueueWriteBuffer(buffer.handle(), CL_FALSE, offset, source.size(), source.data(), before.empty() ? nullptr : &before,
+                                         event ? &event->handle_ : nullptr);
+    });
     return code == CL_SUCCESS ? Status() : cl_failed("writing to the device", code);
 }
 
 Status Queue::read(const Buffer& buffer, uint64_t offset, std::span<std::byte> target, Event* event) {
     RAYPAGER_CHECK(offset + target.size() <= buffer.bytes());
     if (target.empty()) return {};
-    const cl_int code =
-        queue_.enqueueReadBuffer(buffer.handle(), CL_FALSE, offset, target.size(), target.data(), nullptr, event ? &event->handle_ : nullptr);
+    const cl_int code = command([&] {
+        return queue_.enqueueReadBuffer(buffer.handle(), CL_FALSE, offset, target.size(), target.data(), nullptr, event ? &event->handle_ : nullptr);
+    });
     return code == CL_SUCCESS ? Status() : cl_failed("reading from the device", code);
 }
 
@@ -151,9 +180,12 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
         queue->queue_ = cl::CommandQueue(device->context_, chosen->device, cl::QueueProperties::Profiling, &code);
         if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
     }
+    device->uploads_.uploads_ = true;
     const uint64_t most = device->info_.memory_bytes;
     if (memory_limit > most) return Status::usage(fmt::format("--memory-limit {}: {} has only {} bytes", memory_limit, device->info_.name, most));
-    device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : most / 4 * 3);
+    // A CPU device has the memory that other programs have left; a GPU's driver does not tell how much that is.
+    const uint64_t free = device->info_.type == "CPU" ? std::min(most, available_memory()) : most;
+    device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : free / 4 * 3);
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
     device->group_size_ = static_cast<uint32_t>(std::min<size_t>(64, std::max<size_t>(1, group)));
@@ -172,10 +204,23 @@ Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     Buffer buffer;
     buffer.bytes_ = bytes;
     buffer.reservation_ = std::shared_ptr<void>(nullptr, [budget = budget_, bytes](void*) { budget->release(bytes); });
-    cl_int code = CL_SUCCESS;
-    buffer.handle_ = cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
-    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes for {}", bytes, what), code);
+    // Linux hands out memory that it does not have, and kills when it is used.
+    const bool too_much = budget_->used() > device_faults().memory_bytes || (info_.type == "CPU" && bytes > available_memory());
+    cl_int code = too_much ? CL_MEM_OBJECT_ALLOCATION_FAILURE : CL_SUCCESS;
+    if (code == CL_SUCCESS) buffer.handle_ = cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
+    if (code != CL_SUCCESS) return refused(bytes, what, code);
+    cl::Event filled;
+    code = bytes % sizeof(cl_uint) == 0 ? kernels_.queue_.enqueueFillBuffer(buffer.handle_, cl_uint{0}, 0, bytes, nullptr, &filled)
+                                        : kernels_.queue_.enqueueFillBuffer(buffer.handle_, cl_uchar{0}, 0, bytes, nullptr, &filled);
+    if (code == CL_SUCCESS) code = filled.wait();
+    if (code != CL_SUCCESS) return refused(bytes, what, code);
     return buffer;
+}
+
+Status Device::refused(uint64_t bytes, std::string_view what, cl_int code) {
+    refused_memory_ = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY ||
+                      code == CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST;
+    return cl_failed(fmt::format("allocating {} bytes for {}", bytes, what), code);
 }
 
 Result<Buffer> Device::upload(std::span<const std::byte> contents, std::string_view what) {

@@ -129,6 +129,7 @@ public:
 private:
     friend class Device;
     cl::CommandQueue queue_;
+    bool uploads_ = false;
 };
 
 template <class T>
@@ -143,6 +144,8 @@ public:
 
     const DeviceInfo& info() const { return info_; }
     const MemoryBudget& budget() const { return *budget_; }
+    // Whether an allocation within the limit has failed because the device had no more memory to give.
+    bool refused_memory() const { return refused_memory_; }
     Queue& kernels() { return kernels_; }
     Queue& uploads() { return uploads_; }
     uint32_t group_size() const { return group_size_; }
@@ -154,7 +157,8 @@ public:
     // Work-items that fill it.
     uint64_t persistent_items() const { return uint64_t{info_.compute_units} * 1024; }
 
-    // what: for messages. An error names the limit that would be needed. Never 0 bytes: OpenCL has no empty buffers.
+    // what: for messages. An error names the limit that would be needed. Never 0 bytes: OpenCL has no empty buffers. The buffer holds
+    // zeros: drivers that allocate at first use only must do so now, where a refusal can still be answered with a smaller plan.
     Result<Buffer> allocate(uint64_t bytes, std::string_view what);
     Result<Buffer> upload(std::span<const std::byte> contents, std::string_view what);
     Result<PinnedBuffer> allocate_pinned(uint64_t bytes);
@@ -167,6 +171,7 @@ public:
 private:
     Device() = default;
     bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
+    Status refused(uint64_t bytes, std::string_view what, cl_int code);
     Result<cl::Program> program(const std::string& stage, const std::string& definitions);
     std::string build_options(const std::string& definitions) const;
 
@@ -176,6 +181,7 @@ private:
     Queue kernels_, uploads_;
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
+    bool refused_memory_ = false;
     std::map<std::string, cl::Program> programs_;
     double build_seconds_ = 0;
 };

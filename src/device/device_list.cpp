@@ -1,5 +1,6 @@
 #include "device/device_list.hpp"
 
+#include "device/faults.hpp"
 #include "device/select.hpp"
 
 namespace raypager {
@@ -24,7 +25,7 @@ std::string device_text(const cl::Device& device, cl_device_info key) {
 Result<std::vector<FoundDevice>> find_devices() {
     std::vector<cl::Platform> platforms;
     // Without any platform the loader answers with an error of its own (CL_PLATFORM_NOT_FOUND_KHR).
-    if (cl::Platform::get(&platforms) != CL_SUCCESS || platforms.empty())
+    if (cl::Platform::get(&platforms) != CL_SUCCESS || platforms.empty() || device_faults().no_platform)
         return Status::failed("no OpenCL platform found; install one, for instance pocl-opencl-icd (CPU) or the driver of your GPU");
     std::vector<FoundDevice> found;
     for (const cl::Platform& platform : platforms) {
@@ -49,7 +50,8 @@ Result<std::vector<FoundDevice>> find_devices() {
             found.push_back(entry);
         }
     }
-    if (found.empty()) return Status::failed("OpenCL has platforms but no usable device; check the driver of your GPU, or install pocl-opencl-icd");
+    if (found.empty() || device_faults().no_device)
+        return Status::failed("OpenCL has platforms but no usable device; check the driver of your GPU, or install pocl-opencl-icd");
     size_t best = 0;
     for (size_t i = 1; i < found.size(); i++)
         if (found[i].info.type == "GPU" && found[best].info.type != "GPU") best = i;

@@ -1,6 +1,7 @@
 // The kernel sources that the build put into the program (cmake/EmbedKernels.cmake).
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -11,5 +12,7 @@ struct KernelSource {
     std::string_view text;
 };
 const std::vector<KernelSource>& kernel_sources();
+// A hash of them all: programs with the same kernels draw the same picture on the same device.
+uint64_t kernel_sources_identity();
 
 }  // namespace raypager

@@ -9,6 +9,7 @@
 #include "base/hash.hpp"
 #include "base/log.hpp"
 #include "device/device.hpp"
+#include "device/faults.hpp"
 #include "device/kernel_sources.hpp"
 
 namespace raypager {
@@ -79,6 +80,12 @@ void save_binary(const std::filesystem::path& path, const cl::Program& program) 
 
 }  // namespace
 
+uint64_t kernel_sources_identity() {
+    uint64_t hash = 0;
+    for (const KernelSource& source : kernel_sources()) hash = hash64(source.text, hash64(source.name, hash));
+    return hash;
+}
+
 Result<std::string> expand_kernel_source(const std::string& name) {
     std::string text;
     if (Status status = expand(name, 0, text); !status.ok()) return status;
@@ -93,11 +100,12 @@ Result<cl::Program> build_program(const cl::Context& context, const cl::Device& 
     const std::filesystem::path folder = cache_folder();
     const std::filesystem::path path = folder.empty() ? folder : folder / (hex64(hash64(identity)) + ".bin");
     cl::Program program;
-    if (load_binary(path, context, device, options, program)) return program;
+    const bool fail = device_faults().fail_builds;
+    if (!fail && load_binary(path, context, device, options, program)) return program;
     cl_int code = CL_SUCCESS;
     program = cl::Program(context, *text, false, &code);
     if (code != CL_SUCCESS) return cl_failed("creating program " + source, code);
-    code = program.build({device}, options.c_str());
+    code = fail ? CL_BUILD_PROGRAM_FAILURE : program.build({device}, options.c_str());
     if (code != CL_SUCCESS) {
         std::string log = build_log(program, device);
         for (char& c : log)

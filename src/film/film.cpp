@@ -17,24 +17,30 @@ void for_each_pixel(std::span<const uint32_t> words, const Visit& visit) {
     for (size_t at = 0; at < words.size(); at += RP_FILM_WORDS) visit(words.subspan(at, RP_FILM_WORDS));
 }
 
+void append_mean(std::span<const uint32_t> pixel, std::vector<float>& values) {
+    const double scale = double{1u << RP_FILM_SCALE_BITS} * pixel[RP_FILM_COUNT];
+    for (size_t channel = 0; channel < 3; channel++)
+        values.push_back(pixel[RP_FILM_COUNT] == 0 ? 0.0f : static_cast<float>(static_cast<double>(channel_sum(pixel, channel)) / scale));
+}
+
+uint64_t hash_of_size(uint32_t width, uint32_t height) {
+    const std::array<uint32_t, 2> size{width, height};
+    return hash64(std::as_bytes(std::span(size)));
+}
+
 }  // namespace
 
 Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height) {
     RAYPAGER_CHECK(words.size() == uint64_t{width} * height * RP_FILM_WORDS);
     Image image{width, height, 3, {}};
     image.values.reserve(uint64_t{width} * height * 3);
-    for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
-        const double scale = double{1u << RP_FILM_SCALE_BITS} * pixel[RP_FILM_COUNT];
-        for (size_t channel = 0; channel < 3; channel++)
-            image.values.push_back(pixel[RP_FILM_COUNT] == 0 ? 0.0f : static_cast<float>(static_cast<double>(channel_sum(pixel, channel)) / scale));
-    });
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { append_mean(pixel, image.values); });
     return image;
 }
 
 uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t height) {
     RAYPAGER_CHECK(words.size() == uint64_t{width} * height * RP_FILM_WORDS);
-    const std::array<uint32_t, 2> size{width, height};
-    return hash64(std::as_bytes(words), hash64(std::as_bytes(std::span(size))));
+    return hash64(std::as_bytes(words), hash_of_size(width, height));
 }
 
 double average_samples(std::span<const uint32_t> words) {
@@ -49,6 +55,32 @@ uint64_t clamped_samples(std::span<const uint32_t> words) {
     uint64_t samples = 0;
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) { samples += pixel[RP_FILM_CLAMPED]; });
     return samples;
+}
+
+FilmResolver::FilmResolver(uint32_t width, uint32_t height)
+    : pixels_(uint64_t{width} * height), image_{width, height, 3, {}}, hash_(hash_of_size(width, height)) {
+    image_.values.reserve(pixels_ * 3);
+}
+
+void FilmResolver::add(std::span<const uint32_t> words) {
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
+        append_mean(pixel, image_.values);
+        samples_ += pixel[RP_FILM_COUNT];
+        clamped_ += pixel[RP_FILM_CLAMPED];
+    });
+    hash_.add(std::as_bytes(words));
+    added_ += words.size() / RP_FILM_WORDS;
+    RAYPAGER_CHECK(added_ <= pixels_);
+}
+
+Image FilmResolver::take_image() {
+    RAYPAGER_CHECK(added_ == pixels_);
+    return std::move(image_);
+}
+
+uint64_t FilmResolver::hash() const {
+    RAYPAGER_CHECK(added_ == pixels_);
+    return hash_.value();
 }
 
 FilmValue clamp_radiance(float radiance) {

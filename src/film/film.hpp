@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "base/hash.hpp"
 #include "image/image.hpp"
 #include "raypager/abi/film.h"
 
@@ -20,6 +21,23 @@ uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t hei
 double average_samples(std::span<const uint32_t> words);
 // How many samples had a channel that was negative, NaN or above RP_FILM_MAX_RADIANCE.
 uint64_t clamped_samples(std::span<const uint32_t> words);
+
+// All of the above for a film that comes in pieces, from the first pixel to the last: the raw film need not lie in host memory.
+class FilmResolver {
+public:
+    FilmResolver(uint32_t width, uint32_t height);
+    void add(std::span<const uint32_t> words);  // whole pixels
+    // REQUIRES from here on: every pixel was added.
+    Image take_image();
+    uint64_t hash() const;
+    uint64_t samples() const { return samples_; }  // finished, in all pixels together
+    uint64_t clamped() const { return clamped_; }
+
+private:
+    uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0;
+    Image image_;
+    Hash64Stream hash_;
+};
 
 // A model of the kernel that accumulates ------------------------------------------------------------------------------------
 

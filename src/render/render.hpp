@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -18,6 +19,12 @@
 namespace raypager {
 
 enum class Connection { queue, roulette };  // shadow rays in a queue of their own, or the paper's choice (3.3)
+
+struct CheckpointOptions {
+    std::filesystem::path file;  // empty: no checkpoints
+    double every_seconds = 60;   // and at the end, however it comes
+    bool resume = false;         // go on from the file if it is there; otherwise it must not be there
+};
 
 struct RenderOptions {
     std::string device;                       // index or part of a name; empty: the default device
@@ -37,13 +44,17 @@ struct RenderOptions {
     double snapshot_seconds = 0;    // between calls of snapshot; 0: never
     // For tests: the largest slab of the pool, so that small scenes fill several; and how many loads may be in flight.
     uint64_t slab_bytes = 0;
-    uint32_t loads_in_flight = 0;             // 0: the default of the policy
-    uint32_t rounds_under_way = 0;            // 1 or 2; 0: what suits the device
-    const std::atomic<bool>* stop = nullptr;  // set from outside: finish the paths in flight and end
+    uint32_t loads_in_flight = 0;  // 0: the default of the policy
+    uint32_t rounds_under_way = 0;  // 1 or 2; 0: what suits the device
+    CheckpointOptions checkpoint;
+    double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never
+    // Set from outside: with a checkpoint, end after the round under way; without, after the pass under way, so that no work is lost.
+    const std::atomic<bool>* stop = nullptr;
 };
 
+// Counts and seconds include those of the runs before a checkpoint that the render went on from.
 struct RenderProgress {
-    double seconds = 0;   // since rendering began
+    double seconds = 0;   // of rendering
     double spp = 0;       // samples a pixel, on average: begun (progress), finished (snapshot)
     double fraction = 0;  // of the job
     uint64_t rays = 0;
@@ -52,6 +63,7 @@ struct RenderProgress {
     uint64_t resident_bytes = 0, geometry_bytes = 0;
 };
 
+// Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint.
 struct RenderReport {
     struct DeviceFacts {
         std::string name, platform, driver, type;
@@ -62,6 +74,14 @@ struct RenderReport {
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
     std::string policy, connection;
     uint64_t film_hash = 0;
+    bool complete = true;    // false: stopped before its time, and pixels may have different numbers of samples; then
+    double average_spp = 0;  // ... spp is this rounded down
+    struct Checkpoint {
+        uint64_t runs = 1;     // that the picture took
+        uint32_t written = 0;  // by this run
+        double seconds = 0;    // of this run, spent on writing them
+        std::string advice;    // how to go on from the last one; empty: there is none
+    } checkpoint;
     struct Seconds {
         double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
         double trace = 0;                                    // kernels on the device, the sum of ...
@@ -85,6 +105,7 @@ struct RenderResult {
 struct RenderCallbacks {
     std::function<void(const RenderProgress&)> progress;                  // may be empty
     std::function<Status(const Image&, const RenderProgress&)> snapshot;  // may be empty; an error ends the render
+    std::function<void(const std::string&)> warning;                      // a line for the user, from any thread; empty: to stderr
 };
 
 Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks);

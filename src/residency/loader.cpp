@@ -1,5 +1,7 @@
 #include "residency/loader.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -39,7 +41,16 @@ void Loader::start(uint32_t block, PoolAddress address, const Event& free) {
 
 uint32_t Loader::under_way() const {
     const std::lock_guard lock(mutex_);
-    return static_cast<uint32_t>(waiting_.size() + submitted_.size() + reading_);
+    return static_cast<uint32_t>(waiting_.size() + submitted_.size() + reading_.size());
+}
+
+std::string Loader::activity() const {
+    const std::lock_guard lock(mutex_);
+    std::string text = fmt::format("{} loads to begin, {} uploads under way", waiting_.size(), submitted_.size());
+    for (const auto& [block, since] : reading_)
+        text += fmt::format(", block {} being brought for {:.1f} s", block,
+                            std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count());
+    return text;
 }
 
 Result<std::vector<Arrival>> Loader::arrived(bool wait) {
@@ -64,7 +75,7 @@ Result<std::vector<Arrival>> Loader::arrived(bool wait) {
             lock.unlock();
             RAYPAGER_TRY(upload.wait());
             lock.lock();
-        } else if (!waiting_.empty() || reading_) {
+        } else if (!waiting_.empty() || !reading_.empty()) {
             changed_.wait(lock);
         } else {
             return blocks;
@@ -99,11 +110,11 @@ void Loader::work() {
         if (stop_) return;
         Load load = waiting_.front();
         waiting_.pop_front();
-        reading_++;
+        reading_[load.block] = std::chrono::steady_clock::now();
         lock.unlock();
         const Status status = bring(load);
         lock.lock();
-        reading_--;
+        reading_.erase(load.block);
         if (!status.ok() && failure_.ok()) failure_ = status;
         changed_.notify_all();
     }

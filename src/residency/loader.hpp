@@ -2,9 +2,12 @@
 // and start their uploads on the device's second queue. The render loop asks between rounds what has arrived.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -29,6 +32,8 @@ public:
     // Blocks whose upload has finished since the last call. With wait set, and loads under way, returns at least one.
     Result<std::vector<Arrival>> arrived(bool wait);
     uint32_t under_way() const;
+    // What it is doing at this moment, for people. From any thread.
+    std::string activity() const;
 
 private:
     struct Load {
@@ -49,7 +54,8 @@ private:
     std::condition_variable changed_;
     std::deque<Load> waiting_;    // for a thread
     std::deque<Load> submitted_;  // uploads under way, in the order of the queue
-    uint32_t reading_ = 0;        // loads that threads are working on
+    // Blocks that threads are working on, and since when.
+    std::map<uint32_t, std::chrono::steady_clock::time_point> reading_;
     Status failure_;
     bool stop_ = false;
     std::vector<std::thread> threads_;

@@ -53,6 +53,8 @@ public:
     uint64_t resident_bytes() const { return resident_bytes_; }
     uint64_t pool_bytes() const { return allocator_.capacity(); }
     uint64_t host_peak_bytes() const { return cache_->peak_bytes(); }
+    // For people; from any thread.
+    std::string loader_activity() const { return loader_->activity(); }
     std::span<const BlockState> blocks() const { return blocks_; }
 
 private:

@@ -15,7 +15,10 @@ namespace {
 constexpr uint32_t wake_slots = 16;               // that one work-item of the stage `wake` looks at; at most 16
 constexpr uint32_t items_per_cpu_core = 1 << 12;  // some dozen work-groups a core, for balance
 
-constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 3 * sizeof(uint32_t);  // planes; status, queue, free list
+constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 3 * sizeof(uint32_t) + 1;  // planes; status, queue, free list; share of `again_`
+
+// The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
+constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 
@@ -49,7 +52,8 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
-                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene) + RP_COUNTER_WORDS * sizeof(uint32_t);
+                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene) +
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
@@ -102,6 +106,7 @@ Status Wavefront::allocate_state() {
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
                           {queue_, slots * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
+                          {again_, again_bytes(slots), "samples to trace again"},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
     for (const Part& part : parts) {
         auto buffer = device_.allocate(part.bytes, part.what);
@@ -139,8 +144,6 @@ Status Wavefront::build_kernels() {
         extend_persistent_ = std::move(*kernel);
     }
     RAYPAGER_TRY(wake_.set(status_, paths_, geometry_.portals(), geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
-    RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_));
-    RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand()));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -159,6 +162,10 @@ Status Wavefront::start_round(uint32_t round) {
     Kernel& extend = persistent ? extend_persistent_ : extend_;
     RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_));
     RAYPAGER_TRY(geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_));
+    RAYPAGER_TRY(list_samples_again());
+    const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
+    RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
+    RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
     RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
@@ -178,6 +185,7 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     const std::span<std::byte> results = flight.results.bytes();
     std::memcpy(counters.words.data(), results.data(), counters_.bytes());
     demand = {reinterpret_cast<const uint32_t*>(results.data() + counters_.bytes()), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
+    begun_again_ += std::min(listed_again_, counters.free_slots());
     for (size_t i = 0; i < flight.stages.size(); i++) stage_ns_[i] += flight.stages[i].duration_ns();
     return {};
 }
@@ -185,11 +193,6 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
 Status Wavefront::set_sample_limit(uint64_t limit) {
     params_.sample_limit = limit;
     return device_.kernels().write_now(params_buffer_, 0, bytes_of_one(params_));
-}
-
-Status Wavefront::read_film(std::vector<uint32_t>& words) {
-    words.resize(film_.bytes() / sizeof(uint32_t));
-    return device_.kernels().read_now(film_, 0, std::as_writable_bytes(std::span(words)));
 }
 
 }  // namespace raypager

@@ -32,6 +32,7 @@ struct RoundCounters {
     std::array<uint32_t, RP_COUNTER_WORDS> words{};
     uint32_t extend_rays() const { return words[RP_COUNT_EXTEND]; }
     uint32_t shadow_rays() const { return words[RP_COUNT_SHADOW]; }
+    uint32_t free_slots() const { return words[RP_COUNT_FREE]; }
     uint32_t idle_slots() const { return words[RP_COUNT_IDLE]; }
     uint32_t waiting_rays() const { return words[RP_COUNT_WAITING]; }
     uint64_t next_sample() const { return wide(RP_COUNT_NEXT_SAMPLE); }
@@ -59,8 +60,19 @@ public:
     static constexpr uint32_t most_rounds = 2;
     // No samples from this number on.
     Status set_sample_limit(uint64_t limit);
-    // The raw film (abi/film.h). Between rounds.
-    Status read_film(std::vector<uint32_t>& words);
+
+    // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
+    // number of the next sample. A render that starts with these three ends in the same film as the one that they were taken from.
+    // The raw film (abi/film.h), in parts, so that it need not lie in host memory as a whole.
+    uint64_t film_words() const { return film_.bytes() / sizeof(uint32_t); }
+    Status read_film(uint64_t first_word, std::span<uint32_t> words);
+    Status write_film(uint64_t first_word, std::span<const uint32_t> words);
+    Status read_samples_under_way(std::vector<rp_path_sample>& samples);
+    // Before the first round: samples that come before those from params.first_sample on.
+    void begin_with(std::vector<rp_path_sample> samples) { again_list_ = std::move(samples); }
+    // Whether some of them are still to be begun. Then only one round may be under way: how many it begins is known when it has ended.
+    bool begins_again() const { return begun_again_ < again_list_.size(); }
+
     const rp_render_params& params() const { return params_; }
     // Time on the device so far: wake, generate, extend, shade, connect.
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
@@ -71,13 +83,19 @@ private:
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status build_kernels();
+    Status list_samples_again();
+    // Of those that the render began with: the ones that no path has been started for yet.
+    std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
 
     Device& device_;
     rp_render_params params_;
     GeometryBuffers geometry_;
     bool count_bounces_ = false;
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
-    Buffer film_, status_, paths_, queue_, free_list_, counters_;
+    Buffer film_, status_, paths_, queue_, free_list_, again_, counters_;
+    std::vector<rp_path_sample> again_list_;
+    size_t begun_again_ = 0;
+    uint32_t listed_again_ = 0;  // on the device for the round under way
     Kernel wake_, generate_, advance_, extend_, extend_persistent_, shade_, connect_;
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
     struct Flight {

@@ -91,5 +91,23 @@ TEST(FilmHash, TellsSizeAndEveryWord) {
     }
 }
 
+// A film in pieces gives what the whole gives.
+TEST(FilmResolver, AgreesWithTheWholeFilm) {
+    std::vector<uint32_t> words(6 * RP_FILM_WORDS);
+    for (size_t i = 0; i < 5; i++)  // the last pixel stays without samples
+        for (size_t k = 0; k <= i; k++)
+            add_sample(std::span<uint32_t, RP_FILM_WORDS>(words.data() + i * RP_FILM_WORDS, RP_FILM_WORDS), {0.25f * static_cast<float>(i), -1, NAN});
+    FilmResolver resolver(3, 2);
+    size_t at = 0;
+    for (const size_t pixels : {1u, 3u, 2u}) {
+        resolver.add(std::span(words).subspan(at * RP_FILM_WORDS, pixels * RP_FILM_WORDS));
+        at += pixels;
+    }
+    EXPECT_EQ(resolver.hash(), film_hash(words, 3, 2));
+    EXPECT_EQ(resolver.samples(), 15u);
+    EXPECT_EQ(resolver.clamped(), clamped_samples(words));
+    EXPECT_EQ(resolver.take_image().values, resolve_film(words, 3, 2).values);
+}
+
 }  // namespace
 }  // namespace raypager

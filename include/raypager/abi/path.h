@@ -35,6 +35,11 @@
 #define RP_STATUS_ROUND_SHIFT 3
 #define RP_ROUND_MASK 0x1fffffffu  // renders end before they have so many rounds; round 0 never happens
 
+// What a path is traced for: one sample of one pixel.
+typedef struct rp_path_sample {
+    rp_u32 pixel, sample;
+} rp_path_sample;
+
 // Counters of one round; the first RP_COUNTERS_PER_ROUND words are zeroed before it, the others add up over the render.
 #define RP_COUNT_EXTEND 0u   // extension rays that can go on
 #define RP_COUNT_SHADOW 1u   // shadow rays that can go on

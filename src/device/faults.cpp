@@ -1,0 +1,16 @@
+#include "device/faults.hpp"
+
+namespace raypager {
+
+DeviceFaults& device_faults() {
+    static DeviceFaults faults;
+    return faults;
+}
+
+void DeviceFaults::clear() {
+    no_platform = no_device = fail_builds = lost = hold_uploads = false;
+    memory_bytes = UINT64_MAX;
+    lose_in = 0;
+}
+
+}  // namespace raypager

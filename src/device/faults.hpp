@@ -1,0 +1,20 @@
+// Devices that fail on purpose, for tests. Without a fault set, an operation costs one look at a variable more.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace raypager {
+
+struct DeviceFaults {
+    std::atomic<bool> no_platform{false}, no_device{false};
+    std::atomic<bool> fail_builds{false};            // of kernels; binaries from the cache do not load either
+    std::atomic<uint64_t> memory_bytes{UINT64_MAX};  // a buffer with which all of the process's would exceed this is refused
+    std::atomic<int64_t> lose_in{0};                 // the n-th command from now on, and all after it, find the device lost; 0: none
+    std::atomic<bool> lost{false};                   // set by lose_in
+    std::atomic<bool> hold_uploads{false};           // writes to the upload queue wait for as long as this is set
+    void clear();
+};
+DeviceFaults& device_faults();
+
+}  // namespace raypager

@@ -1,0 +1,196 @@
+#include "render/checkpoint.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/hash.hpp"
+#include "raypager/abi/film.h"
+#include "render/checkpoint_format.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace checkpoint_format;
+
+static_assert(film_piece_words % RP_FILM_WORDS == 0);
+
+uint64_t pixels_of(const RenderIdentity& identity) { return uint64_t{identity.width} * identity.height; }
+
+uint64_t header_checksum(const Header& header) { return hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum))); }
+
+template <size_t size>
+void store_text(char (&target)[size], std::string_view text) {
+    std::memcpy(target, text.data(), std::min(text.size(), size));
+}
+
+template <size_t size>
+std::string load_text(const char (&source)[size]) {
+    return std::string(source, std::find(source, source + size, '\0'));
+}
+
+uint64_t finished_samples(std::span<const uint32_t> words) {
+    uint64_t sum = 0;
+    for (size_t at = RP_FILM_COUNT; at < words.size(); at += RP_FILM_WORDS) sum += words[at];
+    return sum;
+}
+
+Header make_header(const CheckpointState& state) {
+    Header header = {};
+    std::memcpy(header.magic, magic, sizeof magic);
+    header.version = version;
+    header.endian_mark = endian_mark;
+    store_text(header.program, RAYPAGER_VERSION);
+    store_text(header.device, state.device);
+    header.identity = state.identity;
+    header.spp = state.spp;
+    header.next_sample = state.next_sample;
+    header.sample_count = state.samples.size();
+    header.samples_checksum = hash64(std::as_bytes(std::span(state.samples)));
+    header.film_words = pixels_of(state.identity) * RP_FILM_WORDS;
+    header.work = state.work;
+    header.file_bytes = film_offset(header.sample_count) + header.film_words * sizeof(uint32_t);
+    return header;
+}
+
+Status pad_to(OutputFile& file, uint64_t position) { return file.write(std::vector<std::byte>(position - file.position())); }
+
+Status write_film(OutputFile& file, const FilmSource& film, Header& header, uint64_t& finished) {
+    Hash64Stream checksum;
+    std::vector<uint32_t> words(std::min(film_piece_words, header.film_words));
+    for (uint64_t first = 0; first < header.film_words; first += film_piece_words) {
+        const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, header.film_words - first));
+        RAYPAGER_TRY(film(first, piece));
+        checksum.add(std::as_bytes(piece));
+        finished += finished_samples(piece);
+        RAYPAGER_TRY(file.write(std::as_bytes(piece)));
+    }
+    header.film_checksum = checksum.value();
+    return {};
+}
+
+}  // namespace
+
+Status write_checkpoint(const std::filesystem::path& path, const CheckpointState& state, const FilmSource& film) {
+    Header header = make_header(state);
+    auto file = OutputFile::create(path);
+    if (!file) return file.status();
+    RAYPAGER_TRY(pad_to(*file, page));  // room for the header, which is written last
+    RAYPAGER_TRY(file->write(std::as_bytes(std::span(state.samples))));
+    RAYPAGER_TRY(pad_to(*file, film_offset(header.sample_count)));
+    uint64_t finished = 0;
+    RAYPAGER_TRY(write_film(*file, film, header, finished));
+    if (finished + header.sample_count != header.next_sample)
+        return Status::failed(fmt::format("{}: not written: {} samples are finished and {} under way, but {} were begun; this is a bug",
+                                          path.string(), finished, header.sample_count, header.next_sample));
+    header.checksum = header_checksum(header);
+    RAYPAGER_TRY(file->write_at(0, std::as_bytes(std::span(&header, 1))));
+    return file->commit();
+}
+
+Status CheckpointFile::damaged(const std::string& what) const {
+    return Status::failed(fmt::format("{}: {}; the checkpoint is damaged, remove it to start anew", file_.path().string(), what));
+}
+
+namespace {
+
+// What can be said of a header before anything that it names is looked at.
+Status check_header(const InputFile& file, const Header& header) {
+    const std::string path = file.path().string();
+    if (std::memcmp(header.magic, magic, sizeof magic) != 0)
+        return Status::failed(fmt::format("{}: is no checkpoint: it does not begin with \"RAYPCKPT\"", path));
+    if (header.version != version || header.endian_mark != endian_mark)
+        return Status::failed(
+            fmt::format("{}: has checkpoint version {}, but this program reads version {}; finish the render with the program that "
+                        "wrote it, or remove it to start anew",
+                        path, header.version, version));
+    const auto damaged = [&](const char* what) {
+        return Status::failed(fmt::format("{}: header: {}; the checkpoint is damaged, remove it to start anew", path, what));
+    };
+    if (header.checksum != header_checksum(header)) return damaged("the checksum is wrong");
+    const uint64_t pixels = pixels_of(header.identity);
+    if (pixels == 0 || pixels > UINT64_MAX / 64 || header.film_words != pixels * RP_FILM_WORDS) return damaged("the size of the film is wrong");
+    if (header.sample_count > header.next_sample || header.sample_count > file.size() / sizeof(rp_path_sample))
+        return damaged("the number of samples is wrong");
+    if (header.file_bytes != film_offset(header.sample_count) + header.film_words * sizeof(uint32_t)) return damaged("the size is wrong");
+    if (header.file_bytes != file.size())
+        return Status::failed(fmt::format("{}: has {} bytes but should have {}; the checkpoint is truncated or damaged, remove it to start anew",
+                                          path, file.size(), header.file_bytes));
+    return {};
+}
+
+}  // namespace
+
+Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
+    CheckpointFile opened;
+    auto file = InputFile::open(path);
+    if (!file) return file.status();
+    opened.file_ = std::move(*file);
+    if (opened.file_.size() < page)
+        return Status::failed(fmt::format("{}: is no checkpoint: it has only {} bytes", path.string(), opened.file_.size()));
+    Header header;
+    RAYPAGER_TRY(opened.file_.read(0, std::as_writable_bytes(std::span(&header, 1))));
+    RAYPAGER_TRY(check_header(opened.file_, header));
+    CheckpointState& state = opened.state_;
+    state.identity = header.identity;
+    state.device = load_text(header.device);
+    state.spp = header.spp;
+    state.next_sample = header.next_sample;
+    state.work = header.work;
+    if (const std::string program = load_text(header.program); program != RAYPAGER_VERSION)
+        return Status::failed(
+            fmt::format("{}: was written by raypager {}, this is raypager {}, whose picture may differ; finish the render with that "
+                        "version, or remove the checkpoint to start anew",
+                        path.string(), program, RAYPAGER_VERSION));
+    state.samples.resize(header.sample_count);
+    RAYPAGER_TRY(opened.file_.read(page, std::as_writable_bytes(std::span(state.samples))));
+    if (hash64(std::as_bytes(std::span(state.samples))) != header.samples_checksum)
+        return opened.damaged(fmt::format("samples at byte {}: the checksum is wrong", page));
+    const uint64_t pixels = pixels_of(state.identity), passes = state.next_sample / pixels;
+    for (const rp_path_sample& sample : state.samples)
+        if (sample.pixel >= pixels || sample.sample > passes) return opened.damaged("it names a sample that was never begun");
+    opened.film_offset_ = film_offset(header.sample_count);
+    opened.film_words_ = header.film_words;
+    opened.film_checksum_ = header.film_checksum;
+    return opened;
+}
+
+Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const {
+    const RenderIdentity& mine = state_.identity;
+    const auto differs = [this](const std::string& what) {
+        return Status::failed(
+            fmt::format("{}: cannot go on from here: {}; give what the checkpoint was made with, or name another", file_.path().string(), what));
+    };
+    if (mine.scene != identity.scene) return differs("it is a checkpoint of another scene, or of one that was baked with other options");
+    if (mine.width != identity.width || mine.height != identity.height)
+        return differs(fmt::format("its --size is {}x{}, not {}x{}", mine.width, mine.height, identity.width, identity.height));
+    if (mine.seed != identity.seed) return differs(fmt::format("its --seed is {}, not {}", mine.seed, identity.seed));
+    if (mine.max_depth != identity.max_depth) return differs(fmt::format("its --max-depth is {}, not {}", mine.max_depth, identity.max_depth));
+    const auto connection = [](const RenderIdentity& i) { return i.roulette_connection ? "roulette" : "queue"; };
+    if (mine.roulette_connection != identity.roulette_connection)
+        return differs(fmt::format("its --connection is {}, not {}", connection(mine), connection(identity)));
+    if (std::memcmp(&mine.camera, &identity.camera, sizeof mine.camera) != 0) return differs("its --camera is another one");
+    if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
+    const uint64_t pixels = pixels_of(mine), begun = (state_.next_sample + pixels - 1) / pixels;
+    if (begun > spp) return differs(fmt::format("it has {} samples a pixel already, more than --spp {}", begun, spp));
+    return {};
+}
+
+Status CheckpointFile::read_film(const FilmTarget& target) const {
+    Hash64Stream checksum;
+    uint64_t finished = 0;
+    std::vector<uint32_t> words(std::min(film_piece_words, film_words_));
+    for (uint64_t first = 0; first < film_words_; first += film_piece_words) {
+        const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, film_words_ - first));
+        RAYPAGER_TRY(file_.read(film_offset_ + first * sizeof(uint32_t), std::as_writable_bytes(piece)));
+        checksum.add(std::as_bytes(piece));
+        finished += finished_samples(piece);
+        RAYPAGER_TRY(target(first, piece));
+    }
+    if (checksum.value() != film_checksum_) return damaged(fmt::format("film at byte {}: the checksum is wrong", film_offset_));
+    if (finished + state_.samples.size() != state_.next_sample) return damaged("the film holds another number of samples than it says");
+    return {};
+}
+
+}  // namespace raypager

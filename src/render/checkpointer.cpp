@@ -1,0 +1,64 @@
+#include "render/checkpointer.hpp"
+
+#include <fmt/format.h>
+
+#include "base/log.hpp"
+
+namespace raypager {
+
+Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, std::string device) {
+    Checkpointer checkpointer(options, identity, spp, std::move(device));
+    if (options.file.empty()) return checkpointer;
+    std::error_code ignored;
+    const bool there = std::filesystem::exists(options.file, ignored);
+    if (there && !options.resume)
+        return Status::failed(fmt::format("{}: is there already, and may hold hours of work; go on from it with --resume, or remove it to start anew",
+                                          options.file.string()));
+    if (!there) {
+        if (options.resume) log_note(fmt::format("{}: there is no such checkpoint yet; the render starts anew", options.file.string()));
+        return checkpointer;
+    }
+    auto file = CheckpointFile::open(options.file);
+    if (!file) return file.status();
+    RAYPAGER_TRY(file->check(identity, spp));
+    checkpointer.kept_samples_ = file->state().next_sample - file->state().samples.size();
+    checkpointer.resumed_ = std::move(*file);
+    return checkpointer;
+}
+
+Status Checkpointer::restore(Wavefront& wavefront) const {
+    if (!resumed_) return {};
+    wavefront.begin_with(resumed_->state().samples);
+    return resumed_->read_film([&](uint64_t first, std::span<const uint32_t> words) { return wavefront.write_film(first, words); });
+}
+
+bool Checkpointer::due() const { return enabled() && std::chrono::duration<double>(Clock::now() - last_).count() >= options_.every_seconds; }
+
+Status Checkpointer::write(Wavefront& wavefront, uint64_t next_sample, const WorkDone& work) {
+    const auto begin = Clock::now();
+    CheckpointState state;
+    state.identity = identity_;
+    state.device = device_;
+    state.spp = spp_;
+    state.next_sample = next_sample;
+    state.work = work;
+    Status status = wavefront.read_samples_under_way(state.samples);
+    if (status)
+        status = write_checkpoint(options_.file, state, [&](uint64_t first, std::span<uint32_t> words) { return wavefront.read_film(first, words); });
+    if (status) {
+        written_++;
+        kept_samples_ = next_sample - state.samples.size();
+    }
+    last_ = Clock::now();
+    seconds_ += std::chrono::duration<double>(last_ - begin).count();
+    return status;
+}
+
+std::string Checkpointer::advice() const {
+    if (!kept_samples_) return {};
+    const double pixels = static_cast<double>(identity_.width) * identity_.height;
+    return fmt::format("go on with --resume: {} has {:.1f} of {} samples a pixel", options_.file.string(),
+                       static_cast<double>(*kept_samples_) / pixels, spp_);
+}
+
+}  // namespace raypager

@@ -1,0 +1,53 @@
+// A render's dealings with its checkpoint file: whether it goes on from there, and when it is written anew.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "render/checkpoint.hpp"
+#include "render/render.hpp"
+#include "wavefront/wavefront.hpp"
+
+namespace raypager {
+
+class Checkpointer {
+public:
+    // Reads the checkpoint to go on from, if that is asked for and there is one; an error says why this render cannot. No other file is
+    // overwritten than one that the render went on from. Without a file in options, nothing is ever written.
+    // device: name and driver; the picture may differ in the last bits between two.
+    static Result<Checkpointer> create(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, std::string device);
+
+    bool enabled() const { return !options_.file.empty(); }
+    bool resumed() const { return resumed_.has_value(); }
+    uint64_t first_sample() const { return resumed_ ? resumed_->state().next_sample : 0; }
+    WorkDone earlier_work() const { return resumed_ ? resumed_->state().work : WorkDone(); }
+    bool other_device() const { return resumed_ && resumed_->state().device != device_; }
+    // What the wavefront must hold before its first round, in one that was created with first_sample.
+    Status restore(Wavefront& wavefront) const;
+
+    // Whether the interval is over.
+    bool due() const;
+    // Between two rounds. work: by this run and those before.
+    Status write(Wavefront& wavefront, uint64_t next_sample, const WorkDone& work);
+    uint32_t written() const { return written_; }
+    double seconds() const { return seconds_; }  // spent on writing
+    // What the file holds, for the end of a sentence: "go on with --resume: FILE has 12.3 samples a pixel"; empty if there is none.
+    std::string advice() const;
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Checkpointer(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, std::string device)
+        : options_(options), identity_(identity), spp_(spp), device_(std::move(device)) {}
+
+    CheckpointOptions options_;
+    RenderIdentity identity_;
+    uint32_t spp_ = 0, written_ = 0;
+    std::string device_;
+    std::optional<CheckpointFile> resumed_;
+    std::optional<uint64_t> kept_samples_;  // that the file holds: begun ones
+    double seconds_ = 0;
+    Clock::time_point last_ = Clock::now();
+};
+
+}  // namespace raypager

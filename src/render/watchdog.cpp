@@ -1,0 +1,91 @@
+#include "render/watchdog.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace raypager {
+
+RoundState make_round_state(uint32_t round, const RoundCounters& counters, const Residency& residency) {
+    RoundState state;
+    state.round = round;
+    state.ready_rays = counters.extend_rays() + counters.shadow_rays();
+    state.waiting_rays = counters.waiting_rays();
+    state.resident_bytes = residency.resident_bytes();
+    state.pool_bytes = residency.pool_bytes();
+    const PagingStatistics& paging = residency.statistics();
+    state.achieved = counters.next_sample() + counters.camera_rays() + counters.bounce_rays() + counters.total_shadow_rays() + counters.idle_slots() +
+                     counters.wants_served() + paging.loads + paging.evictions;
+    constexpr size_t told = 3;
+    const std::span<const BlockState> blocks = residency.blocks();
+    for (uint32_t i = 0; i < blocks.size(); i++) {
+        if (blocks[i].wants == 0) continue;
+        state.wanted_blocks++;
+        auto& most = state.most_wanted;
+        const auto at = std::find_if(most.begin(), most.end(), [&](const RoundState::Want& want) { return want.rays < blocks[i].wants; });
+        if (at == most.end() && most.size() == told) continue;
+        most.insert(at, {i, blocks[i].wants, blocks[i].wanted_since, blocks[i].state == PageState::loading});
+        if (most.size() > told) most.pop_back();
+    }
+    return state;
+}
+
+std::string describe(const RoundState& state) {
+    std::string wants;
+    for (const RoundState::Want& want : state.most_wanted)
+        wants += fmt::format("{}block {} by {} rays since round {}{}", wants.empty() ? "; most wanted: " : ", ", want.block, want.rays,
+                             want.since_round, want.loading ? ", loading" : "");
+    return fmt::format("{} rays were ready, {} wait for {} blocks{}; pool: {} of {} bytes in use", state.ready_rays, state.waiting_rays,
+                       state.wanted_blocks, wants, state.resident_bytes, state.pool_bytes);
+}
+
+Watchdog::Watchdog(double seconds, std::function<std::string()> loader, std::function<void(const std::string&)> report)
+    : seconds_(seconds), loader_(std::move(loader)), report_(std::move(report)), next_report_(seconds) {
+    if (seconds_ > 0) thread_ = std::thread([this] { watch(); });
+}
+
+Watchdog::~Watchdog() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) thread_.join();
+}
+
+void Watchdog::round_ended(RoundState state) {
+    const std::lock_guard lock(mutex_);
+    if (state.achieved != state_.achieved) {
+        last_progress_ = Clock::now();
+        next_report_ = seconds_;
+    }
+    state_ = std::move(state);
+}
+
+void Watchdog::doing(const char* what) {
+    const std::lock_guard lock(mutex_);
+    doing_ = what;
+}
+
+std::string Watchdog::report_text(double seconds) const {
+    return fmt::format("no progress for {:.1f} s; {} after round {}: {}; loader: {}; still going on", seconds, doing_, state_.round, describe(state_),
+                       loader_());
+}
+
+void Watchdog::watch() {
+    std::unique_lock lock(mutex_);
+    while (!stop_) {
+        const double passed = std::chrono::duration<double>(Clock::now() - last_progress_).count();
+        if (passed >= next_report_) {
+            next_report_ = 2 * passed;
+            const std::string text = report_text(passed);
+            lock.unlock();
+            report_(text);
+            lock.lock();
+            continue;
+        }
+        changed_.wait_for(lock, std::chrono::duration<double>(next_report_ - passed));
+    }
+}
+
+}  // namespace raypager

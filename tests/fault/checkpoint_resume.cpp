@@ -1,0 +1,202 @@
+// Promise 5: a render that was stopped, however often and with whatever limits it goes on, ends in the same film.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "support/device_scene.hpp"
+#include "support/interrupted_render.hpp"
+#include "support/small_scene.hpp"
+
+namespace raypager {
+namespace {
+
+using support::render_rounds;
+
+class CheckpointResume : public testing::Test {
+protected:
+    void SetUp() override {
+        BakeOptions bake_options;
+        bake_options.block_bytes = 16 << 10;
+        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        file_ = *file;
+        base_.spp = 8;
+        base_.paths = 128;
+        const auto whole = render(*file_, base_, {});
+        ASSERT_TRUE(whole.ok()) << whole.status().message();
+        hash_ = whole->report.film_hash;
+        base_.checkpoint.file = folder_.path() / "render.ckpt";
+    }
+
+    // Ways to go on that must not change the picture.
+    std::vector<RenderOptions> variants() const {
+        std::vector<RenderOptions> all(5, base_);
+        all[1].geometry_limit_percent = 40;
+        all[1].policy = PolicyKind::lru;
+        all[2].paths = 64;
+        all[2].geometry_limit = file_->scene().largest_block();
+        all[3].paths = 3000;
+        all[3].policy = PolicyKind::most_wanted;
+        all[3].geometry_limit_percent = 60;
+        all[4].paths = 1000;
+        all[4].slab_bytes = file_->scene().largest_block() + 64;
+        return all;
+    }
+
+    support::TemporaryFolder folder_;
+    std::shared_ptr<const BlockFile> file_;
+    RenderOptions base_;
+    uint64_t hash_ = 0;
+};
+
+TEST_F(CheckpointResume, ends_in_the_same_film_after_stops_at_random_rounds) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const std::vector<RenderOptions> ways = variants();
+    uint32_t stops = 0;
+    for (int trial = 0; trial < 8; trial++) {
+        std::filesystem::remove(base_.checkpoint.file);
+        for (uint32_t part = 0;; part++) {
+            ASSERT_LT(part, 100u) << "no end in sight";
+            RenderOptions options = ways[random() % ways.size()];
+            options.checkpoint.resume = part > 0;
+            const uint32_t rounds = part == 4 ? 0 : 1 + random() % 20;
+            const auto result = render_rounds(*file_, options, rounds);
+            ASSERT_TRUE(result.ok()) << result.status().message();
+            if (!result->report.complete) {
+                stops++;
+                EXPECT_LT(result->report.average_spp, 8);
+                continue;
+            }
+            ASSERT_EQ(result->report.film_hash, hash_) << "trial " << trial << " after " << part << " stops";
+            EXPECT_EQ(result->report.checkpoint.runs, part + 1);
+            break;
+        }
+    }
+    EXPECT_GT(stops, 8u) << "the renders end before they are stopped";
+}
+
+TEST_F(CheckpointResume, goes_on_with_paths_that_wait_for_blocks) {
+    RenderOptions options = base_;
+    options.paths = 3000;  // nearly all samples are under way at once
+    options.geometry_limit = file_->scene().largest_block();
+    const auto stopped = render_rounds(*file_, options, 3);
+    ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+    ASSERT_FALSE(stopped->report.complete);
+    // The fewest slots: the list of what was under way is far longer than what the device holds of it.
+    options.paths = 8;
+    options.checkpoint.resume = true;
+    const auto again = render_rounds(*file_, options, 10);
+    ASSERT_TRUE(again.ok()) << again.status().message();
+    ASSERT_FALSE(again->report.complete);
+    const auto finished = render(*file_, options, {});
+    ASSERT_TRUE(finished.ok()) << finished.status().message();
+    EXPECT_EQ(finished->report.film_hash, hash_);
+}
+
+TEST_F(CheckpointResume, at_the_smallest_memory_limit_too) {
+    RenderOptions options = base_;
+    options.memory_limit = 1000;
+    const auto refused = render(*file_, options, {});
+    ASSERT_FALSE(refused.ok());
+    const std::string &message = refused.status().message(), key = "the smallest that would do is ";
+    ASSERT_NE(message.find(key), std::string::npos) << message;
+    options.memory_limit = std::stoull(message.substr(message.find(key) + key.size()));
+    ASSERT_FALSE(render_rounds(*file_, options, 5)->report.complete);
+    options.checkpoint.resume = true;
+    const auto finished = render(*file_, options, {});
+    ASSERT_TRUE(finished.ok()) << finished.status().message();
+    EXPECT_EQ(finished->report.film_hash, hash_);
+}
+
+TEST_F(CheckpointResume, a_finished_render_can_be_extended) {
+    RenderOptions options = base_;
+    options.spp = 3;
+    ASSERT_TRUE(render(*file_, options, {}).ok());
+    options.checkpoint.resume = true;
+    const auto same = render(*file_, options, {});
+    ASSERT_TRUE(same.ok()) << same.status().message();
+    EXPECT_EQ(same->report.spp, 3u);
+    EXPECT_NE(same->report.film_hash, hash_);
+    const auto longer = render(*file_,
+                               [&] {
+                                   auto o = options;
+                                   o.spp = 8;
+                                   return o;
+                               }(),
+                               {});
+    ASSERT_TRUE(longer.ok()) << longer.status().message();
+    EXPECT_EQ(longer->report.film_hash, hash_);
+    EXPECT_EQ(longer->report.rays.camera, 8 * 96u) << "finished samples were traced again";
+}
+
+TEST_F(CheckpointResume, after_a_time_limit) {
+    RenderOptions options = base_;
+    options.time_seconds = 1e-9;
+    const auto first = render(*file_, options, {});
+    ASSERT_TRUE(first.ok()) << first.status().message();
+    EXPECT_TRUE(first->report.complete);
+    EXPECT_LT(first->report.spp, 8u);
+    options.time_seconds = 0;
+    options.checkpoint.resume = true;
+    const auto second = render(*file_, options, {});
+    ASSERT_TRUE(second.ok()) << second.status().message();
+    EXPECT_EQ(second->report.film_hash, hash_);
+}
+
+TEST_F(CheckpointResume, from_any_checkpoint_of_a_render) {
+    RenderOptions options = base_;
+    options.paths = 64;
+    options.checkpoint.every_seconds = 0;  // after each round
+    uint32_t copies = 0;
+    const auto kept = [&](uint32_t i) { return folder_.path() / ("copy" + std::to_string(i)); };
+    RenderCallbacks callbacks;
+    uint32_t rounds = 0;
+    callbacks.progress = [&](const RenderProgress&) {
+        if (rounds++ % 8 == 3) std::filesystem::copy_file(options.checkpoint.file, kept(copies++));
+    };
+    options.progress_seconds = 0;
+    const auto whole = render(*file_, options, callbacks);
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    EXPECT_EQ(whole->report.film_hash, hash_) << "writing checkpoints changes the film";
+    EXPECT_GE(whole->report.checkpoint.written, rounds);
+    ASSERT_GT(copies, 3u);
+    options.checkpoint.every_seconds = 1e9;
+    options.checkpoint.resume = true;
+    for (uint32_t i = 0; i < copies; i++) {
+        options.checkpoint.file = kept(i);
+        const auto result = render(*file_, options, {});
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->report.film_hash, hash_) << "from checkpoint " << i;
+    }
+}
+
+TEST_F(CheckpointResume, roulette_connection_too) {
+    RenderOptions options = base_;
+    options.connection = Connection::roulette;
+    options.checkpoint.file.clear();
+    const uint64_t expected = render(*file_, options, {})->report.film_hash;
+    options.checkpoint.file = base_.checkpoint.file;
+    ASSERT_FALSE(render_rounds(*file_, options, 6)->report.complete);
+    options.checkpoint.resume = true;
+    options.geometry_limit_percent = 40;
+    const auto result = render(*file_, options, {});
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(result->report.film_hash, expected);
+}
+
+TEST_F(CheckpointResume, starts_anew_without_a_file_and_overwrites_none) {
+    RenderOptions options = base_;
+    options.checkpoint.resume = true;
+    const auto first = render(*file_, options, {});
+    ASSERT_TRUE(first.ok()) << first.status().message();
+    EXPECT_EQ(first->report.film_hash, hash_);
+    options.checkpoint.resume = false;
+    const auto refused = render(*file_, options, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.status().message().find("--resume"), std::string::npos) << refused.status().message();
+}
+
+}  // namespace
+}  // namespace raypager

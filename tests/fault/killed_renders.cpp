@@ -1,0 +1,140 @@
+// The program, killed and stopped from outside while it renders. RAYPAGER_KILLS=50 kills it more often than CI has time for.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "base/files.hpp"
+#include "support/child_process.hpp"
+#include "support/device_scene.hpp"
+#include "support/small_scene.hpp"
+
+namespace raypager {
+namespace {
+
+using support::ChildProcess;
+using support::ChildResult;
+
+constexpr double patience = 120;  // seconds for one run, on a busy machine with no kernel in any cache
+
+class KilledRenders : public testing::Test {
+protected:
+    void SetUp() override {
+        BakeOptions bake_options;
+        bake_options.block_bytes = 16 << 10;
+        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        const auto begin = std::chrono::steady_clock::now();
+        const ChildResult whole = run({"-o", "whole.pfm", "--report", "whole.json"});
+        ASSERT_EQ(whole.exit_code, 0) << errors();
+        seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        hash_ = film_hash("whole.json");
+    }
+
+    // A render of some hundred rounds.
+    static std::vector<std::string> command(const std::vector<std::string>& options, const char* spp = "16") {
+        std::vector<std::string> words = {"render", "scene.rpb", "--size", "96x64", "--spp", spp, "--paths", "4096", "--geometry-limit", "50%"};
+        words.insert(words.end(), options.begin(), options.end());
+        return words;
+    }
+
+    ChildResult run(const std::vector<std::string>& options, double kill_after = 0, int number = SIGKILL) const {
+        ChildProcess child(RAYPAGER_PROGRAM, command(options), folder_.path());
+        ChildResult result;
+        if (kill_after > 0 && !child.wait(kill_after, result))
+            child.signal(number);
+        else if (kill_after > 0)
+            return result;
+        EXPECT_TRUE(child.wait(patience, result)) << "does not end";
+        return result;
+    }
+
+    std::string text(const char* name) const {
+        std::ifstream file(folder_.path() / name);
+        std::ostringstream all;
+        all << file.rdbuf();
+        return all.str();
+    }
+    std::string errors() const { return text("stderr"); }
+    std::string film_hash(const char* name) const {
+        const auto report = nlohmann::json::parse(text(name), nullptr, false);
+        return report.is_object() ? report["image"]["film_hash"].get<std::string>() : "no report";
+    }
+    bool exists(const char* name) const { return std::filesystem::exists(folder_.path() / name); }
+
+    support::TemporaryFolder folder_;
+    std::string hash_;
+    double seconds_ = 0;
+};
+
+TEST_F(KilledRenders, killed_at_random_moments_end_in_the_same_film) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const char* wanted = std::getenv("RAYPAGER_KILLS");
+    const int kills = wanted ? std::atoi(wanted) : 10;
+    int killed = 0, from_checkpoint = 0;
+    for (int i = 0; i < kills; i++) {
+        // Most of a run is start-up; a render that was over before it was killed leaves nothing to resume, so the next one begins anew.
+        const double moment = seconds_ * std::uniform_real_distribution<double>(0.2, 1.2)(random);
+        from_checkpoint += exists("kill.ckpt");
+        const ChildResult result = run({"-o", "killed.pfm", "--checkpoint", "kill.ckpt", "--checkpoint-every", "0.001", "--resume"}, moment);
+        if (result.signal == SIGKILL) {
+            killed++;
+            continue;
+        }
+        ASSERT_EQ(result.exit_code, 0) << errors();
+        std::filesystem::remove(folder_.path() / "kill.ckpt");
+    }
+    const ChildResult last = run({"-o", "killed.pfm", "--checkpoint", "kill.ckpt", "--resume", "--report", "killed.json"});
+    ASSERT_EQ(last.exit_code, 0) << errors();
+    EXPECT_EQ(film_hash("killed.json"), hash_);
+    EXPECT_GT(killed, 0);
+    std::printf("%d of %d runs were killed, %d began from a checkpoint\n", killed, kills, from_checkpoint);
+}
+
+// SIGTERM and SIGINT end a render with a checkpoint at once, with a picture and an exit status of their own.
+TEST_F(KilledRenders, stopped_by_a_signal_write_picture_and_checkpoint) {
+    for (const int number : {SIGINT, SIGTERM}) {
+        std::filesystem::remove(folder_.path() / "stop.ckpt");
+        std::filesystem::remove(folder_.path() / "stopped.pfm");
+        const std::vector<std::string> options = {"-o",   "stopped.pfm", "--checkpoint", "stop.ckpt", "--resume", "--checkpoint-every",
+                                                  "0.01", "--report",    "stop.json"};
+        ChildProcess child(RAYPAGER_PROGRAM, command(options, "20000"), folder_.path());
+        ChildResult result;
+        bool ended = false;
+        for (int i = 0; i < 12000 && !ended && !exists("stop.ckpt"); i++) ended = child.wait(0.01, result);
+        ASSERT_FALSE(ended) << errors();
+        child.signal(number);
+        ASSERT_TRUE(child.wait(patience, result));
+        EXPECT_EQ(result.exit_code, 3) << errors();
+        EXPECT_TRUE(exists("stopped.pfm"));
+        EXPECT_NE(errors().find("stopped by a signal"), std::string::npos) << errors();
+        EXPECT_NE(errors().find("--resume"), std::string::npos) << errors();
+        EXPECT_NE(errors().find("stop.ckpt"), std::string::npos) << errors();
+        const auto report = nlohmann::json::parse(text("stop.json"), nullptr, false);
+        ASSERT_TRUE(report.is_object());
+        EXPECT_EQ(report["image"]["complete"], false);
+        EXPECT_LT(report["image"]["average_spp"], 20000);
+    }
+}
+
+TEST_F(KilledRenders, without_a_platform_there_is_one_clear_line) {
+    ChildProcess child(RAYPAGER_PROGRAM, command({"-o", "a.pfm"}), folder_.path(), {"OCL_ICD_VENDORS=" + folder_.path().string() + "/none"});
+    ChildResult result;
+    ASSERT_TRUE(child.wait(patience, result));
+    EXPECT_EQ(result.exit_code, 1);
+    const std::string told = errors();
+    EXPECT_NE(told.find("no OpenCL platform found"), std::string::npos) << told;
+    EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
+    EXPECT_FALSE(exists("a.pfm"));
+}
+
+}  // namespace
+}  // namespace raypager

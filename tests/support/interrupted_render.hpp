@@ -1,0 +1,14 @@
+// Renders that are stopped after a number of rounds, as a signal would stop them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "render/render.hpp"
+
+namespace raypager::support {
+
+// Renders until so many rounds have ended; 0: to the end.
+Result<RenderResult> render_rounds(const BlockFile& file, RenderOptions options, uint32_t rounds, RenderCallbacks callbacks = {});
+
+}  // namespace raypager::support
