@@ -55,11 +55,33 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     EXPECT_EQ(keys_of(json["checkpoint"]), (Keys{"runs", "written"}));
     EXPECT_EQ(keys_of(json["rays"]), (Keys{"camera", "bounce", "shadow", "total", "per_second"}));
     EXPECT_EQ(keys_of(json["paging"]), (Keys{"policy", "loads", "evictions", "bytes_loaded", "rounds", "wants_without_hit"}));
-    for (const char* option :
-         {"device",      "memory_limit",    "geometry_limit", "host_limit", "spp",       "time",         "size",        "max_depth",
-          "seed",        "paths",           "policy",         "connection", "camera",    "point_radius", "point_scale", "cull_to_camera",
-          "cull_margin", "filter_to_image", "reference",      "log",        "snapshots", "report",       "cache_dir",   "progress",
-          "checkpoint",  "checkpoint_every", "resume"})
+    for (const char* option : {"device",
+                               "memory_limit",
+                               "geometry_limit",
+                               "host_limit",
+                               "spp",
+                               "time",
+                               "size",
+                               "max_depth",
+                               "seed",
+                               "paths",
+                               "policy",
+                               "connection",
+                               "camera",
+                               "point_radius",
+                               "point_scale",
+                               "cull_to_camera",
+                               "cull_margin",
+                               "filter_to_image",
+                               "reference",
+                               "log",
+                               "snapshots",
+                               "report",
+                               "cache_dir",
+                               "progress",
+                               "checkpoint",
+                               "checkpoint_every",
+                               "resume"})
         EXPECT_TRUE(json["settings"].contains(option)) << option;
 }
 
