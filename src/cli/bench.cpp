@@ -19,6 +19,7 @@ struct Measurement {
 
 // In the order in which the help lists them.
 constexpr Measurement measurements[] = {
+    {"export", "no measurement: writes a baked scene for Mitsuba 3, to be compared with it", run_bench_export},
     {"traverse", "rays a second of the engine's own kernels on a baked scene", run_bench_traverse},
 };
 

@@ -6,6 +6,7 @@
 
 namespace raypager {
 
+Status run_bench_export(const Arguments& arguments);
 Status run_bench_traverse(const Arguments& arguments);
 
 }  // namespace raypager
