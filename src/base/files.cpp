@@ -2,9 +2,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -13,24 +15,18 @@ namespace {
 
 constexpr size_t buffer_bytes = size_t{1} << 20;
 
-// What a transfer of n bytes shall do under the fault plan: -1 fail with errno set, 0 nothing special, 1 cut short.
-int injected(std::atomic<int64_t>& countdown) {
-    if (countdown.load(std::memory_order_relaxed) <= 0 || countdown.fetch_sub(1) != 1) return 0;
-    const int error = fault_plan().error_number;
-    if (error == 0) return 1;
-    errno = error;
-    return -1;
-}
-
 Status system_error(const std::filesystem::path& path, const char* what) {
     return Status::failed(fmt::format("{}: {}: {}", path.string(), what, std::strerror(errno)));
 }
 
+bool faulty(FileOperation operation) { return inject_fault(operation) == Fault::error; }
+
+// offset -1: where the file's position is.
 bool write_all(int descriptor, std::span<const std::byte> bytes, int64_t offset) {
     while (!bytes.empty()) {
-        const int fault = injected(fault_plan().fail_write_in);
-        if (fault < 0) return false;
-        const size_t count = fault > 0 ? (bytes.size() + 1) / 2 : bytes.size();
+        const Fault fault = inject_fault(FileOperation::write);
+        if (fault == Fault::error) return false;
+        const size_t count = fault == Fault::shortened ? (bytes.size() + 1) / 2 : bytes.size();
         const ssize_t done = offset < 0 ? ::write(descriptor, bytes.data(), count) : ::pwrite(descriptor, bytes.data(), count, offset);
         if (done < 0 && errno == EINTR) continue;
         if (done < 0) return false;
@@ -40,12 +36,44 @@ bool write_all(int descriptor, std::span<const std::byte> bytes, int64_t offset)
     return true;
 }
 
-}  // namespace
+enum class Lock { taken, held, unavailable };
 
-FaultPlan& fault_plan() {
-    static FaultPlan plan;
-    return plan;
+// Held until the descriptor is closed, by its process's death at the latest. Some network file systems have no locks.
+Lock try_lock(int descriptor) {
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return Lock::taken;
+    return errno == EWOULDBLOCK ? Lock::held : Lock::unavailable;
 }
+
+// The stem of the target that a temporary file is for (see temporary_path); empty if its name is not of that kind.
+std::string_view stem_of_temporary(std::string_view name, std::string_view extension) {
+    const std::string ending = ".tmp" + std::string(extension);
+    if (!name.starts_with('.') || !name.ends_with(ending)) return {};
+    name.remove_prefix(1);
+    name.remove_suffix(std::min(ending.size(), name.size()));
+    const size_t dot = name.rfind('.');
+    if (dot == std::string_view::npos || dot + 1 == name.size()) return {};
+    return name.find_first_not_of("0123456789", dot + 1) == std::string_view::npos ? name.substr(0, dot) : std::string_view();
+}
+
+// Opens a temporary file, empty and locked. errno says why if the result is -1; EWOULDBLOCK: somebody else is writing it.
+int open_locked(const std::filesystem::path& path) {
+    while (true) {
+        const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+        if (descriptor < 0) return -1;
+        struct stat info {};
+        const Lock lock = try_lock(descriptor);
+        // Between the two calls it may have been taken for abandoned, and removed: then there is no such name any more.
+        if (lock != Lock::held && ::fstat(descriptor, &info) == 0 && info.st_nlink > 0 && ::ftruncate(descriptor, 0) == 0) return descriptor;
+        const int error = lock == Lock::held ? EWOULDBLOCK : errno;
+        ::close(descriptor);
+        if (lock == Lock::held || info.st_nlink > 0) {
+            errno = error;
+            return -1;
+        }
+    }
+}
+
+}  // namespace
 
 InputFile::InputFile(InputFile&& other) noexcept { *this = std::move(other); }
 
@@ -63,7 +91,8 @@ InputFile::~InputFile() {
 Result<InputFile> InputFile::open(const std::filesystem::path& path) {
     InputFile file;
     file.path_ = path;
-    file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    // Nonblocking: a pipe of that name must be refused, not waited for. Regular files do not care.
+    if (!faulty(FileOperation::open)) file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file.descriptor_ < 0) return system_error(path, "cannot be opened");
     struct stat info {};
     if (::fstat(file.descriptor_, &info) != 0) return system_error(path, "cannot be examined");
@@ -77,9 +106,9 @@ Status InputFile::read(uint64_t offset, std::span<std::byte> bytes) const {
         return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(),
                                           size_, bytes.size(), offset));
     while (!bytes.empty()) {
-        const int fault = injected(fault_plan().fail_read_in);
-        if (fault < 0) return system_error(path_, "cannot be read");
-        const size_t count = fault > 0 ? (bytes.size() + 1) / 2 : bytes.size();
+        const Fault fault = inject_fault(FileOperation::read);
+        if (fault == Fault::error) return system_error(path_, "cannot be read");
+        const size_t count = fault == Fault::shortened ? (bytes.size() + 1) / 2 : bytes.size();
         const ssize_t done = ::pread(descriptor_, bytes.data(), count, static_cast<off_t>(offset));
         if (done < 0 && errno == EINTR) continue;
         if (done < 0) return system_error(path_, "cannot be read");
@@ -118,7 +147,9 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
     OutputFile file;
     file.path_ = path;
     file.temporary_ = temporary_path(path);
-    file.descriptor_ = ::open(file.temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (!faulty(FileOperation::create)) file.descriptor_ = open_locked(file.temporary_);
+    if (file.descriptor_ < 0 && errno == EWOULDBLOCK)
+        return Status::failed(fmt::format("{}: is being written by another process at this moment", path.string()));
     if (file.descriptor_ < 0) return system_error(path, "cannot be written");
     file.buffer_.reserve(buffer_bytes);
     return file;
@@ -152,11 +183,68 @@ Status OutputFile::write_at(uint64_t offset, std::span<const std::byte> bytes) {
 
 Status OutputFile::commit() {
     RAYPAGER_TRY(flush());
-    if (::fsync(descriptor_) != 0) return system_error(path_, "cannot be written");
-    if (::rename(temporary_.c_str(), path_.c_str()) != 0) return system_error(path_, "cannot be put in place");
+    if (faulty(FileOperation::sync) || ::fsync(descriptor_) != 0) return system_error(path_, "cannot be written");
+    if (faulty(FileOperation::rename) || ::rename(temporary_.c_str(), path_.c_str()) != 0) return system_error(path_, "cannot be put in place");
     ::close(descriptor_);
     descriptor_ = -1;
     return {};
+}
+
+GrowingFile::GrowingFile(GrowingFile&& other) noexcept { *this = std::move(other); }
+
+GrowingFile& GrowingFile::operator=(GrowingFile&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    std::swap(size_, other.size_);
+    std::swap(path_, other.path_);
+    return *this;
+}
+
+GrowingFile::~GrowingFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<GrowingFile> GrowingFile::create(const std::filesystem::path& path) { return open(path, O_CREAT | O_TRUNC); }
+Result<GrowingFile> GrowingFile::reopen(const std::filesystem::path& path) { return open(path, O_CREAT); }
+
+Result<GrowingFile> GrowingFile::open(const std::filesystem::path& path, int flags) {
+    GrowingFile file;
+    file.path_ = path;
+    if (!faulty(FileOperation::create)) file.descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0644);
+    if (file.descriptor_ < 0) return system_error(path, "cannot be written");
+    if (const off_t end = ::lseek(file.descriptor_, 0, SEEK_END); end > 0) file.size_ = static_cast<uint64_t>(end);
+    return file;
+}
+
+Status GrowingFile::append(std::string_view text) {
+    if (write_all(descriptor_, std::as_bytes(std::span(text)), -1)) {
+        size_ += text.size();
+        return {};
+    }
+    const Status error = system_error(path_, "cannot be written");
+    // No half a row stays (in a file; a terminal or a pipe keeps what it got).
+    if (::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0) ::lseek(descriptor_, static_cast<off_t>(size_), SEEK_SET);
+    return error;
+}
+
+size_t remove_abandoned_temporaries(const std::filesystem::path& folder, std::string_view extension,
+                                    const std::function<bool(std::string_view stem)>& is_target) {
+    size_t removed = 0;
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        const std::string_view stem = stem_of_temporary(name, extension);
+        if (stem.empty() || !is_target(stem)) continue;
+        const int descriptor = ::open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+        if (descriptor < 0) continue;
+        if (try_lock(descriptor) == Lock::taken && ::unlink(entry->path().c_str()) == 0) removed++;
+        ::close(descriptor);
+    }
+    return removed;
+}
+
+size_t remove_abandoned_temporaries(const std::filesystem::path& target) {
+    return remove_abandoned_temporaries(target.has_parent_path() ? target.parent_path() : ".", target.extension().string(),
+                                        [stem = target.stem().string()](std::string_view other) { return other == stem; });
 }
 
 Result<std::string> read_text(const std::filesystem::path& path, uint64_t limit) {

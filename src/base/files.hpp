@@ -2,24 +2,19 @@
 // a reader never sees half a file and a failed write leaves the old file as it was. Tests inject failures through FaultPlan.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "base/fault_plan.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {
-
-// Fails the n-th read or write from now on (1 is the next; 0: never) with the given errno, or shortens it. For tests.
-struct FaultPlan {
-    std::atomic<int64_t> fail_read_in{0}, fail_write_in{0};
-    std::atomic<int> error_number{0};  // 0: a short read or write instead of an error
-};
-FaultPlan& fault_plan();
 
 // Positional reads; any number of threads may read at once.
 class InputFile {
@@ -40,6 +35,7 @@ private:
     std::filesystem::path path_;
 };
 
+// The temporary file is locked while it is written, so that one whose writer was killed can be told from one that still grows.
 class OutputFile {
 public:
     OutputFile() = default;
@@ -61,10 +57,35 @@ private:
     std::filesystem::path path_, temporary_;
 };
 
+// A file that others read while it grows, such as a log: what is appended has reached the file when the call returns, or none of it.
+class GrowingFile {
+public:
+    GrowingFile() = default;
+    GrowingFile(GrowingFile&& other) noexcept;
+    GrowingFile& operator=(GrowingFile&& other) noexcept;
+    ~GrowingFile();
+    static Result<GrowingFile> create(const std::filesystem::path& path);  // empties a file that is there
+    static Result<GrowingFile> reopen(const std::filesystem::path& path);  // goes on at its end
+    Status append(std::string_view text);
+    bool is_open() const { return descriptor_ >= 0; }
+
+private:
+    static Result<GrowingFile> open(const std::filesystem::path& path, int flags);
+    int descriptor_ = -1;
+    uint64_t size_ = 0;
+    std::filesystem::path path_;
+};
+
 // The whole file; refuses more than limit bytes.
 Result<std::string> read_text(const std::filesystem::path& path, uint64_t limit = uint64_t{1} << 30);
 Status write_text(const std::filesystem::path& path, std::string_view text);
 // Where a new file can be written under a temporary name: beside the target.
 std::filesystem::path temporary_path(const std::filesystem::path& target);
+// Removes temporary files in folder that killed processes have left behind: those of targets with this extension (".rpb") whose stem
+// (the name without it) is_target accepts. Best effort. Returns how many there were.
+size_t remove_abandoned_temporaries(const std::filesystem::path& folder, std::string_view extension,
+                                    const std::function<bool(std::string_view stem)>& is_target);
+// Those of one target. For writers of large files to call before they begin.
+size_t remove_abandoned_temporaries(const std::filesystem::path& target);
 
 }  // namespace raypager

@@ -22,7 +22,9 @@ std::string table(const std::vector<DeviceInfo>& devices) {
         text +=
             fmt::format(" {} {}  {:<{}}  {:<{}}  {:<11}  {:>10}  {:>14}\n", device.is_default ? '*' : ' ', device.index, device.name, name_width,
                         device.platform, platform_width, device.type, format_bytes(device.memory_bytes), format_bytes(device.max_allocation_bytes));
-    return text + "* is the default; 'raypager render --device N' takes another, by number or by part of its name.\n";
+    return text +
+           "* is the default; 'raypager render --device N' takes another, by number or by part of its name,\n"
+           "and so does the environment variable RAYPAGER_DEVICE.\n";
 }
 
 }  // namespace

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
-
 #include "base/log.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/values.hpp"
@@ -16,10 +13,6 @@ namespace {
 constexpr double log_seconds = 1;  // between rows without --snapshots
 constexpr double terminal_progress_seconds = 0.5;
 constexpr double file_progress_seconds = 5;  // each is a line of its own there
-
-Status log_error(const std::filesystem::path& path) {
-    return Status::failed(fmt::format("{}: the log cannot be written: {}", path.string(), std::strerror(errno)));
-}
 
 Status check_reference_size(const Image& reference, const std::filesystem::path& path, const RenderOptions& effective) {
     if (reference.width == effective.width && reference.height == effective.height) return {};
@@ -55,14 +48,12 @@ Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, cons
     monitor.reference_ = std::move(reference);
     std::error_code ignored;
     if (settings.log) {
-        monitor.log_path_ = *settings.log;
         // A render that goes on from a checkpoint goes on with its log: rays and seconds count from where they were.
         const bool goes_on = goes_on_from_checkpoint(settings) && std::filesystem::exists(*settings.log, ignored);
-        monitor.log_.reset(std::fopen(settings.log->c_str(), goes_on ? "ae" : "we"));
-        if (!monitor.log_) return log_error(*settings.log);
-        if (goes_on) return monitor;
-        if (std::fputs("seconds,spp,rmse,loads,bytes_loaded,rays\n", monitor.log_.get()) < 0 || std::fflush(monitor.log_.get()) != 0)
-            return log_error(*settings.log);
+        auto log = goes_on ? GrowingFile::reopen(*settings.log) : GrowingFile::create(*settings.log);
+        if (!log) return log.status();
+        monitor.log_ = std::move(*log);
+        if (!goes_on) RAYPAGER_TRY(monitor.log_.append("seconds,spp,rmse,loads,bytes_loaded,rays\n"));
     }
     return monitor;
 }
@@ -73,7 +64,7 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
         options.progress_seconds = stderr_is_terminal() ? terminal_progress_seconds : file_progress_seconds;
         result.progress = [spp = total_spp_](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
     }
-    options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_ ? log_seconds : 0;
+    options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_.is_open() ? log_seconds : 0;
     if (options.snapshot_seconds > 0)
         result.snapshot = [this](const Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
     return result;
@@ -82,7 +73,7 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
 // A snapshot or a row that cannot be written is no reason to throw the render away: the disk may have room again at its end.
 Status RenderMonitor::snapshot(const Image& image, const RenderProgress& progress) {
     Status status = snapshot_seconds_ > 0 ? write_image(output_, image) : Status();
-    if (status && log_) status = log_row(image, progress);
+    if (status && log_.is_open()) status = log_row(image, progress);
     if (!status && !warned_) log_warning(status.message() + "; the render goes on");
     warned_ = warned_ || !status;
     return {};
@@ -91,14 +82,8 @@ Status RenderMonitor::snapshot(const Image& image, const RenderProgress& progres
 Status RenderMonitor::log_row(const Image& image, const RenderProgress& progress) {
     const auto error = rmse(image);
     if (!error) return error.status();
-    const std::string row = fmt::format("{:.3f},{:.4f},{},{},{},{}\n", progress.seconds, progress.spp, *error ? fmt::format("{:.8g}", **error) : "",
-                                        progress.loads, progress.bytes_loaded, progress.rays);
-    if (std::fputs(row.c_str(), log_.get()) < 0 || std::fflush(log_.get()) != 0) {
-        const Status status = log_error(log_path_);
-        std::clearerr(log_.get());
-        return status;
-    }
-    return {};
+    return log_.append(fmt::format("{:.3f},{:.4f},{},{},{},{}\n", progress.seconds, progress.spp, *error ? fmt::format("{:.8g}", **error) : "",
+                                   progress.loads, progress.bytes_loaded, progress.rays));
 }
 
 Result<std::optional<double>> RenderMonitor::rmse(const Image& image) const {
@@ -113,7 +98,7 @@ Status RenderMonitor::finish(const Image& image, const RenderReport& report) {
     const auto error = rmse(image);
     if (!error) return error.status();
     final_rmse_ = *error;
-    if (!log_) return {};
+    if (!log_.is_open()) return {};
     RenderProgress last;
     last.seconds = report.seconds.render;
     last.spp = report.average_spp;

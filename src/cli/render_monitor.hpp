@@ -1,11 +1,10 @@
 // What is shown and written while a render runs: the progress line, snapshots of the picture, the convergence log.
 #pragma once
 
-#include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "base/files.hpp"
 #include "cli/render_settings.hpp"
 #include "image/image.hpp"
 #include "render/render.hpp"
@@ -24,19 +23,16 @@ public:
     std::optional<double> final_rmse() const { return final_rmse_; }
 
 private:
-    struct CloseFile {
-        void operator()(std::FILE* file) const { std::fclose(file); }
-    };
     Status snapshot(const Image& image, const RenderProgress& progress);
     Status log_row(const Image& image, const RenderProgress& progress);
     Result<std::optional<double>> rmse(const Image& image) const;
 
-    std::filesystem::path output_, log_path_;
+    std::filesystem::path output_;
     double snapshot_seconds_ = 0;
     bool show_progress_ = false;
     uint32_t total_spp_ = 0;  // 0: as many as there is time for
     bool warned_ = false;     // about a snapshot that could not be written
-    std::unique_ptr<std::FILE, CloseFile> log_;
+    GrowingFile log_;         // open if asked for
     std::optional<Image> reference_;
     std::optional<double> final_rmse_;
 };

@@ -49,6 +49,29 @@ Result<std::filesystem::path> first_writable(const std::vector<std::filesystem::
         fmt::format("{}: the baked scene cannot be kept there, the folder is not writable; name another with --cache-dir", folders.front().string()));
 }
 
+// Tells the inputs apart whose block files share a folder: their name, and where they lie.
+std::string cache_prefix(const std::vector<std::filesystem::path>& inputs) {
+    uint64_t places = 0;
+    std::error_code error;
+    for (const auto& input : inputs) places = hash64(std::filesystem::weakly_canonical(input, error).string(), places);
+    return fmt::format("{}-{}-", inputs.front().stem().string(), hex64(places).substr(0, 8));
+}
+
+bool is_fingerprint(std::string_view text) { return text.size() == 16 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos; }
+
+// Removes what earlier versions of the inputs left in folder: their block files, and temporary files of bakes that were killed.
+void remove_old(const std::filesystem::path& folder, const std::string& prefix, const std::string& current) {
+    const auto belongs = [&](std::string_view stem) { return stem.starts_with(prefix) && is_fingerprint(stem.substr(prefix.size())); };
+    remove_abandoned_temporaries(folder, ".rpb", belongs);
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+        const std::filesystem::path& path = entry->path();
+        std::error_code ignored;
+        // A render that has the file open keeps it until it ends.
+        if (path.filename() != current && path.extension() == ".rpb" && belongs(path.stem().string())) std::filesystem::remove(path, ignored);
+    }
+}
+
 }  // namespace
 
 std::vector<std::filesystem::path> cache_folders(const std::filesystem::path& input, const std::optional<std::filesystem::path>& cache_directory) {
@@ -73,7 +96,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     const auto fingerprint = bake_fingerprint(*scene, request.options);
     if (!fingerprint) return fingerprint.status();
 
-    const std::string name = fmt::format("{}-{}.rpb", inputs.front().stem().string(), hex64(*fingerprint));
+    const std::string prefix = cache_prefix(inputs), name = prefix + hex64(*fingerprint) + ".rpb";
     const auto folders = cache_folders(inputs.front(), cache_directory);
     for (const auto& folder : folders)
         if (auto file = open_cached(folder / name, *fingerprint)) {
@@ -84,6 +107,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     if (!folder) return folder.status();
     const auto summary = bake_with_notes(*scene, request.options, *folder / name, request.show_progress);
     if (!summary) return summary.status();
+    remove_old(*folder, prefix, name);
     auto file = BlockFile::open(*folder / name);
     if (!file) return file.status();
     return OpenedScene{*file, seconds()};

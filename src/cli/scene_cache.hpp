@@ -26,6 +26,7 @@ struct BakeRequest {
 
 // One .rpb is opened. Anything else is imported, and baked unless a folder holds its block file already. The block file goes to
 // cache_directory (made if absent) if given; otherwise beside the first input, or to the user's cache folder where that is not writable.
+// There it replaces those of earlier versions of the same inputs.
 Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,
                                const BakeRequest& request);
 

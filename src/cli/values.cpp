@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 constexpr double largest_size = 1152921504606846976.0;  // 2^60 bytes: sums of a few sizes stay far inside 64 bits
-constexpr uint64_t largest_picture = uint64_t{1} << 28;
+constexpr uint64_t largest_picture = uint64_t{1} << 28, largest_side = uint64_t{1} << 20;
 
 // The number that text starts with, and what stands behind it.
 std::optional<std::pair<double, std::string_view>> leading_number(std::string_view text) {
@@ -98,11 +98,11 @@ Result<double> parse_positive(std::string_view text) {
 Result<ImageSize> parse_image_size(std::string_view text) {
     const size_t cross = text.find('x');
     if (cross != std::string_view::npos) {
-        const auto width = parse_count(text.substr(0, cross), 1, largest_picture);
-        const auto height = parse_count(text.substr(cross + 1), 1, largest_picture);
+        const auto width = parse_count(text.substr(0, cross), 1, largest_side);
+        const auto height = parse_count(text.substr(cross + 1), 1, largest_side);
         if (width && height && *width * *height <= largest_picture) return ImageSize{static_cast<uint32_t>(*width), static_cast<uint32_t>(*height)};
     }
-    return Status::usage(fmt::format("'{}' is not a size of a picture; give WIDTHxHEIGHT, each at least 1, of at most 2^28 pixels", text));
+    return Status::usage(fmt::format("'{}' is not a size of a picture; give WIDTHxHEIGHT, each from 1 to 2^20, of at most 2^28 pixels", text));
 }
 
 Result<CameraText> parse_camera(std::string_view text) {

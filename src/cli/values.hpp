@@ -31,7 +31,7 @@ Result<double> parse_positive(std::string_view text);
 struct ImageSize {
     uint32_t width = 0, height = 0;
 };
-// "1280x720"; each side at least 1, together at most 2^28 pixels, which is what picture files are read up to.
+// "1280x720"; each side from 1 to 2^20, together at most 2^28 pixels, which is what picture files are read up to.
 Result<ImageSize> parse_image_size(std::string_view text);
 
 struct CameraText {

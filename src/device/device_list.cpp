@@ -1,5 +1,10 @@
 #include "device/device_list.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
 #include "device/faults.hpp"
 #include "device/select.hpp"
 
@@ -18,6 +23,27 @@ std::string device_text(const cl::Device& device, cl_device_info key) {
     device.getInfo(key, &text);
     while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
     return text;
+}
+
+// selector: an index, or part of a name.
+bool matches(const DeviceInfo& info, const std::string& selector) {
+    if (selector.find_first_not_of("0123456789") == std::string::npos) return std::to_string(info.index) == selector;
+    return info.name.find(selector) != std::string::npos || info.platform.find(selector) != std::string::npos;
+}
+
+// What the environment says where no option does; empty: nothing.
+std::string selector_of_environment() {
+    const char* value = std::getenv(default_device_variable);
+    return value ? value : "";
+}
+
+// The device that the environment names, or else the first GPU, or else the first of all. found.size(): there is none of that name.
+size_t default_device(const std::vector<FoundDevice>& found) {
+    const std::string wanted = selector_of_environment();
+    const auto first = [&](const auto& good) { return static_cast<size_t>(std::find_if(found.begin(), found.end(), good) - found.begin()); };
+    if (!wanted.empty()) return first([&](const FoundDevice& entry) { return matches(entry.info, wanted); });
+    const size_t gpu = first([](const FoundDevice& entry) { return entry.info.type == "GPU"; });
+    return gpu < found.size() ? gpu : 0;
 }
 
 }  // namespace
@@ -52,24 +78,17 @@ Result<std::vector<FoundDevice>> find_devices() {
     }
     if (found.empty() || device_faults().no_device)
         return Status::failed("OpenCL has platforms but no usable device; check the driver of your GPU, or install pocl-opencl-icd");
-    size_t best = 0;
-    for (size_t i = 1; i < found.size(); i++)
-        if (found[i].info.type == "GPU" && found[best].info.type != "GPU") best = i;
-    found[best].info.is_default = true;
+    if (const size_t chosen = default_device(found); chosen < found.size()) found[chosen].info.is_default = true;
     return found;
 }
 
 Result<FoundDevice> select_device(const std::string& selector) {
     auto found = find_devices();
     if (!found) return found.status();
-    const bool number = !selector.empty() && selector.find_first_not_of("0123456789") == std::string::npos;
-    for (const FoundDevice& entry : *found) {
-        const bool chosen = selector.empty() ? entry.info.is_default
-                            : number         ? std::to_string(entry.info.index) == selector
-                                     : entry.info.name.find(selector) != std::string::npos || entry.info.platform.find(selector) != std::string::npos;
-        if (chosen) return entry;
-    }
-    return Status::usage("--device " + selector + ": no such device; `raypager devices` lists those there are");
+    for (const FoundDevice& entry : *found)
+        if (selector.empty() ? entry.info.is_default : matches(entry.info, selector)) return entry;
+    const std::string asked = selector.empty() ? fmt::format("{}={}", default_device_variable, selector_of_environment()) : "--device " + selector;
+    return Status::usage(asked + ": no such device; `raypager devices` lists those there are");
 }
 
 Result<std::vector<DeviceInfo>> list_devices() {

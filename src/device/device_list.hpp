@@ -14,8 +14,11 @@ struct DeviceInfo {
     std::string name, platform, driver, type;  // type: "GPU", "CPU", "accelerator"
     uint64_t memory_bytes = 0, max_allocation_bytes = 0;
     uint32_t compute_units = 0;
-    bool is_default = false;  // a GPU before a CPU
+    bool is_default = false;  // what RAYPAGER_DEVICE names; if it is not set, a GPU before a CPU
 };
+
+// The environment variable that names the device to take where no option does: as in --device.
+inline constexpr const char* default_device_variable = "RAYPAGER_DEVICE";
 
 // Fails with a sentence that says what to install if there is no platform or no device.
 Result<std::vector<DeviceInfo>> list_devices();

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/check.hpp"
+#include "base/files.hpp"
 #include "image/formats.hpp"
 
 namespace raypager {
@@ -42,9 +43,9 @@ Status check_writable_ending(const std::filesystem::path& path) {
 
 Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height) {
     if (width == 0 || height == 0) return Status::failed(fmt::format("{}: the picture is empty ({} x {} pixels)", path.string(), width, height));
-    if (width > max_image_pixels / height)
-        return Status::failed(
-            fmt::format("{}: the picture has {} x {} pixels; at most {} are accepted", path.string(), width, height, max_image_pixels));
+    if (width > max_image_side || height > max_image_side || width > max_image_pixels / height)
+        return Status::failed(fmt::format("{}: the picture has {} x {} pixels; at most {} are accepted, and {} a side", path.string(), width, height,
+                                          max_image_pixels, max_image_side));
     return {};
 }
 
@@ -75,6 +76,7 @@ Status write_image(const std::filesystem::path& path, const Image& image) {
     RAYPAGER_CHECK(image.values.size() == uint64_t{image.width} * image.height * image.channels);
     RAYPAGER_TRY(check_writable_ending(path));
     RAYPAGER_TRY(check_image_size(path, image.width, image.height));
+    remove_abandoned_temporaries(path);
     if (lower_case_ending(path) == ".pfm") return write_pfm(path, image);
 #ifdef RAYPAGER_EDGES
     return write_with_openimageio(path, image);

@@ -17,7 +17,7 @@ struct Image {
 };
 
 // By the ending of the path: .pfm always; .exr (32-bit float, linear), .png (8 bit, sRGB) and others with OpenImageIO.
-// Refuses images of more than 2^28 pixels. Integer images: divided by their maximum unless raw (then: the stored numbers).
+// Refuses images of more than 2^28 pixels, or 2^20 a side. Integer images: divided by their maximum unless raw (then: the stored numbers).
 Result<Image> read_image(const std::filesystem::path& path, bool raw = false);
 // The file appears whole or not at all.
 Status write_image(const std::filesystem::path& path, const Image& image);

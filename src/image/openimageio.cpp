@@ -16,7 +16,8 @@
 namespace raypager {
 namespace {
 
-constexpr int rows_at_once = 64;
+constexpr uint64_t values_at_once = uint64_t{1} << 20;  // of a picture that is not tiled, or one row
+constexpr uint64_t most_values_at_once = uint64_t{1} << 26;
 
 // libpng and its like write to stderr when a file is damaged, although the library above them reports the same: one error is one line.
 // What other threads write meanwhile is lost, too, so this is held for as long as a picture is read, no longer.
@@ -52,11 +53,15 @@ template <class Stored>
 Status read_pixels(OIIO::ImageInput& input, const std::filesystem::path& path, OIIO::TypeDesc type, uint32_t channels, std::vector<float>& values) {
     const OIIO::ImageSpec& spec = input.spec();
     const bool tiled = spec.tile_width > 0;
-    const int step = tiled ? spec.tile_height : rows_at_once;
+    const uint64_t row = uint64_t{channels} * static_cast<uint64_t>(spec.width);
+    const int step = tiled ? spec.tile_height : static_cast<int>(std::max<uint64_t>(1, values_at_once / row));
+    if (step < 1 || row * static_cast<uint64_t>(std::min(step, spec.height)) > most_values_at_once)
+        return Status::failed(fmt::format("{}: its tiles of {} rows are too large to be read; the file is damaged, or convert it to scan lines",
+                                          path.string(), spec.tile_height));
     std::vector<Stored> rows;
     for (int y = 0; y < spec.height; y += step) {
         const int count = std::min(step, spec.height - y);
-        rows.resize(size_t{channels} * static_cast<size_t>(spec.width) * static_cast<size_t>(count));
+        rows.resize(row * static_cast<size_t>(count));
         const int top = spec.y + y, bottom = top + count, last_channel = static_cast<int>(channels);
         const bool good = tiled ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, top, bottom, 0, 1, 0, last_channel, type, rows.data())
                                 : input.read_scanlines(0, 0, top, bottom, 0, 0, last_channel, type, rows.data());

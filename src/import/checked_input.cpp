@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 
 #include "import/text.hpp"
 
@@ -75,6 +76,22 @@ Status CheckedText::append_normal(const std::vector<std::string_view>& words, st
             break;
         }
     return {};
+}
+
+Status CheckedText::append_indices(std::span<const std::string_view> words, std::string& out) const {
+    constexpr int64_t no_vertex = 0x7fffffff;
+    for (const std::string_view word : words) {
+        int64_t index = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
+        if (error != std::errc() || end != word.data() + word.size()) return bad(fmt::format("\"{}\" is no vertex number", clipped(word)));
+        fmt::format_to(std::back_inserter(out), " {}", index < 0 || index > no_vertex ? no_vertex : index);
+    }
+    return {};
+}
+
+bool CheckedText::parse_count(std::string_view word, uint64_t& value) {
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    return error == std::errc() && end == word.data() + word.size();
 }
 
 }  // namespace raypager

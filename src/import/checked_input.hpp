@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <streambuf>
 #include <string>
 #include <string_view>
@@ -63,6 +64,9 @@ protected:
     // Appends " x y z" (or an error if they are not numbers); zeros for a normal that is not finite.
     Status append_position(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const;
     Status append_normal(const std::vector<std::string_view>& words, std::array<size_t, 3> at, std::string& out) const;
+    // Appends the numbers of vertices, a blank before each. What can be none, negative or too large, becomes one that does not exist.
+    Status append_indices(std::span<const std::string_view> words, std::string& out) const;
+    static bool parse_count(std::string_view word, uint64_t& value);
     std::vector<std::string_view> words_;  // scratch
 
 private:

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "import/checked_input.hpp"
 #include "import/text.hpp"
 
@@ -47,7 +45,8 @@ private:
     Status counts(size_t first, std::string& out) {
         uint64_t values[2] = {0, 0};
         for (size_t i = 0; i < 2; ++i)
-            if (first + i >= words_.size() || !parse(words_[first + i], values[i])) return bad("expected the numbers of vertices, faces and edges");
+            if (first + i >= words_.size() || !parse_count(words_[first + i], values[i]))
+                return bad("expected the numbers of vertices, faces and edges");
         vertex_count_ = values[0];
         face_count_ = values[1];
         if (vertex_count_ == 0 || face_count_ == 0) return bad("has no vertices or no faces");
@@ -70,22 +69,13 @@ private:
 
     Status face(std::string& out) {
         uint64_t corners = 0;
-        if (!parse(words_[0], corners)) return bad(fmt::format("\"{}\" is no number of corners", clipped(words_[0])));
+        if (!parse_count(words_[0], corners)) return bad(fmt::format("\"{}\" is no number of corners", clipped(words_[0])));
         if (corners > words_.size() - 1) return bad(fmt::format("a face of {} corners lists only {}", corners, words_.size() - 1));
         fmt::format_to(std::back_inserter(out), "{}", corners);
-        for (uint64_t i = 1; i <= corners; ++i) {
-            uint64_t index = 0;
-            if (!parse(words_[i], index)) return bad(fmt::format("\"{}\" is no vertex number", clipped(words_[i])));
-            fmt::format_to(std::back_inserter(out), " {}", std::min<uint64_t>(index, 0x7fffffff));  // no such vertex
-        }
+        RAYPAGER_TRY(append_indices(std::span(words_).subspan(1, corners), out));
         out += '\n';
         ++faces_;
         return {};
-    }
-
-    static bool parse(std::string_view word, uint64_t& value) {
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        return error == std::errc() && end == word.data() + word.size();
     }
 
     bool has_header_ = false, has_counts_ = false;

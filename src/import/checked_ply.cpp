@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "import/checked_input.hpp"
 #include "import/text.hpp"
 
@@ -56,7 +54,8 @@ private:
             starts_.push_back(at);
             if (at >= words_.size()) return bad(fmt::format("too few values for an item of \"{}\"", clipped(element.name)));
             uint64_t values = 0;
-            if (property.count_type && !parse(words_[at], values)) return bad(fmt::format("\"{}\" is no length of a list", clipped(words_[at])));
+            if (property.count_type && !parse_count(words_[at], values))
+                return bad(fmt::format("\"{}\" is no length of a list", clipped(words_[at])));
             if (values >= words_.size() - at) return bad(fmt::format("a list of {} values has only {}", values, words_.size() - at - 1));
             at += 1 + values;
         }
@@ -79,23 +78,12 @@ private:
     Status face(std::string& out) {
         const size_t at = starts_[layout_.indices];
         uint64_t corners = 0;
-        if (!parse(words_[at], corners)) return bad("no number of corners");
+        if (!parse_count(words_[at], corners)) return bad("no number of corners");
         fmt::format_to(std::back_inserter(out), "{}", corners);
-        for (uint64_t i = 1; i <= corners; ++i) {
-            const std::string_view word = words_[at + i];
-            int64_t index = 0;
-            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
-            if (error != std::errc() || end != word.data() + word.size()) return bad(fmt::format("\"{}\" is no vertex number", clipped(word)));
-            fmt::format_to(std::back_inserter(out), " {}", index < 0 || index > 0x7fffffff ? 0x7fffffff : index);  // no such vertex
-        }
+        RAYPAGER_TRY(append_indices(std::span(words_).subspan(at + 1, corners), out));
         out += '\n';
         ++faces_;
         return {};
-    }
-
-    static bool parse(std::string_view word, uint64_t& value) {
-        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        return error == std::errc() && end == word.data() + word.size();
     }
 
     const PlyHeader& header_;

@@ -64,6 +64,8 @@ public:
 // Takes vertices, normals and faces as they come.
 class FlatImporter final : public FlatImporterBase {
 public:
+    using FlatImporterBase::add_face;
+    using FlatImporterBase::set_normal;
     FlatImporter(TriangleMesh& mesh, MeshIssues& issues) : mesh_(mesh), fan_(mesh, issues) {}
 
     VertexHandle add_vertex(const OpenMesh::Vec3f& p) override {

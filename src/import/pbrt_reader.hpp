@@ -145,6 +145,7 @@ private:
     Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
     Status add_shape(const Directive& directive, Shape shape);
+    void make_ellipsoid(Shape& shape, double radius);
 
     Scene scene_;
     PbrtWarnings warnings_;
@@ -164,6 +165,7 @@ private:
     PbrtPlace object_place_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
     std::map<std::filesystem::path, std::shared_ptr<const CloudFile>> cloud_files_;
+    std::shared_ptr<const MeshSource> ball_;  // a unit sphere of triangles, if one was needed
 };
 
 }  // namespace raypager

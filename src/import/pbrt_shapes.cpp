@@ -189,7 +189,15 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
     // Sphere primitives face outwards.
     warn(directive.place, state_.reverse_orientation ? "spheres with reversed orientation are not supported; a mesh of 65024 triangles is used"
                                                      : "ellipsoids are not supported; a mesh of 65024 triangles is used");
-    return mesh_in_memory(directive, tessellate_sphere(radius), shape);
+    make_ellipsoid(shape, radius);
+    return {};
+}
+
+// All ellipsoids share one mesh: a few words in a file must not take megabytes each.
+void PbrtReader::make_ellipsoid(Shape& shape, double radius) {
+    if (!ball_) ball_ = std::make_shared<MeshInMemory>("an ellipsoid's mesh", tessellate_sphere(1));
+    shape.mesh = ball_;
+    shape.to_world = shape.to_world * Transform::scale(radius, radius, radius);
 }
 
 Status PbrtReader::disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
@@ -243,7 +251,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
         if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
             warn(directive.place, "ellipsoids are not supported; a mesh of 65024 triangles is used");
-            RAYPAGER_TRY(mesh_in_memory(directive, tessellate_sphere(shape.sphere.radius), shape));
+            make_ellipsoid(shape, shape.sphere.radius);
         }
         shape.to_world = state_.transform * shape.to_world;
         RAYPAGER_TRY(add_shape(directive, std::move(shape)));

@@ -25,7 +25,8 @@ public:
 
 private:
     Status refill(size_t count) {
-        buffer_.resize(piece);
+        // No more than the file can fill: small files are many.
+        buffer_.resize(std::max(buffer_.size(), static_cast<size_t>(std::clamp<uint64_t>(left(), count, piece))));
         std::copy(buffer_.begin() + static_cast<ptrdiff_t>(at_), buffer_.begin() + static_cast<ptrdiff_t>(end_), buffer_.begin());
         end_ -= at_;
         at_ = 0;

@@ -272,6 +272,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     host_limit_ = options_.host_limit ? options_.host_limit : default_host_limit(device_->info().type == "CPU" ? planned_bytes_ : 0);
     settings.host_limit = host_limit_;
+    settings.loader_threads = options_.loader_threads;
     settings.policy = default_settings(options_.policy);
     adapt_loads(settings.policy, plan->pool_bytes);
     auto residency = Residency::create(*device_, file_, settings);

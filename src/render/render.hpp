@@ -42,9 +42,10 @@ struct RenderOptions {
     std::optional<Camera> camera;
     double progress_seconds = 0.5;  // between calls of progress
     double snapshot_seconds = 0;    // between calls of snapshot; 0: never
-    // For tests: the largest slab of the pool, so that small scenes fill several; and how many loads may be in flight.
+    // For tests: the largest slab of the pool, so that small scenes fill several; how many loads may be in flight, and by how many threads.
     uint64_t slab_bytes = 0;
     uint32_t loads_in_flight = 0;   // 0: the default of the policy
+    uint32_t loader_threads = 0;    // 0: by the number of cores
     uint32_t rounds_under_way = 0;  // 1 or 2; 0: what suits the device
     CheckpointOptions checkpoint;
     double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never

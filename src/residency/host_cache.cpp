@@ -42,6 +42,7 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
             by_age_.splice(by_age_.end(), by_age_, found->second.age);
             return std::span<const std::byte>(bytes_at(found->second.place, record.memory_bytes));
         }
+        if (closed_) return Status::failed("the cache of blocks was closed");
         changed_.wait(lock);
     }
     const auto place = make_room(lock, room_for(record));

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <new>
 
+#include "base/fault_plan.hpp"
+
 namespace raypager {
 namespace {
 
@@ -14,9 +16,9 @@ size_t thread_count() { return std::clamp<size_t>(std::thread::hardware_concurre
 
 }  // namespace
 
-std::unique_ptr<Loader> Loader::create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) {
+std::unique_ptr<Loader> Loader::create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads) {
     std::unique_ptr<Loader> loader(new Loader(device, cache, slabs));
-    for (size_t i = 0; i < thread_count(); i++) loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
+    for (size_t i = 0; i < (threads ? threads : thread_count()); i++) loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
     return loader;
 }
 
@@ -91,6 +93,7 @@ Status Loader::bring(Load& load) {
         rp_block_header header;
         std::memcpy(&header, bytes->data(), sizeof header);
         load.arrival = {load.block, header.leaves_at, header.vertices_at};
+        inject_delay();
         // Not under the lock that the render loop needs: drivers take their time.
         const std::lock_guard order(submitting_);
         RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload, &load.free));

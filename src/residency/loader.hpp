@@ -24,8 +24,8 @@ struct Arrival {
 
 class Loader {
 public:
-    // cache and slabs outlive the loader.
-    static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs);
+    // cache and slabs outlive the loader. threads 0: as many as the processor has cores for.
+    static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads = 0);
     ~Loader();
     // The place is written after `free`: when no kernel reads it any more.
     void start(uint32_t block, PoolAddress address, const Event& free);

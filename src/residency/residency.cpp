@@ -73,7 +73,7 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     constexpr uint64_t passage = uint64_t{128} << 20;
     const bool all_fits = scene.geometry_bytes() <= residency->allocator_.capacity();
     residency->cache_ = std::make_unique<HostCache>(device, file, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit);
-    residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_);
+    residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
     return residency;
 }
 

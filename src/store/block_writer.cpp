@@ -54,6 +54,8 @@ Status write_section(OutputFile& file, Header& header, Section kind, std::span<c
 }  // namespace
 
 Result<BlockFileWriter> BlockFileWriter::create(const std::filesystem::path& path) {
+    // Bakes that were killed may have left files of many gigabytes.
+    remove_abandoned_temporaries(path);
     auto file = OutputFile::create(path);
     if (!file) return file.status();
     BlockFileWriter writer;

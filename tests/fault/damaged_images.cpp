@@ -7,7 +7,7 @@
 
 #include "base/files.hpp"
 #include "image/image.hpp"
-#include "unit/scratch_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
@@ -54,7 +54,7 @@ void expect_clear_error(const std::filesystem::path& path) {
 }
 
 TEST(DamagedImages, AbsentEmptyAndFolders) {
-    const ScratchFolder folder("damaged-images");
+    const support::TemporaryFolder folder;
     for (const std::string& ending : endings()) {
         expect_clear_error(folder / ("absent" + ending));
         put(folder / ("empty" + ending), "");
@@ -68,7 +68,7 @@ TEST(DamagedImages, AbsentEmptyAndFolders) {
 
 TEST(DamagedImages, Truncated) {
     const LibraryLeaksIgnored scope;
-    const ScratchFolder folder("truncated-images");
+    const support::TemporaryFolder folder;
     for (const std::string& ending : endings()) {
         ASSERT_TRUE(write_image(folder / ("whole" + ending), sample_image()).ok());
         const std::string whole = *read_text(folder / ("whole" + ending));
@@ -85,7 +85,7 @@ TEST(DamagedImages, Truncated) {
 // A flipped bit may go unnoticed where a format has no checksum, but then there is a picture of sane size.
 TEST(DamagedImages, BitFlips) {
     const LibraryLeaksIgnored scope;
-    const ScratchFolder folder("flipped-images");
+    const support::TemporaryFolder folder;
     const uint32_t seed = 99;
     std::mt19937 random(seed);
     for (const std::string& ending : endings()) {
@@ -106,7 +106,7 @@ TEST(DamagedImages, BitFlips) {
 }
 
 TEST(DamagedImages, HugeHeadersAllocateNothing) {
-    const ScratchFolder folder("huge-images");
+    const support::TemporaryFolder folder;
     struct rusage before {
     }, after{};
     getrusage(RUSAGE_SELF, &before);
@@ -121,7 +121,7 @@ TEST(DamagedImages, HugeHeadersAllocateNothing) {
 
 #ifdef RAYPAGER_EDGES
 TEST(DamagedImages, AHugePngIsRefusedBySize) {
-    const ScratchFolder folder("huge-png");
+    const support::TemporaryFolder folder;
     Image image = sample_image();
     ASSERT_TRUE(write_image(folder / "whole.png", image).ok());
     std::string damaged = *read_text(folder / "whole.png");

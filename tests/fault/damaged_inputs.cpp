@@ -9,13 +9,14 @@
 #include <random>
 
 #include "import/import.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
 #include "unit/import_files.hpp"
 
 namespace raypager {
 namespace {
 
-using test::TempFolder;
+using support::TemporaryFolder;
 
 #ifdef RAYPAGER_EDGES
 constexpr bool has_openmesh = true;
@@ -158,7 +159,7 @@ protected:
         if (!status.ok()) expect_one_line_naming(path, status);
     }
     Input input_;
-    TempFolder folder_;
+    TemporaryFolder folder_;
 };
 
 TEST_P(DamagedInputs, TheSoundFileIsRead) {
@@ -206,9 +207,9 @@ TEST_P(DamagedInputs, PiecesMovedAndRepeated) {
 
 TEST_P(DamagedInputs, EmptyAbsentOrAFolder) {
     expect_error("");
-    const auto absent = folder_.path("absent-" + input_.file);
+    const auto absent = folder_ / ("absent-" + input_.file);
     expect_one_line_naming(absent, import_and_load(absent));
-    const auto directory = folder_.path("folder-" + input_.file);
+    const auto directory = folder_ / ("folder-" + input_.file);
     std::filesystem::create_directory(directory);
     expect_one_line_naming(directory, import_and_load(directory));
 }
@@ -282,7 +283,7 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
     claims.push_back({"a.pbrt", "Film \"rgb\" \"integer xresolution\" 4294967296"});
     claims.push_back({"b.pbrt", "WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [4294967296 1e300 -5"});
 
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const uint64_t before = peak_memory();
     for (const Input& claim : claims) {
         SCOPED_TRACE(claim.file + ": " + claim.content.substr(0, 100));
@@ -293,10 +294,48 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
     EXPECT_LT(peak_memory() - before, uint64_t{128} << 20);
 }
 
+// A few words in a pbrt file that ask for meshes of thousands of triangles, a million times over.
+TEST(DamagedInputs, EllipsoidsWithoutEndTakeNoMemory) {
+    std::string text = "WorldBegin Scale 1 2 1\nObjectBegin \"o\"\n";
+    for (int i = 1; i <= 500; i++) text += "Shape \"sphere\" \"float radius\" " + std::to_string(i) + "\n";
+    text += "ObjectEnd\n";
+    for (int i = 0; i < 100; i++) text += "Scale 1 1.5 1 ObjectInstance \"o\"\n";
+    const TemporaryFolder folder;
+    const uint64_t before = peak_memory();
+    const auto scene = import_scene({folder.write("a.pbrt", text)});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_EQ(scene->shapes.size(), 50000u);
+    // Some three hundred bytes a shape; a mesh of its own would be two megabytes.
+    EXPECT_LT(peak_memory() - before, uint64_t{64} << 20);
+    for (int i = 0; i < 3000; i++) text += "ObjectInstance \"o\"\n";
+    const auto path = folder.write("b.pbrt", text);
+    expect_one_line_naming(path, import_scene({path}).status());
+}
+
+// Files that include each other: in a circle, deeper than any scene, and twice each, which doubles with every file.
+TEST(DamagedInputs, IncludesWithoutEnd) {
+    const TemporaryFolder folder;
+    folder.write("a.pbrt", "Include \"b.pbrt\"");
+    folder.write("b.pbrt", "Import \"a.pbrt\"");
+    std::filesystem::create_symlink("a.pbrt", folder / "link.pbrt");
+    folder.write("c.pbrt", "Include \"link.pbrt\"");
+    for (int i = 0; i < 40; i++) {
+        folder.write("deep" + std::to_string(i) + ".pbrt", "Include \"deep" + std::to_string(i + 1) + ".pbrt\"");
+        const std::string next = i < 25 ? "Include \"twice" + std::to_string(i + 1) + ".pbrt\"\n" : "WorldBegin\n";
+        folder.write("twice" + std::to_string(i) + ".pbrt", next + next);
+    }
+    for (const char* name : {"a.pbrt", "c.pbrt", "deep0.pbrt", "twice0.pbrt"}) {
+        const Status status = import_scene({folder / name}).status();
+        EXPECT_FALSE(status.ok()) << name;
+        EXPECT_EQ(status.message().find('\n'), std::string::npos);
+        EXPECT_LT(status.message().size(), 1000u) << status.message();
+    }
+}
+
 // A polygon of very many corners is cut into as many triangles, in time that grows no faster.
 TEST(DamagedInputs, HugePolygonsTakeLinearTime) {
     if (!has_openmesh) GTEST_SKIP() << "this build has no OpenMesh";
-    const TempFolder folder;
+    const TemporaryFolder folder;
     constexpr uint32_t corners = 200000;
     std::string points, obj, face;
     for (uint32_t i = 0; i < corners; ++i) points += std::to_string(std::cos(i * 1e-5)) + " " + std::to_string(i) + " 0\n";

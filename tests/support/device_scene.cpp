@@ -1,21 +1,9 @@
 #include "support/device_scene.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 
 namespace raypager::support {
-
-TemporaryFolder::TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "raypager-test-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-}
 
 Result<std::shared_ptr<const BlockFile>> bake_and_open(const Scene& scene, const BakeOptions& options, const std::filesystem::path& folder,
                                                        const std::string& name) {

@@ -11,22 +11,10 @@
 #include "raypager/scene.hpp"
 #include "residency/residency.hpp"
 #include "store/block_file.hpp"
+#include "support/temporary_folder.hpp"
 #include "wavefront/geometry_buffers.hpp"
 
 namespace raypager::support {
-
-// A folder of its own for a test, removed with all in it.
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
 
 struct ProbeRay {
     Float3 origin;

@@ -15,26 +15,11 @@
 #include "blocks/bake.hpp"
 #include "blocks/decode.hpp"
 #include "store/block_file.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace raypager::blocks_test {
 
-// A folder that is removed with everything in it.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "raypager-blocks-XXXXXX").string();
-        if (!::mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-        path_ = pattern;
-    }
-    ~TemporaryFolder() {
-        std::error_code error;
-        std::filesystem::remove_all(path_, error);
-    }
-    std::filesystem::path operator/(const char* name) const { return path_ / name; }
-
-private:
-    std::filesystem::path path_;
-};
+using support::TemporaryFolder;
 
 inline TriangleMesh soup(uint32_t triangles, uint32_t seed, float size = 0.05f) {
     std::mt19937 random(seed);

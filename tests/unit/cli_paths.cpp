@@ -6,6 +6,7 @@
 #include "base/files.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/scene_cache.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace raypager {
 namespace {
@@ -14,16 +15,8 @@ using Paths = std::vector<std::filesystem::path>;
 
 class CliPaths : public testing::Test {
 protected:
-    void SetUp() override {
-        std::string name = (std::filesystem::temp_directory_path() / "raypager-paths-XXXXXX").string();
-        ASSERT_NE(::mkdtemp(name.data()), nullptr);
-        folder_ = name;
-    }
-    void TearDown() override {
-        std::error_code error;
-        std::filesystem::remove_all(folder_, error);
-    }
-    std::filesystem::path folder_;
+    const support::TemporaryFolder temporary_;
+    const std::filesystem::path folder_ = temporary_.path();
 };
 
 TEST_F(CliPaths, OutputsNeedAFolderAndMustNotBeOne) {

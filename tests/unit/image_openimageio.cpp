@@ -8,7 +8,7 @@
 
 #include "base/files.hpp"
 #include "image/formats.hpp"
-#include "unit/scratch_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace raypager {
 namespace {
@@ -44,7 +44,7 @@ std::string elevation_tiff(uint32_t width, uint32_t height, const std::vector<in
 }
 
 TEST(ImageOpenImageIo, ExrComesBackBitForBit) {
-    const ScratchFolder folder("exr");
+    const support::TemporaryFolder folder;
     for (const uint32_t channels : {1u, 3u}) {
         Image image = ramp(37, 150, channels);  // more rows than are read at once
         image.values[5] = 1e30f;
@@ -59,7 +59,7 @@ TEST(ImageOpenImageIo, ExrComesBackBitForBit) {
 }
 
 TEST(ImageOpenImageIo, PngIsSrgbWithinItsSteps) {
-    const ScratchFolder folder("png");
+    const support::TemporaryFolder folder;
     Image image = ramp(40, 8, 3);
     ASSERT_TRUE(write_image(folder / "a.png", image).ok());
     const auto back = read_image(folder / "a.png");
@@ -72,7 +72,7 @@ TEST(ImageOpenImageIo, PngIsSrgbWithinItsSteps) {
 }
 
 TEST(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
-    const ScratchFolder folder("tiff");
+    const support::TemporaryFolder folder;
     const std::vector<int16_t> heights = {-32768, -1, 0, 1, 2674, 32767};
     ASSERT_TRUE(write_text(folder / "h.tif", elevation_tiff(3, 2, heights)).ok());
     const auto image = read_image(folder / "h.tif", true);
@@ -85,7 +85,7 @@ TEST(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
 }
 
 TEST(ImageOpenImageIo, AFailedWriteLeavesNothing) {
-    const ScratchFolder folder("exr-full");
+    const support::TemporaryFolder folder;
     for (const char* name : {"a.exr", "a.png"}) {
         fault_plan().error_number = ENOSPC;
         fault_plan().fail_write_in = 1;

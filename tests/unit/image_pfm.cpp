@@ -8,7 +8,7 @@
 
 #include "base/files.hpp"
 #include "image/formats.hpp"
-#include "unit/scratch_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace raypager {
 namespace {
@@ -34,7 +34,7 @@ void append_float(std::string& text, float value, bool big_endian) {
 }
 
 TEST(ImagePfm, ComesBackBitForBit) {
-    const ScratchFolder folder("pfm");
+    const support::TemporaryFolder folder;
     for (const uint32_t channels : {1u, 3u})
         for (const auto& [width, height] : {std::pair{1u, 1u}, {7u, 5u}, {64u, 33u}}) {
             Image image = random_image(width, height, channels, 11 * channels + width);
@@ -48,7 +48,7 @@ TEST(ImagePfm, ComesBackBitForBit) {
 }
 
 TEST(ImagePfm, RowsRunFromBottomToTopInBothByteOrders) {
-    const ScratchFolder folder("pfm-rows");
+    const support::TemporaryFolder folder;
     for (const bool big_endian : {false, true}) {
         std::string text = big_endian ? "Pf\n2 2\n1.0\n" : "Pf\n2 2\n-1.0\n";
         for (const float value : {3.0f, 4.0f, 1.0f, 2.0f}) append_float(text, value, big_endian);
@@ -60,7 +60,7 @@ TEST(ImagePfm, RowsRunFromBottomToTopInBothByteOrders) {
 }
 
 TEST(ImagePfm, TheScaleMultipliesUnlessRaw) {
-    const ScratchFolder folder("pfm-scale");
+    const support::TemporaryFolder folder;
     std::string text = "PF 1\t1\r\n-2.5 ";  // any white space separates
     for (const float value : {1.0f, 2.0f, -4.0f}) append_float(text, value, false);
     ASSERT_TRUE(write_text(folder / "c.pfm", text).ok());
@@ -69,7 +69,7 @@ TEST(ImagePfm, TheScaleMultipliesUnlessRaw) {
 }
 
 TEST(ImagePfm, AFailedWriteLeavesTheOldFile) {
-    const ScratchFolder folder("pfm-full");
+    const support::TemporaryFolder folder;
     const Image old = random_image(5, 4, 3, 1);
     ASSERT_TRUE(write_image(folder / "d.pfm", old).ok());
     fault_plan().error_number = ENOSPC;
@@ -84,7 +84,7 @@ TEST(ImagePfm, AFailedWriteLeavesTheOldFile) {
 }
 
 TEST(ImageWritable, SaysNoBeforeTheWorkIsDone) {
-    const ScratchFolder folder("writable");
+    const support::TemporaryFolder folder;
     EXPECT_TRUE(check_writable_image(folder / "x.pfm").ok());
     EXPECT_TRUE(check_writable_image(folder / "x.PFM").ok());
     EXPECT_TRUE(check_writable_image("x.pfm").ok()) << "the current folder";

@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "import/import.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 
 namespace raypager {
 namespace {
 
+using support::TemporaryFolder;
 using test::make_box;
-using test::TempFolder;
 
 struct ImagePoint {
     double u = 0, v = 0, depth = 0;  // inside the frame: 0 to 1, depth positive
@@ -84,7 +85,7 @@ protected:
         return lowest - ground[0].*up;
     }
 
-    TempFolder folder;
+    TemporaryFolder folder;
 };
 
 // A pyramid that stands on its base along the given axis.

@@ -5,12 +5,13 @@
 #include <random>
 
 #include "import/import.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
 
 namespace raypager {
 namespace {
 
-using test::TempFolder;
+using support::TemporaryFolder;
 
 // Image coordinates of p: 0 to 1 inside the frame.
 std::array<double, 3> project(const Camera& c, const std::array<double, 3>& p) {
@@ -67,7 +68,7 @@ protected:
         }
         return {inside / static_cast<double>(points.size()), std::max(high[0] - low[0], high[1] - low[1])};
     }
-    TempFolder folder;
+    TemporaryFolder folder;
 };
 
 TEST_F(ImportBareClouds, ALandscapeHasSunAndSkyAndNoGround) {
@@ -152,7 +153,7 @@ TEST_F(ImportBareClouds, WhatCannotBeShown) {
     };
     expect_error(folder.write("a.laz", "LASF"), "laszip");
     expect_error(folder.write("a.xyz", "nan nan nan\n"), "has no point that can be shown");
-    expect_error(folder.path("absent.las"), "cannot be opened");
+    expect_error(folder / "absent.las", "cannot be opened");
     test::LasFile file = test::make_las(2, 0, 3);
     for (auto& p : file.points) p.withheld = true;
     expect_error(folder.write("withheld.las", test::to_las(file)), "has no point that can be shown");

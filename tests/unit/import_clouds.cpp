@@ -5,16 +5,17 @@
 
 #include "import/cloud_file.hpp"
 #include "import/import.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
 
 namespace raypager {
 namespace {
 
+using support::TemporaryFolder;
 using test::bytes_of;
 using test::LasFile;
 using test::make_las;
 using test::some_points;
-using test::TempFolder;
 using test::to_las;
 using test::to_point_ply;
 
@@ -51,9 +52,9 @@ protected:
         const auto points = try_read(name, content);
         ASSERT_FALSE(points.ok()) << name << ": expected " << what;
         EXPECT_NE(points.status().message().find(what), std::string::npos) << points.status().message();
-        EXPECT_EQ(points.status().message().find(folder.path(name).string()), 0u) << points.status().message();
+        EXPECT_EQ(points.status().message().find((folder / name).string()), 0u) << points.status().message();
     }
-    TempFolder folder;
+    TemporaryFolder folder;
 };
 
 void expect_position(const CloudPoint& point, double x, double y, double z) {
@@ -343,7 +344,7 @@ TEST_F(ImportClouds, ManyPointsComeInPiecesAndInOrder) {
 TEST_F(ImportClouds, EndingAndHeaderTellCloudsFromMeshes) {
     EXPECT_TRUE(is_cloud_file(folder.write("a.ply", to_point_ply(some_points(), "ascii"))));
     EXPECT_FALSE(is_cloud_file(folder.write("b.ply", test::to_ply_text(test::make_box()))));
-    EXPECT_FALSE(is_cloud_file(folder.path("absent.ply")));
+    EXPECT_FALSE(is_cloud_file(folder / "absent.ply"));
     for (const char* name : {"a.las", "A.LAS", "a.laz", "a.xyz", "a.pts", "a.txt"}) EXPECT_TRUE(is_cloud_file(name)) << name;
     for (const char* name : {"a.obj", "a.pbrt", "a.rpb", "las"}) EXPECT_FALSE(is_cloud_file(name)) << name;
 }

@@ -1,45 +1,12 @@
-// Mesh and scene files for tests, made in a folder that goes away with the test.
+// Mesh files for tests.
 #pragma once
 
-#include <stdlib.h>
-
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "raypager/scene.hpp"
 
 namespace raypager::test {
-
-class TempFolder {
-public:
-    TempFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "raypager-test-XXXXXX").string();
-        if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder can be made");
-        path_ = name;
-    }
-    ~TempFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
-
-    std::filesystem::path path(const std::string& name) const { return path_ / name; }
-    std::filesystem::path write(const std::string& name, const std::string& content) const {
-        std::filesystem::remove(path(name));  // some file systems wait for the disk when a file is overwritten in place
-        std::ofstream file(path(name), std::ios::binary);
-        file << content;
-        if (!file.flush()) throw std::runtime_error("cannot write " + name);
-        return path(name);
-    }
-
-private:
-    std::filesystem::path path_;
-};
 
 // A value's bytes, in either order.
 template <class T>

@@ -6,14 +6,15 @@
 
 #include "import/import.hpp"
 #include "import/mesh_file.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 
 namespace raypager {
 namespace {
 
+using support::TemporaryFolder;
 using test::bytes_of;
 using test::make_box;
-using test::TempFolder;
 
 struct Loaded {
     Status status;
@@ -29,7 +30,7 @@ Loaded load(const std::filesystem::path& path) {
 }
 
 Loaded load_text(const std::string& name, const std::string& content) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     return load(folder.write(name, content));
 }
 
@@ -170,17 +171,17 @@ TEST(ImportMeshes, BadTrianglesAreCountedAndDropped) {
 }
 
 TEST(ImportMeshes, AMissingOrWrongFileIsAnError) {
-    const TempFolder folder;
-    expect_error(load(folder.path("absent.ply")), "absent.ply: cannot be opened");
+    const TemporaryFolder folder;
+    expect_error(load(folder / "absent.ply"), "absent.ply: cannot be opened");
     expect_error(load(folder.write("a.xyz", "1 2 3")), "no mesh file");
     expect_error(load(folder.write("a.ply.gz", "1 2 3")), "gunzip");
     expect_error(load(folder.write("empty.obj", "")), "empty");
-    std::filesystem::create_directory(folder.path("folder.stl"));
-    expect_error(load(folder.path("folder.stl")), "regular file");
+    std::filesystem::create_directory(folder / "folder.stl");
+    expect_error(load(folder / "folder.stl"), "regular file");
 }
 
 TEST(ImportMeshes, AKeptMeshIsHandedOverOnce) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const auto path = folder.write("a.ply", test::to_ply_binary(make_box()));
     const auto file = MeshFile::open(path);
     ASSERT_TRUE(file.ok());

@@ -5,12 +5,13 @@
 
 #include "import/import.hpp"
 #include "import/pbrt_spectra.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 
 namespace raypager {
 namespace {
 
-using test::TempFolder;
+using support::TemporaryFolder;
 
 class ImportPbrt : public testing::Test {
 protected:
@@ -33,7 +34,7 @@ protected:
             if (warning.find(part) != std::string::npos) return;
         ADD_FAILURE() << "no warning with \"" << part << "\" among " << s.warnings.size() << (s.warnings.empty() ? "" : ": " + s.warnings[0]);
     }
-    TempFolder folder;
+    TemporaryFolder folder;
 };
 
 const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n";
@@ -99,7 +100,7 @@ Shape "plymesh" "string filename" "mesh.ply"
     EXPECT_TRUE(s.shapes[1].reverse_orientation);
     EXPECT_FALSE(s.shapes[1].area_light);
     EXPECT_EQ(s.shapes[1].to_world.m[0][0], 2);
-    EXPECT_EQ(s.shapes[1].mesh->files(), std::vector<std::string>{folder.path("mesh.ply").string()});
+    EXPECT_EQ(s.shapes[1].mesh->files(), std::vector<std::string>{(folder / "mesh.ply").string()});
     TriangleMesh mesh;
     MeshIssues issues;
     ASSERT_TRUE(s.shapes[2].mesh->load(mesh, issues).ok());
@@ -194,7 +195,7 @@ TEST_F(ImportPbrt, ConductorReflectanceIsReached) {
 }
 
 TEST_F(ImportPbrt, IncludesCountFromTheIncludingFile) {
-    std::filesystem::create_directory(folder.path("parts"));
+    std::filesystem::create_directory(folder / "parts");
     folder.write("parts/one.pbrt", "Translate 1 0 0 Include \"two.pbrt\"\n");
     folder.write("parts/two.pbrt", "Shape \"plymesh\" \"string filename\" \"box.ply\" Import \"three.pbrt\" Shape \"sphere\"\n");
     folder.write("parts/three.pbrt", "Translate 5 0 0 Shape \"sphere\"");
@@ -293,7 +294,8 @@ Shape "cylinder" "float radius" 2 "float zmin" -3 "float zmax" 4
     ASSERT_EQ(s.shapes.size(), 4u);
     const Extent ball = extent(s.shapes[0]), disk = extent(s.shapes[1]), quarter = extent(s.shapes[2]), cylinder = extent(s.shapes[3]);
     EXPECT_EQ(ball.triangles, 65024u);
-    EXPECT_EQ(ball.upper, (Float3{3, 3, 3}));
+    EXPECT_EQ(ball.upper, (Float3{1, 1, 1}));
+    EXPECT_EQ(s.shapes[0].to_world.point(1, 1, 1), (std::array<double, 3>{3, 3, 6}));
     EXPECT_EQ(disk.triangles, 256u);
     EXPECT_EQ(disk.lower.z, 1);
     EXPECT_EQ(disk.upper.x, 2);

@@ -15,7 +15,7 @@
 #include "procedural/city.hpp"
 #include "procedural/make_scene.hpp"
 #include "procedural/scan.hpp"
-#include "unit/scratch_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace raypager {
 namespace {
@@ -60,7 +60,7 @@ T load(const std::string& bytes, size_t at) {
 
 TEST(ProceduralPoints, AreAboutAsManyAsAsked) {
     for (const uint64_t count : {1000u, 30'000u, 400'000u}) {
-        const ScratchFolder folder("points-count");
+        const support::TemporaryFolder folder;
         const auto made = make_scene(wanted(folder.path(), count));
         ASSERT_TRUE(made.ok()) << made.status().message();
         // A scan of so few lines cannot be divided finely; for larger ones it is what the estimate of returns a pulse is good for.
@@ -76,7 +76,7 @@ TEST(ProceduralPoints, AreAboutAsManyAsAsked) {
 }
 
 TEST(ProceduralPoints, HeaderAndPointsOfLasAgree) {
-    const ScratchFolder folder("points-las");
+    const support::TemporaryFolder folder;
     const auto made = make_scene(wanted(folder.path(), 100'000));
     ASSERT_TRUE(made.ok());
     const std::string file = *read_text(folder / "points.las");
@@ -115,7 +115,7 @@ TEST(ProceduralPoints, HeaderAndPointsOfLasAgree) {
 }
 
 TEST(ProceduralPoints, AreTheSameInBothFormats) {
-    const ScratchFolder folder("points-formats");
+    const support::TemporaryFolder folder;
     ASSERT_TRUE(make_scene(wanted(folder / "las", 20'000)).ok());
     ASSERT_TRUE(make_scene(wanted(folder / "ply", 20'000, PointFormat::ply)).ok());
     const auto las = read_all(folder / "las" / "points.las"), ply = read_all(folder / "ply" / "points.ply");
@@ -139,7 +139,7 @@ TEST(ProceduralPoints, AreTheSameInBothFormats) {
 }
 
 TEST(ProceduralPoints, DependOnTheSeedAndNotOnTheCores) {
-    const ScratchFolder folder("points-seed");
+    const support::TemporaryFolder folder;
     const uint64_t hash = hash_of(wanted(folder / "a", 150'000));
     EXPECT_NE(hash, hash_of(wanted(folder / "b", 150'000, PointFormat::las, 2)));
     cpu_set_t before, one;
@@ -158,7 +158,7 @@ TEST(ProceduralPoints, DependOnTheSeedAndNotOnTheCores) {
 
 TEST(ProceduralPoints, AFullDiskLeavesNoHalfFiles) {
     for (int64_t nth = 1;; ++nth) {
-        const ScratchFolder folder("points-full");
+        const support::TemporaryFolder folder;
         fault_plan().error_number = ENOSPC;
         fault_plan().fail_write_in = nth;
         const auto made = make_scene(wanted(folder.path(), 50'000));
@@ -180,7 +180,7 @@ TEST(ProceduralPoints, AFullDiskLeavesNoHalfFiles) {
 }
 
 TEST(ProceduralPoints, RefuseWhatCannotBeMade) {
-    const ScratchFolder folder("points-refused");
+    const support::TemporaryFolder folder;
     EXPECT_EQ(make_scene(wanted(folder.path(), 10)).status().exit_code(), 2);
     EXPECT_EQ(make_scene(wanted(folder.path(), 5'000'000'000)).status().exit_code(), 2);
     MakeSceneOptions options = wanted(folder.path(), 1000);

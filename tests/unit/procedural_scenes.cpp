@@ -8,8 +8,8 @@
 #include "procedural/height_field.hpp"
 #include "procedural/heightmap.hpp"
 #include "procedural/make_scene.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/procedural_meshes.hpp"
-#include "unit/scratch_folder.hpp"
 
 namespace raypager {
 namespace {
@@ -28,14 +28,14 @@ MakeSceneOptions wanted(const std::string& kind, const std::filesystem::path& fo
 }
 
 // One number for all files of a scene and their names.
-uint64_t fingerprint(const ScratchFolder& folder) {
+uint64_t fingerprint(const support::TemporaryFolder& folder) {
     uint64_t hash = 0;
     for (const auto& file : folder.files()) hash = hash64(*read_text(file), hash64(file.filename().string(), hash));
     return hash;
 }
 
 uint64_t fingerprint_of(const MakeSceneOptions& options_without_folder) {
-    const ScratchFolder folder("fingerprint");
+    const support::TemporaryFolder folder;
     MakeSceneOptions options = options_without_folder;
     options.directory = folder.path();
     EXPECT_TRUE(make_scene(options).ok());
@@ -51,7 +51,7 @@ size_t occurrences(const std::string& text, const std::string& word) {
 TEST(ProceduralScenes, HaveAboutAsManyTrianglesAsAsked) {
     for (const char* kind : all_kinds)
         for (const uint64_t triangles : {1000u, 20'000u, 300'000u}) {
-            const ScratchFolder folder("count");
+            const support::TemporaryFolder folder;
             const auto made = make_scene(wanted(kind, folder.path(), triangles));
             ASSERT_TRUE(made.ok()) << made.status().message();
             // A grid of so few quads cannot be divided finely; larger ones come within two percent.
@@ -75,7 +75,7 @@ TEST(ProceduralScenes, HaveAboutAsManyTrianglesAsAsked) {
 
 TEST(ProceduralScenes, NameEverythingThatARendererNeeds) {
     for (const char* kind : all_kinds) {
-        const ScratchFolder folder("directives");
+        const support::TemporaryFolder folder;
         const auto made = make_scene(wanted(kind, folder.path(), 20'000));
         ASSERT_TRUE(made.ok()) << made.status().message();
         EXPECT_EQ(made->scene_file, folder / "scene.pbrt");
@@ -103,7 +103,7 @@ TEST(ProceduralScenes, NameEverythingThatARendererNeeds) {
 }
 
 TEST(ProceduralScenes, CornellModelsAreClosed) {
-    const ScratchFolder folder("cornell");
+    const support::TemporaryFolder folder;
     ASSERT_TRUE(make_scene(wanted("cornell", folder.path(), 60'000)).ok());
     std::map<std::string, std::vector<TriangleMesh>> models;
     for (const auto& file : folder.files())
@@ -142,7 +142,7 @@ TEST(ProceduralScenes, AreTheSameOnEveryMachine) {
 }
 
 TEST(ProceduralScenes, TilesOfATerrainMeetWithoutGaps) {
-    const ScratchFolder folder("tiles");
+    const support::TemporaryFolder folder;
     MakeSceneOptions options;
     options.directory = folder.path();
     auto scene = SceneWriter::create(options);
@@ -173,7 +173,7 @@ TEST(ProceduralScenes, TilesOfATerrainMeetWithoutGaps) {
 TEST(ProceduralScenes, AFullDiskLeavesNoHalfFiles) {
     for (const char* kind : all_kinds)
         for (int64_t nth = 1;; nth++) {
-            const ScratchFolder folder("disk-full");
+            const support::TemporaryFolder folder;
             fault_plan().error_number = ENOSPC;
             fault_plan().fail_write_in = nth;
             const auto made = make_scene(wanted(kind, folder.path(), 5000));
@@ -196,7 +196,7 @@ TEST(ProceduralScenes, AFullDiskLeavesNoHalfFiles) {
 }
 
 TEST(ProceduralScenes, AnOldSceneFileDoesNotSurviveAFailure) {
-    const ScratchFolder folder("old-scene");
+    const support::TemporaryFolder folder;
     ASSERT_TRUE(make_scene(wanted("terrain", folder.path(), 2000)).ok());
     fault_plan().error_number = EIO;
     fault_plan().fail_write_in = 2;
@@ -208,7 +208,7 @@ TEST(ProceduralScenes, AnOldSceneFileDoesNotSurviveAFailure) {
 }
 
 TEST(ProceduralScenes, RefuseWhatCannotBeMade) {
-    const ScratchFolder folder("refused");
+    const support::TemporaryFolder folder;
     EXPECT_EQ(make_scene(wanted("teapot", folder.path(), 10'000)).status().exit_code(), 2);
     EXPECT_EQ(make_scene(wanted("cornell", folder.path(), 5)).status().exit_code(), 2);
     MakeSceneOptions options = wanted("clutter", folder.path(), 10'000);
@@ -228,7 +228,7 @@ Image elevation(uint32_t width, uint32_t height) {
 }
 
 TEST(ProceduralHeightmap, FillsVoidsFromTheirNeighbours) {
-    const ScratchFolder folder("voids");
+    const support::TemporaryFolder folder;
     Image image = elevation(30, 20);
     for (uint32_t y = 5; y < 12; y++)
         for (uint32_t x = 0; x < 9; x++) image.values[y * 30 + x] = -32768;
@@ -251,7 +251,7 @@ TEST(ProceduralHeightmap, FillsVoidsFromTheirNeighbours) {
 }
 
 TEST(ProceduralHeightmap, MakesOneQuadBetweenPixelsOrAsManyAsAsked) {
-    const ScratchFolder folder("relief");
+    const support::TemporaryFolder folder;
     ASSERT_TRUE(write_image(folder / "h.pfm", elevation(61, 31)).ok());
     MakeSceneOptions options = wanted("terrain", folder / "scene", 0);
     options.heightmap = folder / "h.pfm";

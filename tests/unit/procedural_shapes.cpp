@@ -8,8 +8,8 @@
 #include "procedural/noise.hpp"
 #include "procedural/parts.hpp"
 #include "procedural/surface.hpp"
+#include "support/temporary_folder.hpp"
 #include "unit/procedural_meshes.hpp"
-#include "unit/scratch_folder.hpp"
 
 namespace raypager {
 namespace {
@@ -74,7 +74,7 @@ TEST(ProceduralParts, EveryAssemblyIsClosedAtEveryDetail) {
 
 // A scene with one surface, read back.
 std::vector<TriangleMesh> written(const std::vector<SurfaceGrid>& grids, uint64_t max_triangles) {
-    const ScratchFolder folder("surface");
+    const support::TemporaryFolder folder;
     MakeSceneOptions options;
     options.directory = folder.path();
     auto scene = SceneWriter::create(options);

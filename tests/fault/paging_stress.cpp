@@ -1,0 +1,141 @@
+// Thousands of tiny blocks through a pool for two of them, while reads come up short and everything that touches a file or the device
+// waits for random times: whatever order loads arrive in, the film is the same.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <thread>
+
+#include "base/fault_plan.hpp"
+#include "render/render.hpp"
+#include "support/device_scene.hpp"
+#include "unit/blocks_scenes.hpp"
+
+namespace raypager {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr uint32_t triangles = 30000, least_blocks = 200;  // sanitizers cost five to twenty times the time
+#else
+constexpr uint32_t triangles = 300000, least_blocks = 2000;
+#endif
+
+class PagingStressOnDevice : public testing::Test {
+protected:
+    void SetUp() override {
+        Scene scene = blocks_test::scene_of({blocks_test::mesh_shape(blocks_test::soup(triangles, 1, 0.004f))});
+        rp_light sky = {};
+        sky.kind = RP_LIGHT_INFINITE;
+        sky.radiance[0] = sky.radiance[1] = sky.radiance[2] = 1;
+        scene.lights = {sky};
+        scene.width = 16;
+        scene.height = 8;
+        scene.spp = 1;
+        scene.max_depth = 2;
+        BakeOptions bake_options;
+        bake_options.block_bytes = 16 << 10;
+        bake_options.sub_boxes = 8;
+        auto file = support::bake_and_open(scene, bake_options, folder_.path(), "tiny");
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        file_ = *file;
+        ASSERT_GE(file_->scene().blocks.size(), least_blocks);
+        options_.paths = 128;
+        const auto resident = render(*file_, options_, {});
+        ASSERT_TRUE(resident.ok()) << resident.status().message();
+        hash_ = resident->report.film_hash;
+    }
+    void TearDown() override { fault_plan().clear(); }
+
+    support::TemporaryFolder folder_;
+    std::shared_ptr<const BlockFile> file_;
+    RenderOptions options_;
+    uint64_t hash_ = 0;
+};
+
+TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
+    const char* wanted = std::getenv("RAYPAGER_SCHEDULES");
+    const int schedules = wanted ? std::atoi(wanted) : 4;
+    const uint32_t first_seed = std::random_device{}();
+    for (int i = 0; i < schedules; i++) {
+        const uint32_t seed = first_seed + static_cast<uint32_t>(i);
+        std::mt19937 random(seed);
+        RenderOptions options = options_;
+        options.geometry_limit = 2 * uint64_t{file_->scene().largest_block()};
+        options.policy = policy_names[random() % std::size(policy_names)].kind;
+        options.loads_in_flight = 1 + random() % 3;
+        options.loader_threads = 1 + random() % 4;
+        options.host_limit = random() % 2 ? 1 : uint64_t{1} << 30;  // no cache at all, or one for everything
+        fault_plan().seed = seed;
+        fault_plan().longest_delay_us = 1 + random() % 300;
+        fault_plan().one_short_in = 3;
+        const std::string what = fmt::format("seed {}, {}, {} loads in flight by {} threads, host limit {}", seed, policy_name(options.policy),
+                                             options.loads_in_flight, options.loader_threads, options.host_limit);
+        SCOPED_TRACE(what);
+        const auto result = render(*file_, options, {});
+        fault_plan().clear();
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->report.film_hash, hash_);
+        EXPECT_LE(result->report.peak.geometry_bytes, options.geometry_limit);
+        EXPECT_GT(result->report.paging.evictions, 0u);
+        fmt::print("{}: {} loads of {} blocks\n", what, result->report.paging.loads, file_->scene().blocks.size());
+    }
+}
+
+// The cache in front of the file, used by several threads at once with room for a few blocks: everybody gets the right bytes, and whoever
+// waits is woken.
+TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    const BakedScene& scene = file_->scene();
+    HostCache cache(**device, *file_, 9 * uint64_t{scene.largest_block()});
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    fault_plan().seed = seed;
+    fault_plan().longest_delay_us = 100;
+    std::atomic<int> wrong{0}, failed{0};
+    const auto use_blocks = [&](uint32_t thread_seed) {
+        std::mt19937 random(thread_seed);
+        for (int i = 0; i < 300; i++) {
+            const auto block = static_cast<uint32_t>(random() % 24);  // few, so that threads meet at the same ones
+            const auto bytes = cache.acquire(block);
+            if (!bytes) {
+                failed++;
+                continue;
+            }
+            inject_delay();
+            rp_block_header header;
+            std::memcpy(&header, bytes->data(), sizeof header);
+            wrong += header.block_index != block || header.bytes != bytes->size() || bytes->size() != scene.blocks[block].memory_bytes;
+            cache.release(block);
+        }
+    };
+    std::vector<std::thread> threads;
+    for (uint32_t t = 0; t < 6; t++) threads.emplace_back(use_blocks, seed + t);
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(wrong, 0);
+    EXPECT_EQ(failed, 0);
+}
+
+// A read of a block that fails in the middle of a render (the first few reads are those of cached kernels) ends it with the file's name and the
+// block's, soon and without a picture.
+TEST_F(PagingStressOnDevice, AFailingReadEndsTheRender) {
+    for (const int64_t n : {20, 50, 300}) {
+        RenderOptions options = options_;
+        options.geometry_limit = 2 * uint64_t{file_->scene().largest_block()};
+        options.host_limit = 1;
+        fault_plan().error_number = EIO;
+        fault_plan().fail_read_in = n;
+        const auto result = render(*file_, options, {});
+        EXPECT_LE(fault_plan().fail_read_in, 0) << n;
+        fault_plan().clear();
+        ASSERT_FALSE(result.ok()) << n;
+        EXPECT_NE(result.status().message().find("tiny.rpb"), std::string::npos) << result.status().message();
+        EXPECT_NE(result.status().message().find("block "), std::string::npos) << result.status().message();
+    }
+}
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,20 @@
+// Points as lines of numbers (XYZ, PTS), and PLY files without faces. The first byte of an input says which, the rest is the file.
+#include "fuzz/fuzz.hpp"
+#include "fuzz/support/cloud.hpp"
+
+namespace raypager::fuzz {
+
+std::vector<std::string> seeds() {
+    const std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty float y\nproperty float z\nproperty uchar red\n"
+        "property uchar green\nproperty uchar blue\nproperty float radius\nend_header\n";
+    return {std::string(1, '\0') + "# points\n0 0 0\n1.5,2e3,-4\n1 1 1\n", "\1" + std::string("2\n0 0 0 -1200 10 20 30\n1 1 1 300 255 255 0\n"),
+            "\2" + ply + "0 0 0 1 2 3 0.5\n1 1 1 255 255 255 0\n2 2 2 9 9 9 -1\n"};
+}
+
+void run(std::string_view input) {
+    static const char* const endings[] = {".xyz", ".pts", ".ply"};
+    if (!input.empty()) load_cloud(endings[static_cast<uint8_t>(input[0]) % 3], input.substr(1));
+}
+
+}  // namespace raypager::fuzz

@@ -1,0 +1,65 @@
+// Block files. Inputs are squeezed (tests/support/block_file_bytes.hpp), and checksums and sizes are made right before a try: what
+// stands behind them must be checked as well. Whatever passes all checks is decoded, which must not lead outside.
+#include <cstring>
+
+#include "base/check.hpp"
+#include "blocks/decode.hpp"
+#include "fuzz/fuzz.hpp"
+#include "store/block_file.hpp"
+#include "store/format.hpp"
+#include "support/block_file_bytes.hpp"
+#include "support/temporary_folder.hpp"
+#include "unit/blocks_scenes.hpp"
+
+namespace raypager::fuzz {
+namespace {
+
+void decode_block(const BakedScene& scene, uint32_t block, std::span<const std::byte> stored) {
+    const BlockView view(stored);
+    uint64_t primitives = 0;
+    for (const rp_portal& portal : scene.portals) {
+        if (portal.block != block) continue;
+        const DecodedLeaf leaf = decode_subtree(view, portal.root);
+        primitives += leaf.triangles.size() + leaf.spheres.size();
+    }
+    RAYPAGER_CHECK(primitives == uint64_t{scene.blocks[block].triangles} + scene.blocks[block].spheres);
+}
+
+}  // namespace
+
+std::vector<std::string> seeds() {
+    using namespace blocks_test;
+    std::vector<Scene> scenes = {scene_of({mesh_shape(terrain(3, true)), sphere_shape({0, 1, 0}, 0.1f)}), scene_of({mesh_shape(soup(150, 1))}),
+                                 scene_of({})};
+    scenes[0].area_lights = {{{5, 5, 5}, false}};
+    scenes[0].shapes[1].area_light = 0;
+    std::vector<std::string> result;
+    for (const Scene& scene : scenes) {
+        const std::filesystem::path path = scratch_path("seed.rpb");
+        BakeOptions options;
+        options.block_bytes = 16 << 10;
+        options.sub_boxes = 4;
+        RAYPAGER_CHECK(bake(scene, options, path).ok());
+        result.push_back(support::squeeze_pages(support::read_file(path)));
+    }
+    return result;
+}
+
+void run(std::string_view input) {
+    std::string bytes = support::spread_pages(input);
+    if (bytes.size() < sizeof(format::Header)) return;
+    format::Header header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    header.file_bytes = bytes.size();
+    std::memcpy(bytes.data(), &header, sizeof header);
+    support::seal_block_file(bytes);
+    const auto file = BlockFile::open(write_input("input.rpb", bytes));
+    if (!file) return RAYPAGER_CHECK(file.status().message().find("input.rpb") != std::string::npos);
+    const BakedScene& scene = (*file)->scene();
+    for (uint32_t block = 0; block < scene.blocks.size(); block++) {
+        std::vector<std::byte> stored(scene.blocks[block].stored_bytes);
+        if ((*file)->read_block(block, stored) && (*file)->check_block(block, stored)) decode_block(scene, block, stored);
+    }
+}
+
+}  // namespace raypager::fuzz

@@ -1,0 +1,99 @@
+// Files: outputs appear whole or not at all, what killed processes left is told from what is being written, logs hold no half a row.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+
+#include "base/files.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace raypager {
+namespace {
+
+using support::read_file;
+
+class BaseFiles : public testing::Test {
+protected:
+    void TearDown() override { fault_plan().clear(); }
+    support::TemporaryFolder folder_;
+};
+
+TEST_F(BaseFiles, OnlyAbandonedTemporariesOfTheTargetAreRemoved) {
+    auto being_written = OutputFile::create(folder_ / "a.rpb");
+    ASSERT_TRUE(being_written.ok());
+    for (const char* name : {".a.123.tmp.rpb", ".a.9.tmp.rpb", ".b.123.tmp.rpb", ".a.123.tmp.ply", ".a.12x.tmp.rpb", ".a..tmp.rpb", "a.123.tmp.rpb",
+                             "a.rpb", ".a.b.5.tmp.rpb", ".tmp.rpb"})
+        folder_.write(name, "x");
+    EXPECT_EQ(remove_abandoned_temporaries(folder_ / "a.rpb"), 2u);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / ".a.123.tmp.rpb"));
+    EXPECT_EQ(folder_.files().size(), 9u) << "others were removed, or the one that is being written";
+    EXPECT_TRUE(being_written->write("new").ok());
+    EXPECT_TRUE(being_written->commit().ok());
+    EXPECT_EQ(read_file(folder_ / "a.rpb"), "new");
+    EXPECT_EQ(remove_abandoned_temporaries(folder_ / "absent", ".rpb", [](std::string_view) { return true; }), 0u);
+}
+
+TEST_F(BaseFiles, TwoWritersOfOneTargetDoNotMix) {
+    auto first = OutputFile::create(folder_ / "a");
+    ASSERT_TRUE(first.ok());
+    ASSERT_TRUE(first->write("first").ok());
+    const auto second = OutputFile::create(folder_ / "a");
+    ASSERT_FALSE(second.ok());
+    EXPECT_NE(second.status().message().find("another"), std::string::npos) << second.status().message();
+    ASSERT_TRUE(first->commit().ok());
+    EXPECT_EQ(read_file(folder_ / "a"), "first");
+}
+
+TEST_F(BaseFiles, EveryOperationCanFailAndLeavesTheOldFile) {
+    folder_.write("a", "old");
+    int failed = 0;
+    for (int n = 1;; n++) {
+        fault_plan().error_number = ENOSPC;
+        fault_plan().fail_any_in = n;
+        const Status status = write_text(folder_ / "a", "new");
+        const bool met = fault_plan().fail_any_in <= 0;
+        fault_plan().clear();
+        EXPECT_EQ(status.ok(), !met);
+        EXPECT_EQ(read_file(folder_ / "a"), met ? "old" : "new");
+        EXPECT_EQ(folder_.files().size(), 1u) << "a temporary file is left";
+        if (!met) break;
+        EXPECT_NE(status.message().find("No space left"), std::string::npos) << status.message();
+        failed++;
+    }
+    EXPECT_EQ(failed, 4);  // create, write, sync, rename
+}
+
+TEST_F(BaseFiles, AGrowingFileHoldsWholeRows) {
+    auto log = GrowingFile::create(folder_ / "log");
+    ASSERT_TRUE(log.ok());
+    EXPECT_TRUE(log->append("one\n").ok());
+    EXPECT_EQ(read_file(folder_ / "log"), "one\n");
+    // The row after the first: half of it arrives, the other half does not.
+    fault_plan().one_short_in = 1;
+    fault_plan().fail_write_in = 2;
+    fault_plan().error_number = ENOSPC;
+    EXPECT_FALSE(log->append("two, which is longer\n").ok());
+    EXPECT_EQ(read_file(folder_ / "log"), "one\n");
+    EXPECT_TRUE(log->append("three\n").ok()) << "short writes go on";
+    EXPECT_EQ(read_file(folder_ / "log"), "one\nthree\n");
+}
+
+TEST_F(BaseFiles, APipeIsRefusedNotWaitedFor) {
+    ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+    const auto file = InputFile::open(folder_ / "pipe");
+    ASSERT_FALSE(file.ok());
+    EXPECT_NE(file.status().message().find("not a regular file"), std::string::npos) << file.status().message();
+}
+
+TEST_F(BaseFiles, ReadsGoOnAfterShortOnes) {
+    const std::string content(100000, 'x');
+    folder_.write("a", content);
+    fault_plan().one_short_in = 2;
+    fault_plan().longest_delay_us = 10;
+    const auto text = read_text(folder_ / "a");
+    ASSERT_TRUE(text.ok());
+    EXPECT_EQ(*text, content);
+}
+
+}  // namespace
+}  // namespace raypager
