@@ -7,6 +7,9 @@
 // nearer hit has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.)
 // A shadow ray may take hits in any order: it tests all resident blocks first and waits for the first absent one it came by. When it
 // goes on, blocks that were resident in its last pass (resident_since <= tested_until) are behind it and are not tested again.
+//
+// With RP_RECORD, what rays enter is logged as well (lib/visits.cl).
+#include "lib/visits.cl"
 
 #if RP_ANY_HIT
 #define RP_WALK rp_any_walk
@@ -52,6 +55,9 @@ typedef struct RP_WALK {
     uint block_index;
     uint waits;   // 1: entering the block that it waited for
     uint served;  // 1: a hit was found behind the portal where it had waited, 2: none
+#endif
+#ifdef RP_RECORD
+    rp_visit_log visits;
 #endif
 } RP_WALK;
 
@@ -124,6 +130,15 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #if RP_ANY_HIT
             if (rp_leaf_any(&w->ray, &w->shear, &block, w->current, w->t_max)) {
                 w->hit = true;
+#ifdef RP_RECORD
+                if (w->visits.on) {
+                    // All resident blocks that would stop the ray are of interest: goes on behind this portal.
+                    rp_visit_stop(&w->visits, ((const __global rp_block_header*)block.base)->block_index);
+                    do RP_POP();
+                    while (w->current != RP_REF_RETURN);
+                    continue;
+                }
+#endif
                 w->portal = RP_NONE;
                 w->current = RP_REF_EXIT;
                 return;
@@ -156,6 +171,17 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             }
             w->block_index = a.w;
 #endif
+#ifdef RP_RECORD
+#if RP_ANY_HIT
+            if (!w->hit)  // what it tests beyond its end is not used
+#else
+            if (!rp_visit_add(&w->visits, RP_VISIT_ENTER, a.w)) {
+                w->portal = portal;
+                w->current = RP_REF_EXIT;
+                return;
+            }
+#endif
+#endif
             if (g->used[a.w] != round) g->used[a.w] = round;
             w->nodes = rp_block_nodes(rp_block_address(g, page.x));
             w->leaves_at = page.z;
@@ -168,6 +194,9 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
         if (RP_YIELD()) return;
 #endif
     }
+#if defined(RP_RECORD) && RP_ANY_HIT
+    if (w->hit) w->portal = RP_NONE;
+#endif
 }
 
 #undef RP_WALK

@@ -8,7 +8,7 @@
 #undef RP_ANY_HIT
 
 static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, uint slot_count, uint slot,
-                                  __global uint* status, __global uint4* paths, __global uint* film) {
+                                  __global uint* status, __global uint4* paths, __global uint* film RP_VISIT_PARAMETER) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
     rp_any_walk walk;
@@ -16,8 +16,18 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     walk.ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
     walk.t_max = as_float(origin.w);
     walk.tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
+#ifdef RP_RECORD
+    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, paths, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
+    if (walk.visits.on && surface.w == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
+        rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
+        return;  // begins anew in the next round
+    }
+#endif
     rp_begin_any(geometry, &walk, stack, surface.w);
     rp_run_any(geometry, &walk, stack, round & RP_ROUND_MASK);
+#ifdef RP_RECORD
+    rp_visit_end(&walk.visits, walk.visits.stopped_by);
+#endif
     const uint portal = walk.portal;
     if (portal != RP_NONE) {
         ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
@@ -43,9 +53,10 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 
 __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
                          __global uint* restrict status, __global uint4* restrict paths, const __global uint* restrict counters,
-                         __global uint* restrict film) {
+                         __global uint* restrict film RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, slot_count, rp_shadow_entry(queue, slot_count, i), status, paths, film);
+        rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, slot_count, rp_shadow_entry(queue, slot_count, i), status, paths, film
+                       RP_VISIT_ARGUMENT);
 }

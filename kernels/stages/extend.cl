@@ -48,7 +48,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 }
 
 __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
-                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
+                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters
+                            RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
@@ -82,7 +83,15 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i);
         rp_take_up(&geometry, &walk, stack, slot_count, slot, paths);
+#ifdef RP_RECORD
+        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, slot_count, slot, paths, RP_VISIT_BEGIN_EXTEND,
+                            RP_VISIT_RESUME_EXTEND))
+            continue;
+#endif
         rp_run_closest(&geometry, &walk, stack, round);
+#ifdef RP_RECORD
+        rp_visit_end(&walk.visits, walk.best.found_in);
+#endif
         rp_put_down(&geometry, &walk, block_count, demand, slot_count, slot, status, paths, mine);
     }
 #endif

@@ -43,6 +43,9 @@ Status run_bake(const Arguments& arguments) {
                   into(options.block_bytes, parse_block_size));
     add_view_options(parser, view.width, view.height, view.camera);
     add_point_options(parser, options.points);
+    parser.option("sub-boxes", "N",
+                  "boxes a block at most that tell in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
+                  into_count(options.sub_boxes, 1, RP_MAX_SUB_BOXES));
     parser.flag("progress", "show progress even if stderr is no terminal", progress);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();

@@ -8,12 +8,14 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
+#include "bench/baselines.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/render_settings.hpp"
 #include "cli/report.hpp"
 #include "cli/scene_cache.hpp"
 #include "cli/stop_signal.hpp"
+#include "cli/values.hpp"
 #include "cli/verbs.hpp"
 
 namespace raypager {
@@ -26,6 +28,7 @@ Status check_outputs(const RenderSettings& settings) {
     if (settings.log) RAYPAGER_TRY(check_output_path(*settings.log));
     if (settings.report) RAYPAGER_TRY(check_output_path(*settings.report));
     if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) RAYPAGER_TRY(check_output_path(checkpoint));
+    if (settings.record_trace) RAYPAGER_TRY(check_output_path(*settings.record_trace));
     return {};
 }
 
@@ -40,6 +43,11 @@ Result<std::optional<Image>> read_reference(const RenderSettings& settings) {
 Status write_results(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderResult& result,
                      const ReportSeconds& seconds) {
     RAYPAGER_TRY(write_image(settings.output, result.image));
+    if (settings.record_trace && result.trace) {
+        RAYPAGER_TRY(write_demand_trace(*settings.record_trace, *result.trace));
+        log_note(fmt::format("demand trace: {}, {} of {} paths", settings.record_trace->string(), format_count(result.trace->path_count()),
+                             format_count(result.trace->recorded.paths)));
+    }
     if (!settings.report) return {};
     return write_text(*settings.report, json_text(report_json(settings, effective, scene, result.report, seconds)));
 }
@@ -71,6 +79,8 @@ Status render_to_files(const RenderSettings& settings) {
     const BakedScene& scene = opened->file->scene();
     auto options = effective_options(settings, scene);
     if (!options) return options.status();
+    if (settings.paper_preset)
+        if (const auto difference = bench::paper_bake_difference(scene)) log_note(*difference);
     auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
     if (!monitor) return monitor.status();
 

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "bench/baselines.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
 #include "cli/view.hpp"
@@ -12,8 +13,10 @@
 namespace raypager {
 namespace {
 
-constexpr uint64_t most_samples = 65536;  // what the film's fixed point holds without overflow (abi/film.h)
+constexpr uint64_t most_samples = 65535;  // what the film's fixed point holds without overflow (abi/film.h)
 constexpr uint64_t most_paths = uint64_t{1} << 30;
+constexpr uint64_t most_loads = 1024;
+constexpr uint64_t default_trace_paths = 500000;
 constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
 constexpr const char* about =
@@ -21,15 +24,10 @@ constexpr const char* about =
     "clouds (.las .ply .xyz .pts .txt), which are framed, lit and given a ground. What is not baked is baked first; the block file is kept beside "
     "the input and used again.";
 
-Result<PolicyKind> parse_policy(const std::string& text) {
-    if (const auto kind = policy_from_name(text)) return *kind;
-    return Status::usage(fmt::format("'{}' is no policy; use aged-wants, most-wanted, wanted-per-byte or lru", text));
-}
-
-Result<Connection> parse_connection(const std::string& text) {
-    if (text == "queue") return Connection::queue;
-    if (text == "roulette") return Connection::roulette;
-    return Status::usage(fmt::format("'{}' is no way of connecting; use queue or roulette", text));
+Result<PoolPlace> parse_pool(const std::string& text) {
+    if (text == "device") return PoolPlace::device;
+    if (text == "host") return PoolPlace::host;
+    return Status::usage(fmt::format("'{}' is no place for the pool; use device or host", text));
 }
 
 OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& target) {
@@ -39,29 +37,9 @@ OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& ta
     };
 }
 
-// Options that decide what the picture shows and how good it gets.
-void add_picture_options(OptionParser& parser, RenderSettings& settings) {
-    RenderOptions& options = settings.options;
-    parser.option("output,o", "FILE", "picture to write: .exr, .png or .pfm", into_path(settings.output));
-    add_view_options(parser, options.width, options.height, settings.camera);
-    parser.option("spp", "N", "samples a pixel, 1 to 65536 (default: as the scene says; with --time: until then)",
-                  into_count(options.spp, 1, most_samples));
-    parser.option("time", "SECONDS", "stop after about so long (default: no limit)", into(options.time_seconds, parse_seconds));
-    parser.option("max-depth", "N", "scattering events of a path at most; 0 shows only what shines itself (default: as the scene says)",
-                  into(options.max_depth, [](const std::string& text) { return parse_count(text, 0, deepest); }));
-    parser.option("seed", "N", "seed of the random numbers, 0 to 2^32 - 1 (default: 0)", into_count(options.seed, 0, 0xffffffffu));
-}
-
-// Options that decide where the work is done and in how much memory; none of them changes the picture.
+// Options that decide how this one render pages; none of them changes the picture.
 void add_paging_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
-    parser.option("device", "N|NAME", "number or part of the name, as 'raypager devices' lists them (default: the one marked there)",
-                  into(options.device, [](const std::string& text) -> Result<std::string> {
-                      if (text.empty()) return Status::usage("is empty; give a number or part of a name");
-                      return text;
-                  }));
-    parser.option("memory-limit", "SIZE", "device memory of the whole process at most (default: three quarters of what the device has)",
-                  into(options.memory_limit, parse_size));
     parser.option("geometry-limit", "SIZE|%",
                   "geometry resident at once at most, in bytes or as a share of the scene's (default: what the "
                   "memory limit leaves)",
@@ -72,15 +50,37 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
                       options.geometry_limit_percent = limit->percent;
                       return {};
                   });
-    parser.option("host-limit", "SIZE", "host memory for blocks read from the file (default: half of what is free)",
-                  into(options.host_limit, parse_size));
     parser.option("paths", "N", "path slots: paths in flight at once (default: chosen from the limits)", into_count(options.paths, 1, most_paths));
-    parser.option("policy", "NAME", "which blocks come and go: aged-wants, most-wanted, wanted-per-byte or lru (default: aged-wants)",
+    parser.option("policy", "NAME", "which blocks come and go: aged-wants, most-wanted, wanted-per-byte, lru or sweep (default: aged-wants)",
                   into(options.policy, parse_policy));
     parser.option("connection", "NAME",
                   "shadow rays: in a queue of their own, or by roulette against path continuation: queue or roulette "
                   "(default: queue)",
                   into(options.connection, parse_connection));
+}
+
+// Options for measurements: what the engine decides by itself, and baselines. None of them changes the picture, but the preset's roulette
+// changes its noise.
+void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
+    RenderOptions& options = settings.options;
+    parser.option("preset", "NAME",
+                  "paper: the settings of the paper (4 paths a pixel, roulette connection, one swap a round that is waited for, most wanted "
+                  "in, least bounced out); options behind this one override it",
+                  [&settings](const std::string& text) -> Status {
+                      if (text != "paper") return Status::usage(fmt::format("'{}' is no preset; there is one, paper", text));
+                      const uint32_t paths = settings.options.paths;
+                      bench::use_paper_settings(settings.options, 0, 0);
+                      settings.options.paths = paths;  // the default follows from the size of the picture
+                      settings.paper_preset = true;
+                      return {};
+                  });
+    parser.option("pool", "PLACE",
+                  "device, or as a baseline host: all geometry in mapped host memory, read across the bus without paging "
+                  "(default: device)",
+                  into(options.pool_place, parse_pool));
+    parser.option("record-trace", "FILE", "record which blocks paths enter, for 'raypager bench policy'", into_optional_path(settings.record_trace));
+    parser.option("trace-paths", "N", "record about so many of all paths, spread evenly (default: 500K)",
+                  into(options.record_paths, [](const std::string& text) { return parse_count(text, 1, most_paths); }));
 }
 
 void add_output_options(OptionParser& parser, RenderSettings& settings) {
@@ -121,6 +121,7 @@ Status check_distinct_files(const OptionParser& parser, const RenderSettings& se
     if (settings.log) files.emplace_back("--log", *settings.log);
     if (settings.report) files.emplace_back("--report", *settings.report);
     if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) files.emplace_back("--checkpoint", checkpoint);
+    if (settings.record_trace) files.emplace_back("--record-trace", *settings.record_trace);
     for (size_t i = read_only; i < files.size(); ++i)
         for (size_t j = 0; j < i; ++j)
             if (same_file(files[i].second, files[j].second))
@@ -141,25 +142,69 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
     if (has_ending(settings.inputs.front(), ".rpb") && changes_points(settings.bake.points))
         return parser.wrong(
             fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
+    if (settings.record_trace && options.spp == 0 && options.time_seconds > 0)
+        return parser.wrong("--record-trace: needs --spp beside --time, for the share of paths to record follows from how many there can be");
+    if (options.record_paths && !settings.record_trace)
+        return parser.wrong("--trace-paths: says how much to record; name a file with --record-trace");
     return check_distinct_files(parser, settings);
 }
 
 }  // namespace
+
+void add_picture_options(OptionParser& parser, RenderSettings& settings) {
+    RenderOptions& options = settings.options;
+    add_view_options(parser, options.width, options.height, settings.camera);
+    parser.option("spp", "N", "samples a pixel, 1 to 65535 (default: as the scene says; with --time: until then)",
+                  into_count(options.spp, 1, most_samples));
+    parser.option("time", "SECONDS", "stop after about so long (default: no limit)", into(options.time_seconds, parse_seconds));
+    parser.option("max-depth", "N", "scattering events of a path at most; 0 shows only what shines itself (default: as the scene says)",
+                  into(options.max_depth, [](const std::string& text) { return parse_count(text, 0, deepest); }));
+    parser.option("seed", "N", "seed of the random numbers, 0 to 2^32 - 1 (default: 0)", into_count(options.seed, 0, 0xffffffffu));
+}
+
+void add_device_options(OptionParser& parser, RenderSettings& settings) {
+    RenderOptions& options = settings.options;
+    parser.option("device", "N|NAME", "number or part of the name, as 'raypager devices' lists them (default: the one marked there)",
+                  into(options.device, [](const std::string& text) -> Result<std::string> {
+                      if (text.empty()) return Status::usage("is empty; give a number or part of a name");
+                      return text;
+                  }));
+    parser.option("memory-limit", "SIZE", "device memory of the whole process at most (default: three quarters of what the device has)",
+                  into(options.memory_limit, parse_size));
+    parser.option("host-limit", "SIZE", "host memory for blocks read from the file (default: half of what is free)",
+                  into(options.host_limit, parse_size));
+}
+
+void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
+    RenderOptions& options = settings.options;
+    parser.option("loads-in-flight", "N", "blocks on their way at once while others must leave for them (default: by pool and blocks, 2 to 16)",
+                  into_count(options.loads_in_flight, 1, most_loads));
+    parser.option("hold", "PERCENT",
+                  "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 15% or 100%)",
+                  into(options.hold_above_ready, parse_share));
+    parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.wait_for_loads);
+    parser.option("tile", "PIXELS", "camera paths start in tiles of so many pixels a side (default: 16)", into_count(options.tile_size, 1, 1024));
+}
 
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments) {
     RenderSettings settings;
     std::vector<std::string> inputs;
     OptionParser parser("render", "INPUT... -o OUT.exr|OUT.png|OUT.pfm [options]", about);
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), inputs);
+    parser.option("output,o", "FILE", "picture to write: .exr, .png or .pfm", into_path(settings.output));
     add_picture_options(parser, settings);
+    add_device_options(parser, settings);
     add_paging_options(parser, settings);
     add_output_options(parser, settings);
     add_checkpoint_options(parser, settings);
+    add_measurement_options(parser, settings);
+    add_tuning_options(parser, settings);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
     if (*outcome == OptionParser::Outcome::help_shown) return std::optional<RenderSettings>();
     settings.inputs.assign(inputs.begin(), inputs.end());
     RAYPAGER_TRY(check_combinations(parser, settings));
+    if (settings.record_trace && settings.options.record_paths == 0) settings.options.record_paths = default_trace_paths;
     return std::optional(std::move(settings));
 }
 
@@ -169,6 +214,7 @@ Result<RenderOptions> effective_options(const RenderSettings& settings, const Ba
         options.width = scene.width;
         options.height = scene.height;
     }
+    if (settings.paper_preset && options.paths == 0) options.paths = bench::paper_paths_per_pixel * options.width * options.height;
     // With a time limit alone, samples are taken for as long as there is time.
     if (options.spp == 0) options.spp = options.time_seconds > 0 ? static_cast<uint32_t>(most_samples) : scene.spp;
     const auto camera = choose_camera(settings.camera, scene.camera, scene.width, scene.height, options.width, options.height);

@@ -19,13 +19,20 @@ struct RenderSettings {
     RenderOptions options;  // as given; what depends on the scene (camera) is filled in by effective_options
     std::optional<CameraText> camera;
     BakeOptions bake;  // of what is not baked
-    std::optional<std::filesystem::path> cache_directory, reference, log, report;
+    std::optional<std::filesystem::path> cache_directory, reference, log, report, record_trace;
+    bool paper_preset = false;
     double snapshot_seconds = 0;  // 0: no snapshots
     bool progress = false;        // even without a terminal
 };
 
 // Nothing if only the help was asked for. All errors are usage errors that name the option.
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments);
+
+// Options that render shares with measurements. What the picture shows and how good it gets; where it is made; what the engine otherwise
+// decides by itself.
+void add_picture_options(OptionParser& parser, RenderSettings& settings);
+void add_device_options(OptionParser& parser, RenderSettings& settings);
+void add_tuning_options(OptionParser& parser, RenderSettings& settings);
 
 // settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given.
 Result<RenderOptions> effective_options(const RenderSettings& settings, const BakedScene& scene);

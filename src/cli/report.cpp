@@ -52,6 +52,12 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"paths", report.paths},
             {"policy", report.policy},
             {"connection", report.connection},
+            {"preset", settings.paper_preset ? Json("paper") : Json(nullptr)},
+            {"pool", effective.pool_place == PoolPlace::host ? "host" : "device"},
+            {"loads_in_flight", effective.loads_in_flight > 0 ? Json(effective.loads_in_flight) : Json(nullptr)},
+            {"hold", effective.hold_above_ready ? Json(*effective.hold_above_ready) : Json(nullptr)},
+            {"wait_for_loads", effective.wait_for_loads},
+            {"tile", effective.tile_size},
             {"camera", camera_json(effective.camera.value_or(scene.camera))},
             {"point_radius", point_radius_json(settings.bake.points)},
             {"point_scale", settings.bake.points.radius_scale},
@@ -65,6 +71,8 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"checkpoint", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.file.string())},
             {"checkpoint_every", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.every_seconds)},
             {"resume", checkpoint.resume},
+            {"record_trace", path_json(settings.record_trace)},
+            {"trace_paths", effective.record_paths > 0 ? Json(effective.record_paths) : Json(nullptr)},
             {"progress", settings.progress}};
 }
 

@@ -71,6 +71,25 @@ Result<SizeOrPercent> parse_size_or_percent(std::string_view text) {
     return SizeOrPercent{0, *percent};
 }
 
+Result<double> parse_share(std::string_view text) {
+    const auto percent = text.ends_with('%') ? whole_number_text(text.substr(0, text.size() - 1)) : std::nullopt;
+    if (!percent || !(*percent >= 0 && *percent <= 100)) return Status::usage(fmt::format("'{}' is not a percentage from 0% to 100%", text));
+    return *percent / 100;
+}
+
+Result<PolicyKind> parse_policy(std::string_view text) {
+    if (const auto kind = policy_from_name(text)) return *kind;
+    std::string names;
+    for (const PolicyName& policy : policy_names) names += fmt::format("{}{}", names.empty() ? "" : ", ", policy.name);
+    return Status::usage(fmt::format("'{}' is no policy; use one of {}", text, names));
+}
+
+Result<Connection> parse_connection(std::string_view text) {
+    if (text == "queue") return Connection::queue;
+    if (text == "roulette") return Connection::roulette;
+    return Status::usage(fmt::format("'{}' is no way of connecting; use queue or roulette", text));
+}
+
 Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest) {
     const auto wrong = [&] { return Status::usage(fmt::format("'{}' is not a whole number from {} to {}", text, lowest, highest)); };
     const auto parsed = leading_number(text);

@@ -8,6 +8,7 @@
 
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
+#include "render/render.hpp"
 
 namespace raypager {
 
@@ -19,6 +20,12 @@ struct SizeOrPercent {
     double percent = 0;  // 0: given in bytes; otherwise over 0 and at most 100
 };
 Result<SizeOrPercent> parse_size_or_percent(std::string_view text);
+
+Result<double> parse_share(std::string_view text);  // "15%" -> 0.15; from 0% to 100%
+
+// Names of the engine's choices.
+Result<PolicyKind> parse_policy(std::string_view text);
+Result<Connection> parse_connection(std::string_view text);
 
 // How many: a whole number from lowest to highest. With K, M or G behind it: thousands, millions, billions ("2.5M" is 2500000).
 Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest);

@@ -242,6 +242,15 @@ Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
     return pinned;
 }
 
+Result<Buffer> Device::allocate_mapped(uint64_t bytes, std::string_view what) {
+    Buffer buffer;
+    buffer.bytes_ = bytes;
+    cl_int code = CL_SUCCESS;
+    buffer.handle_ = cl::Buffer(context_, CL_MEM_ALLOC_HOST_PTR | CL_MEM_READ_ONLY, bytes, nullptr, &code);
+    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes of mapped host memory for {}", bytes, what), code);
+    return buffer;
+}
+
 std::string Device::build_options(const std::string& definitions) const {
     std::string options = "-cl-std=CL1.2";
     cl_device_fp_config config = 0;

@@ -162,6 +162,8 @@ public:
     Result<Buffer> allocate(uint64_t bytes, std::string_view what);
     Result<Buffer> upload(std::span<const std::byte> contents, std::string_view what);
     Result<PinnedBuffer> allocate_pinned(uint64_t bytes);
+    // A buffer in host memory that kernels read in place, if the driver can (CL_MEM_ALLOC_HOST_PTR). Not counted: it is no device memory.
+    Result<Buffer> allocate_mapped(uint64_t bytes, std::string_view what);
 
     // Builds kernels/stages/<stage>.cl (from the cache of binaries if it is there) and gets a kernel of it.
     // definitions: "-DNAME=VALUE ..." beside those of the device.

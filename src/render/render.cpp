@@ -7,13 +7,11 @@
 
 #include "base/check.hpp"
 #include "base/log.hpp"
-#include "base/memory.hpp"
 #include "device/device.hpp"
-#include "device/kernel_sources.hpp"
 #include "film/film.hpp"
-#include "raypager/abi/film.h"
 #include "render/checkpointer.hpp"
-#include "render/memory_plan.hpp"
+#include "render/recorder.hpp"
+#include "render/setup.hpp"
 #include "render/watchdog.hpp"
 #include "residency/residency.hpp"
 #include "wavefront/wavefront.hpp"
@@ -46,7 +44,7 @@ private:
             RAYPAGER_TRY(finish_round());
             RAYPAGER_TRY(residency_->after_round(ended_, started_, wavefront_->last_round_end(), demand_, ready_rays(), slots()));
             watchdog_->round_ended(round_state());
-            if (nothing_to_trace() && rounds_under_way() == 0) RAYPAGER_TRY(wait_for_block());
+            if ((nothing_to_trace() || options_.wait_for_loads) && rounds_under_way() == 0) RAYPAGER_TRY(wait_for_block());
             RAYPAGER_TRY(end_early());
             if (checkpointer_->due()) RAYPAGER_TRY(keep_checkpoint());
             RAYPAGER_TRY(tell());
@@ -57,14 +55,12 @@ private:
 
     Status prepare();
     Status make_device_state(rp_render_params params, uint64_t memory_limit);
-    Result<rp_render_params> make_params() const;
-    Status check_picture_size(const rp_render_params& params) const;
-    void adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const;
+    Status create_residency(uint64_t pool_bytes);
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t rounds_under_way() const { return started_ - ended_; }
     // A GPU gets its next round before the host has seen what the last one did; a CPU works on rounds and host code with the same cores.
     uint32_t rounds_wanted() const {
-        if (nothing_to_trace() || wavefront_->begins_again()) return 1;
+        if (nothing_to_trace() || wavefront_->begins_again() || options_.wait_for_loads || recorder_.visits()) return 1;
         return options_.rounds_under_way ? options_.rounds_under_way : device_->info().type == "CPU" ? 1 : Wavefront::most_rounds;
     }
     Status start_round();
@@ -78,6 +74,7 @@ private:
     Status end_early();
     Status keep_checkpoint();
     Status tell();
+    Status snapshot(double now);
     void warn(const std::string& message) const;
     Status with_advice(const Status& error) const;
     WorkDone work() const;
@@ -101,115 +98,22 @@ private:
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
     uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
     bool ending_ = false, stopped_ = false;  // with the pass under way; at once
-    double stall_seconds_ = 0;
+    double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
+    RenderRecorder recorder_;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
     double next_progress_ = 0, next_snapshot_ = 0, last_told_ = 0;
     uint64_t last_rays_ = 0;
     mutable double rate_ = 0;
 };
 
-// Half of the memory that is free now, for the cache of stored blocks; device_bytes will be taken out of it, too (on a CPU).
-uint64_t default_host_limit(uint64_t device_bytes) {
-    const uint64_t available = available_memory();
-    return available > device_bytes ? (available - device_bytes) / 2 : 0;
-}
-
-// Path slots that keep a device busy while everything is resident.
-uint64_t default_slots(const DeviceInfo& info) {
-    if (info.type == "CPU") return std::max<uint64_t>(uint64_t{1} << 16, info.compute_units * (uint64_t{1} << 15));
-    return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
-}
-
-// A film pixel holds so many samples of any radiance (abi/film.h).
-constexpr uint32_t max_spp = 65535;
-
-void set3(float (&target)[4], const Float3& value) {
-    target[0] = value.x;
-    target[1] = value.y;
-    target[2] = value.z;
-    target[3] = 0;
-}
-
-Result<rp_render_params> Renderer::make_params() const {
-    rp_render_params params = {};
-    const Camera& camera = options_.camera ? *options_.camera : scene_.camera;
-    set3(params.camera.eye, camera.eye);
-    set3(params.camera.right, camera.right);
-    set3(params.camera.up, camera.up);
-    set3(params.camera.forward, camera.forward);
-    params.width = options_.width ? options_.width : scene_.width;
-    params.height = options_.height ? options_.height : scene_.height;
-    // With a time limit alone, the time decides.
-    params.spp = options_.spp ? options_.spp : options_.time_seconds > 0 ? max_spp : scene_.spp;
-    params.max_depth = options_.max_depth ? *options_.max_depth : scene_.max_depth;
-    params.seed = options_.seed;
-    params.light_count = static_cast<uint32_t>(scene_.lights.size());
-    params.range_count = static_cast<uint32_t>(scene_.ranges.size());
-    params.infinite_light = RP_NONE;
-    for (uint32_t i = 0; i < scene_.lights.size(); i++)
-        if (scene_.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
-    params.roulette_connection = options_.connection == Connection::roulette;
-    params.tile_size = 16;
-    const uint64_t pixels = uint64_t{params.width} * params.height;
-    constexpr uint32_t longest_side = 1 << 24;
-    if (params.width > longest_side || params.height > longest_side)
-        return Status::usage(fmt::format("--size: at most {} pixels a side", longest_side));
-    if (pixels == 0 || pixels > uint64_t{1} << 31)
-        return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
-    if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
-    if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
-    params.sample_limit = pixels * params.spp;
-    return params;
-}
-
-// Loads between two rounds. Each round has a cost of its own, so small blocks come several at a time; but no more than a part of the
-// pool (two are always allowed), for what is on its way serves no ray yet. The paper's policy swaps one block a round.
-void Renderer::adapt_loads(PolicySettings& policy, uint64_t pool_bytes) const {
-    if (policy.kind != PolicyKind::most_wanted && !scene_.blocks.empty()) {
-        const uint64_t average = std::max<uint64_t>(1, scene_.geometry_bytes() / scene_.blocks.size());
-        // A GPU's rounds are short beside their fixed cost, and its bus is wide: more at a time.
-        const bool cpu = device_->info().type == "CPU";
-        policy.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(pool_bytes / average / (cpu ? 16 : 4), 2, cpu ? 16 : 128));
-        policy.loads_into_free = 256;
-    }
-    if (options_.loads_in_flight) policy.loads_in_flight = options_.loads_in_flight;
-}
-
-RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params) {
-    RenderIdentity identity;
-    identity.scene = scene.identity();
-    identity.kernels = kernel_sources_identity();
-    identity.width = params.width;
-    identity.height = params.height;
-    identity.max_depth = params.max_depth;
-    identity.seed = params.seed;
-    identity.roulette_connection = params.roulette_connection;
-    identity.camera = params.camera;
-    return identity;
-}
-
-// The film lies in one buffer on the device; the finished picture lies in host memory.
-Status Renderer::check_picture_size(const rp_render_params& params) const {
-    const uint64_t film = pixels_ * RP_FILM_WORDS * sizeof(uint32_t), most = device_->info().max_allocation_bytes;
-    if (film > most)
-        return Status::failed(
-            fmt::format("--size {}x{}: the film needs {} bytes at once, but {} allocates at most {}; at most {} pixels are possible there",
-                        params.width, params.height, film, device_->info().name, most, most / RP_FILM_WORDS / sizeof(uint32_t)));
-    const uint64_t picture = pixels_ * 3 * sizeof(float), free = available_memory();
-    if (picture > free)
-        return Status::failed(fmt::format("--size {}x{}: the picture needs {} bytes of main memory, of which {} are free; render a smaller one",
-                                          params.width, params.height, picture, free));
-    return {};
-}
-
 Status Renderer::prepare() {
-    auto params = make_params();
+    auto params = make_params(scene_, options_);
     if (!params) return params.status();
     pixels_ = uint64_t{params->width} * params->height;
     auto device = Device::open(options_.device, options_.memory_limit);
     if (!device) return device.status();
     device_ = std::move(*device);
-    RAYPAGER_TRY(check_picture_size(*params));
+    RAYPAGER_TRY(check_picture_size(*params, device_->info()));
     auto checkpointer =
         Checkpointer::create(options_.checkpoint, identity_of(scene_, *params), params->spp, device_->info().name + ", " + device_->info().driver);
     if (!checkpointer) return checkpointer.status();
@@ -234,9 +138,10 @@ Status Renderer::prepare() {
     const auto told = [this](const std::string& text) { warn(text); };
     watchdog_ = std::make_unique<Watchdog>(
         options_.stall_seconds, [this] { return residency_->loader_activity(); }, told);
+    recorder_.begin(options_, *params);
     render_start_ = Clock::now();
-    next_snapshot_ = options_.snapshot_seconds;
-    return {};
+    next_snapshot_ = snapshot_interval_ = options_.snapshot_seconds;
+    return options_.pool_place == PoolPlace::host ? residency_->load_all(device_->kernels()) : Status();
 }
 
 // The device with everything on it, within a limit.
@@ -249,39 +154,37 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
         if (!device) return device.status();
         device_ = std::move(*device);
     }
-    const WavefrontBytes bytes = wavefront_bytes(scene_, params.width, params.height);
-    MemoryNeeds needs;
-    needs.limit = device_->budget().limit();
-    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene_.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT;
-    needs.per_slot = bytes.per_slot;
-    needs.geometry = scene_.geometry_bytes();
-    needs.largest_block = scene_.largest_block();
-    needs.geometry_limit = options_.geometry_limit;
-    needs.geometry_limit_percent = options_.geometry_limit_percent;
-    needs.requested_slots = options_.paths;
-    needs.default_slots = default_slots(device_->info());
-    needs.total_paths = params.sample_limit;
-    needs.most_slots = device_->info().max_allocation_bytes / bytes.largest_part_per_slot;
+    const VisitLogSettings visits = visit_log_settings(options_, params, device_->info());
+    const MemoryNeeds needs = memory_needs(scene_, options_, params, visits, device_->info(), device_->budget().limit());
     auto plan = plan_memory(needs);
     if (!plan) return plan.status();
     params.slot_count = static_cast<uint32_t>(plan->slots);
-
-    ResidencySettings settings;
-    settings.pool_bytes = plan->pool_bytes;
-    settings.slab_bytes = options_.slab_bytes;
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
-    host_limit_ = options_.host_limit ? options_.host_limit : default_host_limit(device_->info().type == "CPU" ? planned_bytes_ : 0);
-    settings.host_limit = host_limit_;
+    RAYPAGER_TRY(create_residency(plan->pool_bytes));
+    auto wavefront = Wavefront::create(*device_, scene_, params, residency_->slabs(), residency_->page_table(),
+                                       options_.policy == PolicyKind::most_wanted, visits);
+    if (!wavefront) return wavefront.status();
+    wavefront_ = std::move(*wavefront);
+    return {};
+}
+
+Status Renderer::create_residency(uint64_t pool_bytes) {
+    const bool mapped = options_.pool_place == PoolPlace::host;
+    ResidencySettings settings;
+    settings.place = options_.pool_place;
+    settings.pool_bytes = mapped ? mapped_pool_bytes(scene_, device_->info()) : pool_bytes;
+    settings.slab_bytes = options_.slab_bytes;
+    settings.journal = options_.keep_journal;
+    host_limit_ = host_limit(options_, device_->info(), planned_bytes_);
+    if (mapped && settings.pool_bytes > host_limit_)
+        return Status::failed(fmt::format("--pool host: the geometry takes {} bytes of host memory, the limit is {}; give a larger --host-limit",
+                                          settings.pool_bytes, host_limit_));
+    settings.host_limit = mapped ? host_limit_ - settings.pool_bytes : host_limit_;
     settings.loader_threads = options_.loader_threads;
-    settings.policy = default_settings(options_.policy);
-    adapt_loads(settings.policy, plan->pool_bytes);
+    settings.policy = policy_settings(scene_, options_, settings.pool_bytes, device_->info());
     auto residency = Residency::create(*device_, file_, settings);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
-    auto wavefront =
-        Wavefront::create(*device_, scene_, params, residency_->slabs(), residency_->page_table(), options_.policy == PolicyKind::most_wanted);
-    if (!wavefront) return wavefront.status();
-    wavefront_ = std::move(*wavefront);
     return {};
 }
 
@@ -294,7 +197,8 @@ Status Renderer::start_round() {
 Status Renderer::finish_round() {
     watchdog_->doing("tracing");
     ended_++;
-    return wavefront_->finish_round(counters_, demand_);
+    RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
+    return recorder_.round_ended(*wavefront_, seconds_since(render_start_) - snapshot_seconds_);
 }
 
 // Ends all rounds under way, so that the counters are those of the state on the device.
@@ -309,7 +213,7 @@ Status Renderer::wait_for_block() {
     auto arrived = residency_->wait_for_block(ended_);
     stall_seconds_ += seconds_since(begin);
     if (!arrived) return arrived.status();
-    if (*arrived) return {};
+    if (*arrived || !nothing_to_trace()) return {};
     return Status::failed(
         fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_, describe(round_state())));
 }
@@ -371,6 +275,7 @@ RenderProgress Renderer::progress() const {
     const WorkDone done = work();
     RenderProgress p;
     p.seconds = done.render_seconds;
+    p.snapshot_seconds = snapshot_seconds_;
     p.spp = static_cast<double>(counters_.next_sample()) / static_cast<double>(pixels_);
     const double by_samples = static_cast<double>(counters_.next_sample()) / static_cast<double>(wavefront_->params().sample_limit);
     const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;
@@ -405,15 +310,20 @@ Status Renderer::tell() {
         last_rays_ = rays;
         callbacks_.progress(progress());
     }
-    if (callbacks_.snapshot && options_.snapshot_seconds > 0 && now >= next_snapshot_) {
-        watchdog_->doing("writing a snapshot");
-        auto film = read_film();
-        if (!film) return film.status();
-        RenderProgress p = progress();
-        p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
-        RAYPAGER_TRY(callbacks_.snapshot(film->take_image(), p));
-        next_snapshot_ = seconds_since(render_start_) + options_.snapshot_seconds;
-    }
+    return callbacks_.snapshot && options_.snapshot_seconds > 0 && now >= next_snapshot_ ? snapshot(now) : Status();
+}
+
+Status Renderer::snapshot(double now) {
+    watchdog_->doing("writing a snapshot");
+    RenderProgress p = progress();
+    auto film = read_film();
+    if (!film) return film.status();
+    p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
+    RAYPAGER_TRY(callbacks_.snapshot(film->take_image(), p));
+    const double end = seconds_since(render_start_);
+    snapshot_seconds_ += end - now;
+    snapshot_interval_ *= options_.snapshot_growth;
+    next_snapshot_ = end + snapshot_interval_;
     return {};
 }
 
@@ -449,12 +359,14 @@ Result<RenderResult> Renderer::result() {
         report.seconds.trace += done.stage_seconds[i];
     }
     report.seconds.stall = done.stall_seconds;
+    report.seconds.snapshots = snapshot_seconds_;
     report.seconds.build = device_->build_seconds();
     report.rays = {done.camera_rays, done.bounce_rays, done.shadow_rays};
     report.paging = {done.loads, done.evictions, done.bytes_loaded, done.rounds, done.wants_without_hit};
     // Every sample that was begun has ended up in the film.
     if (!stopped_ && !report.complete)
         return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), params.sample_limit));
+    recorder_.finish(scene_, *residency_, wavefront_->params(), result);
     return result;
 }
 

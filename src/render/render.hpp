@@ -13,6 +13,8 @@
 #include "image/image.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
+#include "residency/block_table.hpp"
+#include "residency/demand_trace.hpp"
 #include "residency/policy_names.hpp"
 #include "store/block_file.hpp"
 
@@ -42,9 +44,17 @@ struct RenderOptions {
     std::optional<Camera> camera;
     double progress_seconds = 0.5;  // between calls of progress
     double snapshot_seconds = 0;    // between calls of snapshot; 0: never
-    // For tests: the largest slab of the pool, so that small scenes fill several; how many loads may be in flight, and by how many threads.
+    double snapshot_growth = 1;     // each interval between snapshots is longer by this factor than the one before
+    // For measurements; the defaults are the best known.
+    uint32_t loads_in_flight = 0;            // while blocks must be evicted for them; 0: the default of the policy
+    std::optional<double> hold_above_ready;  // PolicySettings::hold_above_ready, 0 to 1
+    bool wait_for_loads = false;             // every round waits for the loads that were started before it, as in the paper
+    uint32_t tile_size = 16;                 // camera paths start in tiles of so many pixels a side, 1 to 1024
+    PoolPlace pool_place = PoolPlace::device;
+    bool keep_journal = false;  // fill RenderResult::journal and round_seconds
+    uint64_t record_paths = 0;  // about so many paths are recorded in RenderResult::trace; 0: none
+    // For tests: the largest slab of the pool, so that small scenes fill several; and how many threads load.
     uint64_t slab_bytes = 0;
-    uint32_t loads_in_flight = 0;   // 0: the default of the policy
     uint32_t loader_threads = 0;    // 0: by the number of cores
     uint32_t rounds_under_way = 0;  // 1 or 2; 0: what suits the device
     CheckpointOptions checkpoint;
@@ -55,9 +65,10 @@ struct RenderOptions {
 
 // Counts and seconds include those of the runs before a checkpoint that the render went on from.
 struct RenderProgress {
-    double seconds = 0;   // of rendering
-    double spp = 0;       // samples a pixel, on average: begun (progress), finished (snapshot)
-    double fraction = 0;  // of the job
+    double seconds = 0;           // of rendering, snapshots included
+    double snapshot_seconds = 0;  // of these: spent on snapshots by this run
+    double spp = 0;               // samples a pixel, on average: begun (progress), finished (snapshot)
+    double fraction = 0;          // of the job
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval
     uint64_t loads = 0, bytes_loaded = 0;
@@ -87,6 +98,7 @@ struct RenderReport {
         double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
         double trace = 0;                                    // kernels on the device, the sum of ...
         std::array<double, 5> stages{};                      // ... wake, generate, extend, shade, connect
+        double snapshots = 0;                                // of render: what the snapshots took
     } seconds;
     struct Rays {
         uint64_t camera = 0, bounce = 0, shadow = 0;
@@ -101,6 +113,10 @@ struct RenderReport {
 struct RenderResult {
     Image image;
     RenderReport report;
+    // If asked for: when which block came and went, in the order of rounds, and when each round ended (round r at index r - 1).
+    std::vector<PagingEvent> journal;
+    std::vector<float> round_seconds;
+    std::optional<DemandTrace> trace;  // if asked for
 };
 
 struct RenderCallbacks {

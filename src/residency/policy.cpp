@@ -18,12 +18,34 @@ double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
             return double(block.wants) / block.bytes;
         case PolicyKind::lru:
             return age(block, round);
+        case PolicyKind::sweep:
+            return 0;  // has an order of its own
     }
     return 0;
 }
 
-// Absent wanted blocks, most wanted first.
+// How many blocks come before this one in the sweep's turn.
+uint32_t turns_away(const PolicyInput& input, uint32_t block) {
+    const auto count = static_cast<uint32_t>(input.blocks.size());
+    return (block + count - input.next_in_turn % count) % count;
+}
+
+// All absent blocks, in turn; nothing while no ray waits.
+std::vector<uint32_t> sweep_order(const PolicyInput& input) {
+    const auto waits = [](const BlockState& block) { return block.state == PageState::absent && block.wants > 0; };
+    if (std::none_of(input.blocks.begin(), input.blocks.end(), waits)) return {};
+    std::vector<uint32_t> order;
+    const auto count = static_cast<uint32_t>(input.blocks.size());
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t block = (input.next_in_turn + i) % count;
+        if (input.blocks[block].state == PageState::absent) order.push_back(block);
+    }
+    return order;
+}
+
+// The blocks that may be loaded, the first of them first: those that are wanted, or all in turn.
 std::vector<uint32_t> load_order(const PolicySettings& settings, const PolicyInput& input) {
+    if (settings.kind == PolicyKind::sweep) return sweep_order(input);
     std::vector<std::pair<double, uint32_t>> wanted;
     for (uint32_t i = 0; i < input.blocks.size(); i++) {
         const BlockState& block = input.blocks[i];
@@ -44,6 +66,10 @@ std::vector<uint32_t> eviction_order(const PolicySettings& settings, const Polic
     std::vector<uint32_t> order;
     for (uint32_t i = 0; i < input.blocks.size(); i++)
         if (input.blocks[i].state == PageState::resident && input.blocks[i].resident_since <= input.round) order.push_back(i);
+    if (settings.kind == PolicyKind::sweep) {  // what comes next in turn was loaded first
+        std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return turns_away(input, a) < turns_away(input, b); });
+        return order;
+    }
     const bool by_bounces = settings.kind == PolicyKind::most_wanted;
     std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
         const BlockState &x = input.blocks[a], &y = input.blocks[b];
@@ -65,8 +91,19 @@ PolicySettings default_settings(PolicyKind kind) {
         settings.loads_in_flight = 1;
         settings.hold_above_ready = 1.0;
     }
+    // These two know nothing of the rays that are ready.
+    if (kind == PolicyKind::lru || kind == PolicyKind::sweep) settings.hold_above_ready = 1.0;
     // Most wanted and wanted per byte can let a rarely wanted block wait for ever; the guard ends that.
     if (kind == PolicyKind::most_wanted || kind == PolicyKind::wanted_per_byte) settings.max_age = 4000;
+    return settings;
+}
+
+PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, bool on_cpu) {
+    PolicySettings settings = default_settings(kind);
+    if (kind == PolicyKind::most_wanted) return settings;
+    const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
+    settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 4), 2, on_cpu ? 16 : 128));
+    settings.loads_into_free = 256;
     return settings;
 }
 

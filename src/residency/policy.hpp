@@ -33,12 +33,17 @@ struct PolicySettings {
     uint32_t max_age = 0;            // rounds after which the longest wanted block comes first whatever the policy says; 0: never
 };
 PolicySettings default_settings(PolicyKind kind);
+// The same for a pool and blocks of these sizes. Each round has a cost of its own, so small blocks come several at a time; but no more
+// than a part of the pool (two are always allowed), for what is on its way serves no ray yet. A GPU's rounds are short beside their fixed
+// cost, and its bus is wide: more at a time than on a CPU. The paper's policy swaps one block a round.
+PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, bool on_cpu);
 
 struct PolicyInput {
     std::span<const BlockState> blocks;
     uint32_t round = 0;       // that has ended
     uint32_t ready_rays = 0;  // that could go on in that round
     uint32_t slots = 0;
+    uint32_t next_in_turn = 0;  // block behind the one whose load was started last; only PolicyKind::sweep looks at it
 };
 
 struct PlannedLoad {

@@ -40,26 +40,10 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
     auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block());
     if (!sizes) return sizes.status();
-    std::unique_ptr<Residency> residency(new Residency(SlabAllocator(*sizes)));
-    residency->policy_ = settings.policy;
-    // No more blocks can be on their way than fit into the pool.
-    uint64_t smallest = UINT64_MAX;
-    for (const BlockRecord& block : scene.blocks) smallest = std::min<uint64_t>(smallest, block.memory_bytes);
-    const auto most = static_cast<uint32_t>(std::clamp<uint64_t>(settings.pool_bytes / smallest, 1, UINT32_MAX));
-    residency->policy_.loads_in_flight = std::min(settings.policy.loads_in_flight, most);
-    residency->policy_.loads_into_free = std::min(settings.policy.loads_into_free, most);
-    for (size_t i = 0; i < sizes->size(); i++) {
-        auto slab = device.allocate((*sizes)[i], fmt::format("slab {} of the geometry pool", i));
-        if (!slab) return slab.status();
-        residency->slabs_.push_back(std::move(*slab));
-    }
-    if (residency->slabs_.empty()) {  // an empty scene: kernels still need a buffer to point at
-        auto slab = device.allocate(RP_BLOCK_ALIGNMENT, "an empty geometry pool");
-        if (!slab) return slab.status();
-        residency->slabs_.push_back(std::move(*slab));
-    }
-    residency->blocks_.resize(scene.blocks.size());
-    for (size_t i = 0; i < scene.blocks.size(); i++) residency->blocks_[i].bytes = scene.blocks[i].memory_bytes;
+    std::vector<uint32_t> block_bytes;
+    for (const BlockRecord& block : scene.blocks) block_bytes.push_back(block.memory_bytes);
+    std::unique_ptr<Residency> residency(new Residency(BlockTable(block_bytes, SlabAllocator(*sizes), settings.policy, settings.journal)));
+    RAYPAGER_TRY(residency->allocate_slabs(device, *sizes, settings.place));
     residency->pages_.assign(std::max<size_t>(scene.blocks.size(), 1), rp_page{RP_NONE, 0, 0, 0});
     auto table = device.allocate(residency->pages_.size() * sizeof(rp_page), "the page table");
     if (!table) return table.status();
@@ -71,10 +55,25 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     }
     // Where the pool holds everything, each block passes through the cache once.
     constexpr uint64_t passage = uint64_t{128} << 20;
-    const bool all_fits = scene.geometry_bytes() <= residency->allocator_.capacity();
+    const bool all_fits = scene.geometry_bytes() <= residency->table_.pool_bytes();
     residency->cache_ = std::make_unique<HostCache>(device, file, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
     return residency;
+}
+
+Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& sizes, PoolPlace place) {
+    for (size_t i = 0; i < sizes.size(); i++) {
+        const std::string what = fmt::format("slab {} of the geometry pool", i);
+        auto slab = place == PoolPlace::host ? device.allocate_mapped(sizes[i], what) : device.allocate(sizes[i], what);
+        if (!slab) return slab.status();
+        slabs_.push_back(std::move(*slab));
+        if (place == PoolPlace::host) mapped_bytes_ += sizes[i];
+    }
+    if (!slabs_.empty()) return {};
+    auto slab = device.allocate(RP_BLOCK_ALIGNMENT, "an empty geometry pool");  // an empty scene: kernels still need a buffer to point at
+    if (!slab) return slab.status();
+    slabs_.push_back(std::move(*slab));
+    return {};
 }
 
 Status Residency::publish(Queue& queue) {
@@ -90,59 +89,22 @@ Status Residency::take_arrivals(uint32_t round, bool wait) {
     auto arrived = loader_->arrived(wait);
     if (!arrived) return arrived.status();
     for (const Arrival& arrival : *arrived) {
-        BlockState& block = blocks_[arrival.block];
-        RAYPAGER_CHECK(block.state == PageState::loading);
-        block.state = PageState::resident;
-        block.resident_since = round + 1;
-        block.last_used = round + 1;
-        pages_[arrival.block] = {page_address(block.address), round + 1, arrival.leaves_at, arrival.vertices_at};
+        table_.arrive(round, arrival.block);
+        pages_[arrival.block] = {page_address(blocks()[arrival.block].address), round + 1, arrival.leaves_at, arrival.vertices_at};
         pages_changed_ = true;
-        statistics_.loads++;
-        statistics_.bytes_loaded += block.bytes;
     }
     if (!arrived->empty()) last_arrival_round_ = round;
     return {};
 }
 
-void Residency::evict(uint32_t index) {
-    BlockState& block = blocks_[index];
-    RAYPAGER_CHECK(block.state == PageState::resident);
-    resident_bytes_ -= block.bytes;
-    block.state = PageState::absent;
-    block.wanted_since = 0;
-    pages_[index] = {RP_NONE, 0, 0, 0};
-    pages_changed_ = true;
-    statistics_.evictions++;
-}
-
 Status Residency::after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const uint32_t> demand, uint32_t ready_rays,
                               uint32_t slots) {
-    const size_t count = blocks_.size();
-    RAYPAGER_CHECK(demand.size() >= RP_DEMAND_ARRAYS * count);
-    for (size_t i = 0; i < count; i++) {
-        BlockState& block = blocks_[i];
-        block.wants = demand[RP_DEMAND_WANTS * count + i];
-        block.bounces = demand[RP_DEMAND_BOUNCES * count + i];
-        block.last_used = std::max(block.last_used, demand[RP_DEMAND_USED * count + i]);
-        if (block.wants == 0)
-            block.wanted_since = 0;
-        else if (block.wanted_since == 0)
-            block.wanted_since = round;
-    }
+    table_.take_demand(round, demand);
     RAYPAGER_TRY(take_arrivals(last_started, false));
-    const Plan plan = plan_paging(policy_, {blocks_, round, ready_rays, slots}, allocator_);
-    allocator_ = plan.pool;
-    for (const uint32_t block : plan.evict) evict(block);
-    for (const PlannedLoad& load : plan.load) {
-        BlockState& block = blocks_[load.block];
-        RAYPAGER_CHECK(block.state == PageState::absent);
-        block.state = PageState::loading;
-        block.address = load.address;
-        resident_bytes_ += block.bytes;
-        RAYPAGER_CHECK(resident_bytes_ <= allocator_.capacity());
-        statistics_.peak_resident_bytes = std::max(statistics_.peak_resident_bytes, resident_bytes_);
-        loader_->start(load.block, load.address, last_end);
-    }
+    const Plan plan = table_.plan(round, ready_rays, slots);
+    for (const uint32_t block : plan.evict) pages_[block] = {RP_NONE, 0, 0, 0};
+    pages_changed_ = pages_changed_ || !plan.evict.empty();
+    for (const PlannedLoad& load : plan.load) loader_->start(load.block, load.address, last_end);
     return {};
 }
 
@@ -152,17 +114,17 @@ Result<bool> Residency::wait_for_block(uint32_t round) {
 }
 
 Status Residency::load_all(Queue& queue) {
-    const size_t count = blocks_.size();
+    const size_t count = blocks().size();
     std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
     for (uint32_t round = 1;; round++) {
         size_t absent = 0;
         for (size_t i = 0; i < count; i++) {
-            demand[RP_DEMAND_WANTS * count + i] = blocks_[i].state == PageState::resident ? 0 : 1;
+            demand[RP_DEMAND_WANTS * count + i] = blocks()[i].state == PageState::resident ? 0 : 1;
             absent += demand[RP_DEMAND_WANTS * count + i];
         }
         if (absent == 0) return publish(queue);
         RAYPAGER_TRY(after_round(round, round, Event(), demand, 0, 1));
-        if (statistics_.evictions) return Status::failed("the pool is too small for all blocks at once");
+        if (statistics().evictions) return Status::failed("the pool is too small for all blocks at once");
         auto arrived = wait_for_block(round);
         if (!arrived) return arrived.status();
         if (!*arrived) return Status::failed("a block never came; this is a bug");

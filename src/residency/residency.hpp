@@ -9,10 +9,10 @@
 
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
+#include "residency/block_table.hpp"
 #include "residency/host_cache.hpp"
 #include "residency/loader.hpp"
 #include "residency/policy.hpp"
-#include "residency/slab_allocator.hpp"
 
 namespace raypager {
 
@@ -22,10 +22,8 @@ struct ResidencySettings {
     uint64_t host_limit = 0;      // of the cache of blocks
     uint32_t loader_threads = 0;  // 0: by the number of cores
     PolicySettings policy;
-};
-
-struct PagingStatistics {
-    uint64_t loads = 0, evictions = 0, bytes_loaded = 0, peak_resident_bytes = 0;
+    PoolPlace place = PoolPlace::device;
+    bool journal = false;  // remember when which block came and went
 };
 
 // Sizes of the slabs for a pool: as few as possible, each large enough for the largest block; what is left over is not used.
@@ -50,21 +48,23 @@ public:
     // For measurements and tests, instead of rounds: brings in every block and publishes the page table. Fails if they do not fit.
     Status load_all(Queue& queue);
 
-    const PagingStatistics& statistics() const { return statistics_; }
-    uint64_t resident_bytes() const { return resident_bytes_; }
-    uint64_t pool_bytes() const { return allocator_.capacity(); }
-    uint64_t host_peak_bytes() const { return cache_->peak_bytes(); }
+    const PagingStatistics& statistics() const { return table_.statistics(); }
+    const std::vector<PagingEvent>& journal() const { return table_.journal(); }
+    const PolicySettings& policy() const { return table_.policy(); }
+    uint64_t resident_bytes() const { return table_.resident_bytes(); }
+    uint64_t pool_bytes() const { return table_.pool_bytes(); }
+    // Cached blocks, and the pool if it lies in host memory.
+    uint64_t host_peak_bytes() const { return cache_->peak_bytes() + mapped_bytes_; }
     // For people; from any thread.
     std::string loader_activity() const { return loader_->activity(); }
-    std::span<const BlockState> blocks() const { return blocks_; }
+    std::span<const BlockState> blocks() const { return table_.blocks(); }
 
 private:
-    explicit Residency(const SlabAllocator& allocator) : allocator_(allocator) {}
+    explicit Residency(BlockTable table) : table_(std::move(table)) {}
+    Status allocate_slabs(Device& device, const std::vector<uint64_t>& sizes, PoolPlace place);
     Status take_arrivals(uint32_t round, bool wait);
-    void evict(uint32_t block);
 
-    SlabAllocator allocator_;
-    PolicySettings policy_;
+    BlockTable table_;
     std::unique_ptr<HostCache> cache_;
     std::vector<Buffer> slabs_;
     Buffer page_table_;
@@ -77,10 +77,8 @@ private:
     std::array<Published, 2> published_;
     size_t next_published_ = 0;
     bool pages_changed_ = true;
-    std::vector<BlockState> blocks_;
     std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
-    PagingStatistics statistics_;
-    uint64_t resident_bytes_ = 0;
+    uint64_t mapped_bytes_ = 0;
     uint32_t last_arrival_round_ = 0;
 };
 

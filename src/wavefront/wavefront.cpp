@@ -8,6 +8,7 @@
 
 #include "base/check.hpp"
 #include "raypager/abi/film.h"
+#include "raypager/abi/visits.h"
 
 namespace raypager {
 namespace {
@@ -61,14 +62,17 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
 }
 
 Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces) {
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
+                                                     const VisitLogSettings& visits) {
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
     auto geometry = GeometryBuffers::create(device, scene, slabs, page_table);
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     wavefront->count_bounces_ = count_bounces && !scene.blocks.empty();
     RAYPAGER_TRY(wavefront->upload_scene(scene));
+    wavefront->visit_settings_ = visits;
     RAYPAGER_TRY(wavefront->allocate_state());
+    if (visits.capacity) RAYPAGER_TRY(wavefront->allocate_visit_log());
     RAYPAGER_TRY(wavefront->build_kernels());
     return wavefront;
 }
@@ -124,9 +128,20 @@ Status Wavefront::allocate_state() {
     return device_.kernels().write_now(counters_, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), std::as_bytes(std::span(words)));
 }
 
+uint64_t VisitLogSettings::bytes() const { return capacity ? (RP_VISIT_HEADER + uint64_t{RP_VISIT_WORDS} * capacity) * sizeof(uint32_t) : 0; }
+
+Status Wavefront::allocate_visit_log() {
+    auto buffer = device_.allocate(visit_settings_.bytes(), "the log of visits");
+    if (!buffer) return buffer.status();
+    visits_ = std::move(*buffer);
+    const uint32_t header[RP_VISIT_HEADER] = {0, visit_settings_.capacity, visit_settings_.threshold, 0};
+    return device_.kernels().write_now(visits_, 0, std::as_bytes(std::span(header)));
+}
+
 Status Wavefront::build_kernels() {
     const std::string definitions =
-        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}{}", wake_slots, count_bounces_ ? " -DRP_COUNT_BOUNCES" : "");
+        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}{}{}", wake_slots, count_bounces_ ? " -DRP_COUNT_BOUNCES" : "",
+                                              visit_settings_.capacity ? " -DRP_RECORD" : "");
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -138,13 +153,26 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
-    if (const uint32_t lanes = device_.persistent_lanes()) {
+    // Persistent threads do not record.
+    persistent_lanes_ = visit_settings_.capacity ? 0 : device_.persistent_lanes();
+    if (const uint32_t lanes = persistent_lanes_) {
         auto kernel = device_.kernel("extend", "rp_extend", definitions + fmt::format(" -DRP_PERSISTENT={}", lanes));
         if (!kernel) return kernel.status();
         extend_persistent_ = std::move(*kernel);
     }
     RAYPAGER_TRY(wake_.set(status_, paths_, geometry_.portals(), geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
+}
+
+Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
+    const uint32_t slots = params_.slot_count;
+    if (visit_settings_.capacity == 0) {
+        RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_));
+        return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_);
+    }
+    RAYPAGER_TRY(device_.kernels().fill_zero(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), sizeof(uint32_t)));
+    RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_, visits_));
+    return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_, visits_);
 }
 
 Status Wavefront::start_round(uint32_t round) {
@@ -158,10 +186,9 @@ Status Wavefront::start_round(uint32_t round) {
     const uint64_t blocks = geometry_.block_count();
     if (count_bounces_) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
     // Persistent threads pay where rays differ in length: not for camera rays, which are all there is in the first round.
-    const bool persistent = device_.persistent_lanes() && round > 1;
+    const bool persistent = persistent_lanes_ && round > 1;
     Kernel& extend = persistent ? extend_persistent_ : extend_;
-    RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_));
-    RAYPAGER_TRY(geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_));
+    RAYPAGER_TRY(set_tracing_arguments(extend, round));
     RAYPAGER_TRY(list_samples_again());
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
@@ -188,6 +215,15 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     begun_again_ += std::min(listed_again_, counters.free_slots());
     for (size_t i = 0; i < flight.stages.size(); i++) stage_ns_[i] += flight.stages[i].duration_ns();
     return {};
+}
+
+Status Wavefront::read_visits(std::vector<uint32_t>& words) {
+    RAYPAGER_CHECK(visit_settings_.capacity > 0);
+    uint32_t reserved = 0;
+    RAYPAGER_TRY(device_.kernels().read_now(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), std::as_writable_bytes(std::span(&reserved, 1))));
+    words.resize(size_t{RP_VISIT_WORDS} * std::min(reserved, visit_settings_.capacity));
+    if (words.empty()) return {};
+    return device_.kernels().read_now(visits_, RP_VISIT_HEADER * sizeof(uint32_t), std::as_writable_bytes(std::span(words)));
 }
 
 Status Wavefront::set_sample_limit(uint64_t limit) {

@@ -18,6 +18,13 @@
 
 namespace raypager {
 
+// What is recorded of the blocks that rays enter (abi/visits.h). By default nothing, and then it costs nothing.
+struct VisitLogSettings {
+    uint32_t capacity = 0;   // events a round; rays that find no room wait for the next one. 0: nothing is recorded
+    uint32_t threshold = 0;  // RP_VISIT_THRESHOLD: 2^32 - 1 records all paths
+    uint64_t bytes() const;  // on the device
+};
+
 // What has to lie on the device beside the geometry pool and the page table, in bytes.
 struct WavefrontBytes {
     uint64_t scene = 0;  // top tree, materials, lights, ...
@@ -50,7 +57,8 @@ class Wavefront {
 public:
     // slabs and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces, RP_DEMAND_BOUNCES stays 0.
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces);
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
+                                                     const VisitLogSettings& visits = {});
     // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way.
     Status start_round(uint32_t round);
     // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
@@ -58,6 +66,8 @@ public:
     // Of the youngest round that was started: when it has ended.
     const Event& last_round_end() const { return flights_[(started_ + most_rounds - 1) % most_rounds].read; }
     static constexpr uint32_t most_rounds = 2;
+    // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
+    Status read_visits(std::vector<uint32_t>& words);
     // No samples from this number on.
     Status set_sample_limit(uint64_t limit);
 
@@ -82,6 +92,8 @@ private:
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
+    Status allocate_visit_log();
+    Status set_tracing_arguments(Kernel& extend, uint32_t round);
     Status build_kernels();
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
@@ -91,8 +103,10 @@ private:
     rp_render_params params_;
     GeometryBuffers geometry_;
     bool count_bounces_ = false;
+    VisitLogSettings visit_settings_;
+    uint32_t persistent_lanes_ = 0;  // as Device::persistent_lanes, if they are used
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
-    Buffer film_, status_, paths_, queue_, free_list_, again_, counters_;
+    Buffer film_, status_, paths_, queue_, free_list_, again_, counters_, visits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way

@@ -208,7 +208,7 @@ TEST(CliOptions, SceneFillsInWhatIsNotGiven) {
 }
 
 TEST(CliOptions, TimeAloneTakesSamplesUntilThen) {
-    EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5"}), wide_scene())->spp, 65536u);
+    EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5"}), wide_scene())->spp, 65535u);
     EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5", "--spp", "8"}), wide_scene())->spp, 8u);
 }
 

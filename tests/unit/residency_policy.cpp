@@ -84,6 +84,38 @@ TEST(Policy, the_longest_wanted_comes_first_in_the_end) {
     EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool, 5001).load.at(0).block, 1u);
 }
 
+TEST(Policy, on_demand_is_not_held_back) {
+    SlabAllocator pool({64});
+    const std::vector<BlockState> blocks = {resident(pool, 2, 0), absent(5)};
+    EXPECT_EQ(plan_paging(default_settings(PolicyKind::lru), {blocks, 10, 99, 100}, pool).load.size(), 1u);
+}
+
+TEST(Policy, sweep_loads_in_turn_whatever_is_wanted) {
+    SlabAllocator pool({128});
+    // Loaded in the order 2, 3; it is block 4's turn, then that of 0 and 1.
+    std::vector<BlockState> blocks = {absent(0), absent(7), resident(pool, 10, 9), resident(pool, 1, 0), absent(0)};
+    PolicySettings settings = default_settings(PolicyKind::sweep);
+    settings.loads_in_flight = 1;
+    const Plan first = plan_paging(settings, {blocks, 10, 0, 100, 4}, pool);
+    ASSERT_EQ(first.load.size(), 1u);
+    EXPECT_EQ(first.load[0].block, 4u);
+    EXPECT_EQ(first.evict, std::vector<uint32_t>{2});  // was there for longest, however much it is used
+    const Plan second = plan_paging(settings, {blocks, 10, 0, 100, 0}, pool);
+    EXPECT_EQ(second.load.at(0).block, 0u);
+    blocks[1].wants = 0;
+    EXPECT_TRUE(plan_paging(settings, {blocks, 10, 0, 100, 4}, pool).load.empty());  // nobody waits
+}
+
+TEST(Policy, loads_in_flight_follow_the_pool) {
+    const auto loads = [](PolicyKind kind, uint64_t pool) { return default_settings(kind, pool, 1000, true).loads_in_flight; };
+    EXPECT_EQ(loads(PolicyKind::aged_wants, 1000), 2u);
+    EXPECT_EQ(loads(PolicyKind::aged_wants, 80000), 5u);
+    EXPECT_EQ(loads(PolicyKind::aged_wants, 1000000), 16u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, false).loads_in_flight, 20u);
+    EXPECT_EQ(loads(PolicyKind::most_wanted, 1000000), 1u);                        // the paper's one swap
+    EXPECT_EQ(default_settings(PolicyKind::lru, 0, 0, true).loads_in_flight, 2u);  // an empty scene
+}
+
 // Whatever the state: the plan fits, evicts only what may go, and makes progress when nothing else can.
 TEST(Policy, random_states_give_sound_plans) {
     const uint64_t seed = 99;
@@ -112,7 +144,8 @@ TEST(Policy, random_states_give_sound_plans) {
             blocks.push_back(block);
         }
         const PolicyKind kind = policy_names[below(policy_names.size())].kind;
-        const Plan result = plan_paging(default_settings(kind), {blocks, round, 0, 1000}, pool);
+        const auto turn = below(static_cast<uint32_t>(blocks.size()));
+        const Plan result = plan_paging(default_settings(kind), {blocks, round, 0, 1000, turn}, pool);
         SlabAllocator replay = pool;
         for (const uint32_t block : result.evict) {
             EXPECT_EQ(blocks[block].state, PageState::resident);
@@ -126,7 +159,9 @@ TEST(Policy, random_states_give_sound_plans) {
                 extents.emplace_back(blocks[i].address.slab, blocks[i].address.offset, blocks[i].bytes);
         for (const PlannedLoad& load : result.load) {
             EXPECT_EQ(blocks[load.block].state, PageState::absent);
-            EXPECT_GT(blocks[load.block].wants, 0u);
+            if (kind != PolicyKind::sweep) {
+                EXPECT_GT(blocks[load.block].wants, 0u);
+            }
             extents.emplace_back(load.address.slab, load.address.offset, blocks[load.block].bytes);
         }
         std::sort(extents.begin(), extents.end());

@@ -1,0 +1,48 @@
+#include "render/recorder.hpp"
+
+#include <algorithm>
+
+namespace raypager {
+
+void RenderRecorder::begin(const RenderOptions& options, const rp_render_params& params) {
+    journal_ = options.keep_journal;
+    wait_for_loads_ = options.wait_for_loads;
+    if (options.record_paths) visits_.emplace(params.width, params.height, params.tile_size);
+}
+
+Status RenderRecorder::round_ended(Wavefront& wavefront, double seconds) {
+    if (journal_) round_seconds_.push_back(static_cast<float>(seconds));
+    if (!visits_) return {};
+    RAYPAGER_TRY(wavefront.read_visits(events_));
+    visits_->take(events_);
+    return {};
+}
+
+void RenderRecorder::finish(const BakedScene& scene, const Residency& residency, const rp_render_params& params, RenderResult& result) {
+    result.journal = residency.journal();
+    result.round_seconds = std::move(round_seconds_);
+    if (!visits_ || !result.report.complete) return;
+    const RenderReport& report = result.report;
+    DemandTrace& trace = result.trace.emplace();
+    RecordedRender& recorded = trace.recorded;
+    recorded.device = report.device.name;
+    recorded.policy = residency.policy();
+    recorded.pool_bytes = residency.pool_bytes();
+    for (const Buffer& slab : residency.slabs()) recorded.slab_bytes = std::max(recorded.slab_bytes, slab.bytes());
+    recorded.slots = params.slot_count;
+    recorded.wait_for_loads = wait_for_loads_;
+    recorded.on_cpu = report.device.type == "CPU";
+    recorded.rounds_under_way = 1;  // rounds that are recorded run one by one
+    recorded.paths = report.rays.camera;
+    recorded.rays = report.rays.total();
+    recorded.loads = report.paging.loads;
+    recorded.bytes_loaded = report.paging.bytes_loaded;
+    recorded.rounds = report.paging.rounds;
+    recorded.seconds = report.seconds.render;
+    recorded.trace_seconds = report.seconds.trace;
+    recorded.scene_identity = scene.identity();
+    for (const BlockRecord& block : scene.blocks) trace.block_bytes.push_back(block.memory_bytes);
+    visits_->finish(trace);
+}
+
+}  // namespace raypager

@@ -1,0 +1,147 @@
+#include "render/setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/memory.hpp"
+#include "device/kernel_sources.hpp"
+#include "raypager/abi/film.h"
+
+namespace raypager {
+namespace {
+
+// Path slots that keep a device busy while everything is resident.
+uint64_t default_slots(const DeviceInfo& info) {
+    if (info.type == "CPU") return std::max<uint64_t>(uint64_t{1} << 16, info.compute_units * (uint64_t{1} << 15));
+    return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
+}
+
+// A film pixel holds so many samples of any radiance (abi/film.h).
+constexpr uint32_t max_spp = 65535;
+
+constexpr uint32_t max_tile = 1024;
+
+void set3(float (&target)[4], const Float3& value) {
+    target[0] = value.x;
+    target[1] = value.y;
+    target[2] = value.z;
+    target[3] = 0;
+}
+
+}  // namespace
+
+Result<rp_render_params> make_params(const BakedScene& scene, const RenderOptions& options) {
+    rp_render_params params = {};
+    const Camera& camera = options.camera ? *options.camera : scene.camera;
+    set3(params.camera.eye, camera.eye);
+    set3(params.camera.right, camera.right);
+    set3(params.camera.up, camera.up);
+    set3(params.camera.forward, camera.forward);
+    params.width = options.width ? options.width : scene.width;
+    params.height = options.height ? options.height : scene.height;
+    // With a time limit alone, the time decides.
+    params.spp = options.spp ? options.spp : options.time_seconds > 0 ? max_spp : scene.spp;
+    params.max_depth = options.max_depth ? *options.max_depth : scene.max_depth;
+    params.seed = options.seed;
+    params.light_count = static_cast<uint32_t>(scene.lights.size());
+    params.range_count = static_cast<uint32_t>(scene.ranges.size());
+    params.infinite_light = RP_NONE;
+    for (uint32_t i = 0; i < scene.lights.size(); i++)
+        if (scene.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
+    params.roulette_connection = options.connection == Connection::roulette;
+    params.tile_size = options.tile_size;
+    const uint64_t pixels = uint64_t{params.width} * params.height;
+    constexpr uint32_t longest_side = 1 << 24;
+    if (params.width > longest_side || params.height > longest_side)
+        return Status::usage(fmt::format("--size: at most {} pixels a side", longest_side));
+    if (pixels == 0 || pixels > uint64_t{1} << 31)
+        return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
+    if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
+    if (params.tile_size < 1 || params.tile_size > max_tile) return Status::usage(fmt::format("--tile {}: from 1 to {}", params.tile_size, max_tile));
+    if (options.record_paths && !options.spp && options.time_seconds > 0)
+        return Status::usage("--record-trace needs --spp beside --time: the share of paths to record follows from how many there can be");
+    if (options.record_paths && options.checkpoint.resume)
+        return Status::usage("--record-trace: a render that goes on from a checkpoint cannot be recorded whole; leave --resume out");
+    if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
+    params.sample_limit = pixels * params.spp;
+    return params;
+}
+
+RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params) {
+    RenderIdentity identity;
+    identity.scene = scene.identity();
+    identity.kernels = kernel_sources_identity();
+    identity.width = params.width;
+    identity.height = params.height;
+    identity.max_depth = params.max_depth;
+    identity.seed = params.seed;
+    identity.roulette_connection = params.roulette_connection;
+    identity.camera = params.camera;
+    return identity;
+}
+
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device) {
+    const uint64_t pixels = uint64_t{params.width} * params.height;
+    const uint64_t film = pixels * RP_FILM_WORDS * sizeof(uint32_t), most = device.max_allocation_bytes;
+    if (film > most)
+        return Status::failed(
+            fmt::format("--size {}x{}: the film needs {} bytes at once, but {} allocates at most {}; at most {} pixels are possible there",
+                        params.width, params.height, film, device.name, most, most / RP_FILM_WORDS / sizeof(uint32_t)));
+    const uint64_t picture = pixels * 3 * sizeof(float), free = available_memory();
+    if (picture > free)
+        return Status::failed(fmt::format("--size {}x{}: the picture needs {} bytes of main memory, of which {} are free; render a smaller one",
+                                          params.width, params.height, picture, free));
+    return {};
+}
+
+VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device) {
+    VisitLogSettings visits;
+    if (options.record_paths == 0) return visits;
+    const double share = std::min(1.0, static_cast<double>(options.record_paths) / static_cast<double>(params.sample_limit));
+    const double slots = options.paths ? options.paths : 4.0 * static_cast<double>(default_slots(device));
+    visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
+    visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, 256.0, 4194304.0));
+    return visits;
+}
+
+MemoryNeeds memory_needs(const BakedScene& scene, const RenderOptions& options, const rp_render_params& params, const VisitLogSettings& visits,
+                         const DeviceInfo& device, uint64_t device_limit) {
+    const WavefrontBytes bytes = wavefront_bytes(scene, params.width, params.height);
+    MemoryNeeds needs;
+    needs.limit = device_limit;
+    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
+    needs.per_slot = bytes.per_slot;
+    if (options.pool_place == PoolPlace::device) {
+        needs.geometry = scene.geometry_bytes();
+        needs.largest_block = scene.largest_block();
+        needs.geometry_limit = options.geometry_limit;
+        needs.geometry_limit_percent = options.geometry_limit_percent;
+    }
+    needs.requested_slots = options.paths;
+    needs.default_slots = default_slots(device);
+    needs.total_paths = params.sample_limit;
+    needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
+    return needs;
+}
+
+PolicySettings policy_settings(const BakedScene& scene, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
+    const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes() / scene.blocks.size();
+    PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.type == "CPU");
+    if (options.loads_in_flight) policy.loads_in_flight = options.loads_in_flight;
+    if (options.hold_above_ready) policy.hold_above_ready = *options.hold_above_ready;
+    return policy;
+}
+
+uint64_t mapped_pool_bytes(const BakedScene& scene, const DeviceInfo& device) {
+    const uint64_t geometry = scene.geometry_bytes(), slab = device.max_allocation_bytes;
+    return geometry <= slab ? geometry : geometry + (geometry / slab + 1) * 2 * scene.largest_block();
+}
+
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {
+    if (options.host_limit) return options.host_limit;
+    const uint64_t available = available_memory(), taken = device.type == "CPU" ? planned_bytes : 0;
+    return available > taken ? (available - taken) / 2 : 0;
+}
+
+}  // namespace raypager

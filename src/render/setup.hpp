@@ -1,0 +1,31 @@
+// What follows from a scene, the options of a render and a device, before anything is made on the device.
+#pragma once
+
+#include "device/device_list.hpp"
+#include "raypager/abi/scene.h"
+#include "render/checkpoint.hpp"
+#include "render/memory_plan.hpp"
+#include "render/render.hpp"
+#include "residency/policy.hpp"
+#include "wavefront/wavefront.hpp"
+
+namespace raypager {
+
+// All but slot_count and first_sample.
+Result<rp_render_params> make_params(const BakedScene& scene, const RenderOptions& options);
+RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params);
+// The film lies in one buffer on the device; the finished picture lies in host memory.
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device);
+
+// About options.record_paths of all paths, and room for what they log in an ordinary round; in others, some rays wait for the next one.
+VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device);
+// device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
+MemoryNeeds memory_needs(const BakedScene& scene, const RenderOptions& options, const rp_render_params& params, const VisitLogSettings& visits,
+                         const DeviceInfo& device, uint64_t device_limit);
+PolicySettings policy_settings(const BakedScene& scene, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);
+// Of a pool in mapped host memory: all geometry, and what slabs leave over at their ends.
+uint64_t mapped_pool_bytes(const BakedScene& scene, const DeviceInfo& device);
+// The user's, or half of the memory that is free now, for the cache of blocks. planned_bytes: of device memory, which a CPU takes out of it.
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes);
+
+}  // namespace raypager
