@@ -30,7 +30,7 @@ protected:
 
     // Ways to go on that must not change the picture.
     std::vector<RenderOptions> variants() const {
-        std::vector<RenderOptions> all(5, base_);
+        std::vector<RenderOptions> all(6, base_);
         all[1].geometry_limit_percent = 40;
         all[1].policy = PolicyKind::lru;
         all[2].paths = 64;
@@ -40,6 +40,8 @@ protected:
         all[3].geometry_limit_percent = 60;
         all[4].paths = 1000;
         all[4].slab_bytes = file_->scene().largest_block() + 64;
+        all[5].rounds_under_way = 2;
+        all[5].geometry_limit_percent = 50;
         return all;
     }
 
