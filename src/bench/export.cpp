@@ -8,6 +8,7 @@
 #include "base/files.hpp"
 #include "bench/export_groups.hpp"
 #include "blocks/octahedral.hpp"
+#include "blocks/point_code.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -21,13 +22,17 @@ constexpr uint32_t roulette_depth = 3;  // kernels/stages/shade.cl
 std::string rgb(const char* name, float r, float g, float b) { return fmt::format("<rgb name=\"{}\" value=\"{} {} {}\"/>", name, r, g, b); }
 std::string rgb(const char* name, const float* c) { return rgb(name, c[0], c[1], c[2]); }
 
+std::string diffuse_xml(const std::string& id, const float* color) {
+    return fmt::format("<bsdf type=\"twosided\"{}><bsdf type=\"diffuse\">{}</bsdf></bsdf>", id, rgb("reflectance", color));
+}
+
 std::string material_xml(const rp_material& m, size_t index) {
     const auto named = [&](const std::string& open, const std::string& inside, const std::string& close) {
         return fmt::format("  <bsdf type=\"{}\" id=\"material{}\">{}{}\n", open, index, inside, close);
     };
     switch (m.kind) {
         case RP_MATERIAL_DIFFUSE:
-            return named("twosided", "<bsdf type=\"diffuse\">" + rgb("reflectance", m.color) + "</bsdf>", "</bsdf>");
+            return fmt::format("  {}\n", diffuse_xml(fmt::format(" id=\"material{}\"", index), m.color));
         case RP_MATERIAL_CONDUCTOR: {
             const std::string metal = rgb("eta", m.eta) + rgb("k", m.k);
             const std::string rough = fmt::format("<string name=\"distribution\" value=\"ggx\"/><float name=\"alpha\" value=\"{}\"/>", m.alpha);
@@ -82,11 +87,13 @@ std::string sensor_xml(const BakedScene& scene) {
         100 * std::max(diagonal, 1e-3), row(&Float3::x), row(&Float3::y), row(&Float3::z), scene.spp);
 }
 
-std::string shape_xml(const Group& group, const std::string& type, const std::string& inside) {
+std::string shape_xml(const Group& group, const std::string& type, const std::string& inside, const std::string& material) {
     const std::string emitter =
         group.shines ? "<emitter type=\"area\">" + rgb("radiance", group.radiance.x, group.radiance.y, group.radiance.z) + "</emitter>" : "";
-    return fmt::format("  <shape type=\"{}\">{}<ref id=\"material{}\"/>{}</shape>\n", type, inside, group.material, emitter);
+    return fmt::format("  <shape type=\"{}\">{}{}{}</shape>\n", type, inside, material, emitter);
 }
+
+std::string material_reference(const Group& group) { return fmt::format("<ref id=\"material{}\"/>", group.material); }
 
 // A PLY file of triangles that do not share vertices: first all corners come, then commit() numbers them.
 class MeshWriter {
@@ -206,7 +213,8 @@ private:
             // Without normals, those of the faces; else Mitsuba would smooth over.
             shapes_ += shape_xml(group, "ply",
                                  fmt::format("<string name=\"filename\" value=\"{}\"/><boolean name=\"face_normals\" value=\"{}\"/>",
-                                             mesh_path(g).string(), !group.normals));
+                                             mesh_path(g).string(), !group.normals),
+                                 material_reference(group));
         }
         const auto write_part = [&](const DecodedLeaf& part) -> Status {
             for (const DecodedTriangle& t : part.triangles) RAYPAGER_TRY(writers[groups_.of_primitive(t.id)]->add(t));
@@ -224,9 +232,12 @@ private:
     }
 
     void add_sphere(const DecodedSphere& s) {
-        shapes_ += shape_xml(groups_.all()[groups_.of_primitive(s.id)], "sphere",
+        const Group& group = groups_.all()[groups_.of_primitive(s.id)];
+        const bool own_color = group.colored && file_.scene().materials[group.material].kind == RP_MATERIAL_DIFFUSE;
+        shapes_ += shape_xml(group, "sphere",
                              fmt::format("<point name=\"center\" x=\"{}\" y=\"{}\" z=\"{}\"/><float name=\"radius\" value=\"{}\"/>", s.center.x,
-                                         s.center.y, s.center.z, s.radius));
+                                         s.center.y, s.center.z, s.radius),
+                             own_color ? diffuse_xml("", point_reflectance(s.point_word >> 8).data()) : material_reference(group));
     }
 
     Status write_scene() {

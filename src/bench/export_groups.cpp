@@ -11,6 +11,7 @@ Groups::Groups(const BakedScene& scene) {
     for (const rp_primitive_range& range : scene.ranges) {
         Group group;
         group.material = range.material;
+        group.colored = (range.flags & RP_RANGE_POINT_COLOR) != 0;
         if (range.first_light != RP_NONE) {
             const rp_light& light = scene.lights[range.first_light];
             group.shines = true;
@@ -18,7 +19,7 @@ Groups::Groups(const BakedScene& scene) {
             two_sided_ = two_sided_ || (light.kind == RP_LIGHT_TRIANGLE && (light.flags & RP_LIGHT_TWO_SIDED) != 0);
         }
         const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const Group& g) {
-            return g.material == group.material && g.shines == group.shines && g.radiance == group.radiance;
+            return g.material == group.material && g.colored == group.colored && g.shines == group.shines && g.radiance == group.radiance;
         });
         first_primitive_.push_back(range.first_primitive);
         group_.push_back(static_cast<uint32_t>(same - groups_.begin()));

@@ -19,6 +19,7 @@ struct Group {
     Float3 radiance;
     uint64_t triangles = 0, spheres = 0;
     bool normals = false;  // some triangle has them at its corners
+    bool colored = false;  // its points bring their own colours
 };
 
 class Groups {

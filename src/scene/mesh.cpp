@@ -23,7 +23,8 @@ std::string MeshIssues::describe() const {
         if (!text.empty()) text += ", ";
         text += fmt::format("{} {}", count, count == 1 ? one : many);
     };
-    tell(not_finite, "triangle with a vertex that is not finite dropped", "triangles with vertices that are not finite dropped");
+    tell(not_finite, "triangle with a vertex, or point, that is not finite dropped",
+         "triangles with vertices, or points, that are not finite dropped");
     tell(bad_index, "triangle with a vertex that does not exist dropped", "triangles with vertices that do not exist dropped");
     tell(degenerate, "degenerate triangle dropped", "degenerate triangles dropped");
     tell(duplicate, "duplicate triangle kept", "duplicate triangles kept");

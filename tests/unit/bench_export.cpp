@@ -107,6 +107,26 @@ TEST_F(BenchExport, NamesEverything) {
         EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
 }
 
+TEST_F(BenchExport, PointsKeepTheirColors) {
+    Shape cloud;
+    cloud.name = "cloud";
+    cloud.points =
+        std::make_shared<PointsInMemory>("cloud", std::vector<CloudPoint>{{{0, 3, 0}, 0.25f, 0x0000ffu}, {{1, 3, 0}, 0.25f, 0xffff00u}}, true);
+    scene.shapes.push_back(cloud);
+    const auto made = run();
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    EXPECT_EQ(made->spheres, 3u);
+    const std::string text = *read_text(folder / "out/scene.xml");
+    for (const char* color : {"1 0 0", "0 1 1"})
+        EXPECT_NE(
+            text.find(
+                std::string(
+                    "<float name=\"radius\" value=\"0.25\"/><bsdf type=\"twosided\"><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"") +
+                color + "\"/>"),
+            std::string::npos)
+            << text;
+}
+
 TEST_F(BenchExport, RefusesWhatMitsubaHasNot) {
     scene.area_lights[0].two_sided = true;
     const auto made = run();
