@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bitset>
+#include <cmath>
 #include <vector>
 
 namespace raypager {
@@ -27,7 +28,7 @@ constexpr uint32_t palette[] = {
     rgb(142, 138, 132),                                        // 17 bridge deck
 };
 
-uint32_t to_byte(float unit) { return static_cast<uint32_t>(std::clamp(unit, 0.0f, 1.0f) * 255.0f + 0.5f); }
+uint32_t to_byte(float unit) { return static_cast<uint32_t>(std::lround(std::clamp(unit, 0.0f, 1.0f) * 255.0f)); }
 
 float largest_component(std::span<const FilePoint> sample) {
     float largest = 0;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 
 #include "base/hash.hpp"
@@ -170,7 +172,9 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     const auto connection = [](const RenderIdentity& i) { return i.roulette_connection ? "roulette" : "queue"; };
     if (mine.roulette_connection != identity.roulette_connection)
         return differs(fmt::format("its --connection is {}, not {}", connection(mine), connection(identity)));
-    if (std::memcmp(&mine.camera, &identity.camera, sizeof mine.camera) != 0) return differs("its --camera is another one");
+    // Bit for bit: what differs in the last one is another picture.
+    using CameraWords = std::array<uint32_t, sizeof(rp_camera) / sizeof(uint32_t)>;
+    if (std::bit_cast<CameraWords>(mine.camera) != std::bit_cast<CameraWords>(identity.camera)) return differs("its --camera is another one");
     if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
     const uint64_t pixels = pixels_of(mine), begun = (state_.next_sample + pixels - 1) / pixels;
     if (begun > spp) return differs(fmt::format("it has {} samples a pixel already, more than --spp {}", begun, spp));
