@@ -59,14 +59,15 @@ void add_bolted_plate(Assembly& assembly, const Placement& place, double size, d
         for (uint32_t column = 0; column < columns; column++) {
             if (random.below(3) == 0) continue;  // some are missing
             const Placement hole_place = place.moved((column + 0.5 - 0.5 * columns) * cell, thick, (row + 0.5 - 0.5 * rows) * cell);
-            add_bolt(assembly.of(any_metal(random)), hole_place, 0.9 * hole, cell * random.uniform(0.8, 1.6), segments_for(hole, detail),
-                     scaled(4, detail, 1));
+            const double length = cell * random.uniform(0.8, 1.6);
+            add_bolt(assembly.of(any_metal(random)), hole_place, 0.9 * hole, length, segments_for(hole, detail), scaled(4, detail, 1));
         }
 }
 
 void add_strut(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
     const double radius = size * random.uniform(0.12, 0.2), height = size * random.uniform(0.7, 1.2), wire = radius * random.uniform(0.08, 0.2);
-    add_spring(assembly.of(any_paint(random)), place, radius, wire, height, 5 + random.below(10), std::max(5u, segments_for(radius, detail) / 2));
+    const uint32_t turns = 5 + random.below(10);
+    add_spring(assembly.of(any_paint(random)), place, radius, wire, height, turns, std::max(5u, segments_for(radius, detail) / 2));
     add_cylinder(assembly.of(Stuff::chrome), place, 0.5 * radius, 1.2 * height, segments_for(radius, detail));
     for (const double y : {-0.05, 1.0})
         add_cylinder(assembly.of(Stuff::iron), place.moved(0, y * height, 0), 1.4 * radius, 0.05 * height, segments_for(radius, detail));
@@ -83,16 +84,18 @@ void add_hose(Assembly& assembly, const Placement& place, double size, double de
         heading = normalized(heading + turn * (6.0 / steps));
         path.push_back(path.back() + heading * step);
     }
-    add_bar(assembly.of(random.below(3) == 0 ? Stuff::copper : any_paint(random)), path, size * random.uniform(0.02, 0.06),
-            segments_for(0.05 * size, detail));
+    const double radius = size * random.uniform(0.02, 0.06);
+    add_bar(assembly.of(random.below(3) == 0 ? Stuff::copper : any_paint(random)), path, radius, segments_for(0.05 * size, detail));
 }
 
 // A few small loose things that lie close together.
 void add_loose_parts(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
     const uint32_t count = 3 + random.below(10);
     for (uint32_t i = 0; i < count; i++) {
-        const Double3 offset = random.direction() * (size * random.uniform(0.1, 0.7));
-        const Placement own = Placement::along(place.origin + offset, random.direction(), random.uniform());
+        const double distance = size * random.uniform(0.1, 0.7);
+        const Double3 offset = random.direction() * distance;
+        const double turn = random.uniform();
+        const Placement own = Placement::along(place.origin + offset, random.direction(), turn);
         const double part = size * random.uniform(0.05, 0.25);
         const uint32_t segments = segments_for(part, detail);
         switch (random.below(5)) {
@@ -109,9 +112,11 @@ void add_loose_parts(Assembly& assembly, const Placement& place, double size, do
             case 3:
                 add_pipe(assembly.of(any_metal(random)), own, 0.6 * part, 0.2 * part, 0.5 * part, 6);
                 break;
-            default:
-                add_gear(assembly.of(any_metal(random)), own, part, 12 + random.below(12), 0.4 * part, 0.3 * part, scaled(2, detail, 1));
+            default: {
+                const uint32_t teeth = 12 + random.below(12);
+                add_gear(assembly.of(any_metal(random)), own, part, teeth, 0.4 * part, 0.3 * part, scaled(2, detail, 1));
                 break;
+            }
         }
     }
 }

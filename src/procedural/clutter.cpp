@@ -157,8 +157,13 @@ private:
 Placement any_placement(const Double3& at, Random& random) {
     // Most parts are aligned with the hall, as if just put down; the others lie as they fell.
     constexpr std::array<Double3, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    if (random.below(5) < 2) return Placement::along(at, axes[random.below(3)], 0.25 * random.below(4));
-    return Placement::along(at, random.direction(), random.uniform());
+    // One draw a statement, here and wherever random numbers are arguments: compilers differ in the order in which they evaluate those.
+    if (random.below(5) < 2) {
+        const double turn = 0.25 * random.below(4);
+        return Placement::along(at, axes[random.below(3)], turn);
+    }
+    const double turn = random.uniform();
+    return Placement::along(at, random.direction(), turn);
 }
 
 // Until the wanted number of triangles is reached within one percent.
