@@ -29,6 +29,7 @@ void FaultPlan::clear() {
     fail_read_in = fail_write_in = fail_any_in = 0;
     error_number = 0;
     longest_delay_us = one_short_in = 0;
+    only_file.clear();
 }
 
 void inject_delay() {
@@ -37,12 +38,13 @@ void inject_delay() {
         std::this_thread::sleep_for(std::chrono::microseconds(next_random(plan) % (longest + 1)));
 }
 
-Fault inject_fault(FileOperation operation) {
+Fault inject_fault(FileOperation operation, const std::filesystem::path& path) {
     FaultPlan& plan = fault_plan();
     inject_delay();
     const bool transfer = operation == FileOperation::read || operation == FileOperation::write;
     bool hit = counted_down(plan.fail_any_in);
-    if (transfer) hit |= counted_down(operation == FileOperation::read ? plan.fail_read_in : plan.fail_write_in);
+    if (operation == FileOperation::write) hit |= counted_down(plan.fail_write_in);
+    if (operation == FileOperation::read && (plan.only_file.empty() || path.filename() == plan.only_file)) hit |= counted_down(plan.fail_read_in);
     if (hit) {
         plan.hit = operation;
         if (const int error = plan.error_number; error != 0) {

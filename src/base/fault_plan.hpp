@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 
 namespace raypager {
 
@@ -16,6 +17,8 @@ struct FaultPlan {
     // By a seed: every operation waits for up to so long, and one in so many reads and writes comes up short. 0: none.
     std::atomic<uint32_t> longest_delay_us{0}, one_short_in{0};
     std::atomic<uint32_t> seed{0};
+    // Only reads of the file of this name count for fail_read_in; empty: reads of every file. To be set while no other thread uses files.
+    std::filesystem::path only_file;
     // The last operation that a countdown hit.
     std::atomic<FileOperation> hit{FileOperation::open};
     void clear();
@@ -23,8 +26,8 @@ struct FaultPlan {
 FaultPlan& fault_plan();
 
 enum class Fault { none, error, shortened };
-// What an operation shall do. error: fail with errno, which has been set.
-Fault inject_fault(FileOperation operation);
+// What an operation shall do. error: fail with errno, which has been set. path: that of a read.
+Fault inject_fault(FileOperation operation, const std::filesystem::path& path = {});
 // Waits for as long as the plan says.
 void inject_delay();
 

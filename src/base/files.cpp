@@ -106,7 +106,7 @@ Status InputFile::read(uint64_t offset, std::span<std::byte> bytes) const {
         return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(),
                                           size_, bytes.size(), offset));
     while (!bytes.empty()) {
-        const Fault fault = inject_fault(FileOperation::read);
+        const Fault fault = inject_fault(FileOperation::read, path_);
         if (fault == Fault::error) return system_error(path_, "cannot be read");
         const size_t count = fault == Fault::shortened ? (bytes.size() + 1) / 2 : bytes.size();
         const ssize_t done = ::pread(descriptor_, bytes.data(), count, static_cast<off_t>(offset));

@@ -7,16 +7,17 @@
 
 #include "base/files.hpp"
 #include "image/image.hpp"
+#include "support/sanitizers.hpp"
 #include "support/temporary_folder.hpp"
 
-#ifdef __SANITIZE_ADDRESS__
+#if RAYPAGER_ADDRESS_SANITIZER
 #include <sanitizer/lsan_interface.h>
 #endif
 
 namespace raypager {
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__
+#if RAYPAGER_ADDRESS_SANITIZER
 // OpenImageIO 2.4 loses a string when libpng jumps out of its read callback at the end of a truncated file.
 using LibraryLeaksIgnored = __lsan::ScopedDisabler;
 #else

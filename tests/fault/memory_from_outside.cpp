@@ -10,6 +10,7 @@
 #include "device/device_list.hpp"
 #include "support/child_process.hpp"
 #include "support/device_scene.hpp"
+#include "support/sanitizers.hpp"
 #include "support/small_scene.hpp"
 
 namespace raypager {
@@ -26,7 +27,7 @@ constexpr uint64_t MiB = uint64_t{1} << 20;
 class MemoryFromOutside : public testing::Test {
 protected:
     void SetUp() override {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if RAYPAGER_ADDRESS_SANITIZER || RAYPAGER_THREAD_SANITIZER
         GTEST_SKIP() << "sanitizers need memory of their own";
 #endif
         const auto devices = list_devices();
