@@ -1,17 +1,22 @@
 #include "residency/policy.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace raypager {
 namespace {
 
 double age(const BlockState& block, uint32_t round) { return block.wanted_since ? double(round - block.wanted_since) + 1.0 : 0.0; }
 
+// How much waiting counts beside the number of rays that wait. Not at all (0), and a block that few want waits for very long; in full (1),
+// and blocks come that few want. Replays of recorded renders move the fewest bytes in between (bench/results.md).
+double patience(double rounds) { return std::sqrt(std::sqrt(rounds)); }
+
 // How much a block is wanted; the highest comes in first.
 double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
     switch (kind) {
         case PolicyKind::aged_wants:
-            return block.wants * age(block, round) / block.bytes;
+            return block.wants * patience(age(block, round)) / block.bytes;
         case PolicyKind::most_wanted:
             return block.wants;
         case PolicyKind::wanted_per_byte:

@@ -45,8 +45,8 @@ TEST(Policy, each_kind_has_its_first_load) {
     EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool).load.at(0).block, 0u);
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, blocks, pool).load.at(0).block, 2u);
     EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).load.at(0).block, 1u);  // oldest; ties go to the lower index
-    const std::vector<BlockState> aged = {absent(30, 10, 64), absent(5, 1, 64)};
-    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool).load.at(0).block, 1u);  // 5 wants x 10 rounds > 30 x 1
+    const std::vector<BlockState> aged = {absent(30, 10, 64), absent(20, 1, 64)};
+    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool).load.at(0).block, 1u);  // 20 wants x 10^(1/4) rounds > 30 x 1
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, aged, pool).load.at(0).block, 0u);
 }
 
