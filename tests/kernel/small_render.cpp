@@ -35,6 +35,29 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
     EXPECT_EQ(paged->report.clamped_samples, 0u);
 }
 
+TEST(SmallRender, records_what_rays_enter) {
+    const support::TemporaryFolder folder;
+    BakeOptions bake_options;
+    bake_options.block_bytes = 16 << 10;
+    auto file = support::bake_and_open(small_scene(30), bake_options, folder.path(), "small");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    RenderOptions options;
+    options.spp = 1;
+    options.paths = 64;  // so few slots have a log that is full now and then
+    const auto plain = render(**file, options, {});
+    ASSERT_TRUE(plain.ok()) << plain.status().message();
+    EXPECT_FALSE(plain->trace);
+    options.record_paths = 1 << 20;
+    options.geometry_limit_percent = 60;
+    const auto recorded = render(**file, options, {});
+    ASSERT_TRUE(recorded.ok()) << recorded.status().message();
+    EXPECT_EQ(recorded->report.film_hash, plain->report.film_hash);
+    ASSERT_TRUE(recorded->trace);
+    EXPECT_EQ(recorded->trace->path_count(), plain->report.rays.camera);
+    EXPECT_EQ(recorded->trace->rays.size(), plain->report.rays.total());
+    EXPECT_GT(recorded->trace->visits.size(), 0u);
+}
+
 TEST(SmallRender, goes_on_from_a_checkpoint) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");
