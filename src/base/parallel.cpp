@@ -11,7 +11,7 @@ namespace raypager {
 
 size_t worker_count() { return std::max<size_t>(1, std::thread::hardware_concurrency()); }
 
-void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work) {
+void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work, size_t most) {
     piece = std::max<size_t>(1, piece);
     std::atomic<size_t> next{0};
     std::mutex mutex;
@@ -28,7 +28,7 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
     const size_t pieces = (count + piece - 1) / piece;
     {
         std::vector<std::jthread> helpers;
-        for (size_t i = 1; i < std::min(worker_count(), pieces); i++) helpers.emplace_back(run);
+        for (size_t i = 1; i < std::min({worker_count(), pieces, most}); i++) helpers.emplace_back(run);
         run();
     }
     if (failure) std::rethrow_exception(failure);

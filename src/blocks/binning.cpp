@@ -116,10 +116,15 @@ size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
     return best_middle;
 }
 
-size_t split_at_median(std::span<PrimitiveRef> refs, const Box& centroids) {
+int widest_axis(const Box& box) {
     int axis = 0;
     for (int a = 1; a < 3; a++)
-        if (centroids.upper[a] - centroids.lower[a] > centroids.upper[axis] - centroids.lower[axis]) axis = a;
+        if (box.upper[a] - box.lower[a] > box.upper[axis] - box.lower[axis]) axis = a;
+    return axis;
+}
+
+size_t split_at_median(std::span<PrimitiveRef> refs, const Box& centroids) {
+    const int axis = widest_axis(centroids);
     const size_t middle = refs.size() / 2;
     std::nth_element(refs.begin(), refs.begin() + static_cast<ptrdiff_t>(middle), refs.end(), by_centroid(axis));
     return middle;

@@ -51,6 +51,7 @@ Split best_split(const BinSet& bins, int count, uint64_t least_weight, bool by_w
 inline constexpr size_t most_swept = 64;
 size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step);
 
+int widest_axis(const Box& box);
 // Splits at the median centre of the widest axis, by id among equals: the number of refs that are moved to the front.
 size_t split_at_median(std::span<PrimitiveRef> refs, const Box& centroids);
 

@@ -58,7 +58,7 @@ void cut_below(std::span<PrimitiveRef> refs, size_t offset, uint64_t limit, std:
 
 }  // namespace
 
-size_t cut_in_two(std::span<PrimitiveRef> refs) {
+CutPlane CutPlane::choose(std::span<PrimitiveRef> refs) {
     RAYPAGER_CHECK(refs.size() >= 2);
     const Box centroids = parallel_centroid_bounds(refs);
     const BinMapping mapping(centroids, most_bins);
@@ -66,12 +66,28 @@ size_t cut_in_two(std::span<PrimitiveRef> refs) {
     uint64_t weight = 0;
     for (const BinSet::Bin& bin : bins.axes[0]) weight += bin.weight;
     const Split split = best_split(bins, most_bins, weight / least_share, true);
-    if (split.axis < 0) return split_at_median(refs, centroids);
-    const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return mapping.bin(ref, split.axis) < split.bin; });
+    CutPlane plane;
+    if (split.axis >= 0) {
+        plane.axis_ = split.axis;
+        plane.origin_ = mapping.origin[split.axis];
+        plane.scale_ = mapping.scale[split.axis];
+        plane.bin_ = static_cast<float>(split.bin);
+    } else {
+        const PrimitiveRef& first_right = refs[split_at_median(refs, centroids)];
+        plane.axis_ = widest_axis(centroids);
+        plane.origin_ = first_right.centroid(plane.axis_);
+        plane.id_ = first_right.id;
+    }
+    return plane;
+}
+
+size_t cut_in_two(std::span<PrimitiveRef> refs) {
+    const CutPlane plane = CutPlane::choose(refs);
+    const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return plane.is_left(ref); });
     return static_cast<size_t>(middle - refs.begin());
 }
 
-std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit) {
+std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::function<void(std::span<PrimitiveRef>)>& weigh) {
     if (refs.empty()) return {};
     // Large sets are cut one after the other, each by all threads; then the small ones that are left, each by one thread.
     struct Task {
@@ -95,6 +111,7 @@ std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit) {
     parallel_for(tasks.size(), 1, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; i++) {
             const auto [begin, end] = tasks[i].range;
+            if (weigh) weigh(refs.subspan(begin, end - begin));
             cut_below(refs.subspan(begin, end - begin), begin, limit, tasks[i].parts);
         }
     });

@@ -46,6 +46,10 @@ Status run_bake(const Arguments& arguments) {
     parser.option("sub-boxes", "N",
                   "boxes a block at most that tell in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
                   into_count(options.sub_boxes, 1, RP_MAX_SUB_BOXES));
+    parser.option(
+        "host-limit", "SIZE",
+        "main memory for the work, besides the program itself; what does not fit goes over the disk, beside FILE.rpb (default: half of what is free)",
+        into(options.host_limit, parse_size));
     parser.flag("progress", "show progress even if stderr is no terminal", progress);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();

@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "base/log.hpp"
+#include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "import/import.hpp"
 
@@ -45,6 +46,8 @@ Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inp
 
 Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, const std::filesystem::path& output, bool show_progress) {
     if (show_progress) options.progress = progress_printer();
+    const StopSignal stop;
+    options.stop = &stop.flag();
     auto summary = bake(scene, options, output);
     progress_line("");
     if (!summary) return summary;
@@ -53,8 +56,9 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     if (summary->points_culled || summary->points_merged)
         log_note(fmt::format("{} points left out that the camera does not see, {} that share a pixel with others",
                              format_count(summary->points_culled), format_count(summary->points_merged)));
-    log_note(fmt::format("baked {} triangles{} into {} blocks, {}, in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
-                         format_bytes(summary->stored_bytes), format_duration(summary->seconds), output.string()));
+    const std::string detour = summary->buckets ? fmt::format(" over the disk in {} buckets", summary->buckets) : "";
+    log_note(fmt::format("baked {} triangles{} into {} blocks, {},{} in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
+                         format_bytes(summary->stored_bytes), detour, format_duration(summary->seconds), output.string()));
     return summary;
 }
 

@@ -19,9 +19,11 @@ public:
     // Checks that the file exists, looks like its ending says, and can be read in this build; the rest is found out by load().
     static Result<std::shared_ptr<const MeshFile>> open(const std::filesystem::path& path);
     Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
+    // In pieces from binary PLY; from other formats the whole is read first.
+    Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
     std::vector<std::string> files() const override { return {path_.string()}; }
-    // Saves the next load() from reading the file again: it takes this mesh, as an earlier load() gave it.
+    // Saves the next load() or stream() from reading the file again: it takes this mesh, as an earlier load() gave it.
     void keep_for_next_load(TriangleMesh mesh, const MeshIssues& issues) const;
 
 private:
@@ -29,6 +31,7 @@ private:
         TriangleMesh mesh;
         MeshIssues issues;
     };
+    std::optional<Kept> take_kept() const;
     MeshFile(std::filesystem::path path, MeshFormat format) : path_(std::move(path)), format_(format) {}
 
     std::filesystem::path path_;
