@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t builder_bytes_of_block = 12;
 // Of the limit for all builders together.
 constexpr uint64_t builders_share = 4;
-constexpr uint64_t least_limit = uint64_t{64} << 20;
+constexpr uint64_t least_limit = uint64_t{16} << 20;
 // A triangle of a chunk: indices, corners, where they come from, records.
 constexpr uint64_t chunk_bytes_of_triangle = 12 + 48 + 12 + 52;
 
