@@ -38,8 +38,8 @@ public:
     Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues) {
         const auto base = static_cast<uint64_t>(world_.positions.size());
         place_positions(placement, mesh);
-        RAYPAGER_TRY(check_range(shape, mesh, base));
         place_normals(placement, mesh, base);
+        RAYPAGER_TRY(check_range(shape, mesh, base));
         if (mesh.positions.size() > own_vertices_of_a_soup * mesh.triangles.size()) weld(mesh, base);
         place_triangles(placement, mesh, static_cast<uint32_t>(base), issues);
         return {};
@@ -48,11 +48,7 @@ public:
     void add(const WorldSphere& sphere) {
         world_.primitives.push_back({static_cast<uint32_t>(world_.spheres.size()), RP_NONE, RP_NONE});
         world_.spheres.push_back(sphere);
-    }
-
-    // Of the primitives: meshes may have vertices that none of them uses.
-    void find_bounds() {
-        for (uint32_t i = 0; i < world_.primitives.size(); i++) world_.bounds.grow(primitive_bounds(world_, i));
+        world_.bounds.grow(sphere_bounds(sphere));
     }
 
 private:
@@ -98,15 +94,32 @@ private:
         }
     }
 
-    void place_triangles(const Placement& placement, const TriangleMesh& mesh, uint32_t base, MeshIssues& issues) {
+    // Bounds are those of the triangles: a mesh may have vertices that none of them uses.
+    void place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues) {
+        struct Piece {
+            size_t kept = 0;  // that many lie at its front
+            Box bounds;
+        };
+        std::vector<Piece> pieces((mesh.triangles.size() + piece - 1) / piece);
         const bool flip = placement.flips();
-        for (Triangle t : mesh.triangles) {
-            t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
-            if (has_no_area(world_.positions[t[0]], world_.positions[t[1]], world_.positions[t[2]])) {
-                issues.degenerate++;
-                continue;
+        parallel_for(mesh.triangles.size(), piece, [&](size_t begin, size_t end) {
+            size_t kept = begin;
+            LaneBox bounds;
+            for (size_t i = begin; i < end; i++) {
+                Triangle t = mesh.triangles[i];
+                t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
+                const Float3 &a = world_.positions[t[0]], &b = world_.positions[t[1]], &c = world_.positions[t[2]];
+                if (has_no_area(a, b, c)) continue;
+                for (const Float3& p : {a, b, c}) bounds.grow(Lanes{p.x, p.y, p.z, 0});
+                mesh.triangles[kept++] = t;
             }
-            world_.primitives.push_back(t);
+            pieces[begin / piece] = {kept - begin, bounds.box()};
+        });
+        for (size_t i = 0; i < pieces.size(); i++) {
+            const auto all = std::span(mesh.triangles).subspan(i * piece), kept = all.first(pieces[i].kept);
+            issues.degenerate += std::min(piece, all.size()) - kept.size();
+            world_.primitives.insert(world_.primitives.end(), kept.begin(), kept.end());
+            world_.bounds.grow(pieces[i].bounds);
         }
     }
 
@@ -139,7 +152,6 @@ public:
             if (!spilled) return spilled.status();
             out_.spilled = std::move(*spilled);
         } else {
-            store_.find_bounds();
             out_.spheres = out_.world.spheres.size();
             out_.triangles = out_.world.primitives.size() - out_.spheres;
         }

@@ -1,6 +1,7 @@
 // All primitives of a scene, in world space, as the cut and the builders of blocks see them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -49,6 +50,13 @@ struct PrimitiveRef {
     uint32_t weight;  // estimated bytes in a block
     // Twice the centre.
     float centroid(int axis) const { return box.lower[axis] + box.upper[axis]; }
+    // The same for all axes; the fourth lanes hold other members.
+    LaneBox lanes() const {
+        LaneBox result;
+        std::memcpy(&result.lower, box.lower, sizeof result.lower);
+        std::memcpy(&result.upper, reinterpret_cast<const char*>(this) + offsetof(PrimitiveRef, box.upper), sizeof result.upper);
+        return result;
+    }
 };
 static_assert(sizeof(PrimitiveRef) == 32);
 
