@@ -75,6 +75,7 @@ public:
 };
 
 // Something that can put a mesh into memory when asked, or hand it on in pieces. Implementations: a mesh in memory, a file.
+// Any number of threads may ask at once.
 class MeshSource {
 public:
     virtual ~MeshSource() = default;

@@ -114,28 +114,35 @@ size_t cut_in_two(std::span<PrimitiveRef> refs) { return partition(refs, CutPlan
 
 std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::function<void(std::span<PrimitiveRef>)>& weigh) {
     if (refs.empty()) return {};
-    // Large sets are cut one after the other, each by all threads; then the small ones that are left, each by one thread.
+    // Large sets are cut level by level: few at a time each by all threads, many at a time each by one. Then the small ones that are left.
     struct Task {
         Part range;
         Measure measured;
         std::vector<Part> parts;
     };
-    std::vector<Task> tasks, stack = {{{0, refs.size()}, measure(refs), {}}};
+    std::vector<Task> tasks, open = {{{0, refs.size()}, measure(refs), {}}};
     const size_t small = std::max(piece, refs.size() / (8 * worker_count()));
-    while (!stack.empty()) {
-        Task task = std::move(stack.back());
-        stack.pop_back();
-        const auto [begin, end] = task.range;
-        if (end - begin <= small || task.measured.weight <= limit) {
-            tasks.push_back(std::move(task));
-            continue;
+    while (!open.empty()) {
+        const auto is_done = [&](const Task& task) { return task.range.end - task.range.begin <= small || task.measured.weight <= limit; };
+        const auto large = std::stable_partition(open.begin(), open.end(), is_done);
+        tasks.insert(tasks.end(), open.begin(), large);
+        open.erase(open.begin(), large);
+        std::vector<Task> halves(2 * open.size());
+        const auto cut_one = [&](size_t i) {
+            const auto [begin, end] = open[i].range;
+            const auto range = refs.subspan(begin, end - begin);
+            const Halves cut = partition(range, CutPlane::choose(range, open[i].measured.centroids, open[i].measured.weight));
+            halves[2 * i] = {{begin, begin + cut.middle}, cut.left, {}};
+            halves[2 * i + 1] = {{begin + cut.middle, end}, cut.right, {}};
+        };
+        if (open.size() < worker_count()) {
+            for (size_t i = 0; i < open.size(); i++) cut_one(i);
+        } else {
+            parallel_for(open.size(), 1, [&](size_t i, size_t) { cut_one(i); });
         }
-        const auto range = refs.subspan(begin, end - begin);
-        const Halves halves = partition(range, CutPlane::choose(range, task.measured.centroids, task.measured.weight));
-        const size_t middle = begin + halves.middle;
-        stack.push_back({{middle, end}, halves.right, {}});
-        stack.push_back({{begin, middle}, halves.left, {}});
+        open = std::move(halves);
     }
+    std::sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) { return a.range.begin < b.range.begin; });
     parallel_for(tasks.size(), 1, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; i++) {
             const auto range = refs.subspan(tasks[i].range.begin, tasks[i].range.end - tasks[i].range.begin);

@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "blocks/lights.hpp"
 #include "blocks/mesh_intake.hpp"
+#include "blocks/mesh_prefetch.hpp"
 #include "blocks/placement.hpp"
 #include "blocks/spiller.hpp"
 #include "scene/clean_mesh.hpp"
@@ -19,6 +20,7 @@ namespace {
 // A mesh with more vertices a triangle than this shares few of them: a closed one has a half, a list of triangles three.
 constexpr uint64_t own_vertices_of_a_soup = 1;
 constexpr uint64_t index_limit = RP_NONE;
+constexpr uint64_t prefetch_share = 4;  // of the limit for meshes that are read ahead
 constexpr size_t piece = size_t{1} << 16;
 
 // Puts meshes and spheres into a world.
@@ -129,14 +131,21 @@ private:
 class Gatherer {
 public:
     Gatherer(const Scene& scene, const GatherLimits& limits, const PointOptions& points, Gathered& out)
-        : scene_(scene), limits_(limits), points_(points), out_(out), store_(out.world) {}
+        : scene_(scene),
+          limits_(limits),
+          points_(points),
+          out_(out),
+          prefetch_(scene, limits.memory_bytes / prefetch_share, limits.stop),
+          room_(limits.memory_bytes - limits.memory_bytes / prefetch_share),
+          store_(out.world) {}
 
-    Status add(const Shape& shape) {
+    Status add(size_t index) {
+        const Shape& shape = scene_.shapes[index];
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
-        RAYPAGER_TRY(shape.mesh ? add_mesh(shape) : shape.points ? add_points(shape) : add_sphere(shape));
+        RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
         if (count() >= index_limit || out_.world.positions.size() >= index_limit) return too_many(shape);
         if (count() > first) add_range(shape, static_cast<uint32_t>(first), first_light);
         return {};
@@ -173,7 +182,20 @@ private:
     }
     uint64_t count() const { return spiller_ ? spiller_->count() : store_.count(); }
 
-    Status add_mesh(const Shape& shape) {
+    Status add_mesh(const Shape& shape, std::optional<MeshPrefetch::Loaded> loaded) {
+        if (!loaded) return stream_mesh(shape);
+        RAYPAGER_TRY(loaded->status);
+        const TriangleMesh& mesh = loaded->mesh;
+        const auto room = fits(MeshIntake::memory_bytes(mesh.positions.size(), mesh.triangles.size(), !mesh.normals.empty()));
+        if (!room) return room.status();
+        const uint64_t first = count();
+        RAYPAGER_TRY(add_whole(shape, Placement(shape), loaded->mesh, loaded->issues));
+        if (spiller_) add_weight(count() - first, mesh.positions.size(), !mesh.normals.empty());
+        out_.issues.add(loaded->issues);
+        return {};
+    }
+
+    Status stream_mesh(const Shape& shape) {
         MeshIssues issues;
         const Placement placement(shape);
         MeshIntake intake(placement, issues,
@@ -199,9 +221,9 @@ private:
     // Whether a mesh of so many bytes may stay in memory. For its sake the world may have to leave it.
     Result<bool> fits(uint64_t mesh_bytes) {
         if (limits_.stop && *limits_.stop) return Status::failed("stopped by a signal");
-        if (!spiller_ && mesh_bytes + store_.memory_bytes() <= limits_.memory_bytes) return true;
+        if (!spiller_ && mesh_bytes + store_.memory_bytes() <= room_) return true;
         if (!spiller_) RAYPAGER_TRY(begin_spilling());
-        return mesh_bytes <= limits_.memory_bytes / 2;
+        return mesh_bytes <= room_ / 2;
     }
 
     Status begin_spilling() {
@@ -294,6 +316,8 @@ private:
     const GatherLimits& limits_;
     const PointOptions& points_;
     Gathered& out_;
+    MeshPrefetch prefetch_;
+    const uint64_t room_;               // for the world and the mesh at hand
     WorldStore store_;                  // until there is too much,
     std::unique_ptr<Spiller> spiller_;  // and from then on
     const AreaLight* light_ = nullptr;  // of the shape at hand, if it shines
@@ -305,7 +329,7 @@ Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const Ga
     Gathered gathered;
     Gatherer gatherer(scene, limits, points, gathered);
     for (size_t i = 0; i < scene.shapes.size(); i++) {
-        if (auto status = gatherer.add(scene.shapes[i]); !status.ok()) return status;
+        if (auto status = gatherer.add(i); !status.ok()) return status;
         progress(gatherer.spills() ? "stream" : "load", static_cast<double>(i + 1) / static_cast<double>(scene.shapes.size()));
     }
     if (auto status = gatherer.finish(); !status.ok()) return status;
