@@ -32,8 +32,8 @@ Status read_other(const InputFile& file, MeshFormat format, TriangleMesh& mesh, 
 #endif
 }
 
-// What can be told from the first bytes.
-Status check_start(const InputFile& file, MeshFormat format) {
+// Whether the first bytes make sense; declared_triangles is set where they tell.
+Status check_start(const InputFile& file, MeshFormat format, uint64_t& declared_triangles) {
     const std::string name = file.path().string();
     if (file.size() == 0) return Status::failed(name + ": is empty");
     bool needs_openmesh = true;
@@ -43,6 +43,7 @@ Status check_start(const InputFile& file, MeshFormat format) {
         const auto layout = find_ply_layout(*header, name);
         if (!layout) return layout.status();
         needs_openmesh = header->encoding == PlyEncoding::ascii;
+        if (!needs_openmesh) declared_triangles = layout->faces->count;
     } else if (format == MeshFormat::stl) {
         const auto kind = find_stl_kind(file);
         if (!kind) return kind.status();
@@ -82,8 +83,9 @@ Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::pa
     }
     const auto file = InputFile::open(path);
     if (!file) return file.status();
-    RAYPAGER_TRY(check_start(*file, *format));
-    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format));
+    uint64_t declared_triangles = 0;
+    RAYPAGER_TRY(check_start(*file, *format, declared_triangles));
+    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, declared_triangles));
 }
 
 Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
