@@ -56,9 +56,7 @@ struct MeshIssues {
     uint64_t not_compared = 0;        // of meshes too large to look for the last two
     uint64_t changed_radius = 0;      // points whose radius is smaller or larger than can be stored: kept, with the nearest that can
     void add(const MeshIssues& other);
-    bool any() const {
-        return not_finite || bad_index || degenerate || duplicate || non_manifold_edges || not_compared || changed_radius;
-    }
+    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges || not_compared || changed_radius; }
     std::string describe() const;  // "12 degenerate triangles dropped, ..."
 };
 

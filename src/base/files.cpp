@@ -256,12 +256,20 @@ size_t remove_abandoned_temporaries(const std::filesystem::path& target) {
 }
 
 Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path& beside) {
-    std::filesystem::path name = temporary_path(beside);
-    name += ".spill";
     const std::filesystem::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
-    const int descriptor = ::open(name.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    int descriptor = -1;
+    const bool fails = faulty(FileOperation::create);
+#ifdef O_TMPFILE
+    if (!fails) descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+#endif
+    // Some file systems have none without a name: it loses it at once.
+    if (!fails && descriptor < 0) {
+        std::filesystem::path name = temporary_path(beside);
+        name += ".spill";
+        descriptor = ::open(name.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+        if (descriptor >= 0) ::unlink(name.c_str());
+    }
     if (descriptor < 0) return system_error(folder, "no scratch file can be made there");
-    ::unlink(name.c_str());
     return std::shared_ptr<SpillFile>(new SpillFile(descriptor, folder));
 }
 

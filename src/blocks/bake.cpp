@@ -78,8 +78,9 @@ public:
         auto writer = BlockFileWriter::create(output_);
         if (!writer) return writer.status();
 
-        const GatherLimits limits = {memory->gather, memory->chunk_triangles, memory->buffers / 8, output_, options_.stop};
-        auto gathered = gather(scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points);
+        const GatherLimits limits = {*memory, output_, options_.stop};
+        auto gathered = gather(
+            scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points);
         if (!gathered) return gathered.status();
         BakedScene baked = describe(scene_, *gathered);
         baked.fingerprint = *fingerprint;

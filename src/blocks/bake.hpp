@@ -17,8 +17,8 @@ struct BakeOptions {
     uint64_t block_bytes = 0;  // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES; 0: about a thousand blocks, of 128 KiB to 4 MiB
     uint32_t sub_boxes = 64;   // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
     PointOptions points;
-    uint64_t host_limit = 0;   // bytes of main memory for the work, besides the program itself; 0: half of what is available
-    const std::atomic<bool>* stop = nullptr;                           // the bake fails soon after it becomes true
+    uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what is available
+    const std::atomic<bool>* stop = nullptr;  // the bake fails soon after it becomes true
     std::function<void(const char* stage, double fraction)> progress;  // may be empty
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "blocks/cloud_stream.hpp"
 #include "blocks/lights.hpp"
 #include "blocks/mesh_intake.hpp"
 #include "blocks/mesh_prefetch.hpp"
@@ -135,8 +136,8 @@ public:
           limits_(limits),
           points_(points),
           out_(out),
-          prefetch_(scene, limits.memory_bytes / prefetch_share, limits.stop),
-          room_(limits.memory_bytes - limits.memory_bytes / prefetch_share),
+          prefetch_(scene, limits.memory.gather / prefetch_share, limits.stop),
+          room_(limits.memory.gather - limits.memory.gather / prefetch_share),
           store_(out.world) {}
 
     Status add(size_t index) {
@@ -203,7 +204,7 @@ private:
                            [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded) {
                                return spill({shape, placement, indices, corners, shaded}, issues);
                            },
-                           limits_.spill_beside, limits_.chunk_triangles});
+                           limits_.spill_beside, limits_.memory.chunk_triangles});
         const uint64_t first = count();
         RAYPAGER_TRY(shape.mesh->stream(intake, issues));
         RAYPAGER_TRY(intake.finish());
@@ -227,7 +228,7 @@ private:
     }
 
     Status begin_spilling() {
-        auto spiller = Spiller::create(limits_.spill_beside, limits_.buffer_bytes);
+        auto spiller = Spiller::create(limits_.spill_beside, limits_.memory.buffers / 8);
         if (!spiller) return spiller.status();
         RAYPAGER_TRY((*spiller)->add(out_.world));
         spiller_ = std::move(*spiller);
@@ -250,8 +251,8 @@ private:
     Status spill_whole(const Shape& shape, const Placement& placement, const TriangleMesh& mesh, MeshIssues& issues) {
         const bool shaded = !mesh.normals.empty();
         std::vector<VertexBits> corners;
-        for (size_t first = 0; first < mesh.triangles.size(); first += limits_.chunk_triangles) {
-            const auto indices = std::span(mesh.triangles).subspan(first, std::min(limits_.chunk_triangles, mesh.triangles.size() - first));
+        for (size_t first = 0; first < mesh.triangles.size(); first += limits_.memory.chunk_triangles) {
+            const auto indices = std::span(mesh.triangles).subspan(first, std::min(limits_.memory.chunk_triangles, mesh.triangles.size() - first));
             corners.resize(3 * indices.size());
             parallel_for(indices.size(), piece, [&](size_t begin, size_t end) {
                 for (size_t i = 3 * begin; i < 3 * end; i++) {
@@ -286,9 +287,31 @@ private:
     }
 
     Status add_points(const Shape& shape) {
-        auto cloud = place_cloud(shape, scene_, points_, largest_coordinate, out_.issues);
+        const PointRules rules(shape, scene_, points_);
+        const auto room = fits(shape.points->count() * placed_cloud_memory);
+        if (!room) return room.status();
+        if (!*room) return stream_points(shape, rules);
+        auto cloud = place_cloud(shape, rules, out_.issues);
         if (!cloud) return cloud.status();
         for (const WorldSphere& sphere : cloud->spheres) RAYPAGER_TRY(push_sphere(sphere));
+        out_.points_culled += cloud->culled;
+        out_.points_merged += cloud->merged;
+        return {};
+    }
+
+    Status stream_points(const Shape& shape, const PointRules& rules) {
+        const uint64_t first = count();
+        const size_t first_light = out_.lights.size();
+        const auto take = [&](const WorldSphere& sphere, uint64_t rank) -> Status {
+            if (first + rank >= index_limit) return too_many(shape);
+            if (light_) {
+                out_.lights.resize(std::max(out_.lights.size(), first_light + rank + 1));
+                out_.lights[first_light + rank] = sphere_light(sphere, *light_);
+            }
+            return spiller_->add(sphere, static_cast<uint32_t>(first + rank));
+        };
+        const auto cloud = stream_cloud(shape, rules, {limits_.memory, limits_.spill_beside, limits_.stop, take}, out_.issues);
+        if (!cloud) return cloud.status();
         out_.points_culled += cloud->culled;
         out_.points_merged += cloud->merged;
         return {};
@@ -337,7 +360,8 @@ Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const Ga
 }
 
 Result<Gathered> gather(const Scene& scene, const std::function<void(double)>& progress, const PointOptions& points) {
-    return gather(scene, GatherLimits(), [&progress](const char*, double fraction) { progress(fraction); }, points);
+    return gather(
+        scene, GatherLimits(), [&progress](const char*, double fraction) { progress(fraction); }, points);
 }
 
 }  // namespace raypager

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 
+#include "blocks/bake_memory.hpp"
 #include "blocks/point_cloud.hpp"
 #include "blocks/records.hpp"
 #include "blocks/world.hpp"
@@ -26,9 +27,7 @@ struct Gathered {
 };
 
 struct GatherLimits {
-    uint64_t memory_bytes = UINT64_MAX;       // for the world and what follows from it, until its blocks are built; and for the mesh at hand
-    size_t chunk_triangles = 1 << 20;         // of meshes and worlds that go to disk, in memory at a time
-    size_t buffer_bytes = 1 << 20;            // for writing
+    BakeMemory memory;                        // by default all that there is
     std::filesystem::path spill_beside;       // scratch files come beside this file
     const std::atomic<bool>* stop = nullptr;  // ends with an error soon after it becomes true
 };

@@ -79,7 +79,7 @@ Result<std::vector<PrimitiveRef>> sample_bucket(const Bucket& bucket, uint64_t c
         uint32_t kind = 0;
         while (place >= bucket.lists[kind].count) place -= bucket.lists[kind++].count;
         std::byte record[sizeof(ShadedTriangleRecord)];
-        RAYPAGER_TRY(bucket.read(static_cast<RecordKind>(kind), place, record));
+        RAYPAGER_TRY(bucket.read(static_cast<RecordKind>(kind), place, std::span(record, record_bytes[kind])));
         sample[i] = make_ref(static_cast<RecordKind>(kind), record);
         return {};
     };

@@ -19,8 +19,8 @@ public:
     Filter(std::span<CloudPoint> points, const PointOrder& order, const PointView& view)
         : points_(points), order_(order), view_(view), kept_(points.size(), true) {}
 
-    std::vector<bool> run() {
-        visit(0, order_.size(), point_grid_levels);
+    std::vector<bool> run(int level) {
+        visit(0, order_.size(), level);
         return std::move(kept_);
     }
 
@@ -104,8 +104,8 @@ double PointView::distance(const Float3& lower, double size) const {
     return std::sqrt(sum);
 }
 
-std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view) {
-    return Filter(points, order, view).run();
+std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view, int level) {
+    return Filter(points, order, view).run(level);
 }
 
 }  // namespace raypager

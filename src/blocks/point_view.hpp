@@ -30,6 +30,7 @@ private:
 // Keeps one point for each cell of the octree that is no larger than a pixel's footprint at its distance and holds several: the one nearest
 // to their middle. It gets their mean colour, and a radius that covers what they covered: their largest one times the square root
 // of their number, yet no more than reaches across the cell. Returns which points are left, by index. Radii must be set.
-std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view);
+// level: of the cell that the points are those of.
+std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view, int level = point_grid_levels);
 
 }  // namespace raypager

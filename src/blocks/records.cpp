@@ -48,12 +48,29 @@ uint64_t Bucket::memory_bytes() const {
     return sum;
 }
 
-Status Bucket::read(RecordKind kind, uint64_t index, std::byte* record) const {
+Status Bucket::read(RecordKind kind, uint64_t first, std::span<std::byte> records) const {
     const RecordList& list = lists[kind];
-    RAYPAGER_CHECK(index < list.count);
-    const uint64_t each = list.extents.front().records;
-    const uint64_t offset = list.extents[index / each].offset + index % each * record_bytes[kind];
-    return file->read(offset, std::span(record, record_bytes[kind]));
+    const size_t bytes = record_bytes[kind];
+    RAYPAGER_CHECK(records.size() % bytes == 0 && first + records.size() / bytes <= list.count);
+    while (!records.empty()) {
+        const uint64_t each = list.extents.front().records, within = first % each;
+        const auto part = records.first(std::min<uint64_t>(records.size(), (each - within) * bytes));
+        RAYPAGER_TRY(file->read(list.extents[first / each].offset + within * bytes, part));
+        first += part.size() / bytes;
+        records = records.subspan(part.size());
+    }
+    return {};
+}
+
+void Bucket::discard(RecordKind kind, uint64_t first, uint64_t count) const {
+    const RecordList& list = lists[kind];
+    RAYPAGER_CHECK(first + count <= list.count);
+    while (count > 0) {
+        const uint64_t each = list.extents.front().records, within = first % each, part = std::min(count, each - within);
+        file->discard(list.extents[first / each].offset + within * record_bytes[kind], part * record_bytes[kind]);
+        first += part;
+        count -= part;
+    }
 }
 
 Status Bucket::for_each_piece(size_t piece, bool discard, const std::function<Status(RecordKind, std::span<const std::byte>)>& take) const {

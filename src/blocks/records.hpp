@@ -28,14 +28,21 @@ struct SphereRecord {
     uint32_t id;
 };
 
-enum RecordKind : uint32_t { triangle_records, shaded_records, sphere_records, record_kinds };
-inline constexpr size_t record_bytes[record_kinds] = {sizeof(TriangleRecord), sizeof(ShadedTriangleRecord), sizeof(SphereRecord)};
-static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52);
+// A point of a cloud that has no radius yet (cloud_stream.hpp).
+struct PointRecord {
+    CloudPoint point;
+    uint32_t index;  // in the order of the source, among those that were placed
+};
+
+enum RecordKind : uint32_t { triangle_records, shaded_records, sphere_records, point_records, record_kinds };
+inline constexpr size_t record_bytes[record_kinds] = {sizeof(TriangleRecord), sizeof(ShadedTriangleRecord), sizeof(SphereRecord),
+                                                      sizeof(PointRecord)};
+static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
 
 // What a primitive takes in memory while its bucket is built: its place in World, and its PrimitiveRef.
-inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + 32, 3 * 16 + 12 + 4 + 32, sizeof(WorldSphere) + 12 + 4 + 32};
+inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + 32, 3 * 16 + 12 + 4 + 32, sizeof(WorldSphere) + 12 + 4 + 32, 0};
 
-// The reference of a record for the cut; its weight is what it takes in memory.
+// The reference of a primitive's record for the cut; its weight is what it takes in memory.
 PrimitiveRef make_ref(RecordKind kind, const std::byte* record);
 
 // Records of one kind, in extents of a spill file that all have the same size but the last one.
@@ -55,8 +62,10 @@ struct Bucket {
 
     uint64_t primitives() const;
     uint64_t memory_bytes() const;
-    // Any record, by its number within its list.
-    Status read(RecordKind kind, uint64_t index, std::byte* record) const;
+    // Any records, by the number of the first within its list.
+    Status read(RecordKind kind, uint64_t first, std::span<std::byte> records) const;
+    // Gives back the space on disk of records that nobody will read again.
+    void discard(RecordKind kind, uint64_t first, uint64_t count) const;
     // Calls take(kind, records) for pieces of at most `piece` bytes, each a whole number of records, in order of kind and number. With
     // discard, the space on disk is given back as it is read.
     Status for_each_piece(size_t piece, bool discard, const std::function<Status(RecordKind, std::span<const std::byte>)>& take) const;

@@ -101,8 +101,8 @@ Status Spiller::add_as(RecordKind kind, const Triangles& triangles, const AreaLi
     return {};
 }
 
-Status Spiller::add(const WorldSphere& sphere) {
-    const SphereRecord record = {sphere, static_cast<uint32_t>(count())};
+Status Spiller::add(const WorldSphere& sphere, uint32_t id) {
+    const SphereRecord record = {sphere, id};
     bounds_.grow(sphere_bounds(sphere));
     spheres_++;
     return writer_.add_one(sphere_records, reinterpret_cast<const std::byte*>(&record));

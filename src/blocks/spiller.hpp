@@ -28,7 +28,9 @@ public:
         bool shaded;
     };
     Status add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues);
-    Status add(const WorldSphere& sphere);
+    Status add(const WorldSphere& sphere) { return add(sphere, static_cast<uint32_t>(count())); }
+    // With an id of its own. In the end each id must have been given once.
+    Status add(const WorldSphere& sphere, uint32_t id);
     // All of a world, in order. REQUIRES: nothing came before.
     Status add(const World& world);
 

@@ -1,0 +1,41 @@
+// The octree over a cloud on disk, down to cells that fit into memory.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "blocks/point_sort.hpp"
+#include "blocks/point_spacing.hpp"
+
+namespace raypager {
+
+struct CloudCell {
+    uint64_t begin, end;  // of the sorted points
+    int level;
+    uint32_t parent;       // RP_NONE: the root
+    bool is_unit = false;  // has no children here
+    bool is_whole = true;  // all points of a cell of the octree; otherwise a piece of a cell of the finest level
+    float spacing = 0;     // 0: its points do not tell
+};
+
+class CloudCells {
+public:
+    // Divides cells with more than `most` points. Parents come before their children.
+    static Result<CloudCells> create(const SortedPoints& points, uint64_t most);
+    std::vector<CloudCell>& cells() { return cells_; }
+    // Once all whole units have their spacing: that of all others.
+    Status find_spacing();
+    // What a unit that has no spacing gets from the cells around it.
+    float inherited_spacing(const CloudCell& unit) const;
+
+private:
+    explicit CloudCells(const SortedPoints& points) : points_(&points) {}
+    Status divide(uint32_t cell, uint64_t most);
+    Result<float> compared(const CloudCell& cell) const;
+
+    const SortedPoints* points_;
+    std::vector<CloudCell> cells_;
+    float whole_ = 1;  // of the cloud
+};
+
+}  // namespace raypager
