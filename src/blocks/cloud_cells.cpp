@@ -25,28 +25,35 @@ Result<uint64_t> end_of_child(const SortedPoints& points, uint64_t begin, uint64
 
 }  // namespace
 
-Result<CloudCells> CloudCells::create(const SortedPoints& points, uint64_t most) {
+Result<CloudCells> CloudCells::create(const SortedPoints& points, uint64_t most, const PointView* view) {
     CloudCells cells(points);
     cells.cells_.push_back({0, points.size(), point_grid_levels, RP_NONE});
     for (uint32_t i = 0; i < cells.cells_.size(); i++)
-        if (auto status = cells.divide(i, most); !status.ok()) return status;
+        if (auto status = cells.divide(i, most, view); !status.ok()) return status;
     return cells;
 }
 
-Status CloudCells::divide(uint32_t cell, uint64_t most) {
-    const auto [begin, end, level, parent, is_unit, is_whole, spacing] = cells_[cell];
+Status CloudCells::divide(uint32_t cell, uint64_t most, const PointView* view) {
+    const auto [begin, end, level, parent, inherited_pixel, is_unit, is_whole, spacing] = cells_[cell];
     if (end - begin <= most) {
         cells_[cell].is_unit = true;
         return {};
     }
+    uint32_t pixel = inherited_pixel;
+    if (view && pixel == RP_NONE) {
+        const auto key = points_->key(begin);
+        if (!key) return key.status();
+        if (view->is_in_pixel(cell_corner(points_->grid, *key, level), points_->grid.size(level))) pixel = cell;
+    }
+    cells_[cell].pixel = pixel;
     if (level == 0) {  // all in one place, as far as the octree can tell
-        for (uint64_t at = begin; at < end; at += most) cells_.push_back({at, std::min(at + most, end), 0, cell, true, false});
+        for (uint64_t at = begin; at < end; at += most) cells_.push_back({at, std::min(at + most, end), 0, cell, pixel, true, false});
         return {};
     }
     for (uint64_t at = begin; at < end;) {
         const auto next = end_of_child(*points_, at, end, level - 1);
         if (!next) return next.status();
-        cells_.push_back({at, *next, level - 1, cell});
+        cells_.push_back({at, *next, level - 1, cell, pixel});
         at = *next;
     }
     return {};

@@ -18,15 +18,15 @@ struct CloudStream {
     const std::atomic<bool>* stop = nullptr;
     // Takes each sphere of the cloud once, in any order. rank: its number in the order of the source.
     std::function<Status(const WorldSphere& sphere, uint64_t rank)> take;
+    std::function<void(double fraction)> progress;  // may be empty
 };
 
 struct StreamedCloud {
     uint64_t spheres = 0, culled = 0, merged = 0;  // see PlacedCloud
 };
 
-// The source is read twice. Where radii follow from the spacing, or points of the same pixel are merged, points are sorted on disk, and the octree
-// over them is built from cells that fit into memory. The one difference: of a cell that is both no larger than a pixel and too large
-// for memory, a few points are left rather than one.
+// The source is read twice. Where radii follow from the spacing, or points of the same pixel are merged, points are sorted on disk, and the
+// octree over them is built from cells that fit into memory.
 Result<StreamedCloud> stream_cloud(const Shape& shape, const PointRules& rules, const CloudStream& stream, MeshIssues& issues);
 
 }  // namespace raypager

@@ -131,9 +131,10 @@ private:
 
 class Gatherer {
 public:
-    Gatherer(const Scene& scene, const GatherLimits& limits, const PointOptions& points, Gathered& out)
+    Gatherer(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points, Gathered& out)
         : scene_(scene),
           limits_(limits),
+          progress_(progress),
           points_(points),
           out_(out),
           prefetch_(scene, limits.memory.gather / prefetch_share, limits.stop),
@@ -142,6 +143,7 @@ public:
 
     Status add(size_t index) {
         const Shape& shape = scene_.shapes[index];
+        index_ = index;
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
@@ -149,6 +151,7 @@ public:
         RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
         if (count() >= index_limit || out_.world.positions.size() >= index_limit) return too_many(shape);
         if (count() > first) add_range(shape, static_cast<uint32_t>(first), first_light);
+        report(1);
         return {};
     }
 
@@ -173,9 +176,11 @@ public:
         return {};
     }
 
-    bool spills() const { return spiller_ != nullptr; }
-
 private:
+    // fraction: of the shape at hand.
+    void report(double fraction) const {
+        progress_(spiller_ ? "stream" : "load", (static_cast<double>(index_) + fraction) / static_cast<double>(scene_.shapes.size()));
+    }
     static bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
     static Status too_many(const Shape& shape) {
         return Status::failed(
@@ -204,7 +209,7 @@ private:
                            [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded) {
                                return spill({shape, placement, indices, corners, shaded}, issues);
                            },
-                           limits_.spill_beside, limits_.memory.chunk_triangles});
+                           limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }});
         const uint64_t first = count();
         RAYPAGER_TRY(shape.mesh->stream(intake, issues));
         RAYPAGER_TRY(intake.finish());
@@ -310,7 +315,8 @@ private:
             }
             return spiller_->add(sphere, static_cast<uint32_t>(first + rank));
         };
-        const auto cloud = stream_cloud(shape, rules, {limits_.memory, limits_.spill_beside, limits_.stop, take}, out_.issues);
+        const auto cloud = stream_cloud(
+            shape, rules, {limits_.memory, limits_.spill_beside, limits_.stop, take, [this](double fraction) { report(fraction); }}, out_.issues);
         if (!cloud) return cloud.status();
         out_.points_culled += cloud->culled;
         out_.points_merged += cloud->merged;
@@ -337,24 +343,24 @@ private:
 
     const Scene& scene_;
     const GatherLimits& limits_;
+    const GatherProgress& progress_;
     const PointOptions& points_;
     Gathered& out_;
     MeshPrefetch prefetch_;
     const uint64_t room_;               // for the world and the mesh at hand
     WorldStore store_;                  // until there is too much,
     std::unique_ptr<Spiller> spiller_;  // and from then on
-    const AreaLight* light_ = nullptr;  // of the shape at hand, if it shines
+    size_t index_ = 0;                  // of the shape at hand
+    const AreaLight* light_ = nullptr;  // that shape's, if it shines
 };
 
 }  // namespace
 
 Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points) {
     Gathered gathered;
-    Gatherer gatherer(scene, limits, points, gathered);
-    for (size_t i = 0; i < scene.shapes.size(); i++) {
+    Gatherer gatherer(scene, limits, progress, points, gathered);
+    for (size_t i = 0; i < scene.shapes.size(); i++)
         if (auto status = gatherer.add(i); !status.ok()) return status;
-        progress(gatherer.spills() ? "stream" : "load", static_cast<double>(i + 1) / static_cast<double>(scene.shapes.size()));
-    }
     if (auto status = gatherer.finish(); !status.ok()) return status;
     return gathered;
 }

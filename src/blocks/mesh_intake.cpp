@@ -67,6 +67,8 @@ Status MeshIntake::triangles(std::span<const Triangle> indices) {
         mesh_.triangles.push_back(t);
         if (mesh_.triangles.size() == hooks_.chunk) RAYPAGER_TRY(take_chunk());
     }
+    triangles_seen_ += indices.size();
+    if (triangles_seen_ <= expected_triangles_) hooks_.progress(static_cast<double>(triangles_seen_) / static_cast<double>(expected_triangles_));
     return {};
 }
 

@@ -19,8 +19,9 @@ public:
         std::function<Result<bool>(uint64_t bytes)> fits;
         // Takes a chunk; corners as Spiller has them.
         std::function<Status(std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded)> take;
-        std::filesystem::path beside;  // where the vertices go
-        size_t chunk = 0;              // triangles
+        std::filesystem::path beside;                   // where the vertices go
+        size_t chunk = 0;                               // triangles
+        std::function<void(double fraction)> progress;  // of a mesh that is taken in chunks
     };
     MeshIntake(const Placement& placement, MeshIssues& issues, Hooks hooks) : placement_(placement), issues_(issues), hooks_(std::move(hooks)) {}
 
@@ -50,7 +51,7 @@ private:
     TriangleMesh mesh_;  // all of it, or the triangles of the chunk at hand
     std::optional<VertexFile> file_;
     std::vector<VertexBits> corners_;
-    uint64_t expected_vertices_ = 0, expected_triangles_ = 0;
+    uint64_t expected_vertices_ = 0, expected_triangles_ = 0, triangles_seen_ = 0;
     bool shaded_ = false;
 };
 

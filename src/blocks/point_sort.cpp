@@ -76,7 +76,7 @@ Status PointSorter::sort_range(const Bucket& range, std::vector<PointRecord>& re
     return {};
 }
 
-Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop) {
+Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop, const std::function<void(double fraction)>& progress) {
     std::vector<Bucket> ranges;
     for (BucketWriter& writer : writers_) {
         auto range = writer.finish();
@@ -101,6 +101,7 @@ Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop) {
         if (!failure.ok()) return failure;
         for (size_t i = 0; i < count; i++)
             if (auto status = sorted.add(point_records, std::as_bytes(std::span(records[i]))); !status.ok()) return status;
+        progress(static_cast<double>(first + count) / static_cast<double>(ranges.size()));
     }
     auto bucket = sorted.finish();
     if (!bucket) return bucket.status();

@@ -38,7 +38,7 @@ public:
                                       const std::filesystem::path& spill_beside);
     Status add(std::span<const PointRecord> records);
     // After all have come. The space of what was added is given back.
-    Result<SortedPoints> sort(const std::atomic<bool>* stop);
+    Result<SortedPoints> sort(const std::atomic<bool>* stop, const std::function<void(double fraction)>& progress);
 
 private:
     PointSorter() = default;
