@@ -53,28 +53,34 @@ struct MeshIssues {
     uint64_t degenerate = 0;          // no area, or a vertex twice: dropped, no ray can hit them
     uint64_t duplicate = 0;           // the same three vertices again: kept
     uint64_t non_manifold_edges = 0;  // edges of more than two triangles: kept
+    uint64_t not_compared = 0;        // of meshes too large to look for the last two
     uint64_t changed_radius = 0;      // points whose radius is smaller or larger than can be stored: kept, with the nearest that can
     void add(const MeshIssues& other);
-    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges || changed_radius; }
+    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges || not_compared || changed_radius; }
     std::string describe() const;  // "12 degenerate triangles dropped, ..."
 };
 
 // Takes in a mesh piece by piece: all vertices, then the triangles. A status that is not ok ends the stream and is passed on.
+// Among the triangles may be some that use vertices that do not exist or are not finite, or that have no area: the sink drops them.
 class MeshSink {
 public:
     virtual ~MeshSink() = default;
+    // Before all else, where the source knows about how many will come.
+    virtual Status expect(uint64_t vertices, uint64_t triangles) { return (void)vertices, (void)triangles, Status(); }
     // normals: as many as positions, or none; the same choice in every call.
     virtual Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) = 0;
     virtual Status triangles(std::span<const Triangle> indices) = 0;  // indices into all vertices that came
 };
 
 // Something that can put a mesh into memory when asked, or hand it on in pieces. Implementations: a mesh in memory, a file.
+// Any number of threads may ask at once.
 class MeshSource {
 public:
     virtual ~MeshSource() = default;
     // Fills mesh (emptied first). Dropped and suspicious triangles are counted in issues.
     virtual Status load(TriangleMesh& mesh, MeshIssues& issues) const = 0;
-    // The same triangles in the same order, without the whole mesh in memory where the format allows it; by default through load().
+    // The same triangles in the same order, but for those that the sink drops, without the whole mesh in memory where the format allows it;
+    // by default through load(). issues gets what the source itself drops; nobody looks for duplicates and non-manifold edges.
     virtual Status stream(MeshSink& sink, MeshIssues& issues) const;
     virtual std::string name() const = 0;                          // for messages: the file's path, or "scene.pbrt:12"
     virtual std::vector<std::string> files() const { return {}; }  // that the result depends on
@@ -84,6 +90,7 @@ class MeshInMemory final : public MeshSource {
 public:
     MeshInMemory(std::string name, TriangleMesh mesh) : name_(std::move(name)), mesh_(std::move(mesh)) {}
     Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
+    Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return name_; }
     const TriangleMesh& mesh() const { return mesh_; }
 

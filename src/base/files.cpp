@@ -36,6 +36,22 @@ bool write_all(int descriptor, std::span<const std::byte> bytes, int64_t offset)
     return true;
 }
 
+// path: for faults on purpose. How many bytes came: fewer than asked for after an error, or with errno 0 at the end of the file.
+size_t read_all(int descriptor, const std::filesystem::path& path, uint64_t offset, std::span<std::byte> bytes) {
+    size_t total = 0;
+    while (total < bytes.size()) {
+        const Fault fault = inject_fault(FileOperation::read, path);
+        if (fault == Fault::error) return total;
+        const size_t left = bytes.size() - total, count = fault == Fault::shortened ? (left + 1) / 2 : left;
+        const ssize_t done = ::pread(descriptor, bytes.data() + total, count, static_cast<off_t>(offset + total));
+        if (done < 0 && errno == EINTR) continue;
+        if (done == 0) errno = 0;
+        if (done <= 0) return total;
+        total += static_cast<size_t>(done);
+    }
+    return total;
+}
+
 enum class Lock { taken, held, unavailable };
 
 // Held until the descriptor is closed, by its process's death at the latest. Some network file systems have no locks.
@@ -105,18 +121,10 @@ Status InputFile::read(uint64_t offset, std::span<std::byte> bytes) const {
     if (offset > size_ || bytes.size() > size_ - offset)
         return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(),
                                           size_, bytes.size(), offset));
-    while (!bytes.empty()) {
-        const Fault fault = inject_fault(FileOperation::read, path_);
-        if (fault == Fault::error) return system_error(path_, "cannot be read");
-        const size_t count = fault == Fault::shortened ? (bytes.size() + 1) / 2 : bytes.size();
-        const ssize_t done = ::pread(descriptor_, bytes.data(), count, static_cast<off_t>(offset));
-        if (done < 0 && errno == EINTR) continue;
-        if (done < 0) return system_error(path_, "cannot be read");
-        if (done == 0) return Status::failed(fmt::format("{}: ended at byte {} while it was read", path_.string(), offset));
-        offset += static_cast<uint64_t>(done);
-        bytes = bytes.subspan(static_cast<size_t>(done));
-    }
-    return {};
+    const size_t done = read_all(descriptor_, path_, offset, bytes);
+    if (done == bytes.size()) return {};
+    if (errno) return system_error(path_, "cannot be read");
+    return Status::failed(fmt::format("{}: ended at byte {} while it was read", path_.string(), offset + done));
 }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
@@ -245,6 +253,50 @@ size_t remove_abandoned_temporaries(const std::filesystem::path& folder, std::st
 size_t remove_abandoned_temporaries(const std::filesystem::path& target) {
     return remove_abandoned_temporaries(target.has_parent_path() ? target.parent_path() : ".", target.extension().string(),
                                         [stem = target.stem().string()](std::string_view other) { return other == stem; });
+}
+
+Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path& beside) {
+    const std::filesystem::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
+    int descriptor = -1;
+    const bool fails = faulty(FileOperation::create);
+#ifdef O_TMPFILE
+    if (!fails) descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+#endif
+    // Some file systems have none without a name: it loses it at once.
+    if (!fails && descriptor < 0) {
+        std::filesystem::path name = temporary_path(beside);
+        name += ".spill";
+        descriptor = ::open(name.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+        if (descriptor >= 0) ::unlink(name.c_str());
+    }
+    if (descriptor < 0) return system_error(folder, "no scratch file can be made there");
+    return std::shared_ptr<SpillFile>(new SpillFile(descriptor, folder));
+}
+
+SpillFile::~SpillFile() { ::close(descriptor_); }
+
+Result<uint64_t> SpillFile::append(std::span<const std::byte> bytes) {
+    const uint64_t offset = end_;
+    if (!write_all(descriptor_, bytes, static_cast<int64_t>(offset)))
+        return Status::failed(fmt::format("{}: a scratch file of {:.1f} GiB there cannot grow: {}; free space, or write to another disk",
+                                          folder_.string(), static_cast<double>(end_) / (1 << 30), std::strerror(errno)));
+    end_ += bytes.size();
+    return offset;
+}
+
+Status SpillFile::read(uint64_t offset, std::span<std::byte> bytes) const {
+    if (const size_t done = read_all(descriptor_, folder_, offset, bytes); done < bytes.size())
+        return Status::failed(fmt::format("{}: a scratch file there cannot be read at byte {}: {}", folder_.string(), offset + done,
+                                          errno ? std::strerror(errno) : "it has ended"));
+    return {};
+}
+
+void SpillFile::discard(uint64_t offset, uint64_t bytes) const {
+#ifdef FALLOC_FL_PUNCH_HOLE
+    (void)::fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(offset), static_cast<off_t>(bytes));
+#else
+    (void)offset, (void)bytes;
+#endif
 }
 
 Result<std::string> read_text(const std::filesystem::path& path, uint64_t limit) {

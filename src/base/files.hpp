@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -74,6 +75,28 @@ private:
     int descriptor_ = -1;
     uint64_t size_ = 0;
     std::filesystem::path path_;
+};
+
+// Scratch space on disk: a file that has no name, so that nothing is left of it however the process ends.
+class SpillFile {
+public:
+    // In the folder of `beside`.
+    static Result<std::shared_ptr<SpillFile>> create(const std::filesystem::path& beside);
+    ~SpillFile();
+    SpillFile(const SpillFile&) = delete;
+    SpillFile& operator=(const SpillFile&) = delete;
+    // Writes behind what is there; returns where. One thread at a time.
+    Result<uint64_t> append(std::span<const std::byte> bytes);
+    // Any number of threads may read at once. REQUIRES: a range that was appended.
+    Status read(uint64_t offset, std::span<std::byte> bytes) const;
+    // Gives the space of a range back that nobody will read again, where the file system can.
+    void discard(uint64_t offset, uint64_t bytes) const;
+
+private:
+    SpillFile(int descriptor, std::filesystem::path folder) : descriptor_(descriptor), folder_(std::move(folder)) {}
+    const int descriptor_;
+    const std::filesystem::path folder_;
+    uint64_t end_ = 0;
 };
 
 // The whole file; refuses more than limit bytes.

@@ -11,12 +11,18 @@ namespace raypager {
 
 size_t worker_count() { return std::max<size_t>(1, std::thread::hardware_concurrency()); }
 
-void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work) {
+void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work, size_t most) {
     piece = std::max<size_t>(1, piece);
+    thread_local bool is_inside = false;
+    if (is_inside || count <= piece) {
+        for (size_t begin = 0; begin < count; begin += piece) work(begin, std::min(count, begin + piece));
+        return;
+    }
     std::atomic<size_t> next{0};
     std::mutex mutex;
     std::exception_ptr failure;
     auto run = [&] {
+        is_inside = true;
         try {
             for (size_t begin; (begin = next.fetch_add(piece)) < count;) work(begin, std::min(count, begin + piece));
         } catch (...) {
@@ -24,11 +30,12 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
             const std::lock_guard lock(mutex);
             if (!failure) failure = std::current_exception();
         }
+        is_inside = false;
     };
     const size_t pieces = (count + piece - 1) / piece;
     {
         std::vector<std::jthread> helpers;
-        for (size_t i = 1; i < std::min(worker_count(), pieces); i++) helpers.emplace_back(run);
+        for (size_t i = 1; i < std::min({worker_count(), pieces, most}); i++) helpers.emplace_back(run);
         run();
     }
     if (failure) std::rethrow_exception(failure);

@@ -2,13 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 namespace raypager {
 
 size_t worker_count();  // at least 1
 // Calls work(begin, end) for pieces of [0, count) of at most `piece` items, on all cores; returns when all are done. An
-// exception of one of them ends the work, and is thrown again here.
-void parallel_for(size_t count, size_t piece, const std::function<void(size_t begin, size_t end)>& work);
+// Within such work there is no more to be spread: an inner call does all of it itself. An
+// exception of one of them ends the work, and is thrown again here. most: threads at work at once.
+void parallel_for(size_t count, size_t piece, const std::function<void(size_t begin, size_t end)>& work, size_t most = SIZE_MAX);
 
 }  // namespace raypager

@@ -2,129 +2,35 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
-#include <condition_variable>
-#include <cstring>
-#include <map>
-#include <mutex>
 #include <new>
 
-#include "base/parallel.hpp"
-#include "blocks/bvh.hpp"
+#include "base/memory.hpp"
+#include "blocks/bake_memory.hpp"
+#include "blocks/build_blocks.hpp"
 #include "blocks/cut.hpp"
+#include "blocks/distribute.hpp"
 #include "blocks/gather.hpp"
-#include "blocks/pack.hpp"
 #include "blocks/top_tree.hpp"
 #include "store/block_file.hpp"
 
 namespace raypager {
 namespace {
 
-constexpr uint64_t least_block_bytes = 16 << 10;
-
-// Builds blocks in parallel and appends them in order. What is built but not yet written waits in memory: little, because no thread
-// runs far ahead of the part that is to be written next.
-class BlockStage {
-public:
-    BlockStage(const World& world, std::span<PrimitiveRef> refs, const BakeOptions& options, BlockFileWriter& writer, BakedScene& baked)
-        : world_(world), refs_(refs), options_(options), writer_(writer), baked_(baked) {}
-
-    Status run(const std::vector<Part>& parts, const std::function<void(double)>& progress) {
-        const size_t ahead = 2 * worker_count();
-        // Parts are handed out in order, so the one that is to be written next is always at work, and nobody waits forever.
-        parallel_for(parts.size(), 1, [&](size_t index, size_t) {
-            {
-                std::unique_lock lock(mutex_);
-                written_.wait(lock, [&] { return index < next_ + ahead || !status_.ok(); });
-                if (!status_.ok()) return;
-            }
-            try {
-                std::vector<PackedBlock> blocks;
-                build(refs_.subspan(parts[index].begin, parts[index].end - parts[index].begin), blocks);
-                std::lock_guard lock(mutex_);
-                waiting_[index] = std::move(blocks);
-                append_what_is_due(parts, progress);
-            } catch (const std::bad_alloc&) {
-                // The others wait for this part; they must hear that it will not come.
-                std::lock_guard lock(mutex_);
-                status_ = Status::failed("not enough memory to build a block; use a machine with more, or a smaller scene");
-                written_.notify_all();
-            }
-        });
-        return status_;
-    }
-
-    const std::vector<Box>& portal_boxes() const { return portal_boxes_; }
-
-private:
-    void append_what_is_due(const std::vector<Part>& parts, const std::function<void(double)>& progress) {
-        for (auto due = waiting_.find(next_); status_.ok() && due != waiting_.end(); due = waiting_.find(next_)) {
-            for (PackedBlock& block : due->second)
-                if (status_.ok()) status_ = append(block);
-            waiting_.erase(due);
-            progress(static_cast<double>(parts[next_++].end) / static_cast<double>(refs_.size()));
-        }
-        written_.notify_all();
-    }
-
-    // The blocks of one part: more than one where its bytes were underestimated.
-    void build(std::span<PrimitiveRef> refs, std::vector<PackedBlock>& blocks) const {
-        PackedBlock block;
-        if (pack(world_, build_bvh(world_, refs, options_.sub_boxes), options_.block_bytes, block)) {
-            blocks.push_back(std::move(block));
-            return;
-        }
-        const size_t middle = cut_in_two(refs);
-        build(refs.first(middle), blocks);
-        build(refs.subspan(middle), blocks);
-    }
-
-    Status append(PackedBlock& block) {
-        rp_block_header header;
-        std::memcpy(&header, block.bytes.data(), sizeof header);
-        header.block_index = static_cast<rp_u32>(baked_.blocks.size());
-        std::memcpy(block.bytes.data(), &header, sizeof header);
-        BlockRecord record;
-        record.memory_bytes = header.bytes;
-        record.triangles = block.triangles;
-        record.spheres = block.spheres;
-        std::copy_n(block.bounds.lower, 3, record.lower);
-        std::copy_n(block.bounds.upper, 3, record.upper);
-        RAYPAGER_TRY(writer_.append(block.bytes, record));
-        baked_.blocks.push_back(record);
-        for (const PackedPortal& packed : block.portals) {
-            rp_portal portal = {};
-            std::copy_n(header.origin, 3, portal.origin);
-            std::copy_n(header.cell, 3, portal.cell);
-            portal.block = header.block_index;
-            portal.root = packed.root;
-            baked_.portals.push_back(portal);
-            portal_boxes_.push_back(packed.box);
-        }
-        return {};
-    }
-
-    const World& world_;
-    std::span<PrimitiveRef> refs_;
-    const BakeOptions& options_;
-    BlockFileWriter& writer_;
-    BakedScene& baked_;
-    std::vector<Box> portal_boxes_;
-
-    std::mutex mutex_;  // of what follows, and of everything that append() changes
-    std::condition_variable written_;
-    std::map<size_t, std::vector<PackedBlock>> waiting_;
-    size_t next_ = 0;  // the part that is to be written
-    Status status_;
-};
+constexpr uint64_t least_block_bytes = 16 << 10, least_automatic = uint64_t{128} << 10, largest_automatic = uint64_t{4} << 20;
 
 // About a thousand blocks a scene page best: smaller ones are chosen more exactly, larger ones cost less a byte to move. Below 128 KiB a
 // transfer costs more than its bytes; above 4 MiB nothing is gained.
-uint64_t automatic_block_bytes(std::span<const PrimitiveRef> refs) {
+uint64_t automatic_block_bytes(uint64_t scene_bytes, uint64_t host_limit) {
+    return std::min(std::clamp(std::bit_ceil(scene_bytes / 1024), least_automatic, largest_automatic), BakeMemory::largest_block(host_limit));
+}
+
+uint64_t total_weight(std::span<const PrimitiveRef> refs) {
     uint64_t bytes = 0;
     for (const PrimitiveRef& ref : refs) bytes += ref.weight;
-    return std::clamp(std::bit_ceil(bytes / 1024), uint64_t{128} << 10, uint64_t{4} << 20);
+    return bytes;
 }
 
 Status check_options(const BakeOptions& options) {
@@ -145,8 +51,8 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
     baked.materials = scene.materials;
     baked.lights = std::move(gathered.lights);
     baked.ranges = std::move(gathered.ranges);
-    baked.spheres = gathered.world.spheres.size();
-    baked.triangles = gathered.world.primitives.size() - baked.spheres;
+    baked.spheres = gathered.spheres;
+    baked.triangles = gathered.triangles;
     if (const Box& bounds = gathered.world.bounds; !bounds.empty()) {
         std::copy_n(bounds.lower, 3, baked.lower);
         std::copy_n(bounds.upper, 3, baked.upper);
@@ -154,58 +60,126 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
     return baked;
 }
 
-Result<BakeSummary> run(const Scene& scene, BakeOptions options, const std::filesystem::path& output) {
-    const auto start = std::chrono::steady_clock::now();
-    const auto stage = [&options](const char* name) {
-        return [&options, name](double fraction) {
-            if (options.progress) options.progress(name, fraction);
-        };
-    };
-    RAYPAGER_TRY(check_options(options));
-    RAYPAGER_TRY(validate(scene));
-    const auto fingerprint = bake_fingerprint(scene, options);
-    if (!fingerprint) return fingerprint.status();
-    auto writer = BlockFileWriter::create(output);
-    if (!writer) return writer.status();
+class Bake {
+public:
+    Bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output) : scene_(scene), options_(options), output_(output) {
+        if (options_.host_limit == 0) options_.host_limit = std::max(available_memory() / 2, BakeMemory::smallest_limit(options_.block_bytes));
+    }
 
-    auto gathered = gather(scene, stage("load"), options.points);
-    if (!gathered) return gathered.status();
-    BakedScene baked = describe(scene, *gathered);
-    baked.fingerprint = *fingerprint;
+    Result<BakeSummary> run() {
+        const auto start = std::chrono::steady_clock::now();
+        BakeSummary summary;
+        RAYPAGER_TRY(check_options(options_));
+        RAYPAGER_TRY(validate(scene_));
+        const auto fingerprint = bake_fingerprint(scene_, options_);
+        if (!fingerprint) return fingerprint.status();
+        const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : least_automatic);
+        if (!memory) return memory.status();
+        auto writer = BlockFileWriter::create(output_);
+        if (!writer) return writer.status();
 
-    stage("cut")(0);
-    std::vector<PrimitiveRef> refs = make_refs(gathered->world);
-    if (options.block_bytes == 0) options.block_bytes = automatic_block_bytes(refs);
-    const std::vector<Part> parts = cut(refs, options.block_bytes);
-    stage("cut")(1);
+        const GatherLimits limits = {*memory, output_, options_.stop};
+        auto gathered = gather(
+            scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points);
+        if (!gathered) return gathered.status();
+        BakedScene baked = describe(scene_, *gathered);
+        baked.fingerprint = *fingerprint;
+        std::vector<Box> portal_boxes;
+        RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, *writer, baked, portal_boxes, summary.buckets)
+                                       : build_in_memory(std::move(gathered->world), *writer, baked, portal_boxes));
+        TopTree top = build_top_tree(portal_boxes);
+        baked.top_grid = top.grid;
+        baked.top_nodes = std::move(top.nodes);
+        baked.portal_paths = std::move(top.paths);
+        RAYPAGER_TRY(writer->finish(baked));
 
-    BlockStage blocks(gathered->world, refs, options, *writer, baked);
-    RAYPAGER_TRY(blocks.run(parts, stage("build")));
-    TopTree top = build_top_tree(blocks.portal_boxes());
-    baked.top_grid = top.grid;
-    baked.top_nodes = std::move(top.nodes);
-    baked.portal_paths = std::move(top.paths);
-    RAYPAGER_TRY(writer->finish(baked));
+        summary.triangles = baked.triangles;
+        summary.spheres = baked.spheres;
+        summary.blocks = baked.blocks.size();
+        summary.stored_bytes = baked.stored_bytes();
+        summary.points_culled = gathered->points_culled;
+        summary.points_merged = gathered->points_merged;
+        summary.issues = gathered->issues;
+        summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return summary;
+    }
 
-    BakeSummary summary;
-    summary.triangles = baked.triangles;
-    summary.spheres = baked.spheres;
-    summary.blocks = baked.blocks.size();
-    summary.stored_bytes = baked.stored_bytes();
-    summary.points_culled = gathered->points_culled;
-    summary.points_merged = gathered->points_merged;
-    summary.issues = gathered->issues;
-    summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return summary;
-}
+private:
+    void report(const char* stage, double fraction) const {
+        if (options_.progress) options_.progress(stage, fraction);
+    }
+
+    // Chooses the size of blocks where that is left to us, and with it how many are made at a time.
+    Result<BakeMemory> settle_block_size(uint64_t scene_bytes) {
+        if (options_.block_bytes == 0) options_.block_bytes = automatic_block_bytes(scene_bytes, options_.host_limit);
+        return BakeMemory::plan(options_.host_limit, options_.block_bytes);
+    }
+
+    Status build_in_memory(World world, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes) {
+        report("cut", 0);
+        std::vector<PrimitiveRef> refs = make_refs(world);
+        const auto memory = settle_block_size(total_weight(refs));
+        if (!memory) return memory.status();
+        const std::vector<Part> parts = cut(refs, options_.block_bytes);
+        report("cut", 1);
+        BlockBuilder builder(options_, memory->builders, writer, baked);
+        RAYPAGER_TRY(builder.build(world, refs, parts, [this](double fraction) { report("build", fraction); }));
+        portal_boxes = builder.portal_boxes();
+        return {};
+    }
+
+    // Splits what is too large until it fits into memory, depth first: the blocks come in the order of the cuts.
+    Status build_from_disk(Gathered& gathered, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes, uint64_t& buckets) {
+        const auto memory = settle_block_size(gathered.weight);
+        if (!memory) return memory.status();
+        const DistributeSettings settings = {*memory, output_, options_.stop, [this](double fraction) { report("distribute", fraction); }};
+        BlockBuilder builder(options_, memory->builders, writer, baked);
+        std::vector<Bucket> stack;
+        stack.push_back(std::move(*gathered.spilled));
+        const double all = static_cast<double>(baked.triangles + baked.spheres);
+        uint64_t built = 0;
+        while (!stack.empty()) {
+            const Bucket bucket = std::move(stack.back());
+            stack.pop_back();
+            const uint64_t count = bucket.primitives();
+            if (bucket.memory_bytes() > memory->bucket && count >= 2) {
+                auto split = distribute(bucket, settings);
+                if (!split) return split.status();
+                for (auto part = split->rbegin(); part != split->rend(); ++part) stack.push_back(std::move(*part));
+                continue;
+            }
+            RAYPAGER_TRY(build_bucket(bucket, builder, [&](double fraction) {
+                report("build", (static_cast<double>(built) + fraction * static_cast<double>(count)) / all);
+            }));
+            built += count;
+            buckets++;
+        }
+        portal_boxes = builder.portal_boxes();
+        return {};
+    }
+
+    Status build_bucket(const Bucket& bucket, BlockBuilder& builder, const std::function<void(double)>& progress) const {
+        const auto world = load_bucket(bucket);
+        if (!world) return world.status();
+        std::vector<PrimitiveRef> refs = make_unweighed_refs(*world);
+        const std::vector<Part> parts = cut(refs, options_.block_bytes, [&](std::span<PrimitiveRef> part) { weigh(*world, part); });
+        return builder.build(*world, refs, parts, progress);
+    }
+
+    const Scene& scene_;
+    BakeOptions options_;
+    const std::filesystem::path& output_;
+};
 
 }  // namespace
 
+uint64_t smallest_bake_limit(uint64_t block_bytes) { return BakeMemory::smallest_limit(block_bytes); }
+
 Result<BakeSummary> bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output) {
     try {
-        return run(scene, options, output);
+        return Bake(scene, options, output).run();
     } catch (const std::bad_alloc&) {
-        return Status::failed(fmt::format("{}: not enough memory to bake the scene; use a machine with more, or a smaller scene", output.string()));
+        return Status::failed(fmt::format("{}: not enough memory to bake the scene; give a smaller --host-limit", output.string()));
     }
 }
 

@@ -1,6 +1,8 @@
-// Scene -> block file: loads the meshes, cuts all primitives together in world space into blocks, builds each block's BVH, packs it.
+// Scene -> block file: loads the meshes, cuts all primitives together in world space into blocks, builds each block's BVH, packs it. What does not
+// fit into host_limit goes over the disk: it is streamed into a scratch file, sorted from there into buckets, and these are baked one by one.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -15,17 +17,23 @@ struct BakeOptions {
     uint64_t block_bytes = 0;  // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES; 0: about a thousand blocks, of 128 KiB to 4 MiB
     uint32_t sub_boxes = 64;   // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
     PointOptions points;
+    uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what is available
+    const std::atomic<bool>* stop = nullptr;  // the bake fails soon after it becomes true
     std::function<void(const char* stage, double fraction)> progress;  // may be empty
 };
 
 struct BakeSummary {
     uint64_t triangles = 0, spheres = 0, blocks = 0, stored_bytes = 0;
     uint64_t points_culled = 0, points_merged = 0;
+    uint64_t buckets = 0;  // that it was baked in; 0: all in memory
     MeshIssues issues;
     double seconds = 0;
 };
 
-// Fingerprint of a scene's inputs (paths, sizes, times of its files) and of the options.
+// The least host_limit for blocks of block_bytes at most; 0: of a size that the limit decides.
+uint64_t smallest_bake_limit(uint64_t block_bytes = 0);
+
+// Fingerprint of a scene's inputs (paths, sizes, times of its files) and of the options that decide how it looks and pages.
 Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options);
 Result<BakeSummary> bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output);
 

@@ -1,6 +1,7 @@
 #include "blocks/binning.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 #include "base/check.hpp"
@@ -16,17 +17,42 @@ auto by_centroid(int axis) {
     };
 }
 
-void sort_along(std::span<PrimitiveRef> refs, int axis) { std::sort(refs.begin(), refs.end(), by_centroid(axis)); }
+// The same order on whole numbers.
+uint64_t sort_key(const PrimitiveRef& ref, int axis) {
+    const auto bits = std::bit_cast<uint32_t>(ref.centroid(axis) + 0.0f);  // -0 becomes 0
+    const uint32_t ordered = bits >> 31 ? ~bits : bits | 0x80000000u;
+    return uint64_t{ordered} << 32 | ref.id;
+}
+
+struct SortedPlace {
+    uint64_t key;
+    uint32_t place;
+    bool operator<(const SortedPlace& other) const { return key < other.key; }
+};
+
+using SortedPlaces = std::array<SortedPlace, most_swept>;
+
+void sort_along(std::span<const PrimitiveRef> refs, int axis, SortedPlaces& sorted) {
+    constexpr size_t few = 16;
+    for (size_t i = 0; i < refs.size(); i++) {
+        const SortedPlace item = {sort_key(refs[i], axis), static_cast<uint32_t>(i)};
+        size_t at = i;
+        if (refs.size() <= few)
+            for (; at > 0 && item < sorted[at - 1]; at--) sorted[at] = sorted[at - 1];
+        sorted[at] = item;
+    }
+    if (refs.size() > few) std::sort(sorted.begin(), sorted.begin() + static_cast<ptrdiff_t>(refs.size()));
+}
 
 }  // namespace
 
-Box centroid_bounds(std::span<const PrimitiveRef> refs) {
-    Box bounds;
-    for (const PrimitiveRef& ref : refs) bounds.grow(Float3{ref.centroid(0), ref.centroid(1), ref.centroid(2)});
-    return bounds;
+Extent extent_of(std::span<const PrimitiveRef> refs) {
+    Extent extent;
+    for (const PrimitiveRef& ref : refs) extent.grow(ref);
+    return extent;
 }
 
-BinMapping::BinMapping(const Box& centroids, int bins) : count(bins) {
+BinMapping::BinMapping(const LaneBox& centroids, int bins) : count(bins) {
     for (int a = 0; a < 3; a++) {
         const float extent = centroids.upper[a] - centroids.lower[a];
         origin[a] = centroids.lower[a];
@@ -36,53 +62,52 @@ BinMapping::BinMapping(const Box& centroids, int bins) : count(bins) {
     }
 }
 
+BinSet::BinSet(int bins) : count_(bins) { std::uninitialized_fill_n(bins_.data(), 3 * bins, Bin()); }
+
 void BinSet::add(std::span<const PrimitiveRef> refs, const BinMapping& mapping) {
+    const float last = static_cast<float>(count_ - 1);
+    const Lanes limit = {last, last, last, last};
+    Bin* const axes[3] = {bins_.data(), bins_.data() + count_, bins_.data() + 2 * count_};
     for (const PrimitiveRef& ref : refs) {
-        for (int a = 0; a < 3; a++) {
-            Bin& bin = axes[a][mapping.bin(ref, a)];
-            bin.box.grow(ref.box);
-            bin.weight += ref.weight;
-            bin.count++;
+        const LaneBox box = ref.lanes();
+        const Lanes place = least((box.lower + box.upper - mapping.origin) * mapping.scale, limit);
+        // All at once: taking them from the lanes one by one goes through memory, which costs three times as much as all the rest.
+        const auto bin = __builtin_convertvector(place, LaneInts);
+        for (Bin* const target : {axes[0] + bin[0], axes[1] + bin[1], axes[2] + bin[2]}) {
+            target->box.grow(box);
+            target->weight += ref.weight;
+            target->count++;
         }
     }
 }
 
-void BinSet::merge(const BinSet& other, int bins) {
-    for (int a = 0; a < 3; a++) {
-        for (int i = 0; i < bins; i++) {
-            axes[a][i].box.grow(other.axes[a][i].box);
-            axes[a][i].weight += other.axes[a][i].weight;
-            axes[a][i].count += other.axes[a][i].count;
-        }
-    }
+void BinSet::merge(const BinSet& other) {
+    RAYPAGER_CHECK(count_ == other.count_);
+    for (size_t i = 0; i < static_cast<size_t>(3 * count_); i++) bins_[i].add(other.bins_[i]);
 }
 
-Split best_split(const BinSet& bins, int count, uint64_t least_weight, bool by_weight) {
+Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
     Split best;
+    const auto count = static_cast<size_t>(bins.count());
+    const auto cost = [by_weight](const BinSet::Bin& sum) { return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight : sum.count); };
     for (int a = 0; a < 3; a++) {
-        const auto& axis = bins.axes[a];
-        std::array<double, most_bins> cost_right = {};
-        std::array<uint64_t, most_bins> weight_right = {};
-        std::array<uint32_t, most_bins> count_right = {};
+        const auto axis = bins.axis(a);
+        std::array<double, most_bins> cost_right;
+        std::array<uint64_t, most_bins> weight_right;
+        std::array<uint32_t, most_bins> count_right;
         BinSet::Bin sum;
-        const auto take = [&](const BinSet::Bin& bin) {
-            sum.box.grow(bin.box);
-            sum.weight += bin.weight;
-            sum.count += bin.count;
-        };
-        const auto cost = [&] { return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight : sum.count); };
-        for (int i = count - 1; i > 0; i--) {
-            take(axis[i]);
-            cost_right[i] = cost();
+        for (size_t i = count - 1; i > 0; i--) {
+            sum.add(axis[i]);
+            cost_right[i] = cost(sum);
             weight_right[i] = sum.weight;
             count_right[i] = sum.count;
         }
         sum = {};
-        for (int i = 1; i < count; i++) {
-            take(axis[i - 1]);
+        for (size_t i = 1; i < count; i++) {
+            sum.add(axis[i - 1]);
             if (sum.count == 0 || count_right[i] == 0 || sum.weight < least_weight || weight_right[i] < least_weight) continue;
-            const double total = cost() + cost_right[i];
-            if (best.axis < 0 || total < best.cost) best = {a, i, total};
+            const double total = cost(sum) + cost_right[i];
+            if (best.axis < 0 || total < best.cost) best = {a, static_cast<int>(i), total};
         }
     }
     return best;
@@ -91,20 +116,21 @@ Split best_split(const BinSet& bins, int count, uint64_t least_weight, bool by_w
 size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
     const size_t n = refs.size();
     RAYPAGER_CHECK(step < n && n <= most_swept);
-    int best_axis = 0, sorted_axis = 0;
-    size_t best_middle = 0;
+    std::array<SortedPlaces, 3> sorted;
+    size_t best_axis = 0, best_middle = 0;
     double best_cost = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 3; axis++) {
-        sort_along(refs, sorted_axis = axis);
+    for (size_t axis = 0; axis < 3; axis++) {
+        sort_along(refs, static_cast<int>(axis), sorted[axis]);
+        const auto box_of = [&](size_t i) { return refs[sorted[axis][i].place].lanes(); };
         std::array<double, most_swept> right;
-        Box box;
+        LaneBox box;
         for (size_t i = n - 1; i > 0; i--) {
-            box.grow(refs[i].box);
+            box.grow(box_of(i));
             right[i] = box.half_area() * static_cast<double>(n - i);
         }
         box = {};
         for (size_t i = 1; i < n; i++) {
-            box.grow(refs[i - 1].box);
+            box.grow(box_of(i - 1));
             const double cost = box.half_area() * static_cast<double>(i) + right[i];
             if (i % step != 0 || !(cost < best_cost)) continue;
             best_cost = cost;
@@ -112,14 +138,21 @@ size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
             best_axis = axis;
         }
     }
-    if (best_axis != sorted_axis) sort_along(refs, best_axis);
+    std::array<PrimitiveRef, most_swept> copy;
+    std::copy(refs.begin(), refs.end(), copy.begin());
+    for (size_t i = 0; i < n; i++) refs[i] = copy[sorted[best_axis][i].place];
     return best_middle;
 }
 
-size_t split_at_median(std::span<PrimitiveRef> refs, const Box& centroids) {
+int widest_axis(const LaneBox& box) {
     int axis = 0;
     for (int a = 1; a < 3; a++)
-        if (centroids.upper[a] - centroids.lower[a] > centroids.upper[axis] - centroids.lower[axis]) axis = a;
+        if (box.upper[a] - box.lower[a] > box.upper[axis] - box.lower[axis]) axis = a;
+    return axis;
+}
+
+size_t split_at_median(std::span<PrimitiveRef> refs, const LaneBox& centroids) {
+    const int axis = widest_axis(centroids);
     const size_t middle = refs.size() / 2;
     std::nth_element(refs.begin(), refs.begin() + static_cast<ptrdiff_t>(middle), refs.end(), by_centroid(axis));
     return middle;

@@ -12,31 +12,54 @@ namespace raypager {
 
 inline constexpr int most_bins = 32;
 
-// Bounds of twice the centres.
-Box centroid_bounds(std::span<const PrimitiveRef> refs);
+// What holds a set of boxes, and what holds twice their centres.
+struct Extent {
+    LaneBox box, centroids;
+
+    void grow(const PrimitiveRef& ref) {
+        const LaneBox lanes = ref.lanes();
+        box.grow(lanes);
+        centroids.grow(lanes.lower + lanes.upper);
+    }
+    void grow(const Extent& other) {
+        box.grow(other.box);
+        centroids.grow(other.centroids);
+    }
+};
+Extent extent_of(std::span<const PrimitiveRef> refs);
 
 // Maps centres to bins, monotonically on each axis.
 struct BinMapping {
-    BinMapping(const Box& centroids, int bins);
-    int bin(const PrimitiveRef& ref, int axis) const {
-        return std::min(count - 1, static_cast<int>((ref.centroid(axis) - origin[axis]) * scale[axis]));
-    }
-    float origin[3], scale[3];
+    BinMapping(const LaneBox& centroids, int bins);
+    Lanes origin = {}, scale = {};
     int count;
 };
 
 struct BinSet {
     struct Bin {
-        Box box;
+        LaneBox box;
         uint64_t weight = 0;
         uint32_t count = 0;
+        void add(const Bin& other) {
+            box.grow(other.box);
+            weight += other.weight;
+            count += other.count;
+        }
     };
+    explicit BinSet(int bins);
     void add(std::span<const PrimitiveRef> refs, const BinMapping& mapping);
-    void merge(const BinSet& other, int bins);
-    std::array<std::array<Bin, most_bins>, 3> axes;
+    void merge(const BinSet& other);
+    std::span<const Bin> axis(int a) const { return std::span(bins_).subspan(static_cast<size_t>(a * count_), static_cast<size_t>(count_)); }
+    int count() const { return count_; }
+
+private:
+    union {
+        std::array<Bin, 3 * most_bins> bins_;  // of which the first 3 * count_ are there: small sets use few
+    };
+    int count_;
 };
 
-// Left: what has bin(axis) < bin.
+// Left: what has (centroid(axis) - origin) * scale < bin.
 struct Split {
     int axis = -1;  // -1: there is none
     int bin = 0;
@@ -44,14 +67,15 @@ struct Split {
 };
 
 // The cheapest split that leaves something, and at least least_weight, on either side. by_weight: cost counts weights, not primitives.
-Split best_split(const BinSet& bins, int count, uint64_t least_weight, bool by_weight);
+Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight);
 
 // The cheapest split of all at the multiples of step, on any axis: the number of refs that are moved to the front.
 // REQUIRES: step < refs.size() <= most_swept.
 inline constexpr size_t most_swept = 64;
 size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step);
 
+int widest_axis(const LaneBox& box);
 // Splits at the median centre of the widest axis, by id among equals: the number of refs that are moved to the front.
-size_t split_at_median(std::span<PrimitiveRef> refs, const Box& centroids);
+size_t split_at_median(std::span<PrimitiveRef> refs, const LaneBox& centroids);
 
 }  // namespace raypager

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 
 #include "raypager/scene.hpp"
@@ -31,6 +32,42 @@ struct Box {
         if (empty()) return 0;
         const double x = double(upper[0]) - lower[0], y = double(upper[1]) - lower[1], z = double(upper[2]) - lower[2];
         return x * y + y * z + z * x;
+    }
+
+private:
+    static constexpr float inf = std::numeric_limits<float>::infinity();
+};
+
+// Four floats that are added, compared and chosen from at once: three axes, and one lane that holds anything.
+using Lanes = float __attribute__((vector_size(16)));
+using LaneInts = int __attribute__((vector_size(16)));
+
+inline Lanes least(Lanes a, Lanes b) { return a < b ? a : b; }
+inline Lanes greatest(Lanes a, Lanes b) { return a > b ? a : b; }
+
+// A box that grows fast.
+struct LaneBox {
+    Lanes lower = {inf, inf, inf, inf}, upper = {-inf, -inf, -inf, -inf};
+
+    void grow(const LaneBox& other) {
+        lower = least(other.lower, lower);
+        upper = greatest(other.upper, upper);
+    }
+    void grow(Lanes point) {
+        lower = least(point, lower);
+        upper = greatest(point, upper);
+    }
+    bool empty() const { return !(lower[0] <= upper[0]); }
+    double half_area() const {
+        if (empty()) return 0;
+        const double x = double(upper[0]) - lower[0], y = double(upper[1]) - lower[1], z = double(upper[2]) - lower[2];
+        return x * y + y * z + z * x;
+    }
+    Box box() const {
+        Box result;
+        std::memcpy(result.lower, &lower, sizeof result.lower);
+        std::memcpy(result.upper, &upper, sizeof result.upper);
+        return result;
     }
 
 private:

@@ -57,11 +57,11 @@ private:
 
     void group_triangles(std::span<const PrimitiveRef> refs) {
         std::array<Triangle, most_covered> triangles;
-        std::array<Box, most_covered> boxes;
+        std::array<LaneBox, most_covered> boxes;
         for (size_t i = 0; i < refs.size(); i++) {
             const Triangle& t = world_.primitives[refs[i].id];
             triangles[i] = {table_.number(world_.vertex(t[0])), table_.number(world_.vertex(t[1])), table_.number(world_.vertex(t[2]))};
-            boxes[i] = refs[i].box;
+            boxes[i] = refs[i].lanes();
         }
         for (const Strip& strip : cover_with_strips(std::span(triangles).first(refs.size()), std::span(boxes).first(refs.size()))) {
             Leaf leaf;

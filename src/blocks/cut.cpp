@@ -16,86 +16,141 @@ constexpr uint64_t least_share = 9;  // 1 : 8
 // Sets larger than this are binned by all threads together, smaller ones each by one thread.
 constexpr size_t piece = size_t{1} << 16;
 
-uint64_t total_weight(std::span<const PrimitiveRef> refs) {
-    uint64_t sum = 0;
-    for (const PrimitiveRef& ref : refs) sum += ref.weight;
+// What is known of a set before it is cut.
+struct Measure {
+    LaneBox centroids;
+    uint64_t weight = 0;
+
+    void grow(const PrimitiveRef& ref) {
+        const LaneBox box = ref.lanes();
+        centroids.grow(box.lower + box.upper);
+        weight += ref.weight;
+    }
+    void grow(const Measure& other) {
+        centroids.grow(other.centroids);
+        weight += other.weight;
+    }
+};
+
+// Sums of integers, minima and maxima: the same in whichever order threads come.
+Measure measure(std::span<const PrimitiveRef> refs) {
+    Measure sum;
+    std::mutex mutex;
+    parallel_for(refs.size(), piece, [&](size_t begin, size_t end) {
+        Measure part;
+        for (const PrimitiveRef& ref : refs.subspan(begin, end - begin)) part.grow(ref);
+        std::lock_guard lock(mutex);
+        sum.grow(part);
+    });
     return sum;
 }
 
-Box parallel_centroid_bounds(std::span<const PrimitiveRef> refs) {
-    Box bounds;
-    std::mutex mutex;
-    parallel_for(refs.size(), piece, [&](size_t begin, size_t end) {
-        const Box part = centroid_bounds(refs.subspan(begin, end - begin));
-        std::lock_guard lock(mutex);
-        bounds.grow(part);
-    });
-    return bounds;
-}
-
-// Sums of integers, minima and maxima: the same in whichever order threads come.
 BinSet parallel_bins(std::span<const PrimitiveRef> refs, const BinMapping& mapping) {
-    BinSet bins;
+    BinSet bins(mapping.count);
     std::mutex mutex;
     parallel_for(refs.size(), piece, [&](size_t begin, size_t end) {
-        BinSet part;
+        BinSet part(mapping.count);
         part.add(refs.subspan(begin, end - begin), mapping);
         std::lock_guard lock(mutex);
-        bins.merge(part, mapping.count);
+        bins.merge(part);
     });
     return bins;
 }
 
-void cut_below(std::span<PrimitiveRef> refs, size_t offset, uint64_t limit, std::vector<Part>& parts) {
-    if (refs.size() == 1 || total_weight(refs) <= limit) {
+struct Halves {
+    size_t middle = 0;
+    Measure left, right;
+};
+
+Halves partition(std::span<PrimitiveRef> refs, const CutPlane& plane) {
+    Halves halves;
+    // Each ref is looked at once, and measured on the way.
+    const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) {
+        const bool is_left = plane.is_left(ref);
+        (is_left ? halves.left : halves.right).grow(ref);
+        return is_left;
+    });
+    halves.middle = static_cast<size_t>(middle - refs.begin());
+    return halves;
+}
+
+void cut_below(std::span<PrimitiveRef> refs, size_t offset, const Measure& measured, uint64_t limit, std::vector<Part>& parts) {
+    if (refs.size() == 1 || measured.weight <= limit) {
         parts.push_back({offset, offset + refs.size()});
         return;
     }
-    const size_t middle = cut_in_two(refs);
-    cut_below(refs.first(middle), offset, limit, parts);
-    cut_below(refs.subspan(middle), offset + middle, limit, parts);
+    const Halves halves = partition(refs, CutPlane::choose(refs, measured.centroids, measured.weight));
+    cut_below(refs.first(halves.middle), offset, halves.left, limit, parts);
+    cut_below(refs.subspan(halves.middle), offset + halves.middle, halves.right, limit, parts);
 }
 
 }  // namespace
 
-size_t cut_in_two(std::span<PrimitiveRef> refs) {
-    RAYPAGER_CHECK(refs.size() >= 2);
-    const Box centroids = parallel_centroid_bounds(refs);
-    const BinMapping mapping(centroids, most_bins);
-    const BinSet bins = parallel_bins(refs, mapping);
-    uint64_t weight = 0;
-    for (const BinSet::Bin& bin : bins.axes[0]) weight += bin.weight;
-    const Split split = best_split(bins, most_bins, weight / least_share, true);
-    if (split.axis < 0) return split_at_median(refs, centroids);
-    const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return mapping.bin(ref, split.axis) < split.bin; });
-    return static_cast<size_t>(middle - refs.begin());
+CutPlane CutPlane::choose(std::span<PrimitiveRef> refs) {
+    const Measure measured = measure(refs);
+    return choose(refs, measured.centroids, measured.weight);
 }
 
-std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit) {
+CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const LaneBox& centroids, uint64_t weight) {
+    RAYPAGER_CHECK(refs.size() >= 2);
+    const BinMapping mapping(centroids, most_bins);
+    const Split split = best_split(parallel_bins(refs, mapping), weight / least_share, true);
+    CutPlane plane;
+    if (split.axis >= 0) {
+        plane.axis_ = split.axis;
+        plane.origin_ = mapping.origin[split.axis];
+        plane.scale_ = mapping.scale[split.axis];
+        plane.bin_ = static_cast<float>(split.bin);
+    } else {
+        const PrimitiveRef& first_right = refs[split_at_median(refs, centroids)];
+        plane.axis_ = widest_axis(centroids);
+        plane.origin_ = first_right.centroid(plane.axis_);
+        plane.id_ = first_right.id;
+    }
+    return plane;
+}
+
+size_t cut_in_two(std::span<PrimitiveRef> refs) { return partition(refs, CutPlane::choose(refs)).middle; }
+
+std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::function<void(std::span<PrimitiveRef>)>& weigh) {
     if (refs.empty()) return {};
-    // Large sets are cut one after the other, each by all threads; then the small ones that are left, each by one thread.
+    // Large sets are cut level by level: few at a time each by all threads, many at a time each by one. Then the small ones that are left.
     struct Task {
         Part range;
+        Measure measured;
         std::vector<Part> parts;
     };
-    std::vector<Task> tasks, stack = {{{0, refs.size()}, {}}};
+    std::vector<Task> tasks, open = {{{0, refs.size()}, measure(refs), {}}};
     const size_t small = std::max(piece, refs.size() / (8 * worker_count()));
-    while (!stack.empty()) {
-        Task task = std::move(stack.back());
-        stack.pop_back();
-        const auto [begin, end] = task.range;
-        if (end - begin <= small || total_weight(refs.subspan(begin, end - begin)) <= limit) {
-            tasks.push_back(std::move(task));
-            continue;
+    while (!open.empty()) {
+        const auto is_done = [&](const Task& task) { return task.range.end - task.range.begin <= small || task.measured.weight <= limit; };
+        const auto large = std::stable_partition(open.begin(), open.end(), is_done);
+        tasks.insert(tasks.end(), open.begin(), large);
+        open.erase(open.begin(), large);
+        std::vector<Task> halves(2 * open.size());
+        const auto cut_one = [&](size_t i) {
+            const auto [begin, end] = open[i].range;
+            const auto range = refs.subspan(begin, end - begin);
+            const Halves cut = partition(range, CutPlane::choose(range, open[i].measured.centroids, open[i].measured.weight));
+            halves[2 * i] = {{begin, begin + cut.middle}, cut.left, {}};
+            halves[2 * i + 1] = {{begin + cut.middle, end}, cut.right, {}};
+        };
+        if (open.size() < worker_count()) {
+            for (size_t i = 0; i < open.size(); i++) cut_one(i);
+        } else {
+            parallel_for(open.size(), 1, [&](size_t i, size_t) { cut_one(i); });
         }
-        const size_t middle = begin + cut_in_two(refs.subspan(begin, end - begin));
-        stack.push_back({{middle, end}, {}});
-        stack.push_back({{begin, middle}, {}});
+        open = std::move(halves);
     }
+    std::sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) { return a.range.begin < b.range.begin; });
     parallel_for(tasks.size(), 1, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; i++) {
-            const auto [begin, end] = tasks[i].range;
-            cut_below(refs.subspan(begin, end - begin), begin, limit, tasks[i].parts);
+            const auto range = refs.subspan(tasks[i].range.begin, tasks[i].range.end - tasks[i].range.begin);
+            if (weigh) {
+                weigh(range);
+                tasks[i].measured = measure(range);
+            }
+            cut_below(range, tasks[i].range.begin, tasks[i].measured, limit, tasks[i].parts);
         }
     });
     std::vector<Part> parts;

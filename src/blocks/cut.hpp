@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -13,10 +14,33 @@ struct Part {
     size_t begin, end;  // among the refs
 };
 
+// Where a set is cut in two.
+class CutPlane {
+public:
+    // By the surface area heuristic, no side much lighter than the other; between the primitives in the middle, where there is no such place.
+    // Reorders refs, of which there must be two.
+    static CutPlane choose(std::span<PrimitiveRef> refs);
+    // The same, where the bounds of twice the centres and the weight of all are known.
+    static CutPlane choose(std::span<PrimitiveRef> refs, const LaneBox& centroids, uint64_t weight);
+    // Both sides of the refs that it was chosen for get some. Any other ref belongs to a side too.
+    bool is_left(const PrimitiveRef& ref) const {
+        const float centroid = ref.centroid(axis_);
+        if (scale_ > 0) return (centroid - origin_) * scale_ < bin_;
+        return centroid != origin_ ? centroid < origin_ : ref.id < id_;
+    }
+
+private:
+    int axis_ = 0;
+    float origin_ = 0, scale_ = 0, bin_ = 0;  // see BinMapping; with scale 0: origin is the centroid of the first primitive on the right
+    uint32_t id_ = 0;                         // and this is its number
+};
+
 // Reorders refs and cuts them, by the surface area heuristic over whole primitives, into consecutive parts whose estimated bytes
 // (PrimitiveRef::weight) are at most limit, or that are a single primitive. The parts come in depth-first order of the cut, so that
 // neighbours in the list are neighbours in space. The result does not depend on the number of threads.
-std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit);
+// weigh: gives the refs of a set that lie together their weights, once, before it is cut to the limit; the weights that they come with need only
+// be rough then, and not too high.
+std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::function<void(std::span<PrimitiveRef>)>& weigh = {});
 
 // One step of it: the number of refs, at least two, that belong to the first half; they are moved to the front.
 size_t cut_in_two(std::span<PrimitiveRef> refs);

@@ -2,134 +2,91 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
-#include "base/check.hpp"
 #include "base/parallel.hpp"
+#include "blocks/cloud_stream.hpp"
 #include "blocks/lights.hpp"
-#include "blocks/octahedral.hpp"
+#include "blocks/mesh_intake.hpp"
+#include "blocks/mesh_prefetch.hpp"
+#include "blocks/placement.hpp"
+#include "blocks/spiller.hpp"
+#include "scene/clean_mesh.hpp"
 
 namespace raypager {
 namespace {
 
-// The triangle test multiplies three distances in single precision, and that must stay finite.
-constexpr double largest_coordinate = 1e12;
 // A mesh with more vertices a triangle than this shares few of them: a closed one has a half, a list of triangles three.
 constexpr uint64_t own_vertices_of_a_soup = 1;
 constexpr uint64_t index_limit = RP_NONE;
+constexpr uint64_t prefetch_share = 4;  // of the limit for meshes that are read ahead
+constexpr size_t piece = size_t{1} << 16;
 
-bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
-
-bool in_range(const Float3& p) {
-    return std::abs(p.x) <= largest_coordinate && std::abs(p.y) <= largest_coordinate && std::abs(p.z) <= largest_coordinate;
-}
-
-Float3 rounded(const std::array<double, 3>& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
-
-// Whether the triangle has no area. Differences of floats are exact in double precision unless their magnitudes are far apart.
-bool has_no_area(const Float3& a, const Float3& b, const Float3& c) {
-    const double ux = double(b.x) - a.x, uy = double(b.y) - a.y, uz = double(b.z) - a.z;
-    const double vx = double(c.x) - a.x, vy = double(c.y) - a.y, vz = double(c.z) - a.z;
-    return uy * vz == uz * vy && uz * vx == ux * vz && ux * vy == uy * vx;
-}
-
-class Gatherer {
+// Puts meshes and spheres into a world.
+class WorldStore {
 public:
-    Gatherer(const Scene& scene, const PointOptions& points, Gathered& out) : scene_(scene), points_(points), out_(out), world_(out.world) {}
+    explicit WorldStore(World& world) : world_(world) {}
 
-    Status add(const Shape& shape) {
-        const auto first = static_cast<uint32_t>(world_.primitives.size());
-        RAYPAGER_TRY(shape.mesh ? add_mesh(shape) : shape.points ? add_points(shape) : add_sphere(shape));
-        if (world_.primitives.size() >= index_limit || world_.positions.size() >= index_limit)
-            return Status::failed(
-                fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
-        if (world_.primitives.size() > first) add_range(shape, first);
+    uint64_t count() const { return world_.primitives.size(); }
+
+    // What the world takes now, on the way (vectors grow by doubling), or when it is cut.
+    uint64_t memory_bytes() const {
+        const uint64_t vertices = world_.positions.size() * (world_.normals.empty() ? 12 : 16) + world_.positions.size();
+        const uint64_t primitives = world_.primitives.size() * sizeof(Triangle) + world_.spheres.size() * sizeof(WorldSphere);
+        return std::max((vertices + primitives) * 5 / 2, vertices + primitives + world_.primitives.size() * sizeof(PrimitiveRef));
+    }
+
+    Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues) {
+        const auto base = static_cast<uint64_t>(world_.positions.size());
+        place_positions(placement, mesh);
+        place_normals(placement, mesh, base);
+        RAYPAGER_TRY(check_range(shape, mesh, base));
+        if (mesh.positions.size() > own_vertices_of_a_soup * mesh.triangles.size()) weld(mesh, base);
+        place_triangles(placement, mesh, static_cast<uint32_t>(base), issues);
         return {};
     }
 
-    void finish() {
-        // Of the primitives: meshes may have vertices that none of them uses.
-        for (uint32_t i = 0; i < world_.primitives.size(); i++) world_.bounds.grow(primitive_bounds(world_, i));
-        out_.lights.insert(out_.lights.end(), scene_.lights.begin(), scene_.lights.end());
-        double radius = 1;
-        if (const Box& b = world_.bounds; !b.empty())
-            radius = 0.5 * std::hypot(double(b.upper[0]) - b.lower[0], double(b.upper[1]) - b.lower[1], double(b.upper[2]) - b.lower[2]);
-        set_probabilities(out_.lights, radius);
+    void add(const WorldSphere& sphere) {
+        world_.primitives.push_back({static_cast<uint32_t>(world_.spheres.size()), RP_NONE, RP_NONE});
+        world_.spheres.push_back(sphere);
+        world_.bounds.grow(sphere_bounds(sphere));
     }
 
 private:
-    Status add_mesh(const Shape& shape) {
-        MeshIssues issues;
-        RAYPAGER_TRY(shape.mesh->load(mesh_, issues));
-        drop_bad_indices(issues);
-        const auto base = static_cast<uint64_t>(world_.positions.size());
-        if (base + mesh_.positions.size() >= index_limit || world_.primitives.size() + mesh_.triangles.size() >= index_limit)
-            return Status::failed(
-                fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
-        RAYPAGER_CHECK(mesh_.normals.empty() || mesh_.normals.size() == mesh_.positions.size());
-        place_positions(shape);
-        RAYPAGER_TRY(check_range(shape, base));
-        place_normals(shape, base);
-        if (mesh_.positions.size() > own_vertices_of_a_soup * mesh_.triangles.size()) weld(base);
-        place_triangles(shape, static_cast<uint32_t>(base), issues);
-        out_.issues.add(issues);
-        return {};
-    }
-
-    void drop_bad_indices(MeshIssues& issues) {
-        const size_t count = mesh_.positions.size();
-        issues.bad_index += std::erase_if(mesh_.triangles, [count](const Triangle& t) { return t[0] >= count || t[1] >= count || t[2] >= count; });
-    }
-
-    void place_positions(const Shape& shape) {
+    void place_positions(const Placement& placement, const TriangleMesh& mesh) {
         const size_t base = world_.positions.size();
-        world_.positions.resize(base + mesh_.positions.size());
-        const bool identity = shape.to_world.is_identity();
-        parallel_for(mesh_.positions.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++) {
-                const Float3& p = mesh_.positions[i];
-                world_.positions[base + i] = identity ? p : rounded(shape.to_world.point(p.x, p.y, p.z));
-            }
+        world_.positions.resize(base + mesh.positions.size());
+        parallel_for(mesh.positions.size(), piece, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) world_.positions[base + i] = placement.point(mesh.positions[i]);
         });
     }
 
     // Only vertices that triangles use count: those of dropped triangles may be anything.
-    Status check_range(const Shape& shape, uint64_t base) const {
+    Status check_range(const Shape& shape, const TriangleMesh& mesh, uint64_t base) const {
         std::atomic<size_t> outside{SIZE_MAX};
-        parallel_for(mesh_.triangles.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
+        parallel_for(mesh.triangles.size(), piece, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
-                for (const uint32_t v : mesh_.triangles[i])
+                for (const uint32_t v : mesh.triangles[i])
                     if (!in_range(world_.positions[base + v])) outside = v;
         });
-        if (outside == SIZE_MAX) return {};
-        const Float3& p = world_.positions[base + outside];
-        return Status::failed(
-            fmt::format("{}: vertex {} lies at ({}, {}, {}) in the world; coordinates up to {} are supported: scale the scene, or remove it",
-                        shape.name, outside.load(), p.x, p.y, p.z, largest_coordinate));
+        return outside == SIZE_MAX ? Status() : out_of_range(shape, outside, world_.positions[base + outside]);
     }
 
-    // Normals go with the inverse transpose. Which side a shading normal points to is looked at only where it is used.
-    void place_normals(const Shape& shape, uint64_t base) {
-        if (mesh_.normals.empty() && world_.normals.empty()) return;
+    void place_normals(const Placement& placement, const TriangleMesh& mesh, uint64_t base) {
+        if (mesh.normals.empty() && world_.normals.empty()) return;
         world_.normals.resize(world_.positions.size(), RP_NONE);
-        const auto inverse = shape.to_world.inverse();
-        if (mesh_.normals.empty() || !inverse) return;
-        const Transform to_world = inverse->transpose();
-        parallel_for(mesh_.normals.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++) {
-                const Float3& n = mesh_.normals[i];
-                const auto placed = to_world.vector(n.x, n.y, n.z);
-                world_.normals[base + i] = encode_octahedral(placed[0], placed[1], placed[2]);
-            }
+        parallel_for(mesh.normals.size(), piece, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) world_.normals[base + i] = placement.normal(mesh.normals[i]);
         });
     }
 
     // Makes vertices one that are alike in every bit. Blocks do so in any case, but here it saves memory, and how many bytes a triangle
     // will take is estimated by who shares its vertices.
-    void weld(uint64_t base) {
-        VertexTable table(mesh_.triangles.size());
-        for (Triangle& t : mesh_.triangles)
+    void weld(TriangleMesh& mesh, uint64_t base) {
+        VertexTable table(mesh.triangles.size());
+        for (Triangle& t : mesh.triangles)
             for (uint32_t& v : t) v = table.number(world_.vertex(static_cast<uint32_t>(base) + v));
         const auto& vertices = table.vertices();
         world_.positions.resize(base + vertices.size());
@@ -140,83 +97,277 @@ private:
         }
     }
 
-    void place_triangles(const Shape& shape, uint32_t base, MeshIssues& issues) {
-        const bool flip = shape.reverse_orientation != shape.to_world.swaps_handedness();
-        for (Triangle t : mesh_.triangles) {
-            t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
-            if (has_no_area(world_.positions[t[0]], world_.positions[t[1]], world_.positions[t[2]])) {
-                issues.degenerate++;
-                continue;
+    // Bounds are those of the triangles: a mesh may have vertices that none of them uses.
+    void place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues) {
+        struct Piece {
+            size_t kept = 0;  // that many lie at its front
+            Box bounds;
+        };
+        std::vector<Piece> pieces((mesh.triangles.size() + piece - 1) / piece);
+        const bool flip = placement.flips();
+        parallel_for(mesh.triangles.size(), piece, [&](size_t begin, size_t end) {
+            size_t kept = begin;
+            LaneBox bounds;
+            for (size_t i = begin; i < end; i++) {
+                Triangle t = mesh.triangles[i];
+                t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
+                const Float3 &a = world_.positions[t[0]], &b = world_.positions[t[1]], &c = world_.positions[t[2]];
+                if (has_no_area(a, b, c)) continue;
+                for (const Float3& p : {a, b, c}) bounds.grow(Lanes{p.x, p.y, p.z, 0});
+                mesh.triangles[kept++] = t;
             }
-            world_.primitives.push_back(t);
+            pieces[begin / piece] = {kept - begin, bounds.box()};
+        });
+        for (size_t i = 0; i < pieces.size(); i++) {
+            const auto all = std::span(mesh.triangles).subspan(i * piece), kept = all.first(pieces[i].kept);
+            issues.degenerate += std::min(piece, all.size()) - kept.size();
+            world_.primitives.insert(world_.primitives.end(), kept.begin(), kept.end());
+            world_.bounds.grow(pieces[i].bounds);
         }
     }
 
-    Status add_sphere(const Shape& shape) {
-        const SpherePrimitive& s = shape.sphere;
-        const auto center = shape.to_world.point(s.center.x, s.center.y, s.center.z);
-        const auto x = shape.to_world.vector(1, 0, 0), y = shape.to_world.vector(0, 1, 0), z = shape.to_world.vector(0, 0, 1);
-        const double lengths[3] = {std::hypot(x[0], x[1], x[2]), std::hypot(y[0], y[1], y[2]), std::hypot(z[0], z[1], z[2])};
-        const double longest = std::max({lengths[0], lengths[1], lengths[2]}), shortest = std::min({lengths[0], lengths[1], lengths[2]});
-        if (longest - shortest > 1e-3 * longest)
-            return Status::failed(fmt::format("{}: a sphere scaled unevenly is an ellipsoid, which is not supported; use a mesh", shape.name));
-        const WorldSphere sphere = {rounded(center), static_cast<float>(s.radius * (lengths[0] + lengths[1] + lengths[2]) / 3)};
-        if (!in_range(sphere.center) || !(std::abs(sphere.radius) <= largest_coordinate))
-            return Status::failed(fmt::format("{}: the sphere reaches beyond {}, the largest supported coordinate; scale the scene, or remove it",
-                                              shape.name, largest_coordinate));
-        if (!(sphere.radius > 0)) {
-            out_.issues.degenerate++;
-            return {};
-        }
-        push_sphere(sphere);
+    World& world_;
+};
+
+class Gatherer {
+public:
+    Gatherer(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points, Gathered& out)
+        : scene_(scene),
+          limits_(limits),
+          progress_(progress),
+          points_(points),
+          out_(out),
+          prefetch_(scene, limits.memory.gather / prefetch_share, limits.stop),
+          room_(limits.memory.gather - limits.memory.gather / prefetch_share),
+          store_(out.world) {}
+
+    Status add(size_t index) {
+        const Shape& shape = scene_.shapes[index];
+        index_ = index;
+        const uint64_t first = count();
+        const auto first_light = static_cast<uint32_t>(out_.lights.size());
+        light_ = nullptr;
+        if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
+        RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
+        if (count() >= index_limit || out_.world.positions.size() >= index_limit) return too_many(shape);
+        if (count() > first) add_range(shape, static_cast<uint32_t>(first), first_light);
+        report(1);
         return {};
     }
 
+    Status finish() {
+        if (spiller_) {
+            out_.world.bounds = spiller_->bounds();
+            out_.triangles = spiller_->triangles();
+            out_.spheres = spiller_->spheres();
+            out_.weight += out_.spheres * sphere_weight;
+            auto spilled = spiller_->finish();
+            if (!spilled) return spilled.status();
+            out_.spilled = std::move(*spilled);
+        } else {
+            out_.spheres = out_.world.spheres.size();
+            out_.triangles = out_.world.primitives.size() - out_.spheres;
+        }
+        out_.lights.insert(out_.lights.end(), scene_.lights.begin(), scene_.lights.end());
+        double radius = 1;
+        if (const Box& b = out_.world.bounds; !b.empty())
+            radius = 0.5 * std::hypot(double(b.upper[0]) - b.lower[0], double(b.upper[1]) - b.lower[1], double(b.upper[2]) - b.lower[2]);
+        set_probabilities(out_.lights, radius);
+        return {};
+    }
+
+private:
+    // fraction: of the shape at hand.
+    void report(double fraction) const {
+        progress_(spiller_ ? "stream" : "load", (static_cast<double>(index_) + fraction) / static_cast<double>(scene_.shapes.size()));
+    }
+    static bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
+    static Status too_many(const Shape& shape) {
+        return Status::failed(
+            fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
+    }
+    uint64_t count() const { return spiller_ ? spiller_->count() : store_.count(); }
+
+    Status add_mesh(const Shape& shape, std::optional<MeshPrefetch::Loaded> loaded) {
+        if (!loaded) return stream_mesh(shape);
+        RAYPAGER_TRY(loaded->status);
+        const TriangleMesh& mesh = loaded->mesh;
+        const auto room = fits(MeshIntake::memory_bytes(mesh.positions.size(), mesh.triangles.size(), !mesh.normals.empty()));
+        if (!room) return room.status();
+        const uint64_t first = count();
+        RAYPAGER_TRY(add_whole(shape, Placement(shape), loaded->mesh, loaded->issues));
+        if (spiller_) add_weight(count() - first, mesh.positions.size(), !mesh.normals.empty());
+        out_.issues.add(loaded->issues);
+        return {};
+    }
+
+    Status stream_mesh(const Shape& shape) {
+        MeshIssues issues;
+        const Placement placement(shape);
+        MeshIntake intake(placement, issues,
+                          {[this](uint64_t bytes) { return fits(bytes); },
+                           [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded) {
+                               return spill({shape, placement, indices, corners, shaded}, issues);
+                           },
+                           limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }});
+        const uint64_t first = count();
+        RAYPAGER_TRY(shape.mesh->stream(intake, issues));
+        RAYPAGER_TRY(intake.finish());
+        if (intake.whole()) {
+            clean_mesh(intake.mesh(), issues);
+            RAYPAGER_TRY(add_whole(shape, placement, intake.mesh(), issues));
+        } else {
+            issues.not_compared += count() - first;
+        }
+        if (spiller_) add_weight(count() - first, intake.vertices(), intake.shaded());
+        out_.issues.add(issues);
+        return {};
+    }
+
+    // Whether a mesh of so many bytes may stay in memory. For its sake the world may have to leave it.
+    Result<bool> fits(uint64_t mesh_bytes) {
+        if (limits_.stop && *limits_.stop) return Status::failed("stopped by a signal");
+        if (!spiller_ && mesh_bytes + store_.memory_bytes() <= room_) return true;
+        if (!spiller_) RAYPAGER_TRY(begin_spilling());
+        return mesh_bytes <= room_ / 2;
+    }
+
+    Status begin_spilling() {
+        auto spiller = Spiller::create(limits_.spill_beside, limits_.memory.buffers / 8);
+        if (!spiller) return spiller.status();
+        RAYPAGER_TRY((*spiller)->add(out_.world));
+        spiller_ = std::move(*spiller);
+        add_weight(spiller_->triangles(), out_.world.positions.size(), !out_.world.normals.empty());
+        out_.world = {};
+        return {};
+    }
+
+    Status add_whole(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues) {
+        if (out_.world.positions.size() + mesh.positions.size() >= index_limit || count() + mesh.triangles.size() >= index_limit)
+            return too_many(shape);
+        if (spiller_) return spill_whole(shape, placement, mesh, issues);
+        const auto first = static_cast<uint32_t>(count());
+        RAYPAGER_TRY(store_.add(shape, placement, mesh, issues));
+        if (light_)
+            for (uint32_t i = first; i < count(); i++) out_.lights.push_back(primitive_light(out_.world, i, *light_));
+        return {};
+    }
+
+    Status spill_whole(const Shape& shape, const Placement& placement, const TriangleMesh& mesh, MeshIssues& issues) {
+        const bool shaded = !mesh.normals.empty();
+        std::vector<VertexBits> corners;
+        for (size_t first = 0; first < mesh.triangles.size(); first += limits_.memory.chunk_triangles) {
+            const auto indices = std::span(mesh.triangles).subspan(first, std::min(limits_.memory.chunk_triangles, mesh.triangles.size() - first));
+            corners.resize(3 * indices.size());
+            parallel_for(indices.size(), piece, [&](size_t begin, size_t end) {
+                for (size_t i = 3 * begin; i < 3 * end; i++) {
+                    const uint32_t v = indices[i / 3][i % 3];
+                    corners[i] = {mesh.positions[v], shaded ? placement.normal(mesh.normals[v]) : RP_NONE};
+                }
+            });
+            RAYPAGER_TRY(spill({shape, placement, indices, corners, shaded}, issues));
+        }
+        return {};
+    }
+
+    Status spill(const Spiller::Triangles& triangles, MeshIssues& issues) {
+        if (spiller_->count() + triangles.indices.size() >= index_limit) return too_many(triangles.shape);
+        return spiller_->add(triangles, light_, out_.lights, issues);
+    }
+
+    void add_weight(uint64_t triangles, uint64_t vertices, bool shaded) {
+        if (triangles == 0) return;
+        const float own = static_cast<float>(static_cast<double>(vertices) / static_cast<double>(triangles));
+        out_.weight += triangles * triangle_weight(std::clamp(own, 0.5f, 3.0f), shaded);
+    }
+
+    Status add_sphere(const Shape& shape) {
+        const auto sphere = place_sphere(shape);
+        if (!sphere) return sphere.status();
+        if (!*sphere) {
+            out_.issues.degenerate++;
+            return {};
+        }
+        return push_sphere(**sphere);
+    }
+
     Status add_points(const Shape& shape) {
-        auto cloud = place_cloud(shape, scene_, points_, largest_coordinate, out_.issues);
+        const PointRules rules(shape, scene_, points_);
+        const auto room = fits(shape.points->count() * placed_cloud_memory);
+        if (!room) return room.status();
+        if (!*room) return stream_points(shape, rules);
+        auto cloud = place_cloud(shape, rules, out_.issues);
         if (!cloud) return cloud.status();
-        for (const WorldSphere& sphere : cloud->spheres) push_sphere(sphere);
+        for (const WorldSphere& sphere : cloud->spheres) RAYPAGER_TRY(push_sphere(sphere));
         out_.points_culled += cloud->culled;
         out_.points_merged += cloud->merged;
         return {};
     }
 
-    void push_sphere(const WorldSphere& sphere) {
-        world_.primitives.push_back({static_cast<uint32_t>(world_.spheres.size()), RP_NONE, RP_NONE});
-        world_.spheres.push_back(sphere);
+    Status stream_points(const Shape& shape, const PointRules& rules) {
+        const uint64_t first = count();
+        const size_t first_light = out_.lights.size();
+        const auto take = [&](const WorldSphere& sphere, uint64_t rank) -> Status {
+            if (first + rank >= index_limit) return too_many(shape);
+            if (light_) {
+                out_.lights.resize(std::max(out_.lights.size(), first_light + rank + 1));
+                out_.lights[first_light + rank] = sphere_light(sphere, *light_);
+            }
+            return spiller_->add(sphere, static_cast<uint32_t>(first + rank));
+        };
+        const auto cloud = stream_cloud(
+            shape, rules, {limits_.memory, limits_.spill_beside, limits_.stop, take, [this](double fraction) { report(fraction); }}, out_.issues);
+        if (!cloud) return cloud.status();
+        out_.points_culled += cloud->culled;
+        out_.points_merged += cloud->merged;
+        return {};
+    }
+
+    Status push_sphere(const WorldSphere& sphere) {
+        const auto room = fits(0);
+        if (!room) return room.status();
+        if (light_) out_.lights.push_back(sphere_light(sphere, *light_));
+        if (spiller_) return spiller_->add(sphere);
+        store_.add(sphere);
+        return {};
     }
 
     // Shapes of the same material that do not shine share a range.
-    void add_range(const Shape& shape, uint32_t first) {
-        rp_primitive_range range = {first, shape.material, RP_NONE, shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0};
-        if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) {
-            range.first_light = static_cast<uint32_t>(out_.lights.size());
-            for (uint32_t i = first; i < world_.primitives.size(); i++)
-                out_.lights.push_back(primitive_light(world_, i, scene_.area_lights[*shape.area_light]));
-        }
+    void add_range(const Shape& shape, uint32_t first, uint32_t first_light) {
+        const rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0;
+        const rp_primitive_range range = {first, shape.material, light_ ? first_light : RP_NONE, flags};
         const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().flags == range.flags &&
                            out_.ranges.back().first_light == RP_NONE && range.first_light == RP_NONE;
         if (!merge) out_.ranges.push_back(range);
     }
 
     const Scene& scene_;
+    const GatherLimits& limits_;
+    const GatherProgress& progress_;
     const PointOptions& points_;
     Gathered& out_;
-    World& world_;
-    TriangleMesh mesh_;  // the one at hand
+    MeshPrefetch prefetch_;
+    const uint64_t room_;               // for the world and the mesh at hand
+    WorldStore store_;                  // until there is too much,
+    std::unique_ptr<Spiller> spiller_;  // and from then on
+    size_t index_ = 0;                  // of the shape at hand
+    const AreaLight* light_ = nullptr;  // that shape's, if it shines
 };
 
 }  // namespace
 
-Result<Gathered> gather(const Scene& scene, const std::function<void(double)>& progress, const PointOptions& points) {
+Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points) {
     Gathered gathered;
-    Gatherer gatherer(scene, points, gathered);
-    for (size_t i = 0; i < scene.shapes.size(); i++) {
-        if (auto status = gatherer.add(scene.shapes[i]); !status.ok()) return status;
-        progress(static_cast<double>(i + 1) / static_cast<double>(scene.shapes.size()));
-    }
-    gatherer.finish();
+    Gatherer gatherer(scene, limits, progress, points, gathered);
+    for (size_t i = 0; i < scene.shapes.size(); i++)
+        if (auto status = gatherer.add(i); !status.ok()) return status;
+    if (auto status = gatherer.finish(); !status.ok()) return status;
     return gathered;
+}
+
+Result<Gathered> gather(const Scene& scene, const std::function<void(double)>& progress, const PointOptions& points) {
+    return gather(
+        scene, GatherLimits(), [&progress](const char*, double fraction) { progress(fraction); }, points);
 }
 
 }  // namespace raypager

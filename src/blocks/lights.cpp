@@ -22,6 +22,14 @@ double triangle_area(const Float3& a, const Float3& b, const Float3& c) {
     return 0.5 * std::sqrt(std::pow(uy * vz - uz * vy, 2) + std::pow(uz * vx - ux * vz, 2) + std::pow(ux * vy - uy * vx, 2));
 }
 
+rp_light emitter(uint32_t kind, const AreaLight& light) {
+    rp_light result = {};
+    result.kind = kind;
+    result.flags = light.two_sided ? RP_LIGHT_TWO_SIDED : 0;
+    store(result.radiance, light.radiance);
+    return result;
+}
+
 // In watts, for radiance in W/(m^2 sr).
 double power(const rp_light& light, double scene_radius) {
     const double y = luminance(light.radiance), disk = pi * scene_radius * scene_radius;
@@ -40,26 +48,27 @@ double power(const rp_light& light, double scene_radius) {
 
 }  // namespace
 
-rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight& light) {
-    rp_light result = {};
-    result.flags = light.two_sided ? RP_LIGHT_TWO_SIDED : 0;
-    store(result.radiance, light.radiance);
-    if (world.is_sphere(primitive)) {
-        const WorldSphere& sphere = world.sphere(primitive);
-        result.kind = RP_LIGHT_SPHERE;
-        store(result.p, sphere.center);
-        result.e1[0] = sphere.radius;
-        result.area = static_cast<float>(4 * pi * double(sphere.radius) * sphere.radius);
-        return result;
-    }
-    const Triangle& t = world.primitives[primitive];
-    const Float3 &a = world.positions[t[0]], &b = world.positions[t[1]], &c = world.positions[t[2]];
-    result.kind = RP_LIGHT_TRIANGLE;
+rp_light triangle_light(const Float3& a, const Float3& b, const Float3& c, const AreaLight& light) {
+    rp_light result = emitter(RP_LIGHT_TRIANGLE, light);
     store(result.p, a);
     store(result.e1, {b.x - a.x, b.y - a.y, b.z - a.z});
     store(result.e2, {c.x - a.x, c.y - a.y, c.z - a.z});
     result.area = static_cast<float>(triangle_area(a, b, c));
     return result;
+}
+
+rp_light sphere_light(const WorldSphere& sphere, const AreaLight& light) {
+    rp_light result = emitter(RP_LIGHT_SPHERE, light);
+    store(result.p, sphere.center);
+    result.e1[0] = sphere.radius;
+    result.area = static_cast<float>(4 * pi * double(sphere.radius) * sphere.radius);
+    return result;
+}
+
+rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight& light) {
+    if (world.is_sphere(primitive)) return sphere_light(world.sphere(primitive), light);
+    const Triangle& t = world.primitives[primitive];
+    return triangle_light(world.positions[t[0]], world.positions[t[1]], world.positions[t[2]], light);
 }
 
 // Half by power, half evenly over groups (all emitters with a surface are one, every other light is one of its own) and by power within

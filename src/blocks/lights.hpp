@@ -8,7 +8,10 @@
 
 namespace raypager {
 
-// Primitive of the world as an emitter. Probability is left 0.
+// Emitters with a surface. Probability is left 0.
+rp_light triangle_light(const Float3& a, const Float3& b, const Float3& c, const AreaLight& light);
+rp_light sphere_light(const WorldSphere& sphere, const AreaLight& light);
+// A primitive of the world.
 rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight& light);
 
 // Sets each light's probability of being chosen: half by its emitted power, where infinite and distant lights emit what enters the

@@ -52,7 +52,7 @@ private:
             add_spheres(leaf);
         } else {
             leaves_.push_back(add_strip(leaf));
-            for (const uint32_t id : leaf.ids) ids_.push_back(id);
+            for (const uint32_t id : leaf.ids) ids_.push_back(id == RP_NONE ? RP_NONE : world_.id(id));
         }
         return RP_REF_LEAF | index << RP_LEAF_INDEX_SHIFT | leaf.flags;
     }
@@ -69,7 +69,7 @@ private:
         for (const uint32_t id : std::span(bvh_.sphere_ids).subspan(leaf.first_sphere, leaf.count())) {
             const WorldSphere& s = world_.sphere(id);
             spheres_.push_back({{s.center.x, s.center.y, s.center.z}, s.is_point() ? s.point_word : std::bit_cast<rp_u32>(s.radius)});
-            sphere_ids_.push_back(id);
+            sphere_ids_.push_back(world_.id(id));
         }
     }
 

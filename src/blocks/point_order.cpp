@@ -60,8 +60,7 @@ uint64_t morton_key(const PointGrid& grid, const Float3& position) {
     return key;
 }
 
-Float3 PointOrder::cell_corner(size_t place, int level) const {
-    const uint64_t key = keys[place];
+Float3 cell_corner(const PointGrid& grid, uint64_t key, int level) {
     float corner[3];
     for (int a = 0; a < 3; a++) {
         const uint64_t cell = gather_bits(key >> a) >> level << level;

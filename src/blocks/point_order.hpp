@@ -23,14 +23,15 @@ PointGrid make_point_grid(const Box& bounds);
 // The bits of the cell's place on each axis, interleaved: x lowest.
 uint64_t morton_key(const PointGrid& grid, const Float3& position);
 
+// Lower corner of the octree's cell of this level that holds the key.
+Float3 cell_corner(const PointGrid& grid, uint64_t key, int level);
+
 struct PointOrder {
     PointGrid grid;
     std::vector<uint64_t> keys;     // ascending
     std::vector<uint32_t> indices;  // of the points, by key; by index among equals
 
     size_t size() const { return keys.size(); }
-    // Lower corner of the octree's cell of this level that holds the point at this place of the order.
-    Float3 cell_corner(size_t place, int level) const;
 };
 
 // REQUIRES: fewer than 2^32 points, all finite.

@@ -11,7 +11,6 @@ namespace {
 constexpr size_t enough = 24;    // points that tell a spacing
 constexpr size_t plenty = 64;    // cells with more are divided
 constexpr size_t neighbour = 3;  // the one whose distance counts: with two, points in lines would tell nothing of what lies between the lines
-constexpr size_t most_compared = 256;
 
 // The middle of what is left when zeros (points in the same place as others) are not counted; 0 if nothing is.
 float median(std::vector<float>& values) {
@@ -38,6 +37,12 @@ public:
         return std::move(spacing_);
     }
 
+    float run_cell(int level, std::vector<float>& spacing) {
+        const float whole = visit(0, order_.size(), level);
+        spacing = std::move(spacing_);
+        return whole;
+    }
+
 private:
     // The spacing of a cell, 0 if its points do not tell; gives it to those of its points that have none yet.
     float visit(size_t begin, size_t end, int level) {
@@ -51,44 +56,20 @@ private:
 
     // The median over the points of those children that tell.
     float visit_children(size_t begin, size_t end, int level) {
-        struct Child {
-            float spacing;
-            size_t points;
-        };
-        std::vector<Child> children;
-        size_t points = 0;
+        std::vector<CellSpacing> children;
         for_each_child(order_, begin, end, level, [&](size_t first, size_t last) {
             const float spacing = visit(first, last, level - 1);
-            if (spacing == 0) return;
             children.push_back({spacing, last - first});
-            points += last - first;
         });
-        std::sort(children.begin(), children.end(), [](const Child& a, const Child& b) { return a.spacing < b.spacing; });
-        size_t below = 0;
-        for (const Child& child : children)
-            if (2 * (below += child.points) >= points) return child.spacing;
-        return 0;
+        return divided_cell_spacing(std::move(children));
     }
 
     // Directly, from the points of a run, or of a sample of it where it is long (points in the same place).
     float measure(size_t begin, size_t end) {
-        const size_t step = (end - begin + most_compared - 1) / most_compared;
+        const size_t step = (end - begin + most_compared_points - 1) / most_compared_points;
         here_.clear();
         for (size_t i = begin; i < end; i += step) here_.push_back(points_[order_.indices[i]].position);
-        const size_t rank = std::min(neighbour, here_.size() - 1);
-        if (here_.size() < 2) return 0;
-        distances_.clear();
-        for (size_t i = 0; i < here_.size(); i++) {
-            std::array<float, neighbour> nearest;
-            nearest.fill(std::numeric_limits<float>::infinity());
-            for (size_t j = 0; j < here_.size(); j++) {
-                float d = i == j ? std::numeric_limits<float>::infinity() : distance_squared(here_[i], here_[j]);
-                for (float& known : nearest)
-                    if (d < known) std::swap(d, known);
-            }
-            distances_.push_back(nearest[rank - 1]);
-        }
-        return std::sqrt(median(distances_));
+        return compared_spacing(here_);
     }
 
     void fill(size_t begin, size_t end, float spacing) {
@@ -100,10 +81,41 @@ private:
     const PointOrder& order_;
     std::vector<float> spacing_;
     std::vector<Float3> here_;
-    std::vector<float> distances_;
 };
 
 }  // namespace
+
+float compared_spacing(std::span<const Float3> points) {
+    if (points.size() < 2) return 0;
+    const size_t rank = std::min(neighbour, points.size() - 1);
+    std::vector<float> distances;
+    distances.reserve(points.size());
+    for (size_t i = 0; i < points.size(); i++) {
+        std::array<float, neighbour> nearest;
+        nearest.fill(std::numeric_limits<float>::infinity());
+        for (size_t j = 0; j < points.size(); j++) {
+            float d = i == j ? std::numeric_limits<float>::infinity() : distance_squared(points[i], points[j]);
+            for (float& known : nearest)
+                if (d < known) std::swap(d, known);
+        }
+        distances.push_back(nearest[rank - 1]);
+    }
+    return std::sqrt(median(distances));
+}
+
+float divided_cell_spacing(std::vector<CellSpacing> children) {
+    std::erase_if(children, [](const CellSpacing& child) { return child.spacing == 0; });
+    uint64_t points = 0, below = 0;
+    for (const CellSpacing& child : children) points += child.points;
+    std::sort(children.begin(), children.end(), [](const CellSpacing& a, const CellSpacing& b) { return a.spacing < b.spacing; });
+    for (const CellSpacing& child : children)
+        if (2 * (below += child.points) >= points) return child.spacing;
+    return 0;
+}
+
+float estimate_cell_spacing(std::span<const CloudPoint> points, const PointOrder& order, int level, std::vector<float>& spacing) {
+    return Estimator(points, order).run_cell(level, spacing);
+}
 
 std::vector<float> estimate_point_spacing(std::span<const CloudPoint> points, const PointOrder& order) {
     if (points.empty()) return {};

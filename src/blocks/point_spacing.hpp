@@ -16,6 +16,20 @@ namespace raypager {
 // Where nothing tells (a single point, or all in one place): 1.
 std::vector<float> estimate_point_spacing(std::span<const CloudPoint> points, const PointOrder& order);
 
+// The same where the cloud is too large to be looked at as a whole, but its cells are not.
+// The points are those of one cell of this level. Returns its spacing, 0 if its points do not tell, and sets that of each point, of as many as there
+// are, but for those of which nothing in the cell tells: they keep 0, and get the spacing of the next larger cell that has one.
+float estimate_cell_spacing(std::span<const CloudPoint> points, const PointOrder& order, int level, std::vector<float>& spacing);
+struct CellSpacing {
+    float spacing;
+    uint64_t points;
+};
+// Of a cell that is divided: the median over the points of those children that tell; 0 if none does.
+float divided_cell_spacing(std::vector<CellSpacing> children);
+// Of a cell of which no part tells, from every n-th of its points, in order, such that there are at most most_compared_points.
+inline constexpr size_t most_compared_points = 256;
+float compared_spacing(std::span<const Float3> points);
+
 // Of a sphere around each point, so that a surface of such points looks closed: a multiple of the spacing. An even grid needs 0.71; points
 // strewn at random leave exp(-pi (0.94 * 0.9)^2) of their surface open with 0.9, a tenth. Real scans lie in between.
 inline constexpr float point_radius_of_spacing = 0.9f;

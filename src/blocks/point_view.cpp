@@ -19,8 +19,8 @@ public:
     Filter(std::span<CloudPoint> points, const PointOrder& order, const PointView& view)
         : points_(points), order_(order), view_(view), kept_(points.size(), true) {}
 
-    std::vector<bool> run() {
-        visit(0, order_.size(), point_grid_levels);
+    std::vector<bool> run(int level) {
+        visit(0, order_.size(), level);
         return std::move(kept_);
     }
 
@@ -28,44 +28,20 @@ private:
     void visit(size_t begin, size_t end, int level) {
         if (end - begin < 2) return;
         const double size = order_.grid.size(level);
-        if (size <= view_.footprint(view_.distance(order_.cell_corner(begin, level), size))) return merge(begin, end, size);
+        if (view_.is_in_pixel(cell_corner(order_.grid, order_.keys[begin], level), size)) return merge(begin, end, size);
         if (level > 0) for_each_child(order_, begin, end, level, [&](size_t first, size_t last) { visit(first, last, level - 1); });
     }
 
     void merge(size_t begin, size_t end, double size) {
-        const auto count = static_cast<double>(end - begin);
-        Vector middle = {0, 0, 0};
-        Vector color = {0, 0, 0};  // mean of squares: near enough to a mean of light
-        float largest = 0;
-        for (size_t i = begin; i < end; i++) {
-            const CloudPoint& point = points_[order_.indices[i]];
-            const Vector p = vector(point.position);
-            for (int a = 0; a < 3; a++) {
-                middle[a] += p[a] / count;
-                color[a] += std::pow(point.color >> 8 * a & 255u, 2) / count;
-            }
-            largest = std::max(largest, point.radius);
-            kept_[order_.indices[i]] = false;
+        PixelMerge merge(end - begin, size);
+        const auto indices = std::span(order_.indices).subspan(begin, end - begin);
+        for (const uint32_t i : indices) {
+            merge.add(points_[i]);
+            kept_[i] = false;
         }
-        CloudPoint& left = points_[nearest(begin, end, middle)];
-        kept_[static_cast<size_t>(&left - points_.data())] = true;
-        const double across = 0.5 * std::sqrt(3.0) * size;
-        left.radius = static_cast<float>(std::max<double>(largest, std::min(largest * std::sqrt(count), across)));
-        left.color = 0;
-        for (int a = 0; a < 3; a++) left.color |= static_cast<uint32_t>(std::lround(std::sqrt(color[a]))) << 8 * a;
-    }
-
-    uint32_t nearest(size_t begin, size_t end, const Vector& middle) const {
-        uint32_t best = order_.indices[begin];
-        double least = std::numeric_limits<double>::infinity();
-        for (size_t i = begin; i < end; i++) {
-            const Vector p = vector(points_[order_.indices[i]].position);
-            const Vector d = {p[0] - middle[0], p[1] - middle[1], p[2] - middle[2]};
-            if (!(dot(d, d) < least)) continue;
-            least = dot(d, d);
-            best = order_.indices[i];
-        }
-        return best;
+        for (const uint32_t i : indices) merge.compare(points_[i], i);
+        points_[merge.number()] = merge.point();
+        kept_[merge.number()] = true;
     }
 
     std::span<CloudPoint> points_;
@@ -104,8 +80,35 @@ double PointView::distance(const Float3& lower, double size) const {
     return std::sqrt(sum);
 }
 
-std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view) {
-    return Filter(points, order, view).run();
+PixelMerge::PixelMerge(uint64_t count, double cell_size) : count_(static_cast<double>(count)), across_(0.5 * std::sqrt(3.0) * cell_size) {}
+
+void PixelMerge::add(const CloudPoint& point) {
+    const Vector p = vector(point.position);
+    for (int a = 0; a < 3; a++) {
+        middle_[a] += p[a] / count_;
+        color_[a] += std::pow(point.color >> 8 * a & 255u, 2) / count_;
+    }
+    largest_ = std::max(largest_, point.radius);
+}
+
+void PixelMerge::compare(const CloudPoint& point, uint32_t number) {
+    const Vector p = vector(point.position), d = {p[0] - middle_[0], p[1] - middle_[1], p[2] - middle_[2]};
+    if (!(dot(d, d) < least_)) return;
+    least_ = dot(d, d);
+    nearest_ = point;
+    number_ = number;
+}
+
+CloudPoint PixelMerge::point() const {
+    CloudPoint result = nearest_;
+    result.radius = static_cast<float>(std::max<double>(largest_, std::min(largest_ * std::sqrt(count_), across_)));
+    result.color = 0;
+    for (int a = 0; a < 3; a++) result.color |= static_cast<uint32_t>(std::lround(std::sqrt(color_[a]))) << 8 * a;
+    return result;
+}
+
+std::vector<bool> filter_to_pixels(std::span<CloudPoint> points, const PointOrder& order, const PointView& view, int level) {
+    return Filter(points, order, view).run(level);
 }
 
 }  // namespace raypager

@@ -16,6 +16,6 @@ inline constexpr size_t most_covered = 64;
 
 // Every triangle (vertex numbers in their true orientation, and its box) is in exactly one of the strips. Strip::order holds indices
 // into triangles. Few strips of small boxes are sought: long ones save bytes, compact ones save time.
-std::vector<Strip> cover_with_strips(std::span<const Triangle> triangles, std::span<const Box> boxes);
+std::vector<Strip> cover_with_strips(std::span<const Triangle> triangles, std::span<const LaneBox> boxes);
 
 }  // namespace raypager

@@ -21,29 +21,36 @@ uint64_t mix(const Words& words) {
 
 }  // namespace
 
-VertexTable::VertexTable(size_t expected) : slots_(std::bit_ceil(2 * expected + 16), RP_NONE) { vertices_.reserve(expected); }
+VertexTable::VertexTable(size_t expected) : slots_(std::bit_ceil(2 * expected + 16), RP_NONE) {
+    vertices_.reserve(expected);
+    recent_.fill(RP_NONE);
+}
 
 uint32_t VertexTable::number(const VertexBits& vertex) {
+    const Words words = words_of(vertex);
+    const uint64_t hash = mix(words);
+    uint32_t& recent = recent_[hash >> 56];
+    if (recent != RP_NONE && words_of(vertices_[recent]) == words) return recent;
     if (2 * vertices_.size() >= slots_.size()) enlarge();
-    uint32_t& slot = find(vertex);
+    uint32_t& slot = find(vertex, hash);
     if (slot == RP_NONE) {
         slot = static_cast<uint32_t>(vertices_.size());
         vertices_.push_back(vertex);
     }
-    return slot;
+    return recent = slot;
 }
 
-uint32_t& VertexTable::find(const VertexBits& vertex) {
+uint32_t& VertexTable::find(const VertexBits& vertex, uint64_t hash) {
     const Words words = words_of(vertex);
     const size_t mask = slots_.size() - 1;
-    size_t i = mix(words) & mask;
+    size_t i = hash & mask;
     while (slots_[i] != RP_NONE && !(words_of(vertices_[slots_[i]]) == words)) i = (i + 1) & mask;
     return slots_[i];
 }
 
 void VertexTable::enlarge() {
     slots_.assign(2 * slots_.size(), RP_NONE);
-    for (uint32_t v = 0; v < vertices_.size(); v++) find(vertices_[v]) = v;
+    for (uint32_t v = 0; v < vertices_.size(); v++) find(vertices_[v], mix(words_of(vertices_[v]))) = v;
 }
 
 }  // namespace raypager

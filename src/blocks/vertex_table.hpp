@@ -1,6 +1,7 @@
 // Numbers vertices in the order in which they are met; vertices with the same position and normal, bit by bit, are one.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -22,11 +23,13 @@ public:
     std::vector<VertexBits> take() { return std::move(vertices_); }
 
 private:
-    uint32_t& find(const VertexBits& vertex);
+    uint32_t& find(const VertexBits& vertex, uint64_t hash);
     void enlarge();
 
     std::vector<VertexBits> vertices_;
     std::vector<uint32_t> slots_;  // open addressing; at most half of them in use
+    // The last ones asked for. Triangles that come one after the other share vertices, and this stays in the nearest cache.
+    std::array<uint32_t, 256> recent_;
 };
 
 }  // namespace raypager

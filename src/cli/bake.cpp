@@ -46,6 +46,10 @@ Status run_bake(const Arguments& arguments) {
     parser.option("sub-boxes", "N",
                   "boxes a block at most that tell in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
                   into_count(options.sub_boxes, 1, RP_MAX_SUB_BOXES));
+    parser.option(
+        "host-limit", "SIZE",
+        "main memory for the work, besides the program itself; what does not fit goes over the disk, beside FILE.rpb (default: half of what is free)",
+        into(options.host_limit, parse_size));
     parser.flag("progress", "show progress even if stderr is no terminal", progress);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
@@ -57,7 +61,7 @@ Status run_bake(const Arguments& arguments) {
         if (has_ending(input, ".rpb")) return parser.wrong(fmt::format("'{}' is baked already; render it", input.string()));
     RAYPAGER_TRY(check_output_path(output));
 
-    auto scene = import_with_warnings(inputs);
+    auto scene = import_with_warnings(inputs, options.host_limit);
     if (!scene) return scene.status();
     RAYPAGER_TRY(set_view(view, *scene));
     return bake_with_notes(*scene, options, output, progress || stderr_is_terminal()).status();

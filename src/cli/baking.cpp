@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "base/log.hpp"
+#include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "import/import.hpp"
 
@@ -37,14 +38,16 @@ void print_warnings(const std::vector<std::string>& warnings) {
     if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
 }
 
-Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs) {
-    auto scene = import_scene(inputs);
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit) {
+    auto scene = import_scene(inputs, host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes);
     if (scene) print_warnings(scene->warnings);
     return scene;
 }
 
 Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, const std::filesystem::path& output, bool show_progress) {
     if (show_progress) options.progress = progress_printer();
+    const StopSignal stop;
+    options.stop = &stop.flag();
     auto summary = bake(scene, options, output);
     progress_line("");
     if (!summary) return summary;
@@ -53,8 +56,9 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     if (summary->points_culled || summary->points_merged)
         log_note(fmt::format("{} points left out that the camera does not see, {} that share a pixel with others",
                              format_count(summary->points_culled), format_count(summary->points_merged)));
-    log_note(fmt::format("baked {} triangles{} into {} blocks, {}, in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
-                         format_bytes(summary->stored_bytes), format_duration(summary->seconds), output.string()));
+    const std::string detour = summary->buckets ? fmt::format(" over the disk in {} buckets", summary->buckets) : "";
+    log_note(fmt::format("baked {} triangles{} into {} blocks, {},{} in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
+                         format_bytes(summary->stored_bytes), detour, format_duration(summary->seconds), output.string()));
     return summary;
 }
 

@@ -73,8 +73,10 @@ Status render_to_files(const RenderSettings& settings) {
     auto reference = read_reference(settings);
     if (!reference) return reference.status();
     const bool show_progress = settings.progress || stderr_is_terminal();
-    const auto opened = open_scene(settings.inputs, settings.cache_directory,
-                                   {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress});
+    BakeRequest request = {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress};
+    if (settings.options.host_limit)
+        request.options.host_limit = std::max(settings.options.host_limit, smallest_bake_limit(request.options.block_bytes));
+    const auto opened = open_scene(settings.inputs, settings.cache_directory, request);
     if (!opened) return opened.status();
     const BakedScene& scene = opened->file->scene();
     auto options = effective_options(settings, scene);

@@ -171,7 +171,8 @@ void add_device_options(OptionParser& parser, RenderSettings& settings) {
                   }));
     parser.option("memory-limit", "SIZE", "device memory of the whole process at most (default: three quarters of what the device has)",
                   into(options.memory_limit, parse_size));
-    parser.option("host-limit", "SIZE", "host memory for blocks read from the file (default: half of what is free)",
+    parser.option("host-limit", "SIZE",
+                  "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what is free)",
                   into(options.host_limit, parse_size));
 }
 

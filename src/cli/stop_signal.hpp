@@ -1,4 +1,4 @@
-// Ctrl-C while rendering: the first one asks for a clean end with a picture, the second one kills.
+// Ctrl-C while baking or rendering: the first one asks for a clean end, of a render with a picture; the second one kills.
 #pragma once
 
 #include <atomic>

@@ -10,15 +10,16 @@
 #include "import/framing.hpp"
 #include "import/materials.hpp"
 #include "import/mesh_file.hpp"
+#include "import/mesh_sample.hpp"
 
 namespace raypager {
 namespace {
 
 // Degrees above the ground from which things are looked at.
 constexpr double object_elevation = 22, landscape_elevation = 38;
-constexpr double largest_ground = 40;        // in radii of the object
-constexpr double largest_coordinate = 1e18;  // its square is a float with room to spare
-constexpr uint64_t kept_bytes = uint64_t{512} << 20;
+constexpr double largest_ground = 40;                // in radii of the object
+constexpr double largest_coordinate = 1e18;          // its square is a float with room to spare
+constexpr uint64_t most_framed = uint64_t{1} << 20;  // triangles of a mesh that are looked at, where it need not be read as a whole
 
 // What one look at all triangles tells.
 struct Survey {
@@ -41,11 +42,11 @@ void survey_bounds(const TriangleMesh& mesh, Survey& survey) {
         }
 }
 
-// bounds: of this mesh alone; several meshes may stand side by side.
-void survey_areas(const TriangleMesh& mesh, const Survey& bounds, Survey& survey) {
+// bounds: of this mesh alone; several meshes may stand side by side. count: triangles for which each of these stands.
+void survey_areas(const TriangleMesh& mesh, const Survey& bounds, double count, Survey& survey) {
     for (const Triangle& t : mesh.triangles) {
         const Vector p[3] = {vector(mesh.positions[t[0]]), vector(mesh.positions[t[1]]), vector(mesh.positions[t[2]])};
-        const Vector area = 0.5 * cross(p[1] - p[0], p[2] - p[0]);
+        const Vector area = 0.5 * count * cross(p[1] - p[0], p[2] - p[0]);
         survey.area = survey.area + area;
         for (size_t a = 0; a < 3; ++a) {
             const double top = std::max({p[0][a], p[1][a], p[2][a]});
@@ -142,35 +143,59 @@ Status check_bounds(const Survey& own, const std::string& name) {
     return {};
 }
 
-// Loads every mesh for a look, and keeps what fits into kept_bytes for the bake. Meshes beside clouds are shown relative to their origin.
-Status load_meshes(const std::vector<std::filesystem::path>& paths, Inputs& inputs) {
+// Takes a look at a mesh: its bounds, areas and frame. Meshes beside clouds are shown relative to their origin.
+// count: triangles for which each of these stands.
+Status look_at(const TriangleMesh& mesh, const std::string& name, double count, Survey own, Inputs& inputs) {
+    survey_bounds(mesh, own);
+    RAYPAGER_TRY(check_bounds(own, name));
+    for (size_t a = 0; a < 3; ++a) {
+        inputs.survey.lower[a] = std::min(inputs.survey.lower[a], own.lower[a] - inputs.cloud.origin[a]);
+        inputs.survey.upper[a] = std::max(inputs.survey.upper[a], own.upper[a] - inputs.cloud.origin[a]);
+    }
+    survey_areas(mesh, own, count, inputs.survey);
+    for (const Triangle& t : mesh.triangles)
+        for (const uint32_t index : t) {
+            const Vector p = vector(mesh.positions[index]) - inputs.cloud.origin;
+            inputs.from_y.add(p);
+            inputs.from_z.add(p);
+        }
+    return {};
+}
+
+Status nothing_to_see(const MeshFile& file, const MeshIssues& issues) {
+    return Status::failed(fmt::format("{}: has no triangle that can be seen{}", file.name(), issues.any() ? ": " + issues.describe() : ""));
+}
+
+Status look_at_sample(const MeshFile& file, Inputs& inputs) {
+    MeshIssues issues;
+    const auto sample = sample_mesh(file, most_framed, issues);
+    if (!sample) return sample.status();
+    if (sample->mesh.triangles.empty()) return nothing_to_see(file, issues);
+    Survey own;
+    own.lower = vector(sample->lower);
+    own.upper = vector(sample->upper);
+    return look_at(sample->mesh, file.name(), sample->triangles, own, inputs);
+}
+
+// Looks at every mesh, and keeps what fits into keep_bytes of those that were read as a whole.
+Status look_at_meshes(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, Inputs& inputs) {
     uint64_t kept = 0;
     for (const auto& path : paths) {
         if (is_cloud_file(path)) continue;
         const auto file = MeshFile::open(path);
         if (!file) return file.status();
         inputs.meshes.push_back(*file);
+        if ((*file)->declared_triangles() > most_framed) {
+            RAYPAGER_TRY(look_at_sample(**file, inputs));
+            continue;
+        }
         TriangleMesh mesh;
         MeshIssues issues;
         RAYPAGER_TRY((*file)->load(mesh, issues));
-        if (mesh.triangles.empty())
-            return Status::failed(fmt::format("{}: has no triangle that can be seen{}", path.string(), issues.any() ? ": " + issues.describe() : ""));
-        Survey own;
-        survey_bounds(mesh, own);
-        RAYPAGER_TRY(check_bounds(own, path.string()));
-        for (size_t a = 0; a < 3; ++a) {
-            inputs.survey.lower[a] = std::min(inputs.survey.lower[a], own.lower[a] - inputs.cloud.origin[a]);
-            inputs.survey.upper[a] = std::max(inputs.survey.upper[a], own.upper[a] - inputs.cloud.origin[a]);
-        }
-        survey_areas(mesh, own, inputs.survey);
-        for (const Triangle& t : mesh.triangles)
-            for (const uint32_t index : t) {
-                const Vector p = vector(mesh.positions[index]) - inputs.cloud.origin;
-                inputs.from_y.add(p);
-                inputs.from_z.add(p);
-            }
+        if (mesh.triangles.empty()) return nothing_to_see(**file, issues);
+        RAYPAGER_TRY(look_at(mesh, path.string(), 1, {}, inputs));
         const uint64_t bytes = mesh.positions.size() * sizeof(Float3) * 2 + mesh.triangles.size() * sizeof(Triangle);
-        if (kept + bytes > kept_bytes) continue;
+        if (kept + bytes > keep_bytes) continue;
         kept += bytes;
         (*file)->keep_for_next_load(std::move(mesh), issues);
     }
@@ -231,7 +256,7 @@ void light_object(const Inputs& inputs, const Framing& view, const Axes& axes, d
 
 }  // namespace
 
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths) {
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes) {
     Scene scene;
     Inputs inputs{
         {}, {}, {}, {}, Framing(y_up, object_elevation, scene.width, scene.height), Framing(z_up, object_elevation, scene.width, scene.height)};
@@ -239,7 +264,7 @@ Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths) {
     const bool landscape = inputs.cloud.landscape;
     if (landscape) inputs.from_z = Framing(z_up, landscape_elevation, scene.width, scene.height);
     frame_clouds(inputs);
-    RAYPAGER_TRY(load_meshes(paths, inputs));
+    RAYPAGER_TRY(look_at_meshes(paths, keep_bytes, inputs));
 
     const Survey& survey = inputs.survey;
     const bool z_is_up = inputs.cloud.z_up || (!inputs.meshes.empty() && stands_on_z(survey));

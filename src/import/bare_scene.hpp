@@ -16,6 +16,8 @@ namespace raypager {
 // Clouds say "+z" by their format (LAS and text are surveyors'), by coordinates far from the origin, or by being flat along z.
 // A cloud that is a landscape gets sun and sky instead of a lamp, and no ground: it has its own. Clouds far from the origin are shown relative
 // to a nearer one, all to the same; a warning names it.
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths);
+// Meshes of more than 2^20 triangles that can be read in pieces are framed by a sample of them. keep_bytes: of meshes that have been read and
+// stay in memory for the bake.
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes);
 
 }  // namespace raypager

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 #include "import/checked_input.hpp"
 #include "scene/clean_mesh.hpp"
@@ -31,8 +32,8 @@ Status read_other(const InputFile& file, MeshFormat format, TriangleMesh& mesh, 
 #endif
 }
 
-// What can be told from the first bytes.
-Status check_start(const InputFile& file, MeshFormat format) {
+// Whether the first bytes make sense; declared_triangles is set where they tell.
+Status check_start(const InputFile& file, MeshFormat format, uint64_t& declared_triangles) {
     const std::string name = file.path().string();
     if (file.size() == 0) return Status::failed(name + ": is empty");
     bool needs_openmesh = true;
@@ -42,6 +43,7 @@ Status check_start(const InputFile& file, MeshFormat format) {
         const auto layout = find_ply_layout(*header, name);
         if (!layout) return layout.status();
         needs_openmesh = header->encoding == PlyEncoding::ascii;
+        if (!needs_openmesh) declared_triangles = layout->faces->count;
     } else if (format == MeshFormat::stl) {
         const auto kind = find_stl_kind(file);
         if (!kind) return kind.status();
@@ -81,19 +83,16 @@ Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::pa
     }
     const auto file = InputFile::open(path);
     if (!file) return file.status();
-    RAYPAGER_TRY(check_start(*file, *format));
-    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format));
+    uint64_t declared_triangles = 0;
+    RAYPAGER_TRY(check_start(*file, *format, declared_triangles));
+    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, declared_triangles));
 }
 
 Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
-    {
-        const std::lock_guard lock(mutex_);
-        if (kept_) {
-            mesh = std::move(kept_->mesh);
-            issues.add(kept_->issues);
-            kept_.reset();
-            return {};
-        }
+    if (auto kept = take_kept()) {
+        mesh = std::move(kept->mesh);
+        issues.add(kept->issues);
+        return {};
     }
     mesh = {};
     const auto file = InputFile::open(path_);
@@ -107,6 +106,45 @@ Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
     }
     issues.add(found);
     return {};
+}
+
+Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
+    const auto hand_on = [&sink](const TriangleMesh& mesh) -> Status {
+        RAYPAGER_TRY(sink.expect(mesh.positions.size(), mesh.triangles.size()));
+        const bool has_normals = mesh.normals.size() == mesh.positions.size();
+        RAYPAGER_TRY(sink.vertices(mesh.positions, has_normals ? std::span(mesh.normals) : std::span<const Float3>()));
+        return sink.triangles(mesh.triangles);
+    };
+    if (auto kept = take_kept()) {
+        kept->issues.duplicate = kept->issues.non_manifold_edges = 0;
+        issues.add(kept->issues);
+        return hand_on(kept->mesh);
+    }
+    const auto file = InputFile::open(path_);
+    if (!file) return file.status();
+    MeshIssues found;
+    try {
+        if (format_ == MeshFormat::ply) {
+            const auto header = read_ply_header(*file);
+            if (!header) return header.status();
+            if (header->encoding != PlyEncoding::ascii) {
+                const Status status = stream_ply_binary(*file, *header, sink, found);
+                issues.add(found);
+                return status;
+            }
+        }
+        TriangleMesh mesh;
+        RAYPAGER_TRY(read_mesh(*file, format_, mesh, found));
+        issues.add(found);
+        return hand_on(mesh);
+    } catch (const std::bad_alloc&) {
+        return Status::failed(fmt::format("{}: not enough memory for its mesh; as binary PLY it could be read in pieces", path_.string()));
+    }
+}
+
+std::optional<MeshFile::Kept> MeshFile::take_kept() const {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(kept_, std::nullopt);
 }
 
 void MeshFile::keep_for_next_load(TriangleMesh mesh, const MeshIssues& issues) const {

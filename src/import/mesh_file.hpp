@@ -19,9 +19,13 @@ public:
     // Checks that the file exists, looks like its ending says, and can be read in this build; the rest is found out by load().
     static Result<std::shared_ptr<const MeshFile>> open(const std::filesystem::path& path);
     Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
+    // In pieces from binary PLY; from other formats the whole is read first.
+    Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
     std::vector<std::string> files() const override { return {path_.string()}; }
-    // Saves the next load() from reading the file again: it takes this mesh, as an earlier load() gave it.
+    // What the file's header declares; 0 where only reading it tells.
+    uint64_t declared_triangles() const { return declared_triangles_; }
+    // Saves the next load() or stream() from reading the file again: it takes this mesh, as an earlier load() gave it.
     void keep_for_next_load(TriangleMesh mesh, const MeshIssues& issues) const;
 
 private:
@@ -29,10 +33,13 @@ private:
         TriangleMesh mesh;
         MeshIssues issues;
     };
-    MeshFile(std::filesystem::path path, MeshFormat format) : path_(std::move(path)), format_(format) {}
+    std::optional<Kept> take_kept() const;
+    MeshFile(std::filesystem::path path, MeshFormat format, uint64_t declared_triangles)
+        : path_(std::move(path)), format_(format), declared_triangles_(declared_triangles) {}
 
     std::filesystem::path path_;
     MeshFormat format_;
+    uint64_t declared_triangles_;
     mutable std::mutex mutex_;
     mutable std::optional<Kept> kept_;
 };

@@ -12,6 +12,8 @@ enum class MeshFormat { ply, obj, stl, off };
 
 // PLY in either byte order, with any layout of properties; elements other than vertices and faces are skipped.
 Status read_ply_binary(const InputFile& file, const PlyHeader& header, TriangleMesh& mesh, MeshIssues& issues);
+// The same, piece by piece in little memory, if the file lists vertices before faces.
+Status stream_ply_binary(const InputFile& file, const PlyHeader& header, MeshSink& sink, MeshIssues& issues);
 
 // OBJ, STL, OFF and PLY as text, through OpenMesh. May be called from several threads; the work is done one at a time.
 // Only there if RAYPAGER_EDGES is defined.

@@ -95,32 +95,82 @@ int64_t load_integer(const std::byte* from, PlyType type, bool swap) {
 
 class BinaryReader {
 public:
-    BinaryReader(const InputFile& file, const PlyHeader& header, const PlyLayout& layout, TriangleMesh& mesh, MeshIssues& issues)
+    // sink: gets the mesh piece by piece; if there is none, the whole is left in mesh(). REQUIRES, with a sink: vertices before faces.
+    BinaryReader(const InputFile& file, const PlyHeader& header, const PlyLayout& layout, MeshSink* sink, MeshIssues& issues)
         : stream_(file, header.bytes),
           name_(file.path().string()),
           header_(header),
           layout_(layout),
-          mesh_(mesh),
-          fan_(mesh, issues),
+          sink_(sink),
+          fan_(mesh_, issues),
           swap_(header.encoding == PlyEncoding::big_endian) {}
 
     Status read() {
         // The header's counts have been checked against the file's size.
-        mesh_.positions.reserve(layout_.vertices->count);
-        if (layout_.normal) mesh_.normals.reserve(layout_.vertices->count);
-        mesh_.triangles.reserve(layout_.faces->count);
+        if (sink_) RAYPAGER_TRY(sink_->expect(layout_.vertices->count, layout_.faces->count));
+        mesh_.positions.reserve(room(layout_.vertices->count));
+        if (layout_.normal) mesh_.normals.reserve(room(layout_.vertices->count));
+        mesh_.triangles.reserve(room(layout_.faces->count));
         for (const PlyElement& element : header_.elements) {
             if (&element == layout_.vertices && !element.has_list())
                 RAYPAGER_TRY(plain_vertices(element));
+            else if (&element == layout_.faces && is_index_list(element))
+                RAYPAGER_TRY(plain_faces(element));
             else
                 for (uint64_t i = 0; i < element.count; ++i) RAYPAGER_TRY(item(element));
+            RAYPAGER_TRY(hand_on());
         }
         if (stream_.left() > 0)
             return Status::failed(fmt::format("{}: {} bytes follow the last element; header and data do not match", name_, stream_.left()));
         return {};
     }
 
+    TriangleMesh& mesh() { return mesh_; }
+
 private:
+    static constexpr size_t piece = size_t{1} << 16;  // vertices or triangles that are handed on at a time
+    size_t room(uint64_t count) const { return static_cast<size_t>(sink_ ? std::min<uint64_t>(count, piece) : count); }
+
+    // Gives what has come to the sink.
+    Status hand_on() {
+        if (!sink_) return {};
+        if (!mesh_.positions.empty()) RAYPAGER_TRY(sink_->vertices(mesh_.positions, mesh_.normals));
+        if (!mesh_.triangles.empty()) RAYPAGER_TRY(sink_->triangles(mesh_.triangles));
+        mesh_.positions.clear();
+        mesh_.normals.clear();
+        mesh_.triangles.clear();
+        return {};
+    }
+    Status hand_on_if_many() { return sink_ && std::max(mesh_.positions.size(), mesh_.triangles.size()) >= piece ? hand_on() : Status(); }
+
+    static bool is_index_list(const PlyElement& element) { return element.properties.size() == 1 && ply_type_bytes(element.properties[0].type) == 4; }
+
+    // Faces that are nothing but a list of 32-bit indices, and nearly all of them triangles, are most of most files.
+    Status plain_faces(const PlyElement& element) {
+        const PlyProperty& property = element.properties[0];
+        const size_t count_bytes = ply_type_bytes(*property.count_type), bytes = count_bytes + 3 * sizeof(uint32_t);
+        for (uint64_t i = 0; i < element.count; ++i) {
+            if (stream_.left() >= bytes) {
+                RAYPAGER_TRY(stream_.need(bytes));
+                const std::byte* face = stream_.data();
+                if (load_integer(face, *property.count_type, swap_) == 3) {
+                    const auto index = [&](size_t k) { return load<uint32_t>(face + count_bytes + 4 * k, swap_); };
+                    // As a signed number it would be negative: no vertex has this number.
+                    const auto known = [](uint32_t v) { return v >> 31 ? RP_NONE : v; };
+                    const bool is_signed = property.type == PlyType::int32;
+                    Triangle t = {index(0), index(1), index(2)};
+                    if (is_signed) t = {known(t[0]), known(t[1]), known(t[2])};
+                    mesh_.triangles.push_back(t);
+                    stream_.skip(bytes);
+                    RAYPAGER_TRY(hand_on_if_many());
+                    continue;
+                }
+            }
+            RAYPAGER_TRY(item(element));
+        }
+        return {};
+    }
+
     // Vertices without lists have a fixed size: many at a time.
     Status plain_vertices(const PlyElement& element) {
         std::vector<size_t> offsets;
@@ -139,6 +189,7 @@ private:
             mesh_.positions.push_back(vector(stream_.data(), layout_.position));
             if (layout_.normal) mesh_.normals.push_back(vector(stream_.data(), {(*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]}));
             stream_.skip(stride);
+            RAYPAGER_TRY(hand_on_if_many());
         }
         return {};
     }
@@ -158,11 +209,11 @@ private:
             if (vertex) values_[p] = load_float(stream_.data(), property.type, swap_);
             stream_.skip(bytes);
         }
-        if (!vertex) return {};
+        if (!vertex) return hand_on_if_many();
         const auto vector = [&](size_t x, size_t y, size_t z) { return Float3{values_[x], values_[y], values_[z]}; };
         mesh_.positions.push_back(vector(layout_.position[0], layout_.position[1], layout_.position[2]));
         if (layout_.normal) mesh_.normals.push_back(vector((*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]));
-        return {};
+        return hand_on_if_many();
     }
 
     Status list(const PlyProperty& property, bool polygon) {
@@ -191,9 +242,10 @@ private:
     std::string name_;
     const PlyHeader& header_;
     const PlyLayout& layout_;
-    TriangleMesh& mesh_;
+    MeshSink* const sink_;
+    TriangleMesh mesh_;  // what was not handed on
     FanBuilder fan_;
-    bool swap_;
+    const bool swap_;
     std::vector<float> values_;
 };
 
@@ -202,7 +254,22 @@ private:
 Status read_ply_binary(const InputFile& file, const PlyHeader& header, TriangleMesh& mesh, MeshIssues& issues) {
     const auto layout = find_ply_layout(header, file.path().string());
     if (!layout) return layout.status();
-    return BinaryReader(file, header, *layout, mesh, issues).read();
+    BinaryReader reader(file, header, *layout, nullptr, issues);
+    const Status status = reader.read();
+    mesh = std::move(reader.mesh());
+    return status;
+}
+
+Status stream_ply_binary(const InputFile& file, const PlyHeader& header, MeshSink& sink, MeshIssues& issues) {
+    const auto layout = find_ply_layout(header, file.path().string());
+    if (!layout) return layout.status();
+    if (layout->vertices < layout->faces) return BinaryReader(file, header, *layout, &sink, issues).read();
+    // Faces first: there is no way around having it all.
+    BinaryReader reader(file, header, *layout, nullptr, issues);
+    RAYPAGER_TRY(reader.read());
+    const TriangleMesh& mesh = reader.mesh();
+    RAYPAGER_TRY(sink.vertices(mesh.positions, mesh.normals));
+    return sink.triangles(mesh.triangles);
 }
 
 }  // namespace raypager

@@ -14,6 +14,7 @@ void MeshIssues::add(const MeshIssues& other) {
     duplicate += other.duplicate;
     non_manifold_edges += other.non_manifold_edges;
     changed_radius += other.changed_radius;
+    not_compared += other.not_compared;
 }
 
 std::string MeshIssues::describe() const {
@@ -31,12 +32,17 @@ std::string MeshIssues::describe() const {
     tell(changed_radius, "point with a radius that cannot be stored (below 0.000016 or above 57344: scale the scene)",
          "points with radii that cannot be stored (below 0.000016 or above 57344: scale the scene)");
     tell(non_manifold_edges, "edge of more than two triangles", "edges of more than two triangles");
+    tell(not_compared, "triangle of a large mesh not compared with others", "triangles of large meshes not looked at for duplicates");
     return text;
 }
 
 Status MeshSource::stream(MeshSink& sink, MeshIssues& issues) const {
     TriangleMesh mesh;
-    RAYPAGER_TRY(load(mesh, issues));
+    MeshIssues own;
+    RAYPAGER_TRY(load(mesh, own));
+    own.duplicate = own.non_manifold_edges = 0;
+    issues.add(own);
+    RAYPAGER_TRY(sink.expect(mesh.positions.size(), mesh.triangles.size()));
     RAYPAGER_TRY(sink.vertices(mesh.positions, mesh.normals));
     return sink.triangles(mesh.triangles);
 }
@@ -60,6 +66,13 @@ Status PointsInMemory::stream(const std::function<Status(std::span<const CloudPo
         good.clear();
     }
     return {};
+}
+
+Status MeshInMemory::stream(MeshSink& sink, MeshIssues&) const {
+    RAYPAGER_TRY(sink.expect(mesh_.positions.size(), mesh_.triangles.size()));
+    const bool has_normals = mesh_.normals.size() == mesh_.positions.size();
+    RAYPAGER_TRY(sink.vertices(mesh_.positions, has_normals ? std::span(mesh_.normals) : std::span<const Float3>()));
+    return sink.triangles(mesh_.triangles);
 }
 
 }  // namespace raypager

@@ -64,7 +64,7 @@ TEST(PointOrder, CellsAreRunsAndLieOnMultiplesOfTheirSize) {
     for (const int level : {10, 14, 16, 18}) {
         const double size = order.grid.size(level);
         for (size_t i = 0; i < order.size(); i += 7) {
-            const Float3 low = order.cell_corner(i, level), p = points[order.indices[i]].position;
+            const Float3 low = cell_corner(order.grid, order.keys[i], level), p = points[order.indices[i]].position;
             const double corner[3] = {low.x, low.y, low.z}, place[3] = {p.x, p.y, p.z};
             for (int a = 0; a < 3; a++) {
                 EXPECT_LE(corner[a], place[a]);

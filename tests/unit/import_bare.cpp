@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "import/import.hpp"
+#include "import/mesh_sample.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 
@@ -180,6 +181,72 @@ TEST_F(ImportBare, NothingToSeeIsAnError) {
         << scene.status().message();
     const auto vast = folder.write("vast.ply", test::to_ply_binary(make_box(1e30f, 1e30f, 1e30f)));
     EXPECT_NE(import_scene({vast}).status().message().find("scale it down"), std::string::npos);
+}
+
+// A square of n x n cells with hills, counter-clockwise seen from +z.
+TriangleMesh make_sheet(uint32_t n) {
+    TriangleMesh mesh;
+    for (uint32_t j = 0; j <= n; ++j)
+        for (uint32_t i = 0; i <= n; ++i) {
+            const float x = 10.0f * float(i) / float(n), y = 10.0f * float(j) / float(n);
+            mesh.positions.push_back({x, y, 0.2f * std::sin(x) * std::sin(y)});
+        }
+    for (uint32_t j = 0; j < n; ++j)
+        for (uint32_t i = 0; i < n; ++i) {
+            const uint32_t a = j * (n + 1) + i, c = a + n + 1;
+            mesh.triangles.push_back({a, a + 1, c});
+            mesh.triangles.push_back({a + 1, c + 1, c});
+        }
+    return mesh;
+}
+
+double area_along_z(const TriangleMesh& mesh) {
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Float3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+        sum += 0.5 * ((double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x));
+    }
+    return sum;
+}
+
+TEST(MeshSample, StandsForTheWhole) {
+    TriangleMesh sheet = make_sheet(120);
+    sheet.triangles[77] = {0, 1, 1u << 20};
+    const MeshInMemory whole("sheet", sheet);
+    constexpr uint64_t most = 1000;
+    MeshIssues issues;
+    const auto sample = sample_mesh(whole, most, issues);
+    ASSERT_TRUE(sample.ok()) << sample.status().message();
+    EXPECT_LE(sample->mesh.triangles.size(), most);
+    EXPECT_GT(sample->mesh.triangles.size(), most * 9 / 10);
+    EXPECT_NEAR(sample->triangles * double(sample->mesh.triangles.size()), double(sheet.triangles.size()), 0.01 * double(sheet.triangles.size()));
+    EXPECT_NEAR(sample->triangles * area_along_z(sample->mesh), 100, 2);
+    EXPECT_EQ(sample->lower.x, 0);
+    EXPECT_EQ(sample->upper.y, 10);
+    // Its triangles are some of the sheet's, and come from all over it: each sixteenth of the square has about a sixteenth of them.
+    int in_square[4][4] = {};
+    for (const Triangle& t : sample->mesh.triangles) {
+        const Float3 &a = sample->mesh.positions[t[0]], &b = sample->mesh.positions[t[1]], &c = sample->mesh.positions[t[2]];
+        EXPECT_NEAR((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x), 100.0 / (120 * 120), 1e-5);
+        in_square[int((a.x + b.x + c.x) / 3 / 2.5f)][int((a.y + b.y + c.y) / 3 / 2.5f)]++;
+    }
+    for (const auto& row : in_square)
+        for (const int count : row) EXPECT_NEAR(count, double(sample->mesh.triangles.size()) / 16, 30);  // four standard deviations of strewn ones
+    // All of them, where there are few.
+    const auto all = sample_mesh(whole, sheet.triangles.size(), issues);
+    ASSERT_TRUE(all.ok());
+    EXPECT_EQ(all->mesh.triangles.size(), sheet.triangles.size() - 1);
+    EXPECT_GE(issues.bad_index, 1u);
+    EXPECT_EQ(all->triangles, 1);
+}
+
+// So large that a sample decides; but it is seen as the same shape in few triangles is.
+TEST_F(ImportBare, LargeMeshesAreFramedByASample) {
+    const Scene small = frame({make_sheet(40)}), large = frame({make_sheet(730)});
+    check(large, 1);
+    EXPECT_NEAR(large.camera.eye.x, small.camera.eye.x, 0.02);
+    EXPECT_NEAR(large.camera.eye.y, small.camera.eye.y, 0.02);
+    EXPECT_NEAR(large.camera.eye.z, small.camera.eye.z, 0.02);
 }
 
 }  // namespace

@@ -1,0 +1,45 @@
+#include "blocks/bake_memory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "base/parallel.hpp"
+
+namespace raypager {
+namespace {
+
+// What building a block takes, in bytes of the block: its tree and vertices before they are packed, and two packed blocks that wait for their turn.
+constexpr uint64_t builder_bytes_of_block = 12;
+// Of the limit for all builders together.
+constexpr uint64_t builders_share = 4;
+constexpr uint64_t least_limit = uint64_t{16} << 20;
+// A triangle of a chunk: indices, corners, where they come from, records.
+constexpr uint64_t chunk_bytes_of_triangle = 12 + 48 + 12 + 52;
+
+}  // namespace
+
+uint64_t BakeMemory::smallest_limit(uint64_t block_bytes) { return std::max(least_limit, builders_share * builder_bytes_of_block * block_bytes); }
+
+uint64_t BakeMemory::largest_block(uint64_t limit) {
+    return std::bit_floor(std::max<uint64_t>(1, limit / (builders_share * builder_bytes_of_block)));
+}
+
+Result<BakeMemory> BakeMemory::plan(uint64_t limit, uint64_t block_bytes) {
+    const uint64_t smallest = smallest_limit(block_bytes);
+    if (limit < smallest)
+        return Status::usage(fmt::format("a host limit of {} bytes is too small to bake blocks of up to {} bytes; the smallest that would do is {}",
+                                         limit, block_bytes, smallest));
+    BakeMemory memory;
+    memory.limit = limit;
+    memory.builders = static_cast<size_t>(std::clamp<uint64_t>(limit / builders_share / (builder_bytes_of_block * block_bytes), 1, worker_count()));
+    memory.gather = limit - memory.builders * builder_bytes_of_block * block_bytes;
+    memory.bucket = limit / 2;
+    memory.buffers = limit / 2;
+    memory.chunk_triangles = static_cast<size_t>(std::clamp<uint64_t>(limit / 4 / chunk_bytes_of_triangle, 1 << 12, 1 << 20));
+    memory.sample = static_cast<size_t>(std::clamp<uint64_t>(limit / 8 / 32, 1 << 12, 1 << 20));
+    return memory;
+}
+
+}  // namespace raypager

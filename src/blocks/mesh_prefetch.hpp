@@ -1,0 +1,54 @@
+// Reads the meshes of a scene ahead of the one who places them, on all cores.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+class MeshPrefetch {
+public:
+    struct Loaded {
+        TriangleMesh mesh;  // cleaned (scene/clean_mesh.hpp)
+        MeshIssues issues;
+        Status status;
+    };
+
+    // bytes: for all meshes that wait, as MeshIntake::memory_bytes counts them; a mesh that would need too large a share is left out.
+    MeshPrefetch(const Scene& scene, uint64_t bytes, const std::atomic<bool>* stop);
+    ~MeshPrefetch();
+    MeshPrefetch(const MeshPrefetch&) = delete;
+    MeshPrefetch& operator=(const MeshPrefetch&) = delete;
+    // Waits for the mesh of a shape; nothing if it is too large. REQUIRES: each shape that has a mesh is asked for once, in order.
+    std::optional<Loaded> take(size_t shape);
+
+private:
+    void work();
+    std::optional<Loaded> load(const MeshSource& source) const;
+
+    struct Slot {
+        size_t shape = 0;
+        bool done = false;
+        std::optional<Loaded> loaded;
+    };
+    const Scene& scene_;
+    const std::atomic<bool>* const stop_;
+    uint64_t bytes_each_ = 0;
+
+    std::mutex mutex_;  // of all that follows
+    std::condition_variable changed_;
+    std::vector<Slot> slots_;      // a ring: the n-th mesh is in slot n modulo their number
+    std::vector<size_t> order_;    // shapes that have a mesh
+    size_t next_ = 0, taken_ = 0;  // meshes that were begun, and that were taken
+    bool ends_ = false;
+    std::vector<std::jthread> threads_;
+};
+
+}  // namespace raypager

@@ -1,0 +1,40 @@
+// Shapes -> the world.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "blocks/world.hpp"
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// The triangle test multiplies three distances in single precision, and that must stay finite.
+inline constexpr double largest_coordinate = 1e12;
+
+bool in_range(const Float3& p);
+Status out_of_range(const Shape& shape, uint64_t vertex, const Float3& position);
+// Whether the triangle has no area, so that no ray can hit it.
+bool has_no_area(const Float3& a, const Float3& b, const Float3& c);
+
+// How the vertices of a mesh are placed: transformed in double precision and rounded once.
+class Placement {
+public:
+    explicit Placement(const Shape& shape);
+    Float3 point(const Float3& p) const;
+    // Octahedral. Normals go with the inverse transpose. Which side a shading normal points to is looked at only where it is used.
+    uint32_t normal(const Float3& n) const;
+    // Whether the order of a triangle's vertices is reversed.
+    bool flips() const { return flips_; }
+
+private:
+    const Transform& to_world_;
+    const bool identity_, flips_;
+    std::optional<Transform> normals_;
+};
+
+// Nothing if no ray can hit it.
+Result<std::optional<WorldSphere>> place_sphere(const Shape& shape);
+
+}  // namespace raypager

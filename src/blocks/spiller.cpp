@@ -1,0 +1,132 @@
+#include "blocks/spiller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.hpp"
+#include "blocks/lights.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr size_t piece_triangles = size_t{1} << 14;
+
+bool finite(const Float3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+void set_normals(TriangleRecord&, const VertexBits*, bool) {}
+void set_normals(ShadedTriangleRecord& record, const VertexBits* corners, bool flip) {
+    record.normals[0] = corners[0].normal;
+    record.normals[1] = corners[flip ? 2 : 1].normal;
+    record.normals[2] = corners[flip ? 1 : 2].normal;
+}
+
+// What became of a run of triangles: those that are kept lie at the front of the run's place among the records.
+struct Piece {
+    size_t kept = 0;
+    MeshIssues issues;
+    Box bounds;
+    Status status;
+};
+
+template <class Record>
+class PiecePlacer {
+public:
+    PiecePlacer(const Spiller::Triangles& triangles, std::span<Record> records) : triangles_(triangles), records_(records) {}
+
+    Piece place(size_t begin, size_t end) const {
+        Piece piece;
+        for (size_t i = begin; i < end; i++) {
+            Record& record = records_[begin + piece.kept];
+            if (!place_one(i, record, piece)) continue;
+            for (const Float3& v : record.vertices) piece.bounds.grow(v);
+            piece.kept++;
+        }
+        return piece;
+    }
+
+private:
+    bool place_one(size_t i, Record& record, Piece& piece) const {
+        const VertexBits* c = &triangles_.corners[3 * i];
+        if (!finite(c[0].position) || !finite(c[1].position) || !finite(c[2].position)) return piece.issues.not_finite++, false;
+        const Triangle& t = triangles_.indices[i];
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || has_no_area(c[0].position, c[1].position, c[2].position))
+            return piece.issues.degenerate++, false;
+        const bool flip = triangles_.placement.flips();
+        for (int k = 0; k < 3; k++) {
+            const int from = flip ? (3 - k) % 3 : k;
+            record.vertices[k] = triangles_.placement.point(c[from].position);
+            if (!in_range(record.vertices[k])) piece.status = out_of_range(triangles_.shape, t[from], record.vertices[k]);
+        }
+        set_normals(record, c, flip);
+        if (has_no_area(record.vertices[0], record.vertices[1], record.vertices[2])) return piece.issues.degenerate++, false;
+        return true;
+    }
+
+    const Spiller::Triangles& triangles_;
+    const std::span<Record> records_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Spiller>> Spiller::create(const std::filesystem::path& beside, size_t buffer_bytes) {
+    auto file = SpillFile::create(beside);
+    if (!file) return file.status();
+    return std::unique_ptr<Spiller>(new Spiller(std::move(*file), buffer_bytes));
+}
+
+Status Spiller::add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues) {
+    return triangles.shaded ? add_as<ShadedTriangleRecord>(shaded_records, triangles, light, lights, issues)
+                            : add_as<TriangleRecord>(triangle_records, triangles, light, lights, issues);
+}
+
+template <class Record>
+Status Spiller::add_as(RecordKind kind, const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues) {
+    const size_t count = triangles.indices.size();
+    records_.resize(count * sizeof(Record));
+    const std::span records(reinterpret_cast<Record*>(records_.data()), count);
+    std::vector<Piece> pieces((count + piece_triangles - 1) / piece_triangles);
+    const PiecePlacer<Record> placer(triangles, records);
+    parallel_for(count, piece_triangles, [&](size_t begin, size_t end) { pieces[begin / piece_triangles] = placer.place(begin, end); });
+    for (size_t p = 0; p < pieces.size(); p++) {
+        const Piece& piece = pieces[p];
+        RAYPAGER_TRY(piece.status);
+        issues.add(piece.issues);
+        bounds_.grow(piece.bounds);
+        const auto kept = records.subspan(p * piece_triangles, piece.kept);
+        for (Record& record : kept) record.id = static_cast<uint32_t>(triangles_++ + spheres_);
+        if (light)
+            for (const Record& record : kept) lights.push_back(triangle_light(record.vertices[0], record.vertices[1], record.vertices[2], *light));
+        RAYPAGER_TRY(writer_.add(kind, std::as_bytes(kept)));
+    }
+    return {};
+}
+
+Status Spiller::add(const WorldSphere& sphere, uint32_t id) {
+    const SphereRecord record = {sphere, id};
+    bounds_.grow(sphere_bounds(sphere));
+    spheres_++;
+    return writer_.add_one(sphere_records, reinterpret_cast<const std::byte*>(&record));
+}
+
+Status Spiller::add_triangle(const World& world, uint32_t primitive) {
+    ShadedTriangleRecord record;
+    record.id = static_cast<uint32_t>(count());
+    for (int k = 0; k < 3; k++) {
+        const VertexBits vertex = world.vertex(world.primitives[primitive][k]);
+        record.vertices[k] = vertex.position;
+        record.normals[k] = vertex.normal;
+        bounds_.grow(vertex.position);
+    }
+    triangles_++;
+    // A record without normals is the start of one that has them.
+    static_assert(offsetof(ShadedTriangleRecord, normals) == sizeof(TriangleRecord) &&
+                  offsetof(TriangleRecord, id) == offsetof(ShadedTriangleRecord, id));
+    return writer_.add_one(world.normals.empty() ? triangle_records : shaded_records, reinterpret_cast<const std::byte*>(&record));
+}
+
+Status Spiller::add(const World& world) {
+    for (uint32_t i = 0; i < world.primitives.size(); i++) RAYPAGER_TRY(world.is_sphere(i) ? add(world.sphere(i)) : add_triangle(world, i));
+    return {};
+}
+
+}  // namespace raypager

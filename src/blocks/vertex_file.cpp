@@ -1,0 +1,71 @@
+#include "blocks/vertex_file.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <vector>
+
+#include "base/check.hpp"
+#include "base/parallel.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint32_t page_vertices = 4096;  // 64 KiB
+
+// The corners filed under the page of their vertex: those of page p are corners[first[p]] .. corners[first[p + 1] - 1].
+struct CornersByPage {
+    std::vector<uint32_t> first, corners;
+
+    CornersByPage(std::span<const Triangle> triangles, size_t pages) : first(pages + 2), corners(3 * triangles.size()) {
+        for (const Triangle& t : triangles)
+            for (const uint32_t v : t) first[v / page_vertices + 2]++;
+        for (size_t p = 2; p < first.size(); p++) first[p] += first[p - 1];
+        // first[p + 1] runs from the start of page p to its end, where page p + 1 starts.
+        for (size_t i = 0; i < corners.size(); i++) corners[first[triangles[i / 3][i % 3] / page_vertices + 1]++] = static_cast<uint32_t>(i);
+        first.pop_back();
+    }
+};
+
+}  // namespace
+
+Result<VertexFile> VertexFile::create(const std::filesystem::path& beside) {
+    auto file = SpillFile::create(beside);
+    if (!file) return file.status();
+    VertexFile vertices;
+    vertices.file_ = std::move(*file);
+    return vertices;
+}
+
+Status VertexFile::append(std::span<const VertexBits> vertices) {
+    const auto offset = file_->append(std::as_bytes(vertices));
+    if (!offset) return offset.status();
+    RAYPAGER_CHECK(*offset == count_ * sizeof(VertexBits));
+    count_ += vertices.size();
+    return {};
+}
+
+Status VertexFile::fetch(std::span<const Triangle> triangles, std::span<VertexBits> corners) const {
+    RAYPAGER_CHECK(corners.size() == 3 * triangles.size());
+    const size_t pages = (count_ + page_vertices - 1) / page_vertices;
+    const CornersByPage filed(triangles, pages);
+    std::mutex mutex;
+    Status failure;
+    parallel_for(pages, 16, [&](size_t begin, size_t end) {
+        std::vector<VertexBits> page;
+        for (size_t p = begin; p < end; p++) {
+            const uint64_t first = uint64_t{p} * page_vertices;
+            const auto uses = std::span(filed.corners).subspan(filed.first[p], filed.first[p + 1] - filed.first[p]);
+            if (uses.empty()) continue;
+            page.resize(std::min<uint64_t>(page_vertices, count_ - first));
+            if (auto status = file_->read(first * sizeof(VertexBits), std::as_writable_bytes(std::span(page))); !status.ok()) {
+                const std::lock_guard lock(mutex);
+                failure = std::move(status);
+                return;
+            }
+            for (const uint32_t corner : uses) corners[corner] = page[triangles[corner / 3][corner % 3] - first];
+        }
+    });
+    return failure;
+}
+
+}  // namespace raypager

@@ -1,0 +1,78 @@
+// A scene that was baked over the disk, in as little memory as possible, is cut into other blocks than one that was baked in memory: it must show the
+// same picture, to the bit.
+#include <gtest/gtest.h>
+
+#include "reference/scenes.hpp"
+#include "render/render.hpp"
+#include "support/device_scene.hpp"
+
+namespace raypager {
+namespace {
+
+struct Case {
+    const char* name;
+    Scene (*make)();
+};
+
+// All large enough not to fit into the smallest limit.
+const Case cases[] = {
+    {"terrain",
+     [] {
+         return reference::terrain_small(450, true, {48, 32});
+     }},
+    {"shells",
+     [] {
+         return reference::overlapping_shells(5, 6, {32, 32});
+     }},
+    {"cloud",
+     [] {
+         return reference::cloud_small(150000, true, 1, {48, 32});
+     }},
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class BakedOutOfCore : public testing::TestWithParam<Case> {
+protected:
+    struct Outcome {
+        uint64_t hash, rays;
+    };
+
+    Outcome render_baked(const Scene& scene, uint64_t host_limit, const char* name, uint64_t& buckets) const {
+        BakeOptions options;
+        options.block_bytes = 128 << 10;
+        options.host_limit = host_limit;
+        const auto path = folder_.path() / name;
+        const auto summary = bake(scene, options, path);
+        EXPECT_TRUE(summary.ok()) << summary.status().message();
+        const auto file = BlockFile::open(path);
+        EXPECT_TRUE(file.ok()) << file.status().message();
+        if (!summary || !file) return {};
+        buckets = summary->buckets;
+        RenderOptions render_options;
+        render_options.spp = 4;
+        render_options.geometry_limit_percent = 50;
+        const auto result = render(**file, render_options, {});
+        EXPECT_TRUE(result.ok()) << result.status().message();
+        return result ? Outcome{result->report.film_hash, result->report.rays.total()} : Outcome{};
+    }
+
+    support::TemporaryFolder folder_;
+};
+
+TEST_P(BakedOutOfCore, shows_the_same_picture) {
+    const Scene scene = GetParam().make();
+    uint64_t buckets = 0;
+    const Outcome in_memory = render_baked(scene, uint64_t{4} << 30, "a.rpb", buckets);
+    EXPECT_EQ(buckets, 0u);
+    const Outcome over_disk = render_baked(scene, smallest_bake_limit(), "b.rpb", buckets);
+    EXPECT_GT(buckets, 1u) << "the scene fits into the smallest limit; make it larger";
+    EXPECT_EQ(over_disk.hash, in_memory.hash);
+    EXPECT_EQ(over_disk.rays, in_memory.rays);
+    EXPECT_GT(in_memory.rays, 1000u);
+}
+
+INSTANTIATE_TEST_SUITE_P(scenes, BakedOutOfCore, testing::ValuesIn(cases), [](const auto& param) { return std::string(param.param.name); });
+
+}  // namespace
+}  // namespace raypager
