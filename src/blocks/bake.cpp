@@ -86,7 +86,7 @@ public:
         baked.fingerprint = *fingerprint;
         std::vector<Box> portal_boxes;
         RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, *writer, baked, portal_boxes, summary.buckets)
-                                       : build_in_memory(std::move(gathered->world), *writer, baked, portal_boxes));
+                                       : build_in_memory(gathered->world, *writer, baked, portal_boxes));
         TopTree top = build_top_tree(portal_boxes);
         baked.top_grid = top.grid;
         baked.top_nodes = std::move(top.nodes);
@@ -115,7 +115,7 @@ private:
         return BakeMemory::plan(options_.host_limit, options_.block_bytes);
     }
 
-    Status build_in_memory(World world, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes) {
+    Status build_in_memory(const World& world, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes) {
         report("cut", 0);
         std::vector<PrimitiveRef> refs = make_refs(world);
         const auto memory = settle_block_size(total_weight(refs));

@@ -17,7 +17,7 @@ constexpr double fill = 0.85;
 
 class Distributor {
 public:
-    Distributor(const Partition& partition, std::shared_ptr<SpillFile> file, size_t buffer_bytes) : partition_(partition) {
+    Distributor(const Partition& partition, const std::shared_ptr<SpillFile>& file, size_t buffer_bytes) : partition_(partition) {
         for (size_t i = 0; i < partition.parts(); i++) writers_.emplace_back(file, buffer_bytes);
     }
 

@@ -28,7 +28,7 @@ Result<PointSorter> PointSorter::create(const PointGrid& grid, uint64_t count, s
     sorter.grid_ = grid;
     sorter.spill_beside_ = spill_beside;
     sorter.at_once_ = worker_count();
-    const double points_a_range = fill * static_cast<double>(memory.limit / 2) / static_cast<double>(sorting_bytes * sorter.at_once_);
+    const double points_a_range = 0.5 * fill * static_cast<double>(memory.limit) / static_cast<double>(sorting_bytes * sorter.at_once_);
     const uint64_t most = std::clamp<uint64_t>(memory.buffers / least_buffer, 1, most_ranges);
     const uint64_t ranges = std::clamp<uint64_t>(static_cast<uint64_t>(static_cast<double>(count) / points_a_range) + 1, 1, most);
     std::sort(sample.begin(), sample.end());
