@@ -45,7 +45,7 @@ endfunction()
 
 function(raypager_libraries)
     set(engine "")
-    foreach(folder base scene image device store procedural import blocks residency film wavefront render bench)
+    foreach(folder base scene image device store wide procedural import blocks residency film wavefront render bench)
         file(GLOB found CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${folder}/*.cpp)
         list(APPEND engine ${found})
     endforeach()

@@ -27,6 +27,70 @@ static inline bool rp_comes_before(float3 a, float3 b) {
     return a.z < b.z;
 }
 
+#ifdef RP_SURFACE_LANES
+// Where streams find the surfaces of sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
+// depend on the way of tracing.
+#define RP_LANES 1
+#include "lib/surface_lanes.cl"
+#undef RP_LANES
+
+static inline rp_vector_1 rp_vector_of(float3 v) {
+    const rp_vector_1 r = {v.x, v.y, v.z};
+    return r;
+}
+
+// A triangle in its true orientation, with the octahedral normals of its corners (RP_NONE: none).
+typedef struct rp_triangle {
+    float3 corner[3];
+    uint normal[3];
+} rp_triangle;
+
+// Triangle ref & 3 of a strip.
+static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref) {
+    const uint2 leaf = rp_leaf_record(block, ref);
+    const uint k = ref & 3u;
+    uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
+    for (uint j = 1u; j <= k; j++) {
+        if (!(ref >> (1u + j) & 1u)) {
+            ia = ib;
+            flipped ^= 1u;
+        }
+        ib = ic;
+        ic = j + 2u;
+    }
+    const uint offset[3] = {rp_vertex_offset(leaf, ia), rp_vertex_offset(leaf, flipped ? ic : ib), rp_vertex_offset(leaf, flipped ? ib : ic)};
+    const __global float* cluster = rp_cluster(block, leaf);
+    const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
+    const __global uint* normals = (const __global uint*)(block->base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+    rp_triangle triangle;
+    for (uint i = 0u; i < 3u; i++) {
+        triangle.corner[i] = rp_load3(cluster + offset[i]);
+        triangle.normal[i] = normals_at != 0u ? normals[offset[i] / 3u] : RP_NONE;
+    }
+    return triangle;
+}
+
+// The shading normal between the corners, whose first by position is `turns` from the first by number; `normal` if they have none.
+static inline uint rp_shading_normal(const rp_triangle* triangle, uint turns, float b, float c, uint normal) {
+    const uint first = triangle->normal[turns], second = triangle->normal[turns == 2u ? 0u : turns + 1u];
+    const uint third = triangle->normal[turns == 0u ? 2u : turns - 1u];
+    if (first == RP_NONE || second == RP_NONE || third == RP_NONE) return normal;
+    const float3 n = (1.0f - b - c) * rp_decode_normal(first) + b * rp_decode_normal(second) + c * rp_decode_normal(third);
+    return dot(n, n) > 1e-12f ? rp_encode_normal(n) : normal;
+}
+
+static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
+    const rp_triangle triangle = rp_strip_triangle(block, ref);
+    const rp_vector_1 a = rp_vector_of(triangle.corner[0]), b = rp_vector_of(triangle.corner[1]), c = rp_vector_of(triangle.corner[2]);
+    const rp_triangle_point_1 point = rp_point_on_triangle_1(rp_vector_of(ray->origin), rp_vector_of(ray->direction), a, b, c);
+    rp_surface s;
+    s.position = (float3)(point.position.x, point.position.y, point.position.z);
+    s.geometric_normal = point.normal;
+    s.shading_normal = rp_shading_normal(&triangle, (uint)point.turns, point.b, point.c, point.normal);
+    s.offset_exponent = point.offset_exponent;
+    return s;
+}
+#else
 static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint k = ref & 3u;
@@ -77,9 +141,10 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     }
     return s;
 }
+#endif
 
-static inline rp_surface rp_sphere_surface(const rp_ray* ray, const rp_block_view* block, uint ref, float t) {
-    const uint4 record = rp_spheres(block->base)[rp_leaf_index(ref)];
+// record: rp_sphere. ref: of its leaf.
+static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint ref, float t) {
     const float4 sphere = rp_decode_sphere(record, ref);
     const float3 normal = normalize(ray->origin + t * ray->direction - sphere.xyz);
     rp_surface s;
@@ -92,7 +157,7 @@ static inline rp_surface rp_sphere_surface(const rp_ray* ray, const rp_block_vie
 
 static inline rp_surface rp_hit_surface(const rp_geometry* g, const rp_ray* ray, const rp_hit* hit) {
     const rp_block_view block = rp_view_block(g, g->pages[hit->found_in]);
-    return hit->ref & RP_LEAF_SPHERES ? rp_sphere_surface(ray, &block, hit->ref, hit->t) : rp_triangle_surface(ray, &block, hit->ref);
+    return hit->ref & RP_LEAF_SPHERES ? rp_sphere_surface(ray, rp_spheres(block.base)[rp_leaf_index(hit->ref)], hit->ref, hit->t) : rp_triangle_surface(ray, &block, hit->ref);
 }
 
 #endif

@@ -1,7 +1,6 @@
 // Fifth stage: traces the shadow rays of the queue; adds the light of those that arrive, and lets their paths go on.
-#include "lib/film.cl"
+#include "lib/connection.cl"
 #include "lib/leaf.cl"
-#include "lib/path.cl"
 
 #define RP_ANY_HIT 1
 #include "lib/traverse.cl"
@@ -10,7 +9,7 @@
 static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, uint slot_count, uint slot,
                                   __global uint* status, __global uint4* paths, __global uint* film RP_VISIT_PARAMETER) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-    const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+    const uint start = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
     rp_any_walk walk;
     uint stack[RP_STACK_SIZE];
     walk.ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
@@ -18,37 +17,20 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     walk.tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
 #ifdef RP_RECORD
     if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, paths, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
-    if (walk.visits.on && surface.w == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
+    if (walk.visits.on && start == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
         rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
         return;  // begins anew in the next round
     }
 #endif
-    rp_begin_any(geometry, &walk, stack, surface.w);
+    rp_begin_any(geometry, &walk, stack, start);
     rp_run_any(geometry, &walk, stack, round & RP_ROUND_MASK);
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
-    const uint portal = walk.portal;
-    if (portal != RP_NONE) {
-        ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
-        status[slot] = RP_STATUS_SHADOW | (round & RP_ROUND_MASK) << RP_STATUS_ROUND_SHIFT;
-        atomic_inc(wants + rp_portal_block(geometry, portal));
-        return;
-    }
-    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-    float3 radiance = as_float3(radiance_plane.xyz);
-    if (!walk.hit) radiance += (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y));
-    if (RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot).w & RP_PATH_ENDS) {
-        rp_film_add(film, radiance_plane.w, radiance);
-        status[slot] = RP_STATUS_FREE;
-        return;
-    }
-    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), radiance_plane.w);
-    ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = INFINITY;
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(hit.xyz, direction.w);
-    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
-    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, surface.z, RP_NONE);
-    status[slot] = RP_STATUS_EXTEND;
+    if (walk.portal != RP_NONE)
+        rp_wait_to_connect(slot, walk.portal, round, slot_count, status, paths, wants + rp_portal_block(geometry, walk.portal));
+    else
+        rp_finish_connection(slot, walk.hit, slot_count, status, paths, film);
 }
 
 __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,

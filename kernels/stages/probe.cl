@@ -2,6 +2,7 @@
 #include "lib/path.cl"
 #include "lib/surface.cl"
 #include "raypager/abi/film.h"
+#include "raypager/abi/wide.h"
 
 #define RP_ANY_HIT 0
 #include "lib/traverse.cl"
@@ -58,6 +59,9 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[9] = sizeof(rp_camera);
     sizes[10] = sizeof(rp_render_params);
     sizes[11] = sizeof(rp_path_sample);
+    sizes[12] = sizeof(rp_wide_node);
+    sizes[13] = sizeof(rp_wide_leaf);
+    sizes[14] = sizeof(rp_wide_header);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.

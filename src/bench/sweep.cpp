@@ -131,7 +131,6 @@ Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& settin
     };
     SweepResult result;
     result.variants = sweep_variants(settings);
-    result.geometry_bytes = file.scene().geometry_bytes();
     say(fmt::format("reference, {} samples a pixel", settings.reference.spp));
     auto reference = find_or_make_reference(file, settings.base, settings.reference);
     if (!reference) return reference.status();
@@ -147,6 +146,7 @@ Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& settin
             auto run = run_one(file, options, result.reference.image);
             if (!run) return run.status().at(fmt::format("{} at {}", v.settings_name(), v.limit_name()));
             run->variant = variant;
+            result.geometry_bytes = file.scene().geometry_bytes(run->report.form);
             run->repeat = repeat;
             result.runs.push_back(std::move(*run));
         }

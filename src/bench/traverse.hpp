@@ -10,6 +10,7 @@
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
+#include "wavefront/traversal.hpp"
 
 namespace raypager::bench {
 
@@ -20,6 +21,7 @@ struct TraverseOptions {
     std::optional<Camera> camera;                    // default: the scene's
     std::optional<std::pair<Float3, Float3>> light;  // box that shadow rays end in; default: above the scene
     uint32_t repeats = 5;
+    Traversal traversal = Traversal::automatic;
 };
 
 struct RaySetResult {
@@ -35,6 +37,9 @@ struct TraverseResult {
     double bytes_per_primitive = 0;  // of device memory, without the top tree
     std::vector<RaySetResult> sets;
 };
+
+// The box of light of `bench traverse`: above the scene, where a sun or a lamp would be.
+std::pair<Float3, Float3> default_light(const BakedScene& scene);
 
 Result<TraverseResult> measure_traversal(const BlockFile& file, const TraverseOptions& options);
 

@@ -10,8 +10,9 @@
 namespace raypager {
 namespace {
 
-// What building a block takes, in bytes of the block: its tree and vertices before they are packed, and two packed blocks that wait for their turn.
-constexpr uint64_t builder_bytes_of_block = 12;
+// What building a block takes, in bytes of the block: its tree and vertices before they are packed, the tree of its
+// wide form, which is measured, and two packed blocks that wait for their turn.
+constexpr uint64_t builder_bytes_of_block = 16;
 // Of the limit for all builders together.
 constexpr uint64_t builders_share = 4;
 constexpr uint64_t least_limit = uint64_t{16} << 20;

@@ -96,7 +96,7 @@ Status BlockBuilder::append(PackedBlock& block) {
     header.block_index = static_cast<rp_u32>(baked_.blocks.size());
     std::memcpy(block.bytes.data(), &header, sizeof header);
     BlockRecord record;
-    record.memory_bytes = header.bytes;
+    record.wide_bytes = block.wide_bytes;
     record.triangles = block.triangles;
     record.spheres = block.spheres;
     std::copy_n(block.bounds.lower, 3, record.lower);
@@ -110,6 +110,7 @@ Status BlockBuilder::append(PackedBlock& block) {
         portal.block = header.block_index;
         portal.root = packed.root;
         baked_.portals.push_back(portal);
+        baked_.wide_roots.push_back(packed.wide_root);
         portal_boxes_.push_back(packed.box);
     }
     return {};

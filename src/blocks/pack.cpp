@@ -6,6 +6,7 @@
 #include "base/check.hpp"
 #include "blocks/grid.hpp"
 #include "blocks/vertex_windows.hpp"
+#include "wide/block.hpp"
 
 namespace raypager {
 namespace {
@@ -21,16 +22,25 @@ public:
         : world_(world), bvh_(bvh), grid_(make_grid(bvh.nodes[0].box)), windows_(static_cast<uint32_t>(bvh.vertices.size())) {}
 
     bool run(uint64_t limit, PackedBlock& block) {
-        for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal)});
+        for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0});
         if (out_of_reach_ || !layout(limit)) return false;
         block.bounds = bvh_.nodes[0].box;
         block.triangles = bvh_.triangles;
         block.spheres = static_cast<uint32_t>(spheres_.size());
         write(block.bytes);
+        measure_wide_form(block);
         return true;
     }
 
 private:
+    static void measure_wide_form(PackedBlock& block) {
+        std::vector<rp_u32> roots;
+        for (const PackedPortal& portal : block.portals) roots.push_back(portal.root);
+        WideBlockMaker maker;
+        block.wide_bytes = static_cast<uint32_t>(maker.make(block.bytes, roots).size());
+        for (size_t i = 0; i < roots.size(); i++) block.portals[i].wide_root = maker.roots()[i];
+    }
+
     // Appends a subtree in depth-first order; returns the reference to its root.
     rp_u32 add_subtree(uint32_t index) {
         const BvhNode& node = bvh_.nodes[index];

@@ -11,7 +11,8 @@ namespace raypager {
 
 struct PackedPortal {
     Box box;
-    rp_u32 root;  // child reference inside the block
+    rp_u32 root;           // child reference inside the block
+    rp_u32 wide_root = 0;  // the same in its wide form
 };
 
 struct PackedBlock {
@@ -19,6 +20,7 @@ struct PackedBlock {
     std::vector<PackedPortal> portals;
     Box bounds;
     uint32_t triangles = 0, spheres = 0;
+    uint32_t wide_bytes = 0;  // in the form of abi/wide.h
 };
 
 // header.block_index is left 0. Fails (returns false) if the block would exceed limit bytes or the reach of 16-bit vertex offsets:

@@ -6,6 +6,7 @@
 
 #include "raypager/abi/block.h"
 #include "raypager/scene.hpp"
+#include "wide/strip.hpp"
 
 namespace raypager {
 
@@ -20,27 +21,5 @@ struct Strip {
 // shares an edge with the one before, which runs through it in the opposite direction, and not the edge that one shares with its
 // own predecessor.
 Strip make_strip(std::span<const Triangle> triangles, std::span<const uint32_t> order);
-
-// The triangles of a strip in their true orientation: the inverse of make_strip, up to rotation. vertices: count + 2 of them.
-template <class Vertex, class Visit>
-void visit_strip(uint32_t flags, const Vertex* vertices, Visit&& visit) {
-    uint32_t a = 0, b = 1, c = 2;
-    bool clockwise = flags & RP_LEAF_WINDING;
-    for (uint32_t k = 0;; k++) {
-        if (clockwise) {
-            visit(k, vertices[a], vertices[c], vertices[b]);
-        } else {
-            visit(k, vertices[a], vertices[b], vertices[c]);
-        }
-        if (k == (flags & 3u)) return;
-        const bool keeps_first = flags >> (2 + k) & 1u;
-        if (!keeps_first) {
-            a = b;
-            clockwise = !clockwise;
-        }
-        b = c;
-        c = k + 3;
-    }
-}
 
 }  // namespace raypager

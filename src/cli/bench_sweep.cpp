@@ -169,7 +169,7 @@ Json sweep_json(const SweepGiven& given, const bench::SweepResult& result, const
         {"date", date},
         {"input", given.inputs},
         {"device", {{"name", first.device.name}, {"platform", first.device.platform}, {"driver", first.device.driver}, {"type", first.device.type}}},
-        {"scene", scene_json(scene)},
+        {"scene", scene_json(scene, first.form)},
         {"image", {{"width", first.width}, {"height", first.height}, {"max_depth", first.max_depth}, {"seed", first.seed}}},
         {"reference", {{"path", result.reference.path.string()}, {"spp", result.reference.spp}, {"seed", result.reference.seed}}},
         {"same_films", result.different_films.empty()},
@@ -187,7 +187,7 @@ Status write_results(const SweepGiven& given, const bench::SweepResult& result, 
     facts.command = given.command;
     facts.date = date;
     facts.primitives = fmt::format("{} primitives in {} blocks, {}", format_count(scene.triangles + scene.spheres), format_count(scene.blocks.size()),
-                                   format_bytes(scene.geometry_bytes()));
+                                   format_bytes(result.geometry_bytes));
     facts.block_count = static_cast<uint32_t>(scene.blocks.size());
     RAYPAGER_TRY(write_text(given.folder / "sweep.csv", bench::runs_csv(result)));
     RAYPAGER_TRY(write_text(given.folder / "convergence.csv", bench::convergence_csv(result)));

@@ -15,15 +15,6 @@ constexpr const char* about =
     "Times the tracing stages of the engine on rays that lie on the device, everything resident: camera rays, one diffuse bounce\n"
     "from each of their hits, and a shadow ray from each to a box of light. Median of the repeats.";
 
-// "x,y,z,X,Y,Z": the two corners of a box.
-Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {
-    Float3 low, high;
-    int used = 0;
-    const int read = std::sscanf(text.c_str(), "%f,%f,%f,%f,%f,%f%n", &low.x, &low.y, &low.z, &high.x, &high.y, &high.z, &used);
-    if (read != 6 || static_cast<size_t>(used) != text.size()) return Status::usage(fmt::format("'{}': six numbers x,y,z,X,Y,Z are expected", text));
-    return std::pair(low, high);
-}
-
 std::string table(const bench::TraverseResult& result) {
     std::string text = fmt::format("{}, {:.1f} bytes a primitive\n{:<10} {:>12} {:>12} {:>10}\n", result.device, result.bytes_per_primitive, "rays",
                                    "number", "that hit", "Mrays/s");
@@ -59,6 +50,12 @@ Status run_bench_traverse(const Arguments& arguments) {
                   into(camera, parse_camera));
     parser.option("light", "BOX", "x,y,z,X,Y,Z: the box in which shadow rays end (default: above the scene)", into(options.light, parse_box));
     parser.option("repeats", "N", "times that each set is traced (default: 5)", into_count(options.repeats, 1, 1000));
+    parser.option("traversal", "NAME", "auto, ray or stream (default: auto, streams on CPUs)", [&](const std::string& text) -> Status {
+        const auto traversal = traversal_from_name(text);
+        if (!traversal) return Status::usage(fmt::format("'{}': auto, ray or stream is expected", text));
+        options.traversal = *traversal;
+        return {};
+    });
     parser.option("report", "FILE", "write the figures as JSON", into_path(report));
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();

@@ -91,7 +91,8 @@ std::string as_json(const BakedScene& scene, const Parts& parts, bool verified) 
     Json shares = Json::object();
     for (const NamedPart& part : named_parts) shares[part.name] = share(parts.*part.bytes, parts);
     const TopFigures top = top_figures(scene);
-    return json_text({{"scene", scene_json(scene)},
+    return json_text({{"scene", scene_json(scene, BlockForm::stored)},
+                      {"scene_on_cpu", scene_json(scene, BlockForm::wide)},
                       {"parts", shares},
                       {"top_tree", {{"portals", top.portals}, {"nodes", top.nodes}, {"depth", top.depth}}},
                       {"lights", scene.lights.size()},
@@ -103,13 +104,14 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
     const BakedScene& scene = file.scene();
     const TopFigures top = top_figures(scene);
     const uint64_t primitives = scene.triangles + scene.spheres;
-    const double bytes_each = primitives > 0 ? double(scene.geometry_bytes()) / double(primitives) : 0;
+    const double bytes_each = primitives > 0 ? double(scene.geometry_bytes(BlockForm::stored)) / double(primitives) : 0;
     std::string text = fmt::format("{}: {}\n", file.path().string(), format_bytes(file.file_bytes()));
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<12} {}\n", name, value); };
     line("primitives", fmt::format("{} triangles, {} spheres", format_count(scene.triangles), format_count(scene.spheres)));
-    line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block())));
-    line("geometry", fmt::format("{} in memory, {} stored, {:.2f} bytes a primitive in memory", format_bytes(scene.geometry_bytes()),
-                                 format_bytes(scene.stored_bytes()), bytes_each));
+    line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
+    const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
+    line("geometry", fmt::format("{}, {:.2f} bytes a primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
+    line("", fmt::format("{}, {:.2f} bytes a primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
     line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
     line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
     line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));

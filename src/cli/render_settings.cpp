@@ -30,6 +30,11 @@ Result<PoolPlace> parse_pool(const std::string& text) {
     return Status::usage(fmt::format("'{}' is no place for the pool; use device or host", text));
 }
 
+Result<Traversal> parse_traversal(const std::string& text) {
+    if (const auto traversal = traversal_from_name(text)) return *traversal;
+    return Status::usage(fmt::format("'{}' is no way of tracing; use auto, ray or stream", text));
+}
+
 OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& target) {
     return [&target](const std::string& text) {
         target.emplace();
@@ -57,6 +62,9 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
                   "shadow rays: in a queue of their own, or by roulette against path continuation: queue or roulette "
                   "(default: queue)",
                   into(options.connection, parse_connection));
+    parser.option("traversal", "NAME",
+                  "rays one by one or in streams, over blocks in the form for either: auto, ray or stream (default: auto, streams on CPUs)",
+                  into(options.traversal, parse_traversal));
 }
 
 // Options for measurements: what the engine decides by itself, and baselines. None of them changes the picture, but the preset's roulette

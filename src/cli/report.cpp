@@ -52,6 +52,7 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"paths", report.paths},
             {"policy", report.policy},
             {"connection", report.connection},
+            {"traversal", report.form == BlockForm::wide ? "stream" : "ray"},
             {"preset", settings.paper_preset ? Json("paper") : Json(nullptr)},
             {"pool", effective.pool_place == PoolPlace::host ? "host" : "device"},
             {"loads_in_flight", effective.loads_in_flight > 0 ? Json(effective.loads_in_flight) : Json(nullptr)},
@@ -79,7 +80,7 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
 std::string paging_table(const BakedScene& scene, const RenderReport& report) {
-    const uint64_t geometry = scene.geometry_bytes();
+    const uint64_t geometry = scene.geometry_bytes(report.form);
     const uint64_t resident = std::min(report.limits.geometry_bytes, geometry);
     const auto& paging = report.paging;
     std::string text;
@@ -100,15 +101,15 @@ std::string paging_table(const BakedScene& scene, const RenderReport& report) {
 
 }  // namespace
 
-Json scene_json(const BakedScene& scene) {
+Json scene_json(const BakedScene& scene, BlockForm form) {
     const double primitives = double(scene.triangles + scene.spheres);
     return {{"triangles", scene.triangles},
             {"spheres", scene.spheres},
             {"blocks", scene.blocks.size()},
-            {"block_bytes_max", scene.largest_block()},
-            {"geometry_bytes", scene.geometry_bytes()},
+            {"block_bytes_max", scene.largest_block(form)},
+            {"geometry_bytes", scene.geometry_bytes(form)},
             {"stored_bytes", scene.stored_bytes()},
-            {"bytes_per_primitive", ratio(double(scene.geometry_bytes()), primitives)}};
+            {"bytes_per_primitive", ratio(double(scene.geometry_bytes(form)), primitives)}};
 }
 
 Json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report,
@@ -119,7 +120,7 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
     return {{"raypager", RAYPAGER_VERSION},
             {"device",
              {{"name", report.device.name}, {"platform", report.device.platform}, {"driver", report.device.driver}, {"type", report.device.type}}},
-            {"scene", scene_json(scene)},
+            {"scene", scene_json(scene, report.form)},
             {"limits", limits_json(report.limits)},
             {"peak", limits_json(report.peak)},
             {"image",

@@ -15,7 +15,7 @@ struct ReportSeconds {
 };
 
 // The report's "scene" object; 'inspect --json' prints the same.
-nlohmann::ordered_json scene_json(const BakedScene& scene);
+nlohmann::ordered_json scene_json(const BakedScene& scene, BlockForm form);
 // All keys that scripts may rely on; every option's effective value is under "settings".
 nlohmann::ordered_json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene,
                                    const RenderReport& report, const ReportSeconds& seconds);

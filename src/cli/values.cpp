@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -146,6 +147,14 @@ Result<CameraText> parse_camera(std::string_view text) {
     if (!(camera.fov_degrees > 0 && camera.fov_degrees < 180)) return wrong("has a field of view that is not between 0 and 180 degrees");
     if (!has_direction(camera)) return wrong("has no direction: eye and target are the same, or up lies along the line of sight");
     return camera;
+}
+
+Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {
+    Float3 low, high;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%f,%f,%f,%f,%f,%f%n", &low.x, &low.y, &low.z, &high.x, &high.y, &high.z, &used);
+    if (read != 6 || static_cast<size_t>(used) != text.size()) return Status::usage(fmt::format("'{}': six numbers x,y,z,X,Y,Z are expected", text));
+    return std::pair(low, high);
 }
 
 std::string format_bytes(uint64_t bytes) {

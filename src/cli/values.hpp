@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -48,6 +49,9 @@ struct CameraText {
 // "eye,target,up,fov": ten numbers with commas between them. The camera must have a direction: eye and target differ, up is not
 // along the line between them.
 Result<CameraText> parse_camera(std::string_view text);
+
+// "x,y,z,X,Y,Z": two corners of a box.
+Result<std::pair<Float3, Float3>> parse_box(const std::string& text);
 
 std::string format_bytes(uint64_t bytes);     // "12.3 MiB"
 std::string format_count(uint64_t count);     // "1,234,567"

@@ -1,8 +1,10 @@
 #include "device/device.hpp"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <thread>
 
 #include "base/check.hpp"
@@ -192,6 +194,30 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     return device;
 }
 
+namespace {
+
+constexpr size_t huge_page = size_t{2} << 20;
+
+// A buffer of a CPU, in pages so large that looking up addresses costs little: rays jump about in the geometry. The memory goes when the
+// buffer does.
+cl::Buffer in_huge_pages(const cl::Context& context, size_t bytes, cl_int* code) {
+    const size_t rounded = (bytes + huge_page - 1) / huge_page * huge_page;
+    void* memory = std::aligned_alloc(huge_page, rounded);
+    if (!memory) {
+        *code = CL_OUT_OF_HOST_MEMORY;
+        return {};
+    }
+    (void)::madvise(memory, rounded, MADV_HUGEPAGE);  // a wish, no more
+    cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory, code);
+    if (*code == CL_SUCCESS)
+        *code = buffer.setDestructorCallback([](cl_mem, void* host) { std::free(host); }, memory);
+    else
+        std::free(memory);
+    return buffer;
+}
+
+}  // namespace
+
 Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     RAYPAGER_CHECK(bytes > 0);
     if (bytes > info_.max_allocation_bytes)
@@ -207,7 +233,9 @@ Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     // Linux hands out memory that it does not have, and kills when it is used.
     const bool too_much = budget_->used() > device_faults().memory_bytes || (info_.type == "CPU" && bytes > available_memory());
     cl_int code = too_much ? CL_MEM_OBJECT_ALLOCATION_FAILURE : CL_SUCCESS;
-    if (code == CL_SUCCESS) buffer.handle_ = cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
+    const bool huge = info_.type == "CPU" && bytes >= huge_page;
+    if (code == CL_SUCCESS)
+        buffer.handle_ = huge ? in_huge_pages(context_, bytes, &code) : cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
     if (code != CL_SUCCESS) return refused(bytes, what, code);
     cl::Event filled;
     code = bytes % sizeof(cl_uint) == 0 ? kernels_.queue_.enqueueFillBuffer(buffer.handle_, cl_uint{0}, 0, bytes, nullptr, &filled)

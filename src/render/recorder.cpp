@@ -41,7 +41,7 @@ void RenderRecorder::finish(const BakedScene& scene, const Residency& residency,
     recorded.seconds = report.seconds.render;
     recorded.trace_seconds = report.seconds.trace;
     recorded.scene_identity = scene.identity();
-    for (const BlockRecord& block : scene.blocks) trace.block_bytes.push_back(block.memory_bytes);
+    for (const BlockRecord& block : scene.blocks) trace.block_bytes.push_back(block.stored_bytes);
     visits_->finish(trace);
 }
 

@@ -96,6 +96,7 @@ private:
     std::span<const uint32_t> demand_;
     WorkDone earlier_;  // by runs before this one
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
+    BlockForm form_ = BlockForm::stored;
     uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
     bool ending_ = false, stopped_ = false;  // with the pass under way; at once
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
@@ -155,13 +156,15 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
         device_ = std::move(*device);
     }
     const VisitLogSettings visits = visit_log_settings(options_, params, device_->info());
-    const MemoryNeeds needs = memory_needs(scene_, options_, params, visits, device_->info(), device_->budget().limit());
+    RAYPAGER_TRY(check_traversal(options_.traversal, device_->info()));
+    form_ = block_form(options_, device_->info());
+    const MemoryNeeds needs = memory_needs(scene_, form_, options_, params, visits, device_->info(), device_->budget().limit());
     auto plan = plan_memory(needs);
     if (!plan) return plan.status();
     params.slot_count = static_cast<uint32_t>(plan->slots);
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
-    auto wavefront = Wavefront::create(*device_, scene_, params, residency_->slabs(), residency_->page_table(),
+    auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(),
                                        options_.policy == PolicyKind::most_wanted, visits);
     if (!wavefront) return wavefront.status();
     wavefront_ = std::move(*wavefront);
@@ -171,8 +174,9 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
 Status Renderer::create_residency(uint64_t pool_bytes) {
     const bool mapped = options_.pool_place == PoolPlace::host;
     ResidencySettings settings;
+    settings.form = form_;
     settings.place = options_.pool_place;
-    settings.pool_bytes = mapped ? mapped_pool_bytes(scene_, device_->info()) : pool_bytes;
+    settings.pool_bytes = mapped ? mapped_pool_bytes(scene_, form_, device_->info()) : pool_bytes;
     settings.slab_bytes = options_.slab_bytes;
     settings.journal = options_.keep_journal;
     host_limit_ = host_limit(options_, device_->info(), planned_bytes_);
@@ -181,7 +185,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
                                           settings.pool_bytes, host_limit_));
     settings.host_limit = mapped ? host_limit_ - settings.pool_bytes : host_limit_;
     settings.loader_threads = options_.loader_threads;
-    settings.policy = policy_settings(scene_, options_, settings.pool_bytes, device_->info());
+    settings.policy = policy_settings(scene_, form_, options_, settings.pool_bytes, device_->info());
     auto residency = Residency::create(*device_, file_, settings);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
@@ -285,7 +289,7 @@ RenderProgress Renderer::progress() const {
     p.loads = done.loads;
     p.bytes_loaded = done.bytes_loaded;
     p.resident_bytes = residency_->resident_bytes();
-    p.geometry_bytes = scene_.geometry_bytes();
+    p.geometry_bytes = scene_.geometry_bytes(form_);
     return p;
 }
 
@@ -349,6 +353,7 @@ Result<RenderResult> Renderer::result() {
     report.seed = params.seed;
     report.policy = policy_name(options_.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
+    report.form = form_;
     report.film_hash = film->hash();
     report.clamped_samples = film->clamped();
     report.checkpoint = {done.runs, checkpointer_->written(), checkpointer_->seconds(), checkpointer_->advice()};

@@ -17,6 +17,7 @@
 #include "residency/demand_trace.hpp"
 #include "residency/policy_names.hpp"
 #include "store/block_file.hpp"
+#include "wavefront/traversal.hpp"
 
 namespace raypager {
 
@@ -41,6 +42,7 @@ struct RenderOptions {
     uint32_t paths = 0;  // path slots; 0: chosen from the limits
     PolicyKind policy = PolicyKind::aged_wants;
     Connection connection = Connection::queue;
+    Traversal traversal = Traversal::automatic;
     std::optional<Camera> camera;
     double progress_seconds = 0.5;  // between calls of progress
     double snapshot_seconds = 0;    // between calls of snapshot; 0: never
@@ -85,6 +87,7 @@ struct RenderReport {
     } limits, peak;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
     std::string policy, connection;
+    BlockForm form = BlockForm::stored;  // of the blocks on the device
     uint64_t film_hash = 0;
     bool complete = true;    // false: stopped before its time, and pixels may have different numbers of samples; then
     double average_spp = 0;  // ... spp is this rounded down

@@ -105,16 +105,20 @@ VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_rende
     return visits;
 }
 
-MemoryNeeds memory_needs(const BakedScene& scene, const RenderOptions& options, const rp_render_params& params, const VisitLogSettings& visits,
-                         const DeviceInfo& device, uint64_t device_limit) {
-    const WavefrontBytes bytes = wavefront_bytes(scene, params.width, params.height);
+BlockForm block_form(const RenderOptions& options, const DeviceInfo& device) {
+    return block_form(options.record_paths > 0 ? Traversal::ray : options.traversal, device);
+}
+
+MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
+                         const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit) {
+    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height);
     MemoryNeeds needs;
     needs.limit = device_limit;
     needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
     needs.per_slot = bytes.per_slot;
     if (options.pool_place == PoolPlace::device) {
-        needs.geometry = scene.geometry_bytes();
-        needs.largest_block = scene.largest_block();
+        needs.geometry = scene.geometry_bytes(form);
+        needs.largest_block = scene.largest_block(form);
         needs.geometry_limit = options.geometry_limit;
         needs.geometry_limit_percent = options.geometry_limit_percent;
     }
@@ -125,17 +129,17 @@ MemoryNeeds memory_needs(const BakedScene& scene, const RenderOptions& options, 
     return needs;
 }
 
-PolicySettings policy_settings(const BakedScene& scene, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
-    const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes() / scene.blocks.size();
+PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
+    const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
     PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.type == "CPU");
     if (options.loads_in_flight) policy.loads_in_flight = options.loads_in_flight;
     if (options.hold_above_ready) policy.hold_above_ready = *options.hold_above_ready;
     return policy;
 }
 
-uint64_t mapped_pool_bytes(const BakedScene& scene, const DeviceInfo& device) {
-    const uint64_t geometry = scene.geometry_bytes(), slab = device.max_allocation_bytes;
-    return geometry <= slab ? geometry : geometry + (geometry / slab + 1) * 2 * scene.largest_block();
+uint64_t mapped_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device) {
+    const uint64_t geometry = scene.geometry_bytes(form), slab = device.max_allocation_bytes;
+    return geometry <= slab ? geometry : geometry + (geometry / slab + 1) * 2 * scene.largest_block(form);
 }
 
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {

@@ -19,12 +19,14 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
 
 // About options.record_paths of all paths, and room for what they log in an ordinary round; in others, some rays wait for the next one.
 VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device);
+// How blocks lie on the device. Visits can be recorded only of rays that are traced one by one.
+BlockForm block_form(const RenderOptions& options, const DeviceInfo& device);
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
-MemoryNeeds memory_needs(const BakedScene& scene, const RenderOptions& options, const rp_render_params& params, const VisitLogSettings& visits,
-                         const DeviceInfo& device, uint64_t device_limit);
-PolicySettings policy_settings(const BakedScene& scene, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);
+MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
+                         const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit);
+PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);
 // Of a pool in mapped host memory: all geometry, and what slabs leave over at their ends.
-uint64_t mapped_pool_bytes(const BakedScene& scene, const DeviceInfo& device);
+uint64_t mapped_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device);
 // The user's, or half of the memory that is free now, for the cache of blocks. planned_bytes: of device memory, which a CPU takes out of it.
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes);
 

@@ -12,18 +12,18 @@ namespace {
 constexpr uint64_t usual_chunk_bytes = uint64_t{64} << 20;
 
 // Room for a block while it is read and transcoded in place.
-uint64_t room_for(const BlockRecord& record) {
-    const uint64_t bytes = std::max(record.stored_bytes, record.memory_bytes);
+uint64_t room_for(const BlockRecord& record, BlockForm form) {
+    const uint64_t bytes = std::max(record.stored_bytes, record.bytes(form));
     return (bytes + RP_BLOCK_ALIGNMENT - 1) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }
 
 }  // namespace
 
-HostCache::HostCache(Device& device, const BlockFile& file, uint64_t limit_bytes) : device_(device), file_(file) {
+HostCache::HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes) : device_(device), file_(file), form_(form) {
     uint64_t largest = RP_BLOCK_ALIGNMENT, all = 0;
     for (const BlockRecord& record : file.scene().blocks) {
-        largest = std::max(largest, room_for(record));
-        all += room_for(record);
+        largest = std::max(largest, room_for(record, form_));
+        all += room_for(record, form_);
     }
     limit_ = std::max(limit_bytes, 2 * largest);
     // The ends of chunks that no block fits into are kept small by chunks of many blocks, where the limit allows that.
@@ -40,21 +40,21 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
         if (found->second.ready) {
             found->second.holders++;
             by_age_.splice(by_age_.end(), by_age_, found->second.age);
-            return std::span<const std::byte>(bytes_at(found->second.place, record.memory_bytes));
+            return std::span<const std::byte>(bytes_at(found->second.place, record.bytes(form_)));
         }
         if (closed_) return Status::failed("the cache of blocks was closed");
         changed_.wait(lock);
     }
-    const auto place = make_room(lock, room_for(record));
+    const auto place = make_room(lock, room_for(record, form_));
     if (!place) return place.status();
     if (entries_.count(block)) {  // another thread was faster while this one waited for room
-        chunks_[place->chunk].free.release({0, place->offset}, room_for(record));
+        chunks_[place->chunk].free.release({0, place->offset}, room_for(record, form_));
         lock.unlock();
         return acquire(block);
     }
     by_age_.push_back(block);
-    entries_[block] = Entry{*place, room_for(record), 1, false, std::prev(by_age_.end())};
-    const std::span<std::byte> target = bytes_at(*place, room_for(record));
+    entries_[block] = Entry{*place, room_for(record, form_), 1, false, std::prev(by_age_.end())};
+    const std::span<std::byte> target = bytes_at(*place, room_for(record, form_));
     lock.unlock();
     const Status status = read(block, target);
     lock.lock();
@@ -62,13 +62,13 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
     if (status.ok()) {
         entry->second.ready = true;
     } else {
-        chunks_[place->chunk].free.release({0, place->offset}, room_for(record));
+        chunks_[place->chunk].free.release({0, place->offset}, room_for(record, form_));
         by_age_.erase(entry->second.age);
         entries_.erase(entry);
     }
     changed_.notify_all();
     if (!status.ok()) return status;
-    return std::span<const std::byte>(target.first(record.memory_bytes));
+    return std::span<const std::byte>(target.first(record.bytes(form_)));
 }
 
 void HostCache::release(uint32_t block) {
@@ -95,7 +95,7 @@ Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
     const std::span<std::byte> stored = target.first(record.stored_bytes);
     RAYPAGER_TRY(file_.read_block(block, stored));
     RAYPAGER_TRY(file_.check_block(block, stored));
-    return transcode_block(target, record);
+    return transcode_block(file_.scene(), block, form_, target);
 }
 
 // A free place: in a chunk that is there, in a new one, or where the oldest blocks were.

@@ -1,4 +1,4 @@
-// Blocks in host memory, in the device's format, up to a limit, in front of the block file. They lie in pinned memory, so that uploads go
+// Blocks in host memory, in the form for the device, up to a limit, in front of the block file. They lie in pinned memory, so that uploads go
 // straight out of the cache. The least recently used goes out. Thread-safe.
 #pragma once
 
@@ -21,8 +21,9 @@ namespace raypager {
 class HostCache {
 public:
     // A limit below the two largest blocks is raised to that.
-    HostCache(Device& device, const BlockFile& file, uint64_t limit_bytes);
-    // The bytes of a block, memory_bytes of them: from the cache, or read from the file, verified and transcoded. They stay where they are
+    HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes);
+    BlockForm form() const { return form_; }
+    // The bytes of a block in that form: from the cache, or read from the file, verified and transcoded. They stay where they are
     // until release(). Waits while everything that is cached is held by others (REQUIRES: those come to release without this call).
     Result<std::span<const std::byte>> acquire(uint32_t block);
     void release(uint32_t block);
@@ -56,6 +57,7 @@ private:
 
     Device& device_;
     const BlockFile& file_;
+    const BlockForm form_;
     uint64_t limit_, chunk_bytes_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;  // something was released or became ready

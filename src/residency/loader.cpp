@@ -90,9 +90,12 @@ Status Loader::bring(Load& load) {
     try {
         const auto bytes = cache_.acquire(load.block);
         if (!bytes) return bytes.status();
-        rp_block_header header;
-        std::memcpy(&header, bytes->data(), sizeof header);
-        load.arrival = {load.block, header.leaves_at, header.vertices_at};
+        load.arrival = {load.block, 0, 0};
+        if (cache_.form() == BlockForm::stored) {
+            rp_block_header header;
+            std::memcpy(&header, bytes->data(), sizeof header);
+            load.arrival = {load.block, header.leaves_at, header.vertices_at};
+        }
         inject_delay();
         // Not under the lock that the render loop needs: drivers take their time.
         const std::lock_guard order(submitting_);

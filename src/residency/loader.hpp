@@ -17,7 +17,7 @@
 
 namespace raypager {
 
-// A block that has come, and where kernels find its sections (abi/block.h, rp_page).
+// A block that has come, and, in its stored form, where kernels find its sections (abi/block.h, rp_page).
 struct Arrival {
     uint32_t block, leaves_at, vertices_at;
 };

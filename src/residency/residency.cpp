@@ -38,10 +38,10 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
 Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockFile& file, const ResidencySettings& settings) {
     const BakedScene& scene = file.scene();
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
-    auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block());
+    auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block(settings.form));
     if (!sizes) return sizes.status();
     std::vector<uint32_t> block_bytes;
-    for (const BlockRecord& block : scene.blocks) block_bytes.push_back(block.memory_bytes);
+    for (const BlockRecord& block : scene.blocks) block_bytes.push_back(block.bytes(settings.form));
     std::unique_ptr<Residency> residency(new Residency(BlockTable(block_bytes, SlabAllocator(*sizes), settings.policy, settings.journal)));
     RAYPAGER_TRY(residency->allocate_slabs(device, *sizes, settings.place));
     residency->pages_.assign(std::max<size_t>(scene.blocks.size(), 1), rp_page{RP_NONE, 0, 0, 0});
@@ -55,8 +55,9 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     }
     // Where the pool holds everything, each block passes through the cache once.
     constexpr uint64_t passage = uint64_t{128} << 20;
-    const bool all_fits = scene.geometry_bytes() <= residency->table_.pool_bytes();
-    residency->cache_ = std::make_unique<HostCache>(device, file, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit);
+    const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
+    residency->cache_ =
+        std::make_unique<HostCache>(device, file, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
     return residency;
 }

@@ -17,10 +17,11 @@
 namespace raypager {
 
 struct ResidencySettings {
-    uint64_t pool_bytes = 0;      // at most; REQUIRES: at least the largest block
-    uint64_t slab_bytes = 0;      // of one slab at most; 0: what the device allocates at once
-    uint64_t host_limit = 0;      // of the cache of blocks
-    uint32_t loader_threads = 0;  // 0: by the number of cores
+    BlockForm form = BlockForm::stored;  // of the blocks on the device
+    uint64_t pool_bytes = 0;             // at most; REQUIRES: at least the largest block
+    uint64_t slab_bytes = 0;             // of one slab at most; 0: what the device allocates at once
+    uint64_t host_limit = 0;             // of the cache of blocks
+    uint32_t loader_threads = 0;         // 0: by the number of cores
     PolicySettings policy;
     PoolPlace place = PoolPlace::device;
     bool journal = false;  // remember when which block came and went

@@ -1,5 +1,4 @@
-// The border between the stored form of a block and the form in the memory of a device class. At present one form serves both: two-wide
-// nodes with 16-bit boxes, strips on shared vertices, which GPUs like best. A wider form for CPUs enters here.
+// From the stored form of a block to the form in the memory of a device.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +9,8 @@
 
 namespace raypager {
 
-// Turns record.stored_bytes at the start of `bytes` into record.memory_bytes in the same place, in linear time.
-inline Status transcode_block(std::span<std::byte> bytes, const BlockRecord& record) {
-    if (record.stored_bytes != record.memory_bytes || bytes.size() < record.memory_bytes)
-        return Status::failed("a block's stored form is not the one that this device reads; bake the scene again");
-    return {};
-}
+// Turns the stored bytes at the start of `bytes` into the form that is asked for, in the same place, in linear time.
+// REQUIRES: bytes that check_block accepts, aligned to 4, and room for either form.
+Status transcode_block(const BakedScene& scene, uint32_t block, BlockForm form, std::span<std::byte> bytes);
 
 }  // namespace raypager

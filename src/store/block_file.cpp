@@ -91,22 +91,26 @@ public:
 
 }  // namespace
 
-uint64_t BakedScene::geometry_bytes() const {
+uint64_t BakedScene::geometry_bytes(BlockForm form) const {
     uint64_t sum = 0;
-    for (const BlockRecord& block : blocks) sum += block.memory_bytes;
+    for (const BlockRecord& block : blocks) sum += block.bytes(form);
     return sum;
 }
 
-uint64_t BakedScene::stored_bytes() const {
-    uint64_t sum = 0;
-    for (const BlockRecord& block : blocks) sum += block.stored_bytes;
-    return sum;
-}
-
-uint32_t BakedScene::largest_block() const {
+uint32_t BakedScene::largest_block(BlockForm form) const {
     uint32_t largest = 0;
-    for (const BlockRecord& block : blocks) largest = std::max(largest, block.memory_bytes);
+    for (const BlockRecord& block : blocks) largest = std::max(largest, block.bytes(form));
     return largest;
+}
+
+BlockPortals BakedScene::portals_of(uint32_t block) const {
+    const auto first = std::partition_point(portals.begin(), portals.end(), [block](const rp_portal& portal) { return portal.block < block; });
+    BlockPortals result;
+    for (size_t i = static_cast<size_t>(first - portals.begin()); i < portals.size() && portals[i].block == block; i++) {
+        result.roots.push_back(portals[i].root);
+        result.wide_roots.push_back(wide_roots[i]);
+    }
+    return result;
 }
 
 uint64_t BakedScene::identity() const {
@@ -144,6 +148,7 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, top_nodes, scene.top_nodes));
     RAYPAGER_TRY(read_section(*file, header, portals, scene.portals));
     RAYPAGER_TRY(read_section(*file, header, portal_paths, scene.portal_paths));
+    RAYPAGER_TRY(read_section(*file, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(read_section(*file, header, blocks, scene.blocks));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
     opened->file_ = std::move(*file);

@@ -89,6 +89,7 @@ Status BlockFileWriter::finish(const BakedScene& scene) {
     RAYPAGER_TRY(write_section<rp_node>(file_, header, top_nodes, scene.top_nodes));
     RAYPAGER_TRY(write_section<rp_portal>(file_, header, portals, scene.portals));
     RAYPAGER_TRY(write_section<uint64_t>(file_, header, portal_paths, scene.portal_paths));
+    RAYPAGER_TRY(write_section<rp_u32>(file_, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(write_section<BlockRecord>(file_, header, blocks, scene.blocks));
     header.file_bytes = file_.position();
     header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));

@@ -41,7 +41,7 @@ private:
         std::memcpy(&header_, bytes_.data(), sizeof header_);
         if (header_.magic != RP_BLOCK_MAGIC) return bad("it does not begin with \"RBLK\"");
         if (header_.block_index != block_ || header_.flags != 0) return bad("its header is that of another block");
-        if (header_.bytes != bytes_.size() || header_.bytes != record.memory_bytes) return bad("its size is wrong");
+        if (header_.bytes != bytes_.size() || header_.bytes != record.stored_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
         if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1 || header_.sphere_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");

@@ -90,8 +90,8 @@ Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
         const BlockRecord& block = scene.blocks[i];
         if (block.offset % page != 0 || block.offset < page || block.offset > file_bytes || block.stored_bytes > file_bytes - block.offset)
             return bad(blocks, fmt::format("block {} does not lie within the file", i));
-        if (block.stored_bytes < sizeof(rp_block_header) || block.memory_bytes % RP_BLOCK_ALIGNMENT != 0 ||
-            block.memory_bytes < sizeof(rp_block_header) || block.memory_bytes > RP_MAX_BLOCK_BYTES || block.stored_bytes > RP_MAX_BLOCK_BYTES)
+        if (block.stored_bytes < sizeof(rp_block_header) || block.stored_bytes > RP_MAX_BLOCK_BYTES || block.stored_bytes % RP_BLOCK_ALIGNMENT != 0 ||
+            block.wide_bytes < sizeof(rp_wide_header) || block.wide_bytes > RP_MAX_WIDE_BYTES || block.wide_bytes % RP_BLOCK_ALIGNMENT != 0)
             return bad(blocks, fmt::format("block {} has an impossible size", i));
         if (!good_bounds(block.lower, block.upper)) return bad(blocks, fmt::format("the bounds of block {} make no sense", i));
         triangles += block.triangles;
@@ -102,7 +102,8 @@ Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
 }
 
 Status check_portals(const BakedScene& scene) {
-    if (scene.portals.size() != scene.top_grid.portal_count || scene.portals.size() != scene.portal_paths.size())
+    if (scene.portals.size() != scene.top_grid.portal_count || scene.portals.size() != scene.portal_paths.size() ||
+        scene.portals.size() != scene.wide_roots.size())
         return bad(portals, "their number is inconsistent");
     uint64_t next_block = 0, of_block = 0;
     for (size_t i = 0; i < scene.portals.size(); i++) {
@@ -112,8 +113,10 @@ Status check_portals(const BakedScene& scene) {
         if (portal.block >= scene.blocks.size() || of_block > RP_MAX_SUB_BOXES) return bad(portals, fmt::format("portal {} leads to no block", i));
         if (!good_grid(portal.origin, portal.cell)) return bad(portals, fmt::format("the grid of portal {} makes no sense", i));
         if ((portal.root & RP_REF_PORTAL) == RP_REF_PORTAL || portal.root == RP_REF_EXIT ||
-            (!(portal.root & RP_REF_LEAF) && uint64_t{portal.root} * sizeof(rp_node) >= scene.blocks[portal.block].memory_bytes))
+            (!(portal.root & RP_REF_LEAF) && uint64_t{portal.root} * sizeof(rp_node) >= scene.blocks[portal.block].stored_bytes))
             return bad(portals, fmt::format("portal {} has no root", i));
+        if (uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[portal.block].wide_bytes)
+            return bad(wide_roots, fmt::format("portal {} has no root", i));
     }
     if (next_block != scene.blocks.size()) return bad(portals, fmt::format("block {} has none", next_block));
     return {};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "raypager/abi/wide.h"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
 

@@ -13,13 +13,13 @@ namespace raypager::format {
 static_assert(std::endian::native == std::endian::little, "block files are read and written as they lie in memory");
 
 inline constexpr char magic[8] = {'R', 'A', 'Y', 'P', 'A', 'G', 'E', 'R'};
-inline constexpr uint32_t version = 2;
+inline constexpr uint32_t version = 3;
 inline constexpr uint32_t endian_mark = 0x01020304u;
 inline constexpr uint64_t page = 4096;  // the header takes one; blocks start at multiples
 
-enum Section : uint32_t { scalars, materials, lights, ranges, top_nodes, portals, portal_paths, blocks, section_count };
-inline constexpr const char* section_names[section_count] = {"scene",    "materials", "lights",       "ranges",
-                                                             "top tree", "portals",   "portal paths", "block table"};
+enum Section : uint32_t { scalars, materials, lights, ranges, top_nodes, portals, portal_paths, wide_roots, blocks, section_count };
+inline constexpr const char* section_names[section_count] = {"scene",   "materials",    "lights",     "ranges",     "top tree",
+                                                             "portals", "portal paths", "wide roots", "block table"};
 
 struct SectionEntry {
     uint64_t offset, count, checksum;
@@ -43,10 +43,11 @@ struct Scalars {
     uint64_t triangles, spheres, fingerprint;
 };
 
-inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars), sizeof(rp_material), sizeof(rp_light), sizeof(rp_primitive_range),
-                                                       sizeof(rp_node), sizeof(rp_portal),   sizeof(uint64_t), sizeof(BlockRecord)};
+inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),    sizeof(rp_material), sizeof(rp_light), sizeof(rp_primitive_range),
+                                                       sizeof(rp_node),    sizeof(rp_portal),   sizeof(uint64_t), sizeof(rp_u32),
+                                                       sizeof(BlockRecord)};
 
-static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 8 * 32 + 8 && sizeof(Scalars) == 144);
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 144);
 static_assert(sizeof(rp_material) == 64 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
 static_assert(sizeof(rp_node) == 32 && sizeof(rp_portal) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
 

@@ -4,28 +4,41 @@
 
 #include <algorithm>
 
+#include "wavefront/traversal.hpp"
+#include "wide/top.hpp"
+
 namespace raypager {
 namespace {
 
 // A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
 constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
 
+// A CPU runs work-items one after the other: few of them, so that short queues cost little, but some dozen groups a core, for balance.
+constexpr uint32_t ray_items_per_core = 1 << 12;
+constexpr uint32_t stream_items_per_core = 64;  // each alone in its group: it has much private memory
+
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 uint64_t demand_bytes(const BakedScene& scene) { return at_least_16(scene.blocks.size() * RP_DEMAND_ARRAYS * sizeof(uint32_t)); }
 
+std::vector<std::byte> wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots); }
+
 }  // namespace
 
-uint64_t GeometryBuffers::bytes(const BakedScene& scene) {
-    return at_least_16(sizeof(rp_top_grid)) + at_least_16(scene.top_nodes.size() * sizeof(rp_node)) +
-           at_least_16(scene.portals.size() * sizeof(rp_portal)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t)) + demand_bytes(scene);
+uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
+    return (form == BlockForm::wide ? wide_top(scene).size() : 0) + at_least_16(sizeof(rp_top_grid)) +
+           at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) +
+           at_least_16(scene.portal_paths.size() * sizeof(uint64_t)) + demand_bytes(scene);
 }
 
-Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, const std::vector<Buffer>& slabs, const Buffer& page_table) {
+Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
+                                                const Buffer& page_table) {
     GeometryBuffers result;
+    result.form_ = form;
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
     result.traversal_options_ = device.traversal_options();
+    if (suits_streams(device.info())) result.traversal_options_ += "-DRP_SURFACE_LANES ";
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
@@ -40,6 +53,11 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
+    if (form == BlockForm::wide) {
+        auto top = device.upload(wide_top(scene), "the wide top tree");
+        if (!top) return top.status();
+        result.wide_top_ = std::move(*top);
+    }
     auto demand = device.allocate(demand_bytes(scene), "demand counters");
     if (!demand) return demand.status();
     result.demand_ = std::move(*demand);
@@ -49,6 +67,18 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
 
 std::string GeometryBuffers::definitions() const {
     return traversal_options_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+}
+
+Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, const std::string& more_definitions) const {
+    const std::string stage = form_ == BlockForm::wide ? name + "_stream" : name;
+    return device.kernel(stage, "rp_" + stage, definitions() + more_definitions);
+}
+
+Status GeometryBuffers::launch(Device& device, const Kernel& kernel, uint64_t rays, Event* event) const {
+    const uint64_t cores = device.info().compute_units;
+    if (form_ == BlockForm::wide) return device.kernels().launch(kernel, cores * stream_items_per_core, 1, event);
+    if (device.info().type == "CPU") rays = std::min(rays, cores * ray_items_per_core);
+    return device.kernels().launch(kernel, rays, device.group_size(), event);
 }
 
 }  // namespace raypager

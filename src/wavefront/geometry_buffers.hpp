@@ -16,9 +16,10 @@ namespace raypager {
 
 class GeometryBuffers {
 public:
-    static uint64_t bytes(const BakedScene& scene);
-    // slabs and page_table outlive this.
-    static Result<GeometryBuffers> create(Device& device, const BakedScene& scene, const std::vector<Buffer>& slabs, const Buffer& page_table);
+    static uint64_t bytes(const BakedScene& scene, BlockForm form);
+    // slabs and page_table outlive this. form: of the blocks in the slabs.
+    static Result<GeometryBuffers> create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
+                                          const Buffer& page_table);
 
     const Buffer& portals() const { return portals_; }
     const Buffer& pages() const { return *page_table_; }
@@ -26,20 +27,33 @@ public:
     uint32_t block_count() const { return block_count_; }
     // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
     std::string definitions() const;
-    // Sets RP_GEOMETRY_PARAMETERS and block_count, then the rest. Unused slabs repeat the first.
+    BlockForm form() const { return form_; }
+    // The kernel rp_NAME of the stage NAME ("extend", "connect", "probe"), or rp_NAME_stream of NAME_stream if the blocks are in wide form.
+    // more_definitions: " -D..." beside definitions().
+    Result<Kernel> kernel(Device& device, const std::string& name, const std::string& more_definitions = {}) const;
+    // Launches such a kernel for a queue of up to `rays` rays; each work-item loops over its share of them.
+    Status launch(Device& device, const Kernel& kernel, uint64_t rays, Event* event) const;
+    // Sets RP_GEOMETRY_PARAMETERS, the wide top tree if the blocks are wide, and block_count, then the rest.
     template <class... Rest>
     Status set(Kernel& kernel, const Rest&... rest) const {
-        const std::vector<Buffer>& slabs = *slabs_;
-        const auto slab = [&](size_t i) -> const Buffer& { return slabs[i < slabs.size() ? i : 0]; };
-        if (slabs.size() == 1)
-            return kernel.set(top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, slab(0), block_count_, rest...);
-        return kernel.set(top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, slab(0), slab(1), slab(2), slab(3), slab(4), slab(5),
-                          slab(6), slab(7), block_count_, rest...);
+        if (form_ == BlockForm::wide) return set_slabs(kernel, wide_top_, block_count_, rest...);
+        return set_slabs(kernel, block_count_, rest...);
     }
 
 private:
+    // Unused slabs repeat the first.
+    template <class... Rest>
+    Status set_slabs(Kernel& kernel, const Rest&... rest) const {
+        const std::vector<Buffer>& slabs = *slabs_;
+        const auto slab = [&](size_t i) -> const Buffer& { return slabs[i < slabs.size() ? i : 0]; };
+        if (slabs.size() == 1) return kernel.set(top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, slab(0), rest...);
+        return kernel.set(top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, slab(0), slab(1), slab(2), slab(3), slab(4), slab(5),
+                          slab(6), slab(7), rest...);
+    }
+
     GeometryBuffers() = default;
-    Buffer top_grid_, top_nodes_, portals_, portal_paths_, demand_;
+    BlockForm form_ = BlockForm::stored;
+    Buffer wide_top_, top_grid_, top_nodes_, portals_, portal_paths_, demand_;
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;

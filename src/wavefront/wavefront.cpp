@@ -49,11 +49,11 @@ std::span<const std::byte> bytes_of_one(const T& value) {
 
 }  // namespace
 
-WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t height) {
+WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
-                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene) +
+                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
@@ -61,11 +61,12 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t
     return bytes;
 }
 
-Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, const rp_render_params& params,
+Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
                                                      const VisitLogSettings& visits) {
+    RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
-    auto geometry = GeometryBuffers::create(device, scene, slabs, page_table);
+    auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table);
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     wavefront->count_bounces_ = count_bounces && !scene.blocks.empty();
@@ -139,24 +140,28 @@ Status Wavefront::allocate_visit_log() {
 }
 
 Status Wavefront::build_kernels() {
-    const std::string definitions =
-        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}{}{}", wake_slots, count_bounces_ ? " -DRP_COUNT_BOUNCES" : "",
-                                              visit_settings_.capacity ? " -DRP_RECORD" : "");
+    const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
+    const std::string definitions = geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}", wake_slots);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
     };
-    const Part parts[] = {{wake_, "wake", "rp_wake"},       {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"},
-                          {extend_, "extend", "rp_extend"}, {shade_, "shade", "rp_shade"},          {connect_, "connect", "rp_connect"}};
+    const Part parts[] = {
+        {wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}, {shade_, "shade", "rp_shade"}};
     for (const Part& part : parts) {
         auto kernel = device_.kernel(part.stage, part.name, definitions);
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
-    // Persistent threads do not record.
-    persistent_lanes_ = visit_settings_.capacity ? 0 : device_.persistent_lanes();
+    for (const auto& [kernel, name] : {std::pair(&extend_, "extend"), std::pair(&connect_, "connect")}) {
+        auto traced = geometry_.kernel(device_, name, tracing);
+        if (!traced) return traced.status();
+        *kernel = std::move(*traced);
+    }
+    // Persistent threads do not record, and streams need none.
+    persistent_lanes_ = visit_settings_.capacity || geometry_.form() == BlockForm::wide ? 0 : device_.persistent_lanes();
     if (const uint32_t lanes = persistent_lanes_) {
-        auto kernel = device_.kernel("extend", "rp_extend", definitions + fmt::format(" -DRP_PERSISTENT={}", lanes));
+        auto kernel = geometry_.kernel(device_, "extend", tracing + fmt::format(" -DRP_PERSISTENT={}", lanes));
         if (!kernel) return kernel.status();
         extend_persistent_ = std::move(*kernel);
     }
@@ -196,9 +201,12 @@ Status Wavefront::start_round(uint32_t round) {
     RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
-    RAYPAGER_TRY(queue.launch(extend, persistent ? std::min<uint64_t>(items, device_.persistent_items()) : items, group, &flight.stages[2]));
+    if (persistent)
+        RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &flight.stages[2]));
+    else
+        RAYPAGER_TRY(geometry_.launch(device_, extend, slots, &flight.stages[2]));
     RAYPAGER_TRY(queue.launch(shade_, items, group, &flight.stages[3]));
-    RAYPAGER_TRY(queue.launch(connect_, items, group, &flight.stages[4]));
+    RAYPAGER_TRY(geometry_.launch(device_, connect_, slots, &flight.stages[4]));
     const std::span<std::byte> results = flight.results.bytes();
     RAYPAGER_TRY(queue.read(counters_, 0, results.first(counters_.bytes()), &flight.read));
     RAYPAGER_TRY(queue.read(geometry_.demand(), 0, results.subspan(counters_.bytes()), &flight.read));

@@ -32,7 +32,7 @@ struct WavefrontBytes {
     uint64_t per_slot = 0;               // of one path slot, queues included
     uint64_t largest_part_per_slot = 0;  // of the largest buffer that holds a part of each slot
 };
-WavefrontBytes wavefront_bytes(const BakedScene& scene, uint32_t width, uint32_t height);
+WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height);
 
 // Counters of one round, read back after it.
 struct RoundCounters {
@@ -55,8 +55,9 @@ private:
 
 class Wavefront {
 public:
-    // slabs and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces, RP_DEMAND_BOUNCES stays 0.
-    static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, const rp_render_params& params,
+    // slabs, with blocks in that form, and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces,
+    // RP_DEMAND_BOUNCES stays 0. REQUIRES: blocks are in their stored form if visits are recorded.
+    static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
                                                      const VisitLogSettings& visits = {});
     // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way.

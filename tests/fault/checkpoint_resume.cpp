@@ -34,12 +34,12 @@ protected:
         all[1].geometry_limit_percent = 40;
         all[1].policy = PolicyKind::lru;
         all[2].paths = 64;
-        all[2].geometry_limit = file_->scene().largest_block();
+        all[2].geometry_limit = file_->scene().largest_block(support::default_form());
         all[3].paths = 3000;
         all[3].policy = PolicyKind::most_wanted;
         all[3].geometry_limit_percent = 60;
         all[4].paths = 1000;
-        all[4].slab_bytes = file_->scene().largest_block() + 64;
+        all[4].slab_bytes = file_->scene().largest_block(support::default_form()) + 64;
         all[5].rounds_under_way = 2;
         all[5].geometry_limit_percent = 50;
         return all;
@@ -82,7 +82,7 @@ TEST_F(CheckpointResume, ends_in_the_same_film_after_stops_at_random_rounds) {
 TEST_F(CheckpointResume, goes_on_with_paths_that_wait_for_blocks) {
     RenderOptions options = base_;
     options.paths = 3000;  // nearly all samples are under way at once
-    options.geometry_limit = file_->scene().largest_block();
+    options.geometry_limit = file_->scene().largest_block(support::default_form());
     const auto stopped = render_rounds(*file_, options, 3);
     ASSERT_TRUE(stopped.ok()) << stopped.status().message();
     ASSERT_FALSE(stopped->report.complete);

@@ -38,7 +38,7 @@ protected:
         options.block_bytes = 256 << 10;
         auto file = support::bake_and_open(support::small_scene(900), options, folder_.path(), "scene");  // 1.6 million triangles
         ASSERT_TRUE(file.ok()) << file.status().message();
-        geometry_ = (*file)->scene().geometry_bytes();
+        geometry_ = (*file)->scene().geometry_bytes(support::default_form());
         ASSERT_GT(geometry_, 30 * MiB);
     }
 

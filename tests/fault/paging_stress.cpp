@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "base/fault_plan.hpp"
+#include "raypager/abi/wide.h"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/sanitizers.hpp"
@@ -64,7 +65,7 @@ TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
         const uint32_t seed = first_seed + static_cast<uint32_t>(i);
         std::mt19937 random(seed);
         RenderOptions options = options_;
-        options.geometry_limit = 2 * uint64_t{file_->scene().largest_block()};
+        options.geometry_limit = 2 * uint64_t{file_->scene().largest_block(support::default_form())};
         options.policy = policy_names[random() % std::size(policy_names)].kind;
         options.loads_in_flight = 1 + random() % 3;
         options.loader_threads = 1 + random() % 4;
@@ -85,13 +86,25 @@ TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
     }
 }
 
+// Whether these bytes are a block in that form.
+bool is_block(std::span<const std::byte> bytes, BlockForm form, uint32_t block) {
+    if (form == BlockForm::wide) {
+        rp_wide_header header;
+        std::memcpy(&header, bytes.data(), sizeof header);
+        return header.magic == RP_WIDE_MAGIC && header.block == block && header.bytes == bytes.size();
+    }
+    rp_block_header header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    return header.magic == RP_BLOCK_MAGIC && header.block_index == block && header.bytes == bytes.size();
+}
+
 // The cache in front of the file, used by several threads at once with room for a few blocks: everybody gets the right bytes, and whoever
 // waits is woken.
-TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
+void use_from_many_threads(const BlockFile& file, BlockForm form) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    const BakedScene& scene = file_->scene();
-    HostCache cache(**device, *file_, 9 * uint64_t{scene.largest_block()});
+    const BakedScene& scene = file.scene();
+    HostCache cache(**device, file, form, 9 * uint64_t{scene.largest_block(form)});
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE(seed);
     fault_plan().seed = seed;
@@ -107,9 +120,7 @@ TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
                 continue;
             }
             inject_delay();
-            rp_block_header header;
-            std::memcpy(&header, bytes->data(), sizeof header);
-            wrong += header.block_index != block || header.bytes != bytes->size() || bytes->size() != scene.blocks[block].memory_bytes;
+            wrong += !is_block(*bytes, form, block) || bytes->size() != scene.blocks[block].bytes(form);
             cache.release(block);
         }
     };
@@ -120,11 +131,15 @@ TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
     EXPECT_EQ(failed, 0);
 }
 
+TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
+    for (const BlockForm form : {BlockForm::stored, BlockForm::wide}) use_from_many_threads(*file_, form);
+}
+
 // A read of a block that fails, at the start, in the middle or at the end of a render, ends it with the file's name and the block's, soon
 // and without a picture.
 TEST_F(PagingStressOnDevice, AFailingReadEndsTheRender) {
     RenderOptions options = options_;
-    options.geometry_limit = 2 * uint64_t{file_->scene().largest_block()};
+    options.geometry_limit = 2 * uint64_t{file_->scene().largest_block(support::default_form())};
     options.host_limit = 1;
     const auto whole = render(*file_, options, {});
     ASSERT_TRUE(whole.ok()) << whole.status().message();

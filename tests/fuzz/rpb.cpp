@@ -10,6 +10,7 @@
 #include "support/block_file_bytes.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/blocks_scenes.hpp"
+#include "wide/block.hpp"
 
 namespace raypager::fuzz {
 namespace {
@@ -58,7 +59,9 @@ void run(std::string_view input) {
     const BakedScene& scene = (*file)->scene();
     for (uint32_t block = 0; block < scene.blocks.size(); block++) {
         std::vector<std::byte> stored(scene.blocks[block].stored_bytes);
-        if ((*file)->read_block(block, stored) && (*file)->check_block(block, stored)) decode_block(scene, block, stored);
+        if (!(*file)->read_block(block, stored) || !(*file)->check_block(block, stored)) continue;
+        decode_block(scene, block, stored);
+        (void)WideBlockMaker().make(stored, scene.portals_of(block).roots);
     }
 }
 

@@ -134,7 +134,7 @@ TEST_F(BenchEngine, a_replay_moves_the_bytes_that_the_engine_moved) {
     const uint64_t measured = run(lru).report.paging.bytes_loaded;
     const DemandTrace trace = record(base());
     bench::PolicyBenchSettings settings;
-    settings.pools = {scene().geometry_bytes() / 5};
+    settings.pools = {scene().geometry_bytes(BlockForm::stored) / 5};
     settings.policies = {PolicyKind::lru};
     const auto rows = bench::bench_policies(trace, settings, {});
     EXPECT_NEAR(static_cast<double>(rows[0].replay.bytes_loaded) / static_cast<double>(measured), 1, 0.25);
@@ -166,9 +166,9 @@ TEST_F(BenchEngine, baselines_end_and_show_the_same_picture) {
     const RenderResult mapped = run(host);
     EXPECT_EQ(mapped.report.film_hash, hash_);
     EXPECT_EQ(mapped.report.paging.loads, scene().blocks.size());
-    EXPECT_GE(mapped.report.peak.host_bytes, scene().geometry_bytes());
+    EXPECT_GE(mapped.report.peak.host_bytes, scene().geometry_bytes(support::default_form()));
     EXPECT_LT(mapped.report.peak.memory_bytes, run(base()).report.peak.memory_bytes);
-    host.host_limit = scene().geometry_bytes() / 2;
+    host.host_limit = scene().geometry_bytes(support::default_form()) / 2;
     const auto refused = render(**file_, host, {});
     ASSERT_FALSE(refused.ok());
     EXPECT_NE(refused.status().message().find("--host-limit"), std::string::npos);

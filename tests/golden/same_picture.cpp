@@ -99,7 +99,7 @@ TEST_P(SamePicture, with_room_for_one_block) {
     for (const PolicyName& policy : policy_names) {
         RenderOptions options = base_;
         options.policy = policy.kind;
-        options.geometry_limit = file_->scene().largest_block();
+        options.geometry_limit = file_->scene().largest_block(support::default_form());
         expect_same(options, std::string(policy.name) + " with one block");
     }
 }
@@ -133,6 +133,18 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
             options.geometry_limit_percent = percent;
             options.connection = Connection::queue;
             expect_same(options, std::to_string(rounds) + " rounds under way");
+        }
+}
+
+// Everything else here is traced in the way that the device likes best.
+TEST_P(SamePicture, ray_by_ray_and_in_streams) {
+    for (const Traversal traversal : support::traversals())
+        for (const double percent : {100.0, 20.0, 0.001}) {  // the last: room for the largest block
+            RenderOptions options = base_;
+            options.traversal = traversal;
+            options.geometry_limit_percent = percent;
+            options.rounds_under_way = percent < 100 ? 2 : 1;
+            expect_same(options, (traversal == Traversal::ray ? "ray by ray at " : "in streams at ") + std::to_string(percent) + " %");
         }
 }
 

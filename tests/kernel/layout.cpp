@@ -6,6 +6,7 @@
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
+#include "raypager/abi/wide.h"
 
 namespace raypager {
 namespace {
@@ -16,8 +17,9 @@ TEST(Layout, struct_sizes_agree) {
     auto kernel = (*device)->kernel("probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     const std::vector<uint32_t> expected = {
-        sizeof(rp_node),     sizeof(rp_leaf),  sizeof(rp_block_header),    sizeof(rp_portal), sizeof(rp_top_grid),      sizeof(rp_page),
-        sizeof(rp_material), sizeof(rp_light), sizeof(rp_primitive_range), sizeof(rp_camera), sizeof(rp_render_params), sizeof(rp_path_sample)};
+        sizeof(rp_node),          sizeof(rp_leaf),        sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
+        sizeof(rp_page),          sizeof(rp_material),    sizeof(rp_light),        sizeof(rp_primitive_range), sizeof(rp_camera),
+        sizeof(rp_render_params), sizeof(rp_path_sample), sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());
@@ -37,7 +39,7 @@ TEST(Layout, offsets_that_kernels_rely_on) {
 }
 
 TEST(KernelSources, every_stage_expands_without_includes) {
-    for (const char* stage : {"wake", "generate", "extend", "shade", "connect", "probe"}) {
+    for (const char* stage : {"wake", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream", "probe_stream"}) {
         auto text = expand_kernel_source(std::string("stages/") + stage + ".cl");
         ASSERT_TRUE(text.ok()) << text.status().message();
         EXPECT_EQ(text->find("#include \""), std::string::npos) << stage;

@@ -27,12 +27,17 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
     const auto resident = render(**file, options, {});
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     options.geometry_limit_percent = 60;
-    options.slab_bytes = (*file)->scene().largest_block() + 64;
-    const auto paged = render(**file, options, {});
-    ASSERT_TRUE(paged.ok()) << paged.status().message();
-    EXPECT_GT(paged->report.paging.evictions, 0u);
-    EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
-    EXPECT_EQ(paged->report.clamped_samples, 0u);
+    for (const Traversal traversal : support::traversals()) {
+        const BlockForm form = traversal == Traversal::stream ? BlockForm::wide : BlockForm::stored;
+        options.traversal = traversal;
+        options.slab_bytes = (*file)->scene().largest_block(form) + 64;
+        const auto paged = render(**file, options, {});
+        ASSERT_TRUE(paged.ok()) << paged.status().message();
+        EXPECT_EQ(paged->report.form, form);
+        EXPECT_GT(paged->report.paging.evictions, 0u);
+        EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
+        EXPECT_EQ(paged->report.clamped_samples, 0u);
+    }
 }
 
 TEST(SmallRender, records_what_rays_enter) {
@@ -91,13 +96,16 @@ TEST(SmallRender, an_empty_scene_is_its_background) {
     for (const float value : result->image.values) EXPECT_NEAR(value, 0.3f, 1e-6);
 }
 
-TEST(SmallRender, probe_traces_resident_blocks) {
+class SmallProbe : public testing::TestWithParam<Traversal> {};
+
+TEST_P(SmallProbe, traces_resident_blocks) {
+    if (GetParam() == Traversal::stream && support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
     const support::TemporaryFolder folder;
     BakeOptions bake_options;
     bake_options.block_bytes = 16 << 10;
     auto file = support::bake_and_open(small_scene(30), bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    auto device = support::DeviceScene::create(*file);
+    auto device = support::DeviceScene::create(*file, 0, GetParam());
     ASSERT_TRUE(device.ok()) << device.status().message();
     auto hits = (*device)->trace({{{-1.2f, 5, 0}, INFINITY, {0, -1, 0}}, {{0, 5, 0}, 1, {0, -1, 0}}, {{0, 5, 0}, INFINITY, {0, 1, 0}}});
     ASSERT_TRUE(hits.ok()) << hits.status().message();
@@ -108,6 +116,9 @@ TEST(SmallRender, probe_traces_resident_blocks) {
     EXPECT_EQ((*hits)[1].primitive, RP_NONE);
     EXPECT_EQ((*hits)[2].primitive, RP_NONE);
 }
+
+INSTANTIATE_TEST_SUITE_P(traversals, SmallProbe, testing::Values(Traversal::ray, Traversal::stream),
+                         [](const auto& param) { return std::string(param.param == Traversal::ray ? "ray" : "stream"); });
 
 }  // namespace
 }  // namespace raypager

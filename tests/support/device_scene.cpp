@@ -13,23 +13,35 @@ Result<std::shared_ptr<const BlockFile>> bake_and_open(const Scene& scene, const
     return BlockFile::open(path);
 }
 
-Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes) {
+BlockForm default_form() {
+    const auto device = Device::open("", 0);
+    return block_form(Traversal::automatic, device.ok() ? (*device)->info() : DeviceInfo());
+}
+
+std::vector<Traversal> traversals() {
+    if (default_form() == BlockForm::stored) return {Traversal::ray};
+    return {Traversal::ray, Traversal::stream};
+}
+
+Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes, Traversal traversal) {
     std::unique_ptr<DeviceScene> result(new DeviceScene);
     result->file_ = std::move(file);
     auto device = Device::open("", 0);
     if (!device) return device.status();
     result->device_ = std::move(*device);
     const BakedScene& scene = result->scene();
+    const BlockForm form = block_form(traversal, result->device_->info());
     ResidencySettings settings;
+    settings.form = form;
     settings.slab_bytes = slab_bytes;
     // Slabs have ends that no block fits into.
-    const uint64_t spare = slab_bytes ? scene.geometry_bytes() / slab_bytes * scene.largest_block() * 2 + slab_bytes : 0;
-    settings.pool_bytes = scene.geometry_bytes() + spare;
+    const uint64_t spare = slab_bytes ? scene.geometry_bytes(form) / slab_bytes * scene.largest_block(form) * 2 + slab_bytes : 0;
+    settings.pool_bytes = scene.geometry_bytes(form) + spare;
     settings.policy = default_settings(PolicyKind::lru);
     auto residency = Residency::create(*result->device_, *result->file_, settings);
     if (!residency) return residency.status();
     result->residency_ = std::move(*residency);
-    auto geometry = GeometryBuffers::create(*result->device_, scene, result->residency_->slabs(), result->residency_->page_table());
+    auto geometry = GeometryBuffers::create(*result->device_, scene, form, result->residency_->slabs(), result->residency_->page_table());
     if (!geometry) return geometry.status();
     result->geometry_ = std::make_unique<GeometryBuffers>(std::move(*geometry));
     RAYPAGER_TRY(result->residency_->load_all(result->device_->kernels()));
@@ -54,14 +66,17 @@ Result<std::vector<ProbeHit>> DeviceScene::trace(const std::vector<ProbeRay>& ra
     std::vector<ProbeRay> rays = rays_of_any_length;
     std::vector<int> exponents;
     for (ProbeRay& ray : rays) exponents.push_back(normalise(ray));
-    auto kernel = device_->kernel("probe", "rp_probe", geometry_->definitions());
+    auto kernel = geometry_->kernel(*device_, "probe");
     if (!kernel) return kernel.status();
     auto input = device_->upload(bytes_of(rays), "rays");
     if (!input) return input.status();
     auto output = device_->allocate(rays.size() * sizeof(ProbeHit), "hits");
     if (!output) return output.status();
     RAYPAGER_TRY(geometry_->set(*kernel, *input, static_cast<uint32_t>(rays.size()), *output));
-    RAYPAGER_TRY(device_->kernels().launch(*kernel, rays.size(), device_->group_size()));
+    if (geometry_->form() == BlockForm::wide)
+        RAYPAGER_TRY(geometry_->launch(*device_, *kernel, rays.size(), nullptr));
+    else
+        RAYPAGER_TRY(device_->kernels().launch(*kernel, rays.size(), device_->group_size()));
     std::vector<ProbeHit> hits(rays.size());
     RAYPAGER_TRY(device_->kernels().read_now(*output, 0, std::as_writable_bytes(std::span(hits))));
     for (size_t i = 0; i < hits.size(); i++) hits[i].t = std::ldexp(hits[i].t, -exponents[i]);

@@ -13,6 +13,7 @@
 #include "store/block_file.hpp"
 #include "support/temporary_folder.hpp"
 #include "wavefront/geometry_buffers.hpp"
+#include "wavefront/traversal.hpp"
 
 namespace raypager::support {
 
@@ -34,10 +35,16 @@ struct ProbeHit {
 Result<std::shared_ptr<const BlockFile>> bake_and_open(const Scene& scene, const BakeOptions& options, const std::filesystem::path& folder,
                                                        const std::string& name);
 
+// How blocks lie on the default device unless something else is asked for.
+BlockForm default_form();
+// Ways of tracing that suit the default device: streams are not for all.
+std::vector<Traversal> traversals();
+
 class DeviceScene {
 public:
     // slab_bytes: of the pool's slabs at most; 0: one slab if the device allows.
-    static Result<std::unique_ptr<DeviceScene>> create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes = 0);
+    static Result<std::unique_ptr<DeviceScene>> create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes = 0,
+                                                       Traversal traversal = Traversal::automatic);
     Result<std::vector<ProbeHit>> trace(const std::vector<ProbeRay>& rays);
     const BakedScene& scene() const { return file_->scene(); }
     size_t slab_count() const { return residency_->slabs().size(); }

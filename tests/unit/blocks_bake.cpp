@@ -139,8 +139,9 @@ TEST_P(Bake, BlocksKeepTheirLimitAndHoldTogether) {
         const Status status = file_->check_block(block, bytes.span());
         EXPECT_TRUE(status.ok()) << status.message();
         const BlockRecord& record = file_->scene().blocks[block];
-        EXPECT_LE(record.memory_bytes, GetParam().block_bytes);
-        EXPECT_EQ(record.memory_bytes % RP_BLOCK_ALIGNMENT, 0u);
+        EXPECT_LE(record.stored_bytes, GetParam().block_bytes);
+        EXPECT_EQ(record.stored_bytes % RP_BLOCK_ALIGNMENT, 0u);
+        EXPECT_EQ(record.wide_bytes % RP_BLOCK_ALIGNMENT, 0u);
         EXPECT_LE(portals_of(block).size(), GetParam().sub_boxes);
         bytes_in_all += record.stored_bytes;
     }

@@ -140,7 +140,7 @@ TEST(Clouds, FingerprintFollowsPointsAndOptions) {
 TEST(Clouds, TakeAtMost26BytesAPoint) {
     TemporaryFolder folder;
     const auto file = bake_and_open(scene_of({cloud_shape(random_points(100000, 7))}), folder / "cloud.rpb", 256 << 10);
-    const double bytes = static_cast<double>(file->scene().geometry_bytes()) / 100000;
+    const double bytes = static_cast<double>(file->scene().stored_bytes()) / 100000;
     EXPECT_LE(bytes, 26);
     EXPECT_GE(bytes, 20);
 }

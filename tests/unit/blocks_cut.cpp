@@ -115,7 +115,7 @@ TEST(Grid, ValuesAreWhatTheKernelsDecode) {
 double bytes_a_primitive(const Scene& scene, uint64_t block_bytes) {
     TemporaryFolder folder;
     const auto file = bake_and_open(scene, folder / "scene.rpb", block_bytes);
-    return static_cast<double>(file->scene().geometry_bytes()) / static_cast<double>(file->scene().triangles + file->scene().spheres);
+    return static_cast<double>(file->scene().stored_bytes()) / static_cast<double>(file->scene().triangles + file->scene().spheres);
 }
 
 // Bytes a triangle decide everything out of core.

@@ -22,9 +22,9 @@ BakedScene small_scene() {
     scene.triangles = 90;
     scene.spheres = 10;
     scene.blocks.resize(2);
-    scene.blocks[0].memory_bytes = 2048;
-    scene.blocks[1].memory_bytes = 512;
-    scene.blocks[0].stored_bytes = scene.blocks[1].stored_bytes = 500;
+    scene.blocks[0].stored_bytes = 2048;
+    scene.blocks[1].stored_bytes = 512;
+    scene.blocks[0].wide_bytes = scene.blocks[1].wide_bytes = 3200;
     return scene;
 }
 
@@ -55,40 +55,18 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     EXPECT_EQ(keys_of(json["checkpoint"]), (Keys{"runs", "written"}));
     EXPECT_EQ(keys_of(json["rays"]), (Keys{"camera", "bounce", "shadow", "total", "per_second"}));
     EXPECT_EQ(keys_of(json["paging"]), (Keys{"policy", "loads", "evictions", "bytes_loaded", "rounds", "wants_without_hit"}));
-    for (const char* option : {"device",
-                               "memory_limit",
-                               "geometry_limit",
-                               "host_limit",
-                               "spp",
-                               "time",
-                               "size",
-                               "max_depth",
-                               "seed",
-                               "paths",
-                               "policy",
-                               "connection",
-                               "camera",
-                               "point_radius",
-                               "point_scale",
-                               "cull_to_camera",
-                               "cull_margin",
-                               "filter_to_image",
-                               "reference",
-                               "log",
-                               "snapshots",
-                               "report",
-                               "cache_dir",
-                               "progress",
-                               "checkpoint",
-                               "checkpoint_every",
-                               "resume"})
+    for (const char* option :
+         {"device",         "memory_limit", "geometry_limit",   "host_limit", "spp",       "time",      "size",         "max_depth",
+          "seed",           "paths",        "policy",           "connection", "traversal", "camera",    "point_radius", "point_scale",
+          "cull_to_camera", "cull_margin",  "filter_to_image",  "reference",  "log",       "snapshots", "report",       "cache_dir",
+          "progress",       "checkpoint",   "checkpoint_every", "resume"})
         EXPECT_TRUE(json["settings"].contains(option)) << option;
 }
 
 TEST(CliReport, FiguresAreThoseOfTheRender) {
     const auto json = report_json(RenderSettings(), RenderOptions(), small_scene(), sample_report(), {5, 1});
     EXPECT_EQ(json["scene"]["geometry_bytes"], 2560);
-    EXPECT_EQ(json["scene"]["stored_bytes"], 1000);
+    EXPECT_EQ(json["scene"]["stored_bytes"], 2560);
     EXPECT_EQ(json["scene"]["block_bytes_max"], 2048);
     EXPECT_EQ(json["scene"]["bytes_per_primitive"], 25.6);
     EXPECT_EQ(json["image"]["film_hash"], "0000000000000abc");  // a number would lose bits in most readers
@@ -96,6 +74,18 @@ TEST(CliReport, FiguresAreThoseOfTheRender) {
     EXPECT_EQ(json["rays"]["per_second"], 30);
     EXPECT_EQ(json["seconds"]["bake"], 1);
     EXPECT_EQ(json["peak"]["memory_bytes"], 900);
+}
+
+// Bytes in memory are those of the form that blocks have on the device.
+TEST(CliReport, OnACpuBlocksAreInTheWideForm) {
+    RenderReport report = sample_report();
+    report.form = BlockForm::wide;
+    const auto json = report_json(RenderSettings(), RenderOptions(), small_scene(), report, {5, 1});
+    EXPECT_EQ(json["scene"]["geometry_bytes"], 6400);
+    EXPECT_EQ(json["scene"]["stored_bytes"], 2560);
+    EXPECT_EQ(json["scene"]["block_bytes_max"], 3200);
+    EXPECT_EQ(json["scene"]["bytes_per_primitive"], 64);
+    EXPECT_EQ(json["settings"]["traversal"], "stream");
 }
 
 TEST(CliReport, NamesThatAreNoUtf8DoNotThrow) {

@@ -49,9 +49,13 @@ TEST(BlockFile, RoundTrip) {
                   options.block_bytes = 16 << 10;
                   return options;
               }()));
-    uint32_t largest = 0;
-    for (const BlockRecord& block : baked.blocks) largest = std::max(largest, block.memory_bytes);
-    EXPECT_EQ(baked.largest_block(), largest);
+    uint32_t largest_stored = 0, largest_wide = 0;
+    for (const BlockRecord& block : baked.blocks) {
+        largest_stored = std::max(largest_stored, block.stored_bytes);
+        largest_wide = std::max(largest_wide, block.wide_bytes);
+    }
+    EXPECT_EQ(baked.largest_block(BlockForm::stored), largest_stored);
+    EXPECT_EQ(baked.largest_block(BlockForm::wide), largest_wide);
     EXPECT_EQ(file->file_bytes(), std::filesystem::file_size(folder / "a.rpb"));
 }
 

@@ -3,10 +3,12 @@
 #define RAYPAGER_ABI_TYPES_H
 
 #ifdef __OPENCL_VERSION__
+typedef uchar rp_u8;
 typedef uint rp_u32;
 typedef ulong rp_u64;
 #else
 #include <stdint.h>
+typedef uint8_t rp_u8;
 typedef uint32_t rp_u32;
 typedef uint64_t rp_u64;
 #endif

@@ -1,0 +1,147 @@
+// A stream: up to 64 rays that one work-item takes through the scene together, for CPUs. What is read of the tree is decoded once for all
+// rays that meet it. Sixteen neighbouring rays form a packet, which is tested at once where enough of its rays take part.
+//
+// Planes and rays. A plane of a wide node lies at p, exactly (abi/wide.h). The ray reaches it at (p - o) / d; computed is
+// fma(p, r, shift) with r the rounded reciprocal and shift = -o r, moved by 2^-22 |o r| towards an earlier entry or a later exit. That
+// covers the roundings of the product (2^-24) and of the shift itself (2^-23 of it). So the entry is at most (p - o) r, rounded once,
+// and r differs by a factor 1 + 2^-24 from the exact reciprocal. RP_BOX_WIDEN covers both roundings, and those of the distance that a
+// primitive's test returns, which is not before (p' - o) r, rounded twice, for a plane p' of the primitive's own bounds (primitive.cl),
+// behind p. That a ray which the test of a primitive accepts meets its bounds at all holds up to roundings of the test, some 2^-22
+// of the coordinates of the primitive relative to the ray's origin: along an axis that moves crossings by as much of themselves
+// (RP_BOX_WIDEN again), or, where the primitive reaches behind the origin, by as much of its extent: RP_WIDE_SLACK_OF_EXTENT.
+// tests/property/wide_boxes tries to refute all this.
+#ifndef RP_STREAM_CL
+#define RP_STREAM_CL
+
+#include "lib/box.cl"
+#include "lib/vector.cl"
+#include "raypager/abi/wide.h"
+
+#define RP_PACKETS 4u
+#define RP_PACKET_RAYS 16u
+#define RP_STREAM_RAYS 64u
+// Streams that a work-item traces in turn.
+#ifndef RP_WALKS
+#define RP_WALKS 4
+#endif
+#define RP_MIXED 255u  // the rays of a packet differ
+
+// Arrays of packets: value of ray r in lane r % 16 of packet r / 16.
+typedef struct rp_stream {
+    float16 origin[3][RP_PACKETS], direction[3][RP_PACKETS], inverse[3][RP_PACKETS];
+    float16 near_shift[3][RP_PACKETS], far_shift[3][RP_PACKETS];
+    float16 shear[3][RP_PACKETS];                      // see rp_shear
+    float16 t[RP_PACKETS];                             // closest hit so far, or the ray's end
+    uint16 primitive[RP_PACKETS];                      // hit so far
+    uint16 hit_low[RP_PACKETS], hit_high[RP_PACKETS];  // address of the leaf in which this launch found it, plus the primitive's number in it; or 0
+    uchar axis[RP_STREAM_RAYS];                        // the one that Woop's test calls z
+    uchar near_at[3][RP_STREAM_RAYS];                  // which row of rp_planes is the near one of an axis
+    uchar packet_axis[RP_PACKETS], packet_signs[RP_PACKETS];  // of all rays of the packet, or RP_MIXED
+    // Of all rays: signs or RP_MIXED, and bounds of origins and reciprocals.
+    uint signs;
+    float least_origin[3], greatest_origin[3], least_inverse[3], greatest_inverse[3];
+    uint tested_until[RP_STREAM_RAYS];  // round in which all blocks resident then were tested
+    ulong active;                       // rays that are still to be traced
+    ulong resumed;                      // rays with a tested_until
+    ulong stopped;                      // rays that came to an absent block
+} rp_stream;
+
+#define RP_OF_RAY(packets, r) (((const float*)(packets))[r])
+#define RP_SET_OF_RAY(packets, r, value) (((float*)(packets))[r] = (value))
+
+// Rows of eight: the lower planes of x, y, z, then the upper ones.
+#define RP_ROW_UPPER 3u
+
+static inline void rp_set_stream_ray(rp_stream* s, uint r, float3 origin, float3 direction, float t, uint primitive) {
+    RP_SET_OF_RAY(s->origin[0], r, origin.x);
+    RP_SET_OF_RAY(s->origin[1], r, origin.y);
+    RP_SET_OF_RAY(s->origin[2], r, origin.z);
+    RP_SET_OF_RAY(s->direction[0], r, direction.x);
+    RP_SET_OF_RAY(s->direction[1], r, direction.y);
+    RP_SET_OF_RAY(s->direction[2], r, direction.z);
+    RP_SET_OF_RAY(s->t, r, t);
+    ((uint*)s->primitive)[r] = primitive;
+}
+
+static inline float16 rp_safe_reciprocal16(float16 x) { return 1.0f / (fabs(x) < 1e-18f ? copysign((float16)(1e-18f), x) : x); }
+
+static inline uint rp_common(const uchar* values) {
+    const uchar16 all = vload16(0, values);
+    uint differ = 0u;
+    const ulong2 halves = as_ulong2(all ^ (uchar16)(all.s0));
+    differ = (halves.x | halves.y) != 0ul;
+    return differ ? RP_MIXED : all.s0;
+}
+
+// Derives the rest from origins, directions and t. All 64 rays must be there; those that are not used repeat others.
+static inline void rp_prepare_stream(rp_stream* s) {
+    for (uint p = 0u; p < RP_PACKETS; p++) {
+        uchar16 signs = (uchar16)(0);
+        for (uint a = 0u; a < 3u; a++) {
+            const float16 inverse = rp_safe_reciprocal16(s->direction[a][p]);
+            const float16 shift = s->origin[a][p] * inverse, slack = fabs(shift) * 0x1p-22f;
+            s->inverse[a][p] = inverse;
+            s->near_shift[a][p] = -shift - slack;
+            s->far_shift[a][p] = slack - shift;
+            const uchar16 negative = convert_uchar16(as_uint16(inverse) >> 31);
+            vstore16((uchar16)((uchar)(8u * a)) + negative * (uchar)(8u * RP_ROW_UPPER), p, s->near_at[a]);
+            signs |= negative << (uchar)a;
+        }
+        const float16 x = s->direction[0][p], y = s->direction[1][p], z = s->direction[2][p];
+        const float16 mx = fabs(x), my = fabs(y), mz = fabs(z);
+        const int16 along_x = (mx >= my) & (mx >= mz), along_y = (my >= mz) & ~along_x;
+        s->shear[2][p] = 1.0f / (along_x ? x : along_y ? y : z);
+        s->shear[0][p] = (along_x ? y : along_y ? z : x) * s->shear[2][p];
+        s->shear[1][p] = (along_x ? z : along_y ? x : y) * s->shear[2][p];
+        const int16 axis = along_x ? (int16)(0) : along_y ? (int16)(1) : (int16)(2);
+        vstore16(convert_uchar16(axis), p, s->axis);
+        uchar of_packet[RP_PACKET_RAYS];
+        vstore16(signs, 0, of_packet);
+        s->packet_signs[p] = rp_common(of_packet);
+        s->packet_axis[p] = rp_common(s->axis + RP_PACKET_RAYS * p);
+        s->hit_low[p] = s->hit_high[p] = (uint16)(0u);
+    }
+    s->stopped = 0ul;
+    s->signs = s->packet_signs[0];
+    for (uint p = 1u; p < RP_PACKETS; p++)
+        if (s->packet_signs[p] != s->signs) s->signs = RP_MIXED;
+    if (s->signs == RP_MIXED) return;
+    for (uint a = 0u; a < 3u; a++) {
+        const float16* o = s->origin[a];
+        const float16* i = s->inverse[a];
+        s->least_origin[a] = rp_least16(rp_min(rp_min(o[0], o[1]), rp_min(o[2], o[3])));
+        s->greatest_origin[a] = rp_greatest16(rp_max(rp_max(o[0], o[1]), rp_max(o[2], o[3])));
+        s->least_inverse[a] = rp_least16(rp_min(rp_min(i[0], i[1]), rp_min(i[2], i[3])));
+        s->greatest_inverse[a] = rp_greatest16(rp_max(rp_max(i[0], i[1]), rp_max(i[2], i[3])));
+    }
+}
+
+static inline bool rp_hit_in_launch(const rp_stream* s, uint r) { return (((const uint*)s->hit_low)[r] | ((const uint*)s->hit_high)[r]) != 0u; }
+static inline ulong rp_hit_place(const rp_stream* s, uint r) { return (ulong)((const uint*)s->hit_high)[r] << 32 | ((const uint*)s->hit_low)[r]; }
+static inline const __global rp_wide_leaf* rp_hit_leaf(const rp_stream* s, uint r) {
+    return (const __global rp_wide_leaf*)(rp_hit_place(s, r) & ~15ul);
+}
+static inline uint rp_hit_number(const rp_stream* s, uint r) { return (uint)rp_hit_place(s, r) & 15u; }
+
+// The run of streams that this work-item traces, out of a queue of rays.
+typedef struct rp_share {
+    uint next, end;
+} rp_share;
+
+static inline rp_share rp_share_of_streams(uint rays) {
+    const uint streams = (rays + RP_STREAM_RAYS - 1u) / RP_STREAM_RAYS, items = (uint)get_global_size(0);
+    const uint each = (streams + items - 1u) / items;
+    rp_share share;
+    share.next = min((uint)get_global_id(0) * each, streams);
+    share.end = min(share.next + each, streams);
+    return share;
+}
+
+// How many rays the next stream of the share has, and where in the queue it begins; 0: there is none.
+static inline uint rp_next_stream(rp_share* share, uint rays, uint* first) {
+    if (share->next == share->end) return 0u;
+    *first = share->next++ * RP_STREAM_RAYS;
+    return min(rays - *first, RP_STREAM_RAYS);
+}
+
+#endif

@@ -1,0 +1,85 @@
+// Vectors of eight and sixteen lanes as CPUs have them: bit masks of comparisons, permutations, the least lane. Each has a portable form;
+// where the compiler names the instruction set, one instruction does it. tests/kernel compares both.
+#ifndef RP_VECTOR_CL
+#define RP_VECTOR_CL
+
+#include "lib/arithmetic.cl"
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__) && !defined(RP_PORTABLE)
+#define RP_AVX512 1
+#endif
+#if defined(__AVX2__) && !defined(RP_PORTABLE)
+#define RP_AVX2 1
+#endif
+
+// Bit k: lane k is true (a comparison's result: all bits set).
+static inline uint rp_mask8(int8 lanes) {
+#ifdef RP_AVX2
+    return (uint)__builtin_ia32_movmskps256(as_float8(lanes));
+#else
+    const int8 bits = lanes & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+    const int4 four = bits.lo | bits.hi;
+    const int2 two = four.lo | four.hi;
+    return (uint)(two.x | two.y);
+#endif
+}
+static inline uint rp_mask16(int16 lanes) {
+#ifdef RP_AVX512
+    return (uint)__builtin_ia32_cvtd2mask512(lanes);
+#else
+    return rp_mask8(lanes.lo) | rp_mask8(lanes.hi) << 8;
+#endif
+}
+
+// Lane k: true if bit k is set.
+static inline int16 rp_lanes16(uint mask) {
+    return ((int16)((int)mask) & (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)) != 0;
+}
+static inline int8 rp_lanes8(uint mask) { return ((int8)((int)mask) & (int8)(1, 2, 4, 8, 16, 32, 64, 128)) != 0; }
+
+// Lane k: values[index[k]].
+static inline float16 rp_pick16(float16 values, uint16 index) {
+#if defined(RP_AVX512)
+    return __builtin_ia32_permvarsf512(values, as_int16(index));
+#elif defined(RP_AVX2)
+    const float8 low0 = __builtin_ia32_permvarsf256(values.lo, as_int8(index.lo)), high0 = __builtin_ia32_permvarsf256(values.hi, as_int8(index.lo));
+    const float8 low1 = __builtin_ia32_permvarsf256(values.lo, as_int8(index.hi)), high1 = __builtin_ia32_permvarsf256(values.hi, as_int8(index.hi));
+    return (float16)(index.lo < 8u ? low0 : high0, index.hi < 8u ? low1 : high1);
+#else
+    float from[16];
+    uint at[16];
+    vstore16(values, 0, from);
+    vstore16(index & 15u, 0, at);
+    for (uint k = 0u; k < 16u; k++) at[k] = as_uint(from[at[k]]);
+    return as_float16(vload16(0, at));
+#endif
+}
+
+// Lane k: of both vectors, one behind the other, value index[k] (0 to 31).
+static inline float16 rp_pick_of_two16(float16 first, float16 second, uint16 index) {
+#if defined(RP_AVX512)
+    return __builtin_ia32_vpermi2varps512(first, as_int16(index), second);
+#else
+    return index < 16u ? rp_pick16(first, index & 15u) : rp_pick16(second, index & 15u);
+#endif
+}
+
+static inline float rp_least8(float8 v) {
+    const float4 four = rp_min(v.lo, v.hi);
+    const float2 two = rp_min(four.lo, four.hi);
+    return rp_min(two.x, two.y);
+}
+static inline float rp_least16(float16 v) { return rp_least8(rp_min(v.lo, v.hi)); }
+static inline float rp_greatest16(float16 v) { return -rp_least16(-v); }
+
+// Asks for the cache line at an address that will be read soon.
+#if defined(RP_AVX2) && !defined(RP_NO_PREFETCH)
+#define rp_fetch_early(address) __builtin_prefetch((const void*)(ulong)(address))
+#else
+#define rp_fetch_early(address)
+#endif
+
+// Index of the lowest bit that is set. REQUIRES: mask is not 0.
+static inline uint rp_lowest(ulong mask) { return (uint)popcount(~mask & (mask - 1ul)); }
+
+#endif

@@ -1,0 +1,134 @@
+// The rays of a stream against the children of a wide node.
+#ifndef RP_WIDE_NODE_CL
+#define RP_WIDE_NODE_CL
+
+#include "lib/stream.cl"
+
+// With fewer rays than this in a packet, each is tested alone against all children.
+#ifndef RP_DENSE_BOXES
+#define RP_DENSE_BOXES 4
+#endif
+
+// With so many rays, children that none of them can meet are looked for first.
+#ifndef RP_DENSE_STREAM
+#define RP_DENSE_STREAM 16
+#endif
+
+// For bounds over many rays: twice RP_BOX_WIDEN, for they are rounded more often.
+#define RP_STREAM_WIDEN 1.000004f
+
+// Planes of all children in world space; see RP_ROW_UPPER.
+typedef struct rp_planes {
+    float at[6 * RP_WIDE_CHILDREN];
+} rp_planes;
+
+static inline void rp_decode_planes(const __global rp_wide_node* node, rp_planes* planes) {
+    for (uint a = 0u; a < 3u; a++) {
+        const float cell = as_float((uint)node->exponent[a] << 23), origin = node->origin[a];
+        vstore8(convert_float8(vload8(0, node->lower[a])) * cell + origin, a, planes->at);
+        vstore8(convert_float8(vload8(0, node->upper[a])) * cell + origin, a + RP_ROW_UPPER, planes->at);
+    }
+}
+
+// For each child: which rays meet it, and the least distance at which one of them enters.
+typedef struct rp_children_met {
+    ulong rays[RP_WIDE_CHILDREN];
+    float entry[RP_WIDE_CHILDREN];
+} rp_children_met;
+
+// Children that any of the stream's rays can meet, by bounds of all their origins and reciprocals: of those that are left out, none is met.
+// REQUIRES: all directions have the same signs.
+static inline uint rp_possible_children(const rp_stream* s, const rp_planes* planes, uint count) {
+    float8 enter = (float8)(0.0f), leave = (float8)(INFINITY);
+    for (uint a = 0u; a < 3u; a++) {
+        const bool negative = (s->signs >> a & 1u) != 0u;
+        const float8 lower = vload8(a, planes->at), upper = vload8(a + RP_ROW_UPPER, planes->at);
+        const float8 near = (negative ? upper : lower) - (negative ? s->least_origin[a] : s->greatest_origin[a]);
+        const float8 far = (negative ? lower : upper) - (negative ? s->greatest_origin[a] : s->least_origin[a]);
+        const float least = s->least_inverse[a], greatest = s->greatest_inverse[a];
+        enter = rp_max(enter, rp_min(near * least, near * greatest));
+        leave = rp_min(leave, rp_max(far * least, far * greatest));
+    }
+    return rp_mask8(enter <= leave * RP_STREAM_WIDEN) & ((1u << count) - 1u);
+}
+
+// Sixteen rays, all directions of the same signs, against one child after the other.
+static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, uint p, uint lanes, uint children, const bool any_hit,
+                                   rp_children_met* met) {
+    const uint signs = s->packet_signs[p];
+    const float* near_x = planes->at + (signs & 1u ? 24u : 0u);
+    const float* far_x = planes->at + (signs & 1u ? 0u : 24u);
+    const float* near_y = planes->at + (signs & 2u ? 32u : 8u);
+    const float* far_y = planes->at + (signs & 2u ? 8u : 32u);
+    const float* near_z = planes->at + (signs & 4u ? 40u : 16u);
+    const float* far_z = planes->at + (signs & 4u ? 16u : 40u);
+    const float16 ix = s->inverse[0][p], iy = s->inverse[1][p], iz = s->inverse[2][p];
+    const float16 nx = s->near_shift[0][p], ny = s->near_shift[1][p], nz = s->near_shift[2][p];
+    const float16 fx = s->far_shift[0][p], fy = s->far_shift[1][p], fz = s->far_shift[2][p], t = s->t[p];
+    for (; children != 0u; children &= children - 1u) {
+        const uint k = rp_lowest(children);
+        const float16 enter_x = fma((float16)(near_x[k]), ix, nx), enter_y = fma((float16)(near_y[k]), iy, ny);
+        const float16 enter_z = fma((float16)(near_z[k]), iz, nz);
+        const float16 leave_x = fma((float16)(far_x[k]), ix, fx), leave_y = fma((float16)(far_y[k]), iy, fy);
+        const float16 leave_z = fma((float16)(far_z[k]), iz, fz);
+        // At least 0: of integers it costs one instruction, and a negative float is a negative integer.
+        const float16 enter = as_float16(max(as_int16(rp_max(rp_max(enter_x, enter_y), enter_z)), 0));
+        const float16 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, t)) * RP_BOX_WIDEN;
+        const uint meets = rp_mask16(enter <= leave) & lanes;
+        if (meets == 0u) continue;
+        met->rays[k] |= (ulong)meets << (RP_PACKET_RAYS * p);
+        if (!any_hit) met->entry[k] = rp_min(met->entry[k], rp_least16(rp_lanes16(meets) ? enter : (float16)(INFINITY)));
+    }
+}
+
+// Each of the rays against all children at once.
+static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, ulong rays, uint count, const bool any_hit, rp_children_met* met) {
+    long8 met_by = (long8)(0l);
+    float8 entry = (float8)(INFINITY);
+    const int8 present = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < (int)count;
+    do {
+        const uint r = rp_lowest(rays);
+        rays &= rays - 1ul;
+        const uint x = s->near_at[0][r], y = s->near_at[1][r], z = s->near_at[2][r];
+        const float ix = RP_OF_RAY(s->inverse[0], r), iy = RP_OF_RAY(s->inverse[1], r), iz = RP_OF_RAY(s->inverse[2], r);
+        const float8 enter_x = fma(vload8(0, planes->at + x), (float8)(ix), (float8)(RP_OF_RAY(s->near_shift[0], r)));
+        const float8 enter_y = fma(vload8(0, planes->at + y), (float8)(iy), (float8)(RP_OF_RAY(s->near_shift[1], r)));
+        const float8 enter_z = fma(vload8(0, planes->at + z), (float8)(iz), (float8)(RP_OF_RAY(s->near_shift[2], r)));
+        const float8 leave_x = fma(vload8(0, planes->at + 24u - x), (float8)(ix), (float8)(RP_OF_RAY(s->far_shift[0], r)));
+        const float8 leave_y = fma(vload8(0, planes->at + 40u - y), (float8)(iy), (float8)(RP_OF_RAY(s->far_shift[1], r)));
+        const float8 leave_z = fma(vload8(0, planes->at + 56u - z), (float8)(iz), (float8)(RP_OF_RAY(s->far_shift[2], r)));
+        // At least 0: of integers it costs one instruction, and a negative float is a negative integer.
+        const float8 enter = as_float8(max(as_int8(rp_max(rp_max(enter_x, enter_y), enter_z)), 0));
+        const float8 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, (float8)(RP_OF_RAY(s->t, r)))) * RP_BOX_WIDEN;
+        const int8 meets = (enter <= leave) & present;
+        met_by = convert_long8(meets) ? met_by | (long8)((long)(1ul << r)) : met_by;
+        if (!any_hit) entry = meets ? rp_min(entry, enter) : entry;
+    } while (rays != 0ul);
+    ulong by[RP_WIDE_CHILDREN];
+    vstore8(as_ulong8(met_by), 0, by);
+    for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) met->rays[k] |= by[k];
+    if (!any_hit) vstore8(rp_min(vload8(0, met->entry), entry), 0, met->entry);
+}
+
+// Returns the children that one of the rays meets.
+static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_node* node, ulong rays, const bool any_hit, rp_children_met* met) {
+    rp_planes planes;
+    rp_decode_planes(node, &planes);
+    vstore8((ulong8)(0ul), 0, met->rays);
+    if (!any_hit) vstore8((float8)(INFINITY), 0, met->entry);
+    const uint count = node->count;
+    uint children = (1u << count) - 1u;
+    if (s->signs != RP_MIXED && popcount(rays) >= RP_DENSE_STREAM) children = rp_possible_children(s, &planes, count);
+    ulong alone = 0ul;
+    for (uint p = 0u; p < RP_PACKETS; p++) {
+        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+        if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED)
+            alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
+        else
+            rp_packet_meets(s, &planes, p, lanes, children, any_hit, met);
+    }
+    if (alone != 0ul) rp_rays_meet(s, &planes, alone, count, any_hit, met);
+    return rp_mask8(convert_int8(vload8(0, met->rays) != 0ul));
+}
+
+#endif

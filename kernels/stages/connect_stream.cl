@@ -1,0 +1,79 @@
+// Fifth stage on CPUs: does what connect.cl does, with streams of rays over the wide form of the blocks.
+#include "lib/connection.cl"
+#include "lib/stream_traverse.cl"
+
+#define RP_ANY_HIT 1
+#include "lib/first_absent.cl"
+#undef RP_ANY_HIT
+
+typedef struct rp_connect_rays {
+    uint first, count;  // in the queue
+    uint slot[RP_STREAM_RAYS], portal[RP_STREAM_RAYS];
+} rp_connect_rays;
+
+static inline void rp_load_connect_stream(const __global uint4* paths, const __global uint* status, uint slot_count, const __global uint* queue,
+                                          rp_stream* s, rp_connect_rays* c) {
+    const uint count = c->count;
+    s->resumed = 0ul;
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        const uint slot = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
+        const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
+        rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w), RP_NONE);
+        c->slot[r] = slot;
+        c->portal[r] = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
+        s->tested_until[r] = status[slot] >> RP_STATUS_ROUND_SHIFT;
+        if (c->portal[r] != RP_NONE) s->resumed |= 1ul << r;
+    }
+    s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
+    rp_prepare_stream(s);
+}
+
+static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint round, uint slot_count,
+                                        volatile __global uint* wants, __global uint* status, __global uint4* paths, __global uint* film) {
+    const bool occluded = !(s->active >> r & 1ul);
+    uint portal = RP_NONE;
+    if (!occluded && (s->stopped >> r & 1ul)) {
+        const rp_ray ray = rp_ray_of_stream(s, r);
+        portal = rp_first_absent_any(g, &ray, RP_OF_RAY(s->t, r), c->portal[r]);
+    }
+    if (portal != RP_NONE)
+        rp_wait_to_connect(c->slot[r], portal, round, slot_count, status, paths, wants + rp_portal_block(g, portal));
+    else
+        rp_finish_connection(c->slot[r], occluded, slot_count, status, paths, film);
+}
+
+// As rp_extend_stream.
+__kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
+                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                                const __global uint* restrict counters, __global uint* restrict film) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const uint count = counters[RP_COUNT_SHADOW];
+    rp_share share = rp_share_of_streams(count);
+    rp_walk walks[RP_WALKS];
+    rp_connect_rays rays[RP_WALKS];
+    uint running = 0u;
+    for (uint w = 0u; w < RP_WALKS; w++) {
+        rays[w].count = rp_next_stream(&share, count, &rays[w].first);
+        if (rays[w].count == 0u) continue;
+        rp_load_connect_stream(paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+        rp_begin_walk(&walks[w], wide_top);
+        running |= 1u << w;
+    }
+    for (uint w = 0u; running != 0u; w = w + 1u < RP_WALKS ? w + 1u : 0u) {
+        if (!(running >> w & 1u)) continue;
+        if (walks[w].rays != 0ul) {
+            rp_step(&geometry, &walks[w], round, true);
+            continue;
+        }
+        for (uint r = 0u; r < rays[w].count; r++)
+            rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, round, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths,
+                                 film);
+        rays[w].count = rp_next_stream(&share, count, &rays[w].first);
+        if (rays[w].count == 0u) {
+            running &= ~(1u << w);
+        } else {
+            rp_load_connect_stream(paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+            rp_begin_walk(&walks[w], wide_top);
+        }
+    }
+}

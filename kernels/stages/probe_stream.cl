@@ -1,0 +1,89 @@
+// For tests: what probe.cl does, with streams; and parts of the stream traversal alone.
+#include "lib/path.cl"
+#include "lib/stream_traverse.cl"
+#include "lib/wide_surface.cl"
+
+static inline void rp_trace_walk(const rp_geometry* geometry, rp_walk* walk, const __global uchar* wide_top, const bool any_hit) {
+    rp_begin_walk(walk, wide_top);
+    while (walk->rays != 0ul) rp_step(geometry, walk, 1u, any_hit);
+}
+
+static inline void rp_load_probe_stream(const __global float4* rays, uint first, uint count, rp_stream* s) {
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        const uint i = first + min(r, count - 1u);
+        rp_set_stream_ray(s, r, rays[2u * i].xyz, rays[2u * i + 1u].xyz, rays[2u * i].w, RP_NONE);
+    }
+    s->resumed = 0ul;
+    s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
+    rp_prepare_stream(s);
+}
+
+// Rays and results as those of rp_probe, but that the portal is RP_NONE, or 0 if the ray came to an absent block.
+__kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, const __global float4* restrict rays,
+                              uint count, __global uint4* restrict results) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    rp_share share = rp_share_of_streams(count);
+    rp_walk walk;
+    uint first;
+    for (uint n = rp_next_stream(&share, count, &first); n != 0u; n = rp_next_stream(&share, count, &first)) {
+        rp_load_probe_stream(rays, first, n, &walk.stream);
+        rp_trace_walk(&geometry, &walk, wide_top, false);
+        rp_wide_surfaces surfaces;
+        rp_find_surfaces(&walk.stream, &surfaces);
+        for (uint r = 0u; r < n; r++) {
+            const bool hit = rp_hit_in_launch(&walk.stream, r);
+            const float3 position = (float3)(surfaces.position[0][r], surfaces.position[1][r], surfaces.position[2][r]);
+            results[2u * (first + r)] = (uint4)(as_uint(hit ? RP_OF_RAY(walk.stream.t, r) : INFINITY), ((const uint*)walk.stream.primitive)[r],
+                                                hit ? surfaces.geometric_normal[r] : 0u, 0u);
+            results[2u * (first + r) + 1u] = (uint4)(hit ? as_uint3(position) : (uint3)(0u), walk.stream.stopped >> r & 1ul ? 0u : RP_NONE);
+        }
+        rp_load_probe_stream(rays, first, n, &walk.stream);
+        rp_trace_walk(&geometry, &walk, wide_top, true);
+        for (uint r = 0u; r < n; r++)
+            if (!(walk.stream.active >> r & 1ul)) ((__global uint*)(results + 2u * (first + r)))[3] = 1u;
+    }
+}
+
+// For tests of the box arithmetic: node i against rays 64 i to 64 i + 63, in two ways: as many together as possible, and each alone.
+// met: 16 masks a node, of the rays that meet child k: together in the first eight, alone in the others.
+// entry: of the same ways and children, the least distance at which a ray enters.
+__kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __global rp_wide_node* restrict nodes, __global ulong* restrict met,
+                                  __global float* restrict entry) {
+    const uint i = get_global_id(0);
+    rp_stream s;
+    rp_load_probe_stream(rays, RP_STREAM_RAYS * i, RP_STREAM_RAYS, &s);
+    rp_children_met children;
+    rp_meet_children(&s, nodes + i, ~0ul, false, &children);
+    rp_planes planes;
+    rp_decode_planes(nodes + i, &planes);
+    rp_children_met alone;
+    for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
+        alone.rays[k] = 0ul;
+        alone.entry[k] = INFINITY;
+    }
+    rp_rays_meet(&s, &planes, ~0ul, nodes[i].count, false, &alone);
+    for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
+        met[16u * i + k] = children.rays[k];
+        met[16u * i + 8u + k] = alone.rays[k];
+        entry[16u * i + k] = children.entry[k];
+        entry[16u * i + 8u + k] = alone.entry[k];
+    }
+}
+
+// For tests of vector.cl, which has portable and special forms: what its functions make of 16 numbers and 16 indices a work-item.
+// results: mask of numbers > 0 in 16 and in 8 lanes, mask of the lanes of that mask, index of its lowest bit; then least and greatest
+// number; then 16 picked numbers.
+__kernel void rp_probe_vectors(const __global float* restrict numbers, const __global uint* restrict indices, __global uint* restrict results) {
+    const uint i = get_global_id(0);
+    const float16 v = vload16(i, numbers);
+    const uint16 index = vload16(i, indices);
+    __global uint* out = results + 22u * i;
+    const uint mask = rp_mask16(v > 0.0f);
+    out[0] = mask;
+    out[1] = rp_mask8(v.lo > 0.0f);
+    out[2] = rp_mask16(rp_lanes16(mask));
+    out[3] = rp_lowest((ulong)mask | 1ul << 40);
+    out[4] = as_uint(rp_least16(v));
+    out[5] = as_uint(rp_greatest16(v));
+    vstore16(as_uint16(rp_pick16(v, index)), 0, out + 6);
+}

@@ -1,0 +1,147 @@
+#include "bench/stage_tracer.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+
+#include "base/check.hpp"
+#include "blocks/octahedral.hpp"
+#include "raypager/abi/film.h"
+#include "raypager/abi/path.h"
+
+namespace raypager::bench {
+namespace {
+
+uint32_t bits(float v) { return std::bit_cast<uint32_t>(v); }
+float number(uint32_t v) { return std::bit_cast<float>(v); }
+
+}  // namespace
+
+Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, const std::string& device_name, uint64_t memory_limit,
+                                                         Traversal traversal, uint64_t most_rays) {
+    std::unique_ptr<StageTracer> tracer(new StageTracer);
+    auto device = Device::open(device_name, memory_limit);
+    if (!device) return device.status();
+    tracer->device_ = std::move(*device);
+    RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info()));
+    const BlockForm form = tracer->form_ = block_form(traversal, tracer->device_->info());
+    ResidencySettings settings;
+    settings.form = form;
+    settings.pool_bytes = file.scene().geometry_bytes(form);
+    settings.policy = default_settings(PolicyKind::lru);
+    auto residency = Residency::create(*tracer->device_, file, settings);
+    if (!residency) return residency.status();
+    tracer->residency_ = std::move(*residency);
+    RAYPAGER_TRY(tracer->residency_->load_all(tracer->device_->kernels()));
+    auto geometry = GeometryBuffers::create(*tracer->device_, file.scene(), form, tracer->residency_->slabs(), tracer->residency_->page_table());
+    if (!geometry) return geometry.status();
+    tracer->geometry_ = std::make_unique<GeometryBuffers>(std::move(*geometry));
+    auto extend = tracer->geometry_->kernel(*tracer->device_, "extend");
+    if (!extend) return extend.status();
+    tracer->extend_ = std::move(*extend);
+    if (const uint32_t lanes = form == BlockForm::stored ? tracer->device_->persistent_lanes() : 0) {
+        extend = tracer->geometry_->kernel(*tracer->device_, "extend", fmt::format(" -DRP_PERSISTENT={}", lanes));
+        if (!extend) return extend.status();
+        tracer->extend_persistent_ = std::move(*extend);
+    }
+    auto connect = tracer->geometry_->kernel(*tracer->device_, "connect");
+    if (!connect) return connect.status();
+    tracer->connect_ = std::move(*connect);
+    RAYPAGER_TRY(tracer->make_slots(most_rays));
+    return tracer;
+}
+
+Status StageTracer::make_slots(uint64_t count) {
+    slots_ = count;
+    struct Part {
+        Buffer& buffer;
+        uint64_t bytes;
+    };
+    const Part parts[] = {{status_, count * sizeof(uint32_t)},
+                          {paths_, count * RP_PATH_PLANES * sizeof(Word4)},
+                          {queue_, count * sizeof(uint32_t)},
+                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t)},
+                          {film_, RP_FILM_WORDS * sizeof(uint32_t)}};
+    for (const Part& part : parts) {
+        auto buffer = device_->allocate(part.bytes, "rays to be measured");
+        if (!buffer) return buffer.status();
+        part.buffer = std::move(*buffer);
+    }
+    return {};
+}
+
+Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
+    Queue& queue = device_->kernels();
+    RAYPAGER_CHECK(rays.size() <= slots_);
+    count_ = rays.size();
+    purpose_ = purpose;
+    const bool shadow = purpose == RayPurpose::shadow;
+    const size_t count = rays.size();
+    std::vector<Word4> plane(count);
+    const auto write = [&](uint32_t index, auto value) {
+        for (size_t i = 0; i < count; i++) plane[i] = value(rays[i]);
+        return queue.write_now(paths_, index * slots_ * sizeof(Word4), bytes_of(plane));
+    };
+    RAYPAGER_TRY(write(RP_PLANE_ORIGIN, [](const Ray& r) { return Word4{bits(r.origin.x), bits(r.origin.y), bits(r.origin.z), bits(r.t_max)}; }));
+    RAYPAGER_TRY(write(RP_PLANE_DIRECTION, [](const Ray& r) { return Word4{bits(r.direction.x), bits(r.direction.y), bits(r.direction.z), 0}; }));
+    RAYPAGER_TRY(write(RP_PLANE_THROUGHPUT, [](const Ray&) { return Word4{}; }));
+    RAYPAGER_TRY(write(RP_PLANE_RADIANCE, [](const Ray&) { return Word4{}; }));
+    // A shadow ray that arrives adds (1, 0, 0) to the radiance.
+    RAYPAGER_TRY(write(RP_PLANE_HIT, [&](const Ray&) { return Word4{0, 0, 0, shadow ? bits(1.0f) : RP_NONE}; }));
+    RAYPAGER_TRY(write(RP_PLANE_SURFACE, [](const Ray&) { return Word4{0, 0, 0, RP_NONE}; }));
+    std::vector<uint32_t> words(count, shadow ? RP_STATUS_SHADOW : RP_STATUS_EXTEND);
+    RAYPAGER_TRY(queue.write_now(status_, 0, bytes_of(words)));
+    // The queue of shadow rays is read from its end (kernels/lib/path.cl).
+    words.resize(slots_);
+    for (size_t i = 0; i < slots_; i++) words[shadow ? slots_ - 1 - i : i] = static_cast<uint32_t>(i);
+    RAYPAGER_TRY(queue.write_now(queue_, 0, bytes_of(words)));
+    std::vector<uint32_t> counters(RP_COUNTER_WORDS);
+    counters[shadow ? RP_COUNT_SHADOW : RP_COUNT_EXTEND] = static_cast<uint32_t>(count);
+    return queue.write_now(counters_, 0, bytes_of(counters));
+}
+
+Result<double> StageTracer::trace() {
+    const auto slots = static_cast<uint32_t>(slots_);
+    const bool shadow = purpose_ == RayPurpose::shadow;
+    const bool persistent = purpose_ == RayPurpose::bounce && form_ == BlockForm::stored && device_->persistent_lanes();
+    Kernel& kernel = shadow ? connect_ : persistent ? extend_persistent_ : extend_;
+    round_++;
+    RAYPAGER_TRY(shadow ? geometry_->set(kernel, round_, slots, queue_, status_, paths_, counters_, film_)
+                        : geometry_->set(kernel, round_, slots, queue_, status_, paths_, counters_));
+    Event event;
+    if (persistent)
+        RAYPAGER_TRY(device_->kernels().launch(kernel, std::min<uint64_t>(count_, device_->persistent_items()), device_->group_size(), &event));
+    else
+        RAYPAGER_TRY(geometry_->launch(*device_, kernel, count_, &event));
+    RAYPAGER_TRY(event.wait());
+    return static_cast<double>(event.duration_ns()) * 1e-9;
+}
+
+Status StageTracer::read_plane(uint32_t plane, std::vector<Word4>& values) {
+    values.resize(count_);
+    return device_->kernels().read_now(paths_, plane * slots_ * sizeof(Word4), std::as_writable_bytes(std::span(values)));
+}
+
+Status StageTracer::hits(std::vector<SurfacePoint>& hits) {
+    RAYPAGER_CHECK(purpose_ != RayPurpose::shadow);
+    std::vector<Word4> origin, hit, surface;
+    RAYPAGER_TRY(read_plane(RP_PLANE_ORIGIN, origin));
+    RAYPAGER_TRY(read_plane(RP_PLANE_HIT, hit));
+    RAYPAGER_TRY(read_plane(RP_PLANE_SURFACE, surface));
+    hits.assign(count_, {});
+    for (size_t i = 0; i < count_; i++)
+        if (hit[i].w != RP_NONE)
+            hits[i] = {true, {number(hit[i].x), number(hit[i].y), number(hit[i].z)}, decode_octahedral(surface[i].x), hit[i].w, number(origin[i].w)};
+    return {};
+}
+
+Status StageTracer::blocked(std::vector<bool>& blocked) {
+    RAYPAGER_CHECK(purpose_ == RayPurpose::shadow);
+    std::vector<Word4> radiance;
+    RAYPAGER_TRY(read_plane(RP_PLANE_RADIANCE, radiance));
+    blocked.clear();
+    for (const Word4& value : radiance) blocked.push_back(value.x == 0);
+    return {};
+}
+
+}  // namespace raypager::bench

@@ -1,0 +1,57 @@
+// The engine's own tracing stages, `extend` and `connect`, on rays that are put into path slots; the whole scene is resident.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bench/ray_sets.hpp"
+#include "device/device.hpp"
+#include "raypager/status.hpp"
+#include "residency/residency.hpp"
+#include "store/block_file.hpp"
+#include "wavefront/geometry_buffers.hpp"
+#include "wavefront/traversal.hpp"
+
+namespace raypager::bench {
+
+enum class RayPurpose { camera, bounce, shadow };
+
+class StageTracer {
+public:
+    // device and memory_limit as in RenderOptions. most_rays: of one set.
+    static Result<std::unique_ptr<StageTracer>> create(const BlockFile& file, const std::string& device, uint64_t memory_limit, Traversal traversal,
+                                                       uint64_t most_rays);
+    const Device& device() const { return *device_; }
+    BlockForm form() const { return form_; }
+
+    // Puts rays into the slots: ray i into slot i.
+    Status fill(const std::vector<Ray>& rays, RayPurpose purpose);
+    // Traces what was put there last; returns seconds on the device. Each filling can be traced once.
+    Result<double> trace();
+    // What the rays hit. REQUIRES: they were no shadow rays.
+    Status hits(std::vector<SurfacePoint>& hits);
+    // Which shadow rays were blocked.
+    Status blocked(std::vector<bool>& blocked);
+
+private:
+    struct Word4 {
+        uint32_t x, y, z, w;
+    };
+    StageTracer() = default;
+    Status make_slots(uint64_t count);
+    Status read_plane(uint32_t plane, std::vector<Word4>& values);
+
+    std::unique_ptr<Device> device_;
+    BlockForm form_ = BlockForm::stored;
+    std::unique_ptr<Residency> residency_;
+    std::unique_ptr<GeometryBuffers> geometry_;
+    Kernel extend_, extend_persistent_, connect_;
+    uint64_t slots_ = 0;
+    Buffer status_, paths_, queue_, counters_, film_;
+    size_t count_ = 0;
+    RayPurpose purpose_ = RayPurpose::camera;
+    uint32_t round_ = 0;
+};
+
+}  // namespace raypager::bench

@@ -1,0 +1,44 @@
+// How rays are traced: one a work-item (GPUs), or 64 of them in a stream (CPUs); each wants its own form of the blocks.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "device/device_list.hpp"
+#include "raypager/status.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager {
+
+enum class Traversal { automatic, ray, stream };
+
+struct TraversalName {
+    Traversal traversal;
+    std::string_view name;
+};
+inline constexpr std::array<TraversalName, 3> traversal_names = {
+    {{Traversal::automatic, "auto"}, {Traversal::ray, "ray"}, {Traversal::stream, "stream"}}};
+
+constexpr std::optional<Traversal> traversal_from_name(std::string_view name) {
+    for (const TraversalName& entry : traversal_names)
+        if (entry.name == name) return entry.traversal;
+    return std::nullopt;
+}
+
+// Streams are for compilers that map vectors of sixteen numbers to the vector unit of a CPU. That of Mesa's rusticl takes them apart, and
+// takes minutes.
+inline bool suits_streams(const DeviceInfo& device) { return device.type == "CPU" && device.platform != "rusticl"; }
+
+inline Status check_traversal(Traversal traversal, const DeviceInfo& device) {
+    if (traversal != Traversal::stream || suits_streams(device)) return {};
+    return Status::usage("--traversal stream: " + device.name + " traces rays one by one; streams are for CPUs");
+}
+
+inline BlockForm block_form(Traversal traversal, const DeviceInfo& device) {
+    const bool stream = traversal == Traversal::stream || (traversal == Traversal::automatic && suits_streams(device));
+    return stream ? BlockForm::wide : BlockForm::stored;
+}
+
+}  // namespace raypager

@@ -1,0 +1,73 @@
+// The leaves of a wide tree: a few neighbouring leaves of the stored tree in one record.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "raypager/abi/block.h"
+#include "raypager/abi/wide.h"
+#include "raypager/scene.hpp"
+#include "scene/box.hpp"
+
+namespace raypager {
+
+// Typed views of a stored block's sections.
+struct StoredBlock {
+    explicit StoredBlock(std::span<const std::byte> bytes);
+    rp_block_header header;
+    const rp_node* nodes;
+    const rp_leaf* leaves;
+    const Float3* vertices;
+    const rp_sphere* spheres;
+    const rp_u32* sphere_ids;
+    const rp_u32* ids;      // RP_LEAF_MAX_PRIMITIVES a leaf
+    const rp_u32* normals;  // one a vertex, or null
+};
+
+// What a subtree of the stored tree holds.
+struct LeafContent {
+    uint32_t triangles = 0, spheres = 0, points = 0;
+    uint32_t vertices = 0;  // of all strips, shared ones counted once a strip
+    void add(const LeafContent& other) {
+        triangles += other.triangles;
+        spheres += other.spheres;
+        points += other.points;
+        vertices += other.vertices;
+    }
+};
+LeafContent content_of_leaf(rp_u32 ref);
+
+// Bounds of the primitives of one stored leaf.
+Box bounds_of_leaf(const StoredBlock& block, rp_u32 ref);
+
+// One leaf record in the making.
+class WideLeaf {
+public:
+    void clear();
+    // Adds a stored leaf. False if the record would have too many primitives or vertices; it then is of no use.
+    bool add(const StoredBlock& block, rp_u32 ref);
+    void append_to(std::vector<std::byte>& bytes, uint32_t block_index) const;
+
+private:
+    struct Vertex {
+        Float3 position;
+        rp_u32 normal;
+    };
+    bool add_strip(const StoredBlock& block, rp_u32 ref);
+    bool add_spheres(const StoredBlock& block, rp_u32 ref);
+    // Number of the vertex in this leaf; RP_WIDE_LEAF_VERTICES if there is no room.
+    uint32_t number(const Vertex& vertex);
+
+    std::array<Vertex, RP_WIDE_LEAF_VERTICES> vertices_;
+    std::array<std::array<rp_u8, 3>, RP_WIDE_LEAF_TRIANGLES> corners_;
+    std::array<rp_sphere, RP_WIDE_LEAF_SPHERES> spheres_;
+    std::array<rp_u32, std::max(RP_WIDE_LEAF_SPHERES, RP_WIDE_LEAF_TRIANGLES)> ids_;
+    uint32_t vertex_count_ = 0, triangles_ = 0, sphere_count_ = 0;
+    bool has_normals_ = false, are_points_ = false;
+};
+
+}  // namespace raypager

@@ -1,0 +1,16 @@
+// The top tree (abi/block.h) -> its form for CPUs (abi/wide.h).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "raypager/abi/block.h"
+
+namespace raypager {
+
+// REQUIRES: a top tree as BlockFile::open accepts it. wide_roots: of the portals in the wide form of their blocks.
+std::vector<std::byte> make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
+                                     std::span<const rp_u32> wide_roots);
+
+}  // namespace raypager

@@ -1,0 +1,57 @@
+// kernels/lib/vector.cl has portable and special forms: both do what their comments say.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <random>
+
+#include "support/device_scene.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint32_t lanes = 16, words = 22;  // see rp_probe_vectors
+
+class SmallVectors : public testing::TestWithParam<const char*> {};
+
+TEST_P(SmallVectors, do_what_scalars_do) {
+    if (support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    constexpr uint32_t count = 64;
+    std::vector<float> numbers(count * lanes);
+    std::vector<uint32_t> indices(count * lanes);
+    for (float& number : numbers) number = std::uniform_real_distribution<float>(-1, 1)(random);
+    for (uint32_t& index : indices) index = static_cast<uint32_t>(random() % lanes);
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    auto kernel = (*device)->kernel("probe_stream", "rp_probe_vectors", std::string("-DRP_SLABS=1 -DRP_STACK_SIZE=96") + GetParam());
+    ASSERT_TRUE(kernel.ok()) << kernel.status().message();
+    auto number_buffer = (*device)->upload(bytes_of(numbers), "numbers"), index_buffer = (*device)->upload(bytes_of(indices), "indices");
+    std::vector<uint32_t> results(count * words);
+    auto result_buffer = (*device)->allocate(results.size() * sizeof(uint32_t), "results");
+    ASSERT_TRUE(number_buffer.ok() && index_buffer.ok() && result_buffer.ok());
+    ASSERT_TRUE(kernel->set(*number_buffer, *index_buffer, *result_buffer).ok());
+    ASSERT_TRUE((*device)->kernels().launch(*kernel, count, 1).ok());
+    ASSERT_TRUE((*device)->kernels().read_now(*result_buffer, 0, std::as_writable_bytes(std::span(results))).ok());
+    for (uint32_t i = 0; i < count; i++) {
+        const float* v = &numbers[i * lanes];
+        const uint32_t* out = &results[i * words];
+        uint32_t mask = 0;
+        for (uint32_t k = 0; k < lanes; k++) mask |= v[k] > 0 ? 1u << k : 0u;
+        EXPECT_EQ(out[0], mask);
+        EXPECT_EQ(out[1], mask & 255u);
+        EXPECT_EQ(out[2], mask);
+        EXPECT_EQ(out[3], static_cast<uint32_t>(std::countr_zero(mask | uint64_t{1} << 40)));
+        EXPECT_EQ(std::bit_cast<float>(out[4]), *std::min_element(v, v + lanes));
+        EXPECT_EQ(std::bit_cast<float>(out[5]), *std::max_element(v, v + lanes));
+        for (uint32_t k = 0; k < lanes; k++) EXPECT_EQ(std::bit_cast<float>(out[6 + k]), v[indices[i * lanes + k]]) << "lane " << k;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(forms, SmallVectors, testing::Values("", " -DRP_PORTABLE"),
+                         [](const auto& param) { return std::string(*param.param ? "portable" : "of_the_device"); });
+
+}  // namespace
+}  // namespace raypager
