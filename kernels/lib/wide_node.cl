@@ -71,8 +71,9 @@ static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
         const float16 enter_z = fma((float16)(near_z[k]), iz, nz);
         const float16 leave_x = fma((float16)(far_x[k]), ix, fx), leave_y = fma((float16)(far_y[k]), iy, fy);
         const float16 leave_z = fma((float16)(far_z[k]), iz, fz);
-        // At least 0: of integers it costs one instruction, and a negative float is a negative integer.
-        const float16 enter = as_float16(max(as_int16(rp_max(rp_max(enter_x, enter_y), enter_z)), 0));
+        // At least 0: of integers it costs one instruction, and a negative float is a negative integer. Both operands are vectors, though
+        // OpenCL takes a scalar here: oclgrind reads whatever lies behind it.
+        const float16 enter = as_float16(max(as_int16(rp_max(rp_max(enter_x, enter_y), enter_z)), (int16)(0)));
         const float16 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, t)) * RP_BOX_WIDEN;
         const uint meets = rp_mask16(enter <= leave) & lanes;
         if (meets == 0u) continue;
@@ -97,8 +98,8 @@ static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, ulo
         const float8 leave_x = fma(vload8(0, planes->at + 24u - x), (float8)(ix), (float8)(RP_OF_RAY(s->far_shift[0], r)));
         const float8 leave_y = fma(vload8(0, planes->at + 40u - y), (float8)(iy), (float8)(RP_OF_RAY(s->far_shift[1], r)));
         const float8 leave_z = fma(vload8(0, planes->at + 56u - z), (float8)(iz), (float8)(RP_OF_RAY(s->far_shift[2], r)));
-        // At least 0: of integers it costs one instruction, and a negative float is a negative integer.
-        const float8 enter = as_float8(max(as_int8(rp_max(rp_max(enter_x, enter_y), enter_z)), 0));
+        // As above.
+        const float8 enter = as_float8(max(as_int8(rp_max(rp_max(enter_x, enter_y), enter_z)), (int8)(0)));
         const float8 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, (float8)(RP_OF_RAY(s->t, r)))) * RP_BOX_WIDEN;
         const int8 meets = (enter <= leave) & present;
         met_by = convert_long8(meets) ? met_by | (long8)((long)(1ul << r)) : met_by;

@@ -69,7 +69,8 @@ Result<std::vector<FoundDevice>> find_devices() {
             entry.info.platform = platform_name;
             entry.info.driver = device_text(device, CL_DRIVER_VERSION);
             const auto type = device_value<cl_device_type>(device, CL_DEVICE_TYPE);
-            entry.info.type = type & CL_DEVICE_TYPE_GPU ? "GPU" : type & CL_DEVICE_TYPE_CPU ? "CPU" : "accelerator";
+            // oclgrind is of all types; as a CPU it gets to see both ways of tracing.
+            entry.info.type = type & CL_DEVICE_TYPE_CPU ? "CPU" : type & CL_DEVICE_TYPE_GPU ? "GPU" : "accelerator";
             entry.info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
             entry.info.max_allocation_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
             entry.info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
