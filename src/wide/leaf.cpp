@@ -1,6 +1,7 @@
 #include "wide/leaf.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -103,7 +104,8 @@ bool WideLeaf::add(const StoredBlock& block, rp_u32 ref) { return ref & RP_LEAF_
 
 uint32_t WideLeaf::number(const Vertex& vertex) {
     // Bits, not values: -0 and 0 stay apart, as they do in the stored block.
-    const auto same = [&](const Vertex& other) { return std::memcmp(&other, &vertex, sizeof vertex) == 0; };
+    const auto bits = [](const Vertex& v) { return std::bit_cast<std::array<rp_u32, 4>>(v); };
+    const auto same = [&](const Vertex& other) { return bits(other) == bits(vertex); };
     const auto end = vertices_.begin() + vertex_count_;
     const auto found = std::find_if(vertices_.begin(), end, same);
     if (found == end && vertex_count_ < RP_WIDE_LEAF_VERTICES) vertices_[vertex_count_++] = vertex;
