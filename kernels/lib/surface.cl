@@ -27,6 +27,21 @@ static inline bool rp_comes_before(float3 a, float3 b) {
     return a.z < b.z;
 }
 
+// Which vertices of a strip's leaf are the corners of triangle ref & 3, in its true orientation.
+static inline uint3 rp_strip_corners(uint ref) {
+    const uint k = ref & 3u;
+    uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
+    for (uint j = 1u; j <= k; j++) {
+        if (!(ref >> (1u + j) & 1u)) {
+            ia = ib;
+            flipped ^= 1u;
+        }
+        ib = ic;
+        ic = j + 2u;
+    }
+    return flipped ? (uint3)(ia, ic, ib) : (uint3)(ia, ib, ic);
+}
+
 #ifdef RP_SURFACE_LANES
 // Where streams find the surfaces of sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
 // depend on the way of tracing.
@@ -48,17 +63,8 @@ typedef struct rp_triangle {
 // Triangle ref & 3 of a strip.
 static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref) {
     const uint2 leaf = rp_leaf_record(block, ref);
-    const uint k = ref & 3u;
-    uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
-    for (uint j = 1u; j <= k; j++) {
-        if (!(ref >> (1u + j) & 1u)) {
-            ia = ib;
-            flipped ^= 1u;
-        }
-        ib = ic;
-        ic = j + 2u;
-    }
-    const uint offset[3] = {rp_vertex_offset(leaf, ia), rp_vertex_offset(leaf, flipped ? ic : ib), rp_vertex_offset(leaf, flipped ? ib : ic)};
+    const uint3 corners = rp_strip_corners(ref);
+    const uint offset[3] = {rp_vertex_offset(leaf, corners.x), rp_vertex_offset(leaf, corners.y), rp_vertex_offset(leaf, corners.z)};
     const __global float* cluster = rp_cluster(block, leaf);
     const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
     const __global uint* normals = (const __global uint*)(block->base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
@@ -93,22 +99,8 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 #else
 static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
     const uint2 leaf = rp_leaf_record(block, ref);
-    const uint k = ref & 3u;
-    uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
-    for (uint j = 1u; j <= k; j++) {
-        if (!(ref >> (1u + j) & 1u)) {
-            ia = ib;
-            flipped ^= 1u;
-        }
-        ib = ic;
-        ic = j + 2u;
-    }
-    if (flipped) {
-        const uint i = ib;
-        ib = ic;
-        ic = i;
-    }
-    uint3 offset = (uint3)(rp_vertex_offset(leaf, ia), rp_vertex_offset(leaf, ib), rp_vertex_offset(leaf, ic));
+    const uint3 corners = rp_strip_corners(ref);
+    uint3 offset = (uint3)(rp_vertex_offset(leaf, corners.x), rp_vertex_offset(leaf, corners.y), rp_vertex_offset(leaf, corners.z));
     const __global float* cluster = rp_cluster(block, leaf);
     float3 a = rp_load3(cluster + offset.x), b = rp_load3(cluster + offset.y), c = rp_load3(cluster + offset.z);
     // Begin with the first vertex by position, so that the arithmetic below does not depend on how the strip lists them.
