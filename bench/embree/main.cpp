@@ -12,9 +12,7 @@
 #include <cstdio>
 
 #include "bench/stage_tracer.hpp"
-#include "bench/traverse.hpp"
-#include "cli/option_parser.hpp"
-#include "cli/values.hpp"
+#include "cli/traverse_options.hpp"
 #include "embree_tracer.hpp"
 
 namespace raypager::bench {
@@ -121,30 +119,13 @@ Status run(const std::string& input, TraverseOptions options) {
 }
 
 Status main_of(const Arguments& arguments) {
-    TraverseOptions options;
-    std::vector<std::string> inputs;
-    std::optional<CameraText> camera;
-    ImageSize size{options.width, options.height};
+    TraverseSettings settings;
     OptionParser parser("raypager-embree", "FILE.rpb [options]", "Compares the engine's tracing stages on a CPU with Embree.");
-    parser.inputs("the block file", 1, 1, inputs);
-    parser.option("size", "WxH", "camera rays (default: 1024x1024)", into(size, parse_image_size));
-    parser.option("camera", "E,T,U,F", "eye, target, up (x,y,z each) and field of view in degrees (default: the scene's)",
-                  into(camera, parse_camera));
-    parser.option("light", "BOX", "x,y,z,X,Y,Z: the box in which shadow rays end (default: above the scene)", into(options.light, parse_box));
-    parser.option("repeats", "N", "times that each set is traced (default: 5)", into_count(options.repeats, 1, 1000));
-    parser.option("traversal", "NAME", "auto, ray or stream (default: auto, streams on CPUs)", [&](const std::string& text) -> Status {
-        const auto traversal = traversal_from_name(text);
-        if (!traversal) return Status::usage(fmt::format("'{}': auto, ray or stream is expected", text));
-        options.traversal = *traversal;
-        return {};
-    });
+    add_traverse_options(parser, settings);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
     if (*outcome == OptionParser::Outcome::help_shown) return {};
-    options.width = size.width;
-    options.height = size.height;
-    if (camera) options.camera = make_camera(camera->eye, camera->target, camera->up, camera->fov_degrees, size.width, size.height);
-    return run(inputs.front(), options);
+    return run(settings.inputs.front(), traverse_options(settings));
 }
 
 }  // namespace

@@ -4,9 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/files.hpp"
-#include "bench/traverse.hpp"
 #include "cli/bench.hpp"
-#include "cli/values.hpp"
+#include "cli/traverse_options.hpp"
 
 namespace raypager {
 namespace {
@@ -35,38 +34,22 @@ nlohmann::json to_json(const bench::TraverseResult& result) {
 }  // namespace
 
 Status run_bench_traverse(const Arguments& arguments) {
-    bench::TraverseOptions options;
-    std::vector<std::string> inputs;
-    std::optional<CameraText> camera;
-    ImageSize size{options.width, options.height};
+    TraverseSettings settings;
     std::filesystem::path report;
     OptionParser parser("bench traverse", "FILE.rpb [options]", about);
-    parser.inputs("the block file", 1, 1, inputs);
+    add_traverse_options(parser, settings);
     parser.option("device", "D", "number or part of the name, as 'raypager devices' lists them (default: its default)",
-                  [&](const std::string& text) { return options.device = text, Status(); });
-    parser.option("memory-limit", "SIZE", "all device memory (default: three quarters of the device's)", into(options.memory_limit, parse_size));
-    parser.option("size", "WxH", "camera rays (default: 1024x1024)", into(size, parse_image_size));
-    parser.option("camera", "E,T,U,F", "eye, target, up (x,y,z each) and field of view in degrees (default: the scene's)",
-                  into(camera, parse_camera));
-    parser.option("light", "BOX", "x,y,z,X,Y,Z: the box in which shadow rays end (default: above the scene)", into(options.light, parse_box));
-    parser.option("repeats", "N", "times that each set is traced (default: 5)", into_count(options.repeats, 1, 1000));
-    parser.option("traversal", "NAME", "auto, ray or stream (default: auto, streams on CPUs)", [&](const std::string& text) -> Status {
-        const auto traversal = traversal_from_name(text);
-        if (!traversal) return Status::usage(fmt::format("'{}': auto, ray or stream is expected", text));
-        options.traversal = *traversal;
-        return {};
-    });
+                  [&](const std::string& text) { return settings.options.device = text, Status(); });
+    parser.option("memory-limit", "SIZE", "all device memory (default: three quarters of the device's)",
+                  into(settings.options.memory_limit, parse_size));
     parser.option("report", "FILE", "write the figures as JSON", into_path(report));
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
     if (*outcome == OptionParser::Outcome::help_shown) return {};
-    options.width = size.width;
-    options.height = size.height;
-    if (camera) options.camera = make_camera(camera->eye, camera->target, camera->up, camera->fov_degrees, size.width, size.height);
 
-    const auto file = BlockFile::open(inputs.front());
+    const auto file = BlockFile::open(settings.inputs.front());
     if (!file) return file.status();
-    const auto result = bench::measure_traversal(**file, options);
+    const auto result = bench::measure_traversal(**file, traverse_options(settings));
     if (!result) return result.status();
     std::fputs(table(*result).c_str(), stdout);
     if (report.empty()) return {};

@@ -30,11 +30,6 @@ Result<PoolPlace> parse_pool(const std::string& text) {
     return Status::usage(fmt::format("'{}' is no place for the pool; use device or host", text));
 }
 
-Result<Traversal> parse_traversal(const std::string& text) {
-    if (const auto traversal = traversal_from_name(text)) return *traversal;
-    return Status::usage(fmt::format("'{}' is no way of tracing; use auto, ray or stream", text));
-}
-
 OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& target) {
     return [&target](const std::string& text) {
         target.emplace();

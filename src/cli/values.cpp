@@ -149,6 +149,11 @@ Result<CameraText> parse_camera(std::string_view text) {
     return camera;
 }
 
+Result<Traversal> parse_traversal(const std::string& text) {
+    if (const auto traversal = traversal_from_name(text)) return *traversal;
+    return Status::usage(fmt::format("'{}' is no way of tracing; use auto, ray or stream", text));
+}
+
 Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {
     Float3 low, high;
     int used = 0;

@@ -10,6 +10,7 @@
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "render/render.hpp"
+#include "wavefront/traversal.hpp"
 
 namespace raypager {
 
@@ -50,6 +51,8 @@ struct CameraText {
 // along the line between them.
 Result<CameraText> parse_camera(std::string_view text);
 
+// auto, ray or stream.
+Result<Traversal> parse_traversal(const std::string& text);
 // "x,y,z,X,Y,Z": two corners of a box.
 Result<std::pair<Float3, Float3>> parse_box(const std::string& text);
 
