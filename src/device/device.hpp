@@ -148,6 +148,8 @@ public:
     bool refused_memory() const { return refused_memory_; }
     Queue& kernels() { return kernels_; }
     Queue& uploads() { return uploads_; }
+    // Whether several threads may give commands at a time, as OpenCL promises. oclgrind crashes: its queues share lists without a lock.
+    bool thread_safe() const { return info_.platform != "Oclgrind"; }
     uint32_t group_size() const { return group_size_; }
     // Lanes below which a persistent thread fetches new rays (kernels/lib/lanes.cl); 0: the device cannot.
     uint32_t persistent_lanes() const { return is_nvidia() ? 20 : 0; }

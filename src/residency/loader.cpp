@@ -18,7 +18,8 @@ size_t thread_count() { return std::clamp<size_t>(std::thread::hardware_concurre
 
 std::unique_ptr<Loader> Loader::create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads) {
     std::unique_ptr<Loader> loader(new Loader(device, cache, slabs));
-    for (size_t i = 0; i < (threads ? threads : thread_count()); i++) loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
+    if (device.thread_safe())
+        for (size_t i = 0; i < (threads ? threads : thread_count()); i++) loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
     return loader;
 }
 
@@ -59,6 +60,7 @@ Result<std::vector<Arrival>> Loader::arrived(bool wait) {
     std::vector<Arrival> blocks;
     std::unique_lock lock(mutex_);
     for (;;) {
+        if (threads_.empty() && !waiting_.empty()) carry_out_first(lock);
         if (!failure_.ok()) return failure_;
         while (!submitted_.empty()) {
             auto finished = submitted_.front().upload.finished();
@@ -109,19 +111,23 @@ Status Loader::bring(Load& load) {
     }
 }
 
+void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
+    Load load = waiting_.front();
+    waiting_.pop_front();
+    reading_[load.block] = std::chrono::steady_clock::now();
+    lock.unlock();
+    const Status status = bring(load);
+    lock.lock();
+    reading_.erase(load.block);
+    if (!status.ok() && failure_.ok()) failure_ = status;
+}
+
 void Loader::work() {
     std::unique_lock lock(mutex_);
     for (;;) {
         changed_.wait(lock, [&] { return stop_ || !waiting_.empty(); });
         if (stop_) return;
-        Load load = waiting_.front();
-        waiting_.pop_front();
-        reading_[load.block] = std::chrono::steady_clock::now();
-        lock.unlock();
-        const Status status = bring(load);
-        lock.lock();
-        reading_.erase(load.block);
-        if (!status.ok() && failure_.ok()) failure_ = status;
+        carry_out_first(lock);
         changed_.notify_all();
     }
 }

@@ -44,6 +44,8 @@ private:
     };
     Loader(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) : device_(device), cache_(cache), slabs_(slabs) {}
     void work();
+    // Holds the lock before and after, not meanwhile.
+    void carry_out_first(std::unique_lock<std::mutex>& lock);
     Status bring(Load& load);
 
     Device& device_;
@@ -58,7 +60,7 @@ private:
     std::map<uint32_t, std::chrono::steady_clock::time_point> reading_;
     Status failure_;
     bool stop_ = false;
-    std::vector<std::thread> threads_;
+    std::vector<std::thread> threads_;  // none: the render loop's own thread does their work when it asks what has arrived
 };
 
 }  // namespace raypager
