@@ -40,10 +40,13 @@ typedef struct rp_stream {
     // Of all rays: signs or RP_MIXED, and bounds of origins and reciprocals.
     uint signs;
     float least_origin[3], greatest_origin[3], least_inverse[3], greatest_inverse[3];
-    uint tested_until[RP_STREAM_RAYS];  // round in which all blocks resident then were tested
-    ulong active;                       // rays that are still to be traced
-    ulong resumed;                      // rays with a tested_until
-    ulong stopped;                      // rays that came to an absent block
+    ulong active;   // rays that are still to be traced
+    ulong resumed;  // rays that had waited at a portal: they go on from there
+    ulong stopped;  // rays that met an absent block
+    // Places in a ray's order of visits: the distance at which it enters a portal's bounds, and the portal. See stream_traverse.cl.
+    float16 from[RP_PACKETS], wait[RP_PACKETS];
+    uint16 from_portal[RP_PACKETS], wait_portal[RP_PACKETS];
+    uint tested_until[RP_STREAM_RAYS];  // shadow rays that had waited: the round in which all blocks resident then were tested
 } rp_stream;
 
 #define RP_OF_RAY(packets, r) (((const float*)(packets))[r])
@@ -73,7 +76,7 @@ static inline uint rp_common(const uchar* values) {
     return differ ? RP_MIXED : all.s0;
 }
 
-// Derives the rest from origins, directions and t. All 64 rays must be there; those that are not used repeat others.
+// Derives the rest from origins, directions and t; no ray has waited. All 64 rays must be there; those that are not used repeat others.
 static inline void rp_prepare_stream(rp_stream* s) {
     for (uint p = 0u; p < RP_PACKETS; p++) {
         uchar16 signs = (uchar16)(0);
@@ -100,8 +103,12 @@ static inline void rp_prepare_stream(rp_stream* s) {
         s->packet_signs[p] = rp_common(of_packet);
         s->packet_axis[p] = rp_common(s->axis + RP_PACKET_RAYS * p);
         s->hit_low[p] = s->hit_high[p] = (uint16)(0u);
+        s->from[p] = (float16)(0.0f);
+        s->from_portal[p] = (uint16)(0u);
+        s->wait[p] = (float16)(INFINITY);
+        s->wait_portal[p] = (uint16)(RP_NONE);
     }
-    s->stopped = 0ul;
+    s->stopped = s->resumed = 0ul;
     s->signs = s->packet_signs[0];
     for (uint p = 1u; p < RP_PACKETS; p++)
         if (s->packet_signs[p] != s->signs) s->signs = RP_MIXED;

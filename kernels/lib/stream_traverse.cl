@@ -1,10 +1,12 @@
 // A stream of rays through the wide top tree and the resident blocks.
 //
 // Order and progress. Hits do not depend on the order of visits (primitive.cl), so a stream visits what its rays meet in whatever order
-// suits them together. Rays that come to an absent block note it and go on: when the stream ends, each ray has been tested against all
-// resident blocks on its way, and a ray that met an absent one looks up the first absent portal in its own order (first_absent.cl),
-// which is the order of traverse.cl, from where it stood. There it waits, and keeps the round. When it goes on, blocks that have been
-// resident since that round or before are behind it. So a ray waits at each portal at most once and always moves forward.
+// suits them together. Waiting has an order, by ray: portals as the ray enters their bounds, equal ones by number. A ray waits at the
+// first absent portal in this order. What comes before it has been tested then, in this launch or in one before; what comes after it is
+// left for later. So a ray that goes on begins at the portal it had waited at, waits at each portal at most once, and always moves
+// forward, however blocks come and go. Distances of portals are computed anew, to the same bits, whenever they are asked for.
+// Shadow rays end at any hit and therefore try all resident blocks before they wait; they leave out those that had been resident in the
+// round in which they stopped.
 #ifndef RP_STREAM_TRAVERSE_CL
 #define RP_STREAM_TRAVERSE_CL
 
@@ -61,11 +63,76 @@ static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wi
     }
 }
 
-// Of the rays, those whose closest hit is not before `entry`.
-static inline ulong rp_not_before_hit(const rp_stream* s, ulong rays, float entry) {
+// Of the rays, those that are at `entry` before their closest hit.
+static inline ulong rp_not_behind_hit(const rp_stream* s, ulong rays, float entry) {
     ulong left = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) left |= (ulong)rp_mask16(entry <= s->t[p] * RP_BOX_WIDEN) << (RP_PACKET_RAYS * p);
     return rays & left;
+}
+
+// Where the rays of a packet enter a portal's bounds. Returns those that meet them, before their closest hit. The arithmetic is that of
+// rp_packet_meets: bounds inside others are never entered before them.
+static inline uint rp_enter_portal(const rp_stream* s, uint p, uint4 lower, uint4 upper, float16* entry) {
+    float16 enter = (float16)(0.0f), leave = s->t[p];
+    for (uint a = 0u; a < 3u; a++) {
+        const float16 low = (float16)(as_float(a == 0u ? lower.x : a == 1u ? lower.y : lower.z));
+        const float16 high = (float16)(as_float(a == 0u ? upper.x : a == 1u ? upper.y : upper.z));
+        const float16 inverse = s->inverse[a][p];
+        const int16 negative = as_int16(inverse) < (int16)(0);
+        enter = rp_max(enter, fma(negative ? high : low, inverse, s->near_shift[a][p]));
+        leave = rp_min(leave, fma(negative ? low : high, inverse, s->far_shift[a][p]));
+    }
+    *entry = enter;
+    return rp_mask16(enter <= leave * RP_BOX_WIDEN);
+}
+
+// Of the rays, those for which the portal does not come before the place they begin at; of the others, it is behind them.
+static inline ulong rp_still_before(const rp_stream* s, ulong rays, const __global uint4* portals, uint portal) {
+    const uint4 lower = portals[2u * portal], upper = portals[2u * portal + 1u];
+    for (uint p = 0u; p < RP_PACKETS; p++) {
+        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+        if (lanes == 0u) continue;
+        float16 entry;
+        uint left = lanes & rp_enter_portal(s, p, lower, upper, &entry);
+        left &= rp_mask16((entry > s->from[p]) | ((entry == s->from[p]) & ((uint16)(portal) >= s->from_portal[p])));
+        rays ^= (ulong)(lanes ^ left) << (RP_PACKET_RAYS * p);
+    }
+    return rays;
+}
+
+// The portal of an absent block: rays for which it is the first one so far will wait there.
+static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4* portals, uint portal) {
+    const uint4 lower = portals[2u * portal], upper = portals[2u * portal + 1u];
+    for (uint p = 0u; p < RP_PACKETS; p++) {
+        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+        if (lanes == 0u) continue;
+        float16 entry;
+        uint first = lanes & rp_enter_portal(s, p, lower, upper, &entry);
+        const uint16 number = (uint16)(portal);
+        first &= rp_mask16((entry > s->from[p]) | ((entry == s->from[p]) & (number >= s->from_portal[p])));
+        first &= rp_mask16((entry < s->wait[p]) | ((entry == s->wait[p]) & (number < s->wait_portal[p])));
+        const int16 better = rp_lanes16(first);
+        s->wait[p] = better ? entry : s->wait[p];
+        s->wait_portal[p] = better ? number : s->wait_portal[p];
+        s->stopped |= (ulong)first << (RP_PACKET_RAYS * p);
+    }
+}
+
+// The ray goes on from a portal at which it had waited.
+static inline void rp_resume_ray(rp_stream* s, uint r, const __global uint4* portals, uint portal) {
+    float16 entry;
+    float entries[RP_PACKET_RAYS];
+    rp_enter_portal(s, r / RP_PACKET_RAYS, portals[2u * portal], portals[2u * portal + 1u], &entry);
+    vstore16(entry, 0, entries);
+    RP_SET_OF_RAY(s->from, r, entries[r % RP_PACKET_RAYS]);
+    ((uint*)s->from_portal)[r] = portal;
+    s->resumed |= 1ul << r;
+}
+
+// Where the ray has to wait: at an absent portal that it enters before its closest hit; RP_NONE: nowhere.
+static inline uint rp_waits_at(const rp_stream* s, uint r) {
+    if (!(s->stopped >> r & 1ul) || RP_OF_RAY(s->wait, r) > RP_OF_RAY(s->t, r) * RP_BOX_WIDEN) return RP_NONE;
+    return ((const uint*)s->wait_portal)[r];
 }
 
 // Rays that did not test the block in an earlier launch.
@@ -84,13 +151,21 @@ typedef struct rp_walk {
     const __global uchar* record;  // that comes next, ...
     ulong rays;                    // ... and the rays that meet it; 0: the walk has ended
     bool leaf;
+    const __global uchar *top, *top_end;
+    float16 zero[RP_PACKETS], until[RP_PACKETS];
 } rp_walk;
+
+static inline bool rp_in_top(const rp_walk* walk) { return walk->record >= walk->top && walk->record < walk->top_end; }
 
 // Begins with the active rays at the root of the top tree.
 static inline void rp_begin_walk(rp_walk* walk, const __global uchar* top) {
     walk->stack.depth = 0u;
     walk->rays = 0ul;
-    const uint root = ((const __global rp_wide_header*)top)->root;
+    const __global rp_wide_header* header = (const __global rp_wide_header*)top;
+    const uint root = header->root;
+    walk->top = top;
+    walk->top_end = top + header->bytes;
+    for (uint p = 0u; p < RP_PACKETS; p++) walk->zero[p] = (float16)(0.0f);
     if (root == RP_NONE) return;
     walk->record = rp_wide_root(top, root, &walk->leaf);
     walk->rays = walk->stream.active;
@@ -104,22 +179,35 @@ static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
         stack->depth--;
         const uint entry = stack->entry[stack->depth];
         rays = stack->rays[stack->depth] & walk->stream.active;
-        if (!any_hit && rays != 0ul) rays = rp_not_before_hit(&walk->stream, rays, as_float(entry & ~RP_ENTRY_LEAF));
+        if (!any_hit && rays != 0ul) rays = rp_not_behind_hit(&walk->stream, rays, as_float(entry & ~RP_ENTRY_LEAF));
         walk->record = stack->record[stack->depth];
         walk->leaf = (entry & RP_ENTRY_LEAF) != 0u;
     }
     walk->rays = rays;
 }
 
+// In a block that is entered, rays are traced as far as their closest hit; in the top tree from where they begin to where they will wait.
+static inline rp_stretch rp_stretch_at(rp_walk* walk, const bool any_hit) {
+    const rp_stream* s = &walk->stream;
+    rp_stretch stretch = {walk->zero, s->t};
+    if (!rp_in_top(walk)) return stretch;
+    stretch.from = s->from;
+    if (any_hit || s->stopped == 0ul) return stretch;
+    for (uint p = 0u; p < RP_PACKETS; p++) walk->until[p] = rp_min(s->t[p], s->wait[p]);
+    stretch.until = walk->until;
+    return stretch;
+}
+
 // Visits a record and finds the next one. When the walk has ended, the stream's t, primitive and hit_* tell the closest hits, or, if any_hit
-// is set, rays that hit something are not active any more; `stopped`: rays that met an absent block.
+// is set, rays that hit something are not active any more; rp_waits_at: where they wait.
 static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, const bool any_hit) {
     rp_stream* s = &walk->stream;
     ulong rays = walk->rays;
     if (!walk->leaf) {
         rp_children_met met;
         const __global rp_wide_node* node = (const __global rp_wide_node*)walk->record;
-        const uint children = rp_meet_children(s, node, rays, any_hit, &met);
+        const rp_stretch stretch = rp_stretch_at(walk, any_hit);
+        const uint children = rp_meet_children(s, node, &stretch, rays, any_hit, &met);
         if (children != 0u) {
             rp_push_children(&walk->stack, node, &met, children, any_hit);
             // The nearest one needs no further look.
@@ -134,13 +222,17 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
         const uint kind = content->kind;
         if (kind == RP_WIDE_PORTAL) {
             const uint4 page = g->pages[content->block];
+            const uint root = ((const __global uint*)(content + 1))[0], portal = ((const __global uint*)(content + 1))[1];
             if (page.x == RP_NONE) {
-                s->stopped |= rays;
+                rp_meet_absent(s, rays, g->portals, portal);
             } else {
-                rays = rp_without_tested(s, rays, page.y);
+                if ((rays & s->resumed) != 0ul) {
+                    rays = rp_still_before(s, rays, g->portals, portal);
+                    if (any_hit) rays = rp_without_tested(s, rays, page.y);
+                }
                 if (rays != 0ul) {
                     if (g->used[content->block] != round) g->used[content->block] = round;
-                    walk->record = rp_wide_root(rp_block_address(g, page.x), ((const __global uint*)(content + 1))[0], &walk->leaf);
+                    walk->record = rp_wide_root(rp_block_address(g, page.x), root, &walk->leaf);
                     walk->rays = rays;
                     rp_fetch_record(walk->record);
                     return;

@@ -2,19 +2,14 @@
 #include "lib/connection.cl"
 #include "lib/stream_traverse.cl"
 
-#define RP_ANY_HIT 1
-#include "lib/first_absent.cl"
-#undef RP_ANY_HIT
-
 typedef struct rp_connect_rays {
     uint first, count;  // in the queue
     uint slot[RP_STREAM_RAYS], portal[RP_STREAM_RAYS];
 } rp_connect_rays;
 
-static inline void rp_load_connect_stream(const __global uint4* paths, const __global uint* status, uint slot_count, const __global uint* queue,
-                                          rp_stream* s, rp_connect_rays* c) {
+static inline void rp_load_connect_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
+                                          const __global uint* queue, rp_stream* s, rp_connect_rays* c) {
     const uint count = c->count;
-    s->resumed = 0ul;
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         const uint slot = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
         const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
@@ -22,20 +17,17 @@ static inline void rp_load_connect_stream(const __global uint4* paths, const __g
         c->slot[r] = slot;
         c->portal[r] = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
         s->tested_until[r] = status[slot] >> RP_STATUS_ROUND_SHIFT;
-        if (c->portal[r] != RP_NONE) s->resumed |= 1ul << r;
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++)
+        if (c->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, c->portal[r]);
 }
 
 static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint round, uint slot_count,
                                         volatile __global uint* wants, __global uint* status, __global uint4* paths, __global uint* film) {
     const bool occluded = !(s->active >> r & 1ul);
-    uint portal = RP_NONE;
-    if (!occluded && (s->stopped >> r & 1ul)) {
-        const rp_ray ray = rp_ray_of_stream(s, r);
-        portal = rp_first_absent_any(g, &ray, RP_OF_RAY(s->t, r), c->portal[r]);
-    }
+    const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
     if (portal != RP_NONE)
         rp_wait_to_connect(c->slot[r], portal, round, slot_count, status, paths, wants + rp_portal_block(g, portal));
     else
@@ -55,7 +47,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
     for (uint w = 0u; w < RP_WALKS; w++) {
         rays[w].count = rp_next_stream(&share, count, &rays[w].first);
         if (rays[w].count == 0u) continue;
-        rp_load_connect_stream(paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+        rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
         rp_begin_walk(&walks[w], wide_top);
         running |= 1u << w;
     }
@@ -72,7 +64,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_connect_stream(paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+            rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
             rp_begin_walk(&walks[w], wide_top);
         }
     }

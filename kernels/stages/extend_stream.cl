@@ -3,20 +3,15 @@
 #include "lib/stream_traverse.cl"
 #include "lib/wide_surface.cl"
 
-#define RP_ANY_HIT 0
-#include "lib/first_absent.cl"
-#undef RP_ANY_HIT
-
 // What is known of the rays of a stream beside their paths through space.
 typedef struct rp_extend_rays {
     uint first, count;  // in the queue
     uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], state[RP_STREAM_RAYS];
 } rp_extend_rays;
 
-static inline void rp_load_extend_stream(const __global uint4* paths, const __global uint* status, uint slot_count, const __global uint* queue,
-                                         rp_stream* s, rp_extend_rays* e) {
+static inline void rp_load_extend_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
+                                         const __global uint* queue, rp_stream* s, rp_extend_rays* e) {
     const uint count = e->count;
-    s->resumed = 0ul;
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         const uint slot = rp_extend_entry(queue, e->first + min(r, count - 1u));
         const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
@@ -27,11 +22,11 @@ static inline void rp_load_extend_stream(const __global uint4* paths, const __gl
         e->sample[r] = surface.z;
         e->portal[r] = surface.w;
         e->state[r] = status[slot];
-        s->tested_until[r] = e->state[r] >> RP_EXTEND_ROUND_SHIFT;
-        if (e->portal[r] != RP_NONE && s->tested_until[r] != 0u) s->resumed |= 1ul << r;
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++)
+        if (e->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, e->portal[r]);
 }
 
 // Counts of one work-item: extension rays that had waited, and those of them that hit nothing in the block they had waited for.
@@ -40,15 +35,12 @@ typedef struct rp_extend_counts {
 } rp_extend_counts;
 
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
-                                       uint round, uint slot_count, uint block_count, volatile __global uint* demand, __global uint* status,
+                                       uint slot_count, uint block_count, volatile __global uint* demand, __global uint* status,
                                        __global uint4* paths, rp_extend_counts* counts) {
     const uint slot = e->slot[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
-    uint portal = RP_NONE, offset_exponent = e->state[r] >> RP_STATUS_ROUND_SHIFT & RP_OFFSET_MASK;
-    if (s->stopped >> r & 1ul) {
-        const rp_ray ray = rp_ray_of_stream(s, r);
-        portal = rp_first_absent_closest(g, &ray, t, waited_at);
-    }
+    const uint portal = rp_waits_at(s, r);
+    uint offset_exponent = e->state[r] >> RP_STATUS_ROUND_SHIFT;
     const bool hit = rp_hit_in_launch(s, r);
     if (hit) {
         offset_exponent = surfaces->offset_exponent[r];
@@ -71,8 +63,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
     } else {
         atomic_inc(demand + RP_DEMAND_WANTS * block_count + rp_portal_block(g, portal));
-        status[slot] =
-            RP_STATUS_EXTEND | offset_exponent << RP_STATUS_ROUND_SHIFT | (round <= RP_EXTEND_ROUND_MASK ? round << RP_EXTEND_ROUND_SHIFT : 0u);
+        status[slot] = RP_STATUS_EXTEND | offset_exponent << RP_STATUS_ROUND_SHIFT;
     }
 }
 
@@ -91,7 +82,7 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
     for (uint w = 0u; w < RP_WALKS; w++) {
         rays[w].count = rp_next_stream(&share, count, &rays[w].first);
         if (rays[w].count == 0u) continue;
-        rp_load_extend_stream(paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+        rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
         rp_begin_walk(&walks[w], wide_top);
         running |= 1u << w;
     }
@@ -104,12 +95,12 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
         rp_wide_surfaces surfaces;
         rp_find_surfaces(&walks[w].stream, &surfaces);
         for (uint r = 0u; r < rays[w].count; r++)
-            rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, round, slot_count, block_count, demand, status, paths, &counts);
+            rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, slot_count, block_count, demand, status, paths, &counts);
         rays[w].count = rp_next_stream(&share, count, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_extend_stream(paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+            rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
             rp_begin_walk(&walks[w], wide_top);
         }
     }

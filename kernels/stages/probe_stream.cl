@@ -13,7 +13,6 @@ static inline void rp_load_probe_stream(const __global float4* rays, uint first,
         const uint i = first + min(r, count - 1u);
         rp_set_stream_ray(s, r, rays[2u * i].xyz, rays[2u * i + 1u].xyz, rays[2u * i].w, RP_NONE);
     }
-    s->resumed = 0ul;
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
 }
@@ -35,7 +34,7 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
             const float3 position = (float3)(surfaces.position[0][r], surfaces.position[1][r], surfaces.position[2][r]);
             results[2u * (first + r)] = (uint4)(as_uint(hit ? RP_OF_RAY(walk.stream.t, r) : INFINITY), ((const uint*)walk.stream.primitive)[r],
                                                 hit ? surfaces.geometric_normal[r] : 0u, 0u);
-            results[2u * (first + r) + 1u] = (uint4)(hit ? as_uint3(position) : (uint3)(0u), walk.stream.stopped >> r & 1ul ? 0u : RP_NONE);
+            results[2u * (first + r) + 1u] = (uint4)(hit ? as_uint3(position) : (uint3)(0u), rp_waits_at(&walk.stream, r) == RP_NONE ? RP_NONE : 0u);
         }
         rp_load_probe_stream(rays, first, n, &walk.stream);
         rp_trace_walk(&geometry, &walk, wide_top, true);
@@ -52,8 +51,9 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
     const uint i = get_global_id(0);
     rp_stream s;
     rp_load_probe_stream(rays, RP_STREAM_RAYS * i, RP_STREAM_RAYS, &s);
+    const rp_stretch all = {s.from, s.t};
     rp_children_met children;
-    rp_meet_children(&s, nodes + i, ~0ul, false, &children);
+    rp_meet_children(&s, nodes + i, &all, ~0ul, false, &children);
     rp_planes planes;
     rp_decode_planes(nodes + i, &planes);
     rp_children_met alone;
@@ -61,7 +61,7 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
         alone.rays[k] = 0ul;
         alone.entry[k] = INFINITY;
     }
-    rp_rays_meet(&s, &planes, ~0ul, nodes[i].count, false, &alone);
+    rp_rays_meet(&s, &planes, &all, ~0ul, nodes[i].count, false, &alone);
     for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
         met[16u * i + k] = children.rays[k];
         met[16u * i + 8u + k] = alone.rays[k];

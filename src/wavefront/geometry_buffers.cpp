@@ -20,14 +20,15 @@ constexpr uint32_t stream_items_per_core = 64;  // each alone in its group: it h
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 uint64_t demand_bytes(const BakedScene& scene) { return at_least_16(scene.blocks.size() * RP_DEMAND_ARRAYS * sizeof(uint32_t)); }
 
-std::vector<std::byte> wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots); }
+WideTop wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots); }
 
 }  // namespace
 
 uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
-    return (form == BlockForm::wide ? wide_top(scene).size() : 0) + at_least_16(sizeof(rp_top_grid)) +
-           at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) +
-           at_least_16(scene.portal_paths.size() * sizeof(uint64_t)) + demand_bytes(scene);
+    const uint64_t tree = form == BlockForm::wide
+                              ? wide_top(scene).bytes.size() + 2 * at_least_16(0)
+                              : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t));
+    return tree + at_least_16(sizeof(rp_top_grid)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) + demand_bytes(scene);
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
@@ -39,24 +40,27 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
     result.traversal_options_ = device.traversal_options();
     if (suits_streams(device.info())) result.traversal_options_ += "-DRP_SURFACE_LANES ";
+    const bool wide = form == BlockForm::wide;
+    const WideTop top = wide ? wide_top(scene) : WideTop();
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
         const char* what;
     };
+    // Streams need neither the nodes nor the paths through them.
     const Part parts[] = {{result.top_grid_, std::as_bytes(std::span(&scene.top_grid, 1)), "the top tree's grid"},
-                          {result.top_nodes_, bytes_of(scene.top_nodes), "the top tree"},
-                          {result.portals_, bytes_of(scene.portals), "portals"},
-                          {result.portal_paths_, bytes_of(scene.portal_paths), "portal paths"}};
+                          {result.top_nodes_, wide ? std::span<const std::byte>() : bytes_of(scene.top_nodes), "the top tree"},
+                          {result.portals_, wide ? bytes_of(top.portals) : bytes_of(scene.portals), "portals"},
+                          {result.portal_paths_, wide ? std::span<const std::byte>() : bytes_of(scene.portal_paths), "portal paths"}};
     for (const Part& part : parts) {
         auto buffer = device.upload(part.contents, part.what);
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
-    if (form == BlockForm::wide) {
-        auto top = device.upload(wide_top(scene), "the wide top tree");
-        if (!top) return top.status();
-        result.wide_top_ = std::move(*top);
+    if (wide) {
+        auto tree = device.upload(top.bytes, "the wide top tree");
+        if (!tree) return tree.status();
+        result.wide_top_ = std::move(*tree);
     }
     auto demand = device.allocate(demand_bytes(scene), "demand counters");
     if (!demand) return demand.status();

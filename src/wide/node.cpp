@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "base/check.hpp"
 
@@ -64,6 +65,20 @@ void quantise(std::span<const Box> boxes, rp_wide_node& node) {
             node.upper[a][k] = static_cast<rp_u8>(upper);
         }
     }
+}
+
+Box with_slack(const Box& box) {
+    constexpr float inf = std::numeric_limits<float>::infinity();
+    const double slack = slack_of(box);
+    Box larger;
+    for (int a = 0; a < 3; a++) {
+        const double lower = box.lower[a] - slack, upper = box.upper[a] + slack;
+        larger.lower[a] = static_cast<float>(lower);
+        larger.upper[a] = static_cast<float>(upper);
+        if (larger.lower[a] > lower) larger.lower[a] = std::nextafter(larger.lower[a], -inf);
+        if (larger.upper[a] < upper) larger.upper[a] = std::nextafter(larger.upper[a], inf);
+    }
+    return larger;
 }
 
 Box stored_box(const rp_wide_node& node, uint32_t child) {

@@ -2,13 +2,20 @@
 
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "base/check.hpp"
+#include "wide/node.hpp"
 #include "wide/tree_writer.hpp"
 
 namespace raypager {
 namespace {
+
+static_assert(sizeof(rp_wide_portal) == sizeof(rp_portal) && offsetof(rp_wide_portal, block) == offsetof(rp_portal, block));
+
+// All that a grid can tell: the box of the root, which no node holds.
+constexpr rp_child whole_grid = {0xffff0000u, 0xffff0000u, 0xffff0000u, 0};
 
 // Entering a portal, relative to a wide node.
 constexpr float portal_cost = 1.0f;
@@ -48,24 +55,26 @@ uint32_t add(const rp_top_grid& grid, std::span<const rp_node> nodes, rp_u32 ref
     return index;
 }
 
+rp_wide_portal make_portal(const Box& tight, rp_u32 block, rp_u32 root) {
+    const Box box = with_slack(tight);
+    return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, root};
+}
+
 }  // namespace
 
-std::vector<std::byte> make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
-                                     std::span<const rp_u32> wide_roots) {
+WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
+                      std::span<const rp_u32> wide_roots) {
+    WideTop top;
     std::vector<BinaryNode> binary;
-    if (!portals.empty()) {
-        // The root's own box is never tested.
-        Box unit;
-        unit.grow(Float3{0, 0, 0});
-        unit.grow(Float3{1, 1, 1});
-        add(grid, nodes, grid.root, unit, binary);
-    }
+    if (!portals.empty()) add(grid, nodes, grid.root, world_box(grid, whole_grid), binary);
+    top.portals.resize(portals.size());
+    for (const BinaryNode& node : binary)
+        if (node.is_leaf()) top.portals[node.item] = make_portal(node.box, portals[node.item].block, wide_roots[node.item]);
     Collapse collapse;
     collapse.run(binary);
-    std::vector<std::byte> bytes;
-    WideTreeWriter writer(binary, collapse, bytes, [&](const BinaryNode& node, std::vector<std::byte>& out) {
+    WideTreeWriter writer(binary, collapse, top.bytes, [&](const BinaryNode& node, std::vector<std::byte>& out) {
         const rp_wide_leaf head = {RP_WIDE_PORTAL, 0, 0, 0, portals[node.item].block};
-        const rp_u32 words[2] = {wide_roots[node.item], 0};
+        const rp_u32 words[2] = {wide_roots[node.item], node.item};
         const auto append = [&out](const void* data, size_t count) {
             const auto* begin = static_cast<const std::byte*>(data);
             out.insert(out.end(), begin, begin + count);
@@ -74,7 +83,7 @@ std::vector<std::byte> make_wide_top(const rp_top_grid& grid, std::span<const rp
         append(words, sizeof words);
     });
     writer.finish(RP_NONE, binary.empty() ? RP_NONE : writer.add_root(0));
-    return bytes;
+    return top;
 }
 
 }  // namespace raypager

@@ -6,11 +6,16 @@
 #include <vector>
 
 #include "raypager/abi/block.h"
+#include "raypager/abi/wide.h"
 
 namespace raypager {
 
+struct WideTop {
+    std::vector<std::byte> bytes;         // the tree
+    std::vector<rp_wide_portal> portals;  // as many as there were, in their order
+};
 // REQUIRES: a top tree as BlockFile::open accepts it. wide_roots: of the portals in the wide form of their blocks.
-std::vector<std::byte> make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
-                                     std::span<const rp_u32> wide_roots);
+WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
+                      std::span<const rp_u32> wide_roots);
 
 }  // namespace raypager

@@ -224,7 +224,7 @@ TEST(WideTop, LeadsToEveryPortal) {
     TemporaryFolder folder;
     const auto file = bake_and_open(mixed_scene(seed), folder / "scene.rpb", 40 << 10, 8);
     const BakedScene& scene = file->scene();
-    const auto bytes = make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots);
+    const auto [bytes, portals] = make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots);
     const auto header = at<rp_wide_header>(bytes, 0);
     ASSERT_EQ(header.block, RP_NONE);
     WideReader reader(bytes, RP_NONE);
@@ -238,8 +238,9 @@ TEST(WideTop, LeadsToEveryPortal) {
 TEST(WideTop, OfAnEmptySceneHasNoRoot) {
     rp_top_grid grid = {};
     grid.root = RP_REF_EXIT;
-    const auto bytes = make_wide_top(grid, {}, {}, {});
-    EXPECT_EQ(at<rp_wide_header>(bytes, 0).root, RP_NONE);
+    const auto top = make_wide_top(grid, {}, {}, {});
+    EXPECT_TRUE(top.portals.empty());
+    EXPECT_EQ(at<rp_wide_header>(top.bytes, 0).root, RP_NONE);
 }
 
 // A chain, which is the deepest tree there is, and a balanced one: all leaves are reached once, costs never exceed those of the binary tree.

@@ -34,11 +34,7 @@
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_ROUND_SHIFT 3
 #define RP_ROUND_MASK 0x1fffffffu  // renders end before they have so many rounds; round 0 never happens
-// Extension rays keep the offset exponent of their hit there (surface.cl), and where they are traced in streams (stream_traverse.cl) above
-// it the round in which all blocks resident then were tested; 0: unknown, as in all rounds from 2^20 on.
-#define RP_OFFSET_MASK 0x1ffu
-#define RP_EXTEND_ROUND_SHIFT 12
-#define RP_EXTEND_ROUND_MASK 0xfffffu
+// Extension rays keep the offset exponent of their hit there (surface.cl).
 
 // What a path is traced for: one sample of one pixel.
 typedef struct rp_path_sample {

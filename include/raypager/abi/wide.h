@@ -47,8 +47,17 @@ typedef struct rp_wide_leaf {
     //   with RP_WIDE_NORMALS: rp_u32 normal[vertices] (octahedral; RP_NONE: none). Corners 0, 1, 2 are counter-clockwise seen from the side
     //   of the normal.
     // Spheres: after 8 bytes of nothing rp_sphere sphere[count], rp_u32 id[count]. With RP_WIDE_POINTS they are points.
-    // Portal: rp_u32 root in the block, rp_u32 nothing. `count` is 0.
+    // Portal: rp_u32 root in the block, rp_u32 index of the portal. `count` is 0.
 } rp_wide_leaf;
+
+// What stands beside the wide top tree for each portal: its bounds, with slack, inside those that the top tree has for it.
+// The block lies where rp_portal has it.
+typedef struct rp_wide_portal {
+    float lower[3];
+    rp_u32 block;
+    float upper[3];
+    rp_u32 root;  // word
+} rp_wide_portal;
 
 #define RP_WIDE_LEAF_TRIANGLES 16u
 #define RP_WIDE_LEAF_VERTICES 16u
