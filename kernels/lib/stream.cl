@@ -46,7 +46,6 @@ typedef struct rp_stream {
     // Places in a ray's order of visits: the distance at which it enters a portal's bounds, and the portal. See stream_traverse.cl.
     float16 from[RP_PACKETS], wait[RP_PACKETS];
     uint16 from_portal[RP_PACKETS], wait_portal[RP_PACKETS];
-    uint tested_until[RP_STREAM_RAYS];  // shadow rays that had waited: the round in which all blocks resident then were tested
 } rp_stream;
 
 #define RP_OF_RAY(packets, r) (((const float*)(packets))[r])

@@ -5,8 +5,7 @@
 // first absent portal in this order. What comes before it has been tested then, in this launch or in one before; what comes after it is
 // left for later. So a ray that goes on begins at the portal it had waited at, waits at each portal at most once, and always moves
 // forward, however blocks come and go. Distances of portals are computed anew, to the same bits, whenever they are asked for.
-// Shadow rays end at any hit and therefore try all resident blocks before they wait; they leave out those that had been resident in the
-// round in which they stopped.
+// Shadow rays do the same: to try all resident blocks first saved neither time nor loads.
 #ifndef RP_STREAM_TRAVERSE_CL
 #define RP_STREAM_TRAVERSE_CL
 
@@ -135,15 +134,6 @@ static inline uint rp_waits_at(const rp_stream* s, uint r) {
     return ((const uint*)s->wait_portal)[r];
 }
 
-// Rays that did not test the block in an earlier launch.
-static inline ulong rp_without_tested(const rp_stream* s, ulong rays, uint resident_since) {
-    for (ulong resumed = rays & s->resumed; resumed != 0ul; resumed &= resumed - 1ul) {
-        const uint r = rp_lowest(resumed);
-        if (resident_since <= s->tested_until[r]) rays &= ~(1ul << r);
-    }
-    return rays;
-}
-
 // A stream on its way through the scene.
 typedef struct rp_walk {
     rp_stream stream;
@@ -187,12 +177,12 @@ static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
 }
 
 // In a block that is entered, rays are traced as far as their closest hit; in the top tree from where they begin to where they will wait.
-static inline rp_stretch rp_stretch_at(rp_walk* walk, const bool any_hit) {
+static inline rp_stretch rp_stretch_at(rp_walk* walk) {
     const rp_stream* s = &walk->stream;
     rp_stretch stretch = {walk->zero, s->t};
     if (!rp_in_top(walk)) return stretch;
     stretch.from = s->from;
-    if (any_hit || s->stopped == 0ul) return stretch;
+    if (s->stopped == 0ul) return stretch;
     for (uint p = 0u; p < RP_PACKETS; p++) walk->until[p] = rp_min(s->t[p], s->wait[p]);
     stretch.until = walk->until;
     return stretch;
@@ -206,7 +196,7 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
     if (!walk->leaf) {
         rp_children_met met;
         const __global rp_wide_node* node = (const __global rp_wide_node*)walk->record;
-        const rp_stretch stretch = rp_stretch_at(walk, any_hit);
+        const rp_stretch stretch = rp_stretch_at(walk);
         const uint children = rp_meet_children(s, node, &stretch, rays, any_hit, &met);
         if (children != 0u) {
             rp_push_children(&walk->stack, node, &met, children, any_hit);
@@ -226,10 +216,7 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
             if (page.x == RP_NONE) {
                 rp_meet_absent(s, rays, g->portals, portal);
             } else {
-                if ((rays & s->resumed) != 0ul) {
-                    rays = rp_still_before(s, rays, g->portals, portal);
-                    if (any_hit) rays = rp_without_tested(s, rays, page.y);
-                }
+                if ((rays & s->resumed) != 0ul) rays = rp_still_before(s, rays, g->portals, portal);
                 if (rays != 0ul) {
                     if (g->used[content->block] != round) g->used[content->block] = round;
                     walk->record = rp_wide_root(rp_block_address(g, page.x), root, &walk->leaf);

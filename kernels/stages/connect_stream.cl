@@ -7,8 +7,8 @@ typedef struct rp_connect_rays {
     uint slot[RP_STREAM_RAYS], portal[RP_STREAM_RAYS];
 } rp_connect_rays;
 
-static inline void rp_load_connect_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
-                                          const __global uint* queue, rp_stream* s, rp_connect_rays* c) {
+static inline void rp_load_connect_stream(const rp_geometry* g, const __global uint4* paths, uint slot_count, const __global uint* queue,
+                                          rp_stream* s, rp_connect_rays* c) {
     const uint count = c->count;
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         const uint slot = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
@@ -16,7 +16,6 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const __global u
         rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w), RP_NONE);
         c->slot[r] = slot;
         c->portal[r] = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
-        s->tested_until[r] = status[slot] >> RP_STATUS_ROUND_SHIFT;
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
@@ -47,7 +46,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
     for (uint w = 0u; w < RP_WALKS; w++) {
         rays[w].count = rp_next_stream(&share, count, &rays[w].first);
         if (rays[w].count == 0u) continue;
-        rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+        rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w]);
         rp_begin_walk(&walks[w], wide_top);
         running |= 1u << w;
     }
@@ -64,7 +63,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+            rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w]);
             rp_begin_walk(&walks[w], wide_top);
         }
     }
