@@ -6,12 +6,11 @@
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
-// All blocks that are resident in this round have been tested. want: the count of the portal's block.
-static inline void rp_wait_to_connect(uint slot, uint portal, uint round, uint slot_count, __global uint* status, __global uint4* paths,
-                                      volatile __global uint* want) {
+// round: all blocks that are resident in it have been tested. wants: of all blocks.
+static inline void rp_wait_to_connect(uint slot, uint portal, uint block, uint round, uint slot_count, __global uint* status, __global uint4* paths,
+                                      volatile __global uint* wants) {
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
-    status[slot] = RP_STATUS_SHADOW | (round & RP_ROUND_MASK) << RP_STATUS_ROUND_SHIFT;
-    atomic_inc(want);
+    rp_wait_for(slot, block, RP_STATUS_SHADOW_WAITS, round & RP_ROUND_MASK, slot_count, status, wants);
 }
 
 // Adds the light that arrives; the path ends, or its extension ray begins.

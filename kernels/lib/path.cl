@@ -11,6 +11,14 @@
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
 static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }
 
+// The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS; rest: the other bits of its status.
+static inline void rp_wait_for(uint slot, uint block, uint phase, uint rest, uint slot_count, __global uint* status, volatile __global uint* wants) {
+    status[slot] = phase | rest << RP_STATUS_ROUND_SHIFT;
+    status[(size_t)slot_count + slot] = block;
+    atomic_inc(wants + block);
+}
+static inline uint rp_waited_for(const __global uint* status, uint slot_count, uint slot) { return status[(size_t)slot_count + slot]; }
+
 // Adds to a counter of 64 bits that is kept as two words.
 static inline void rp_count_add(volatile __global uint* counter, uint amount) {
     if (amount == 0u) return;

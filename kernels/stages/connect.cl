@@ -28,7 +28,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
     if (walk.portal != RP_NONE)
-        rp_wait_to_connect(slot, walk.portal, round, slot_count, status, paths, wants + rp_portal_block(geometry, walk.portal));
+        rp_wait_to_connect(slot, walk.portal, rp_portal_block(geometry, walk.portal), round, slot_count, status, paths, wants);
     else
         rp_finish_connection(slot, walk.hit, slot_count, status, paths, film);
 }

@@ -28,7 +28,7 @@ static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
     const bool occluded = !(s->active >> r & 1ul);
     const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
     if (portal != RP_NONE)
-        rp_wait_to_connect(c->slot[r], portal, round, slot_count, status, paths, wants + rp_portal_block(g, portal));
+        rp_wait_to_connect(c->slot[r], portal, rp_portal_block(g, portal), round, slot_count, status, paths, wants);
     else
         rp_finish_connection(c->slot[r], occluded, slot_count, status, paths, film);
 }

@@ -39,11 +39,13 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
     mine[0] += walk->served != 0u;
     mine[1] += walk->served == 2u;
     // The offset exponent rides in the upper bits, where shadow rays keep their round.
-    const uint phase = walk->portal == RP_NONE ? RP_STATUS_SHADE : RP_STATUS_EXTEND;
-    status[slot] = phase | offset_exponent << RP_STATUS_ROUND_SHIFT;
-    if (walk->portal != RP_NONE) atomic_inc(demand + RP_DEMAND_WANTS * block_count + rp_portal_block(geometry, walk->portal));
+    if (walk->portal == RP_NONE)
+        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_ROUND_SHIFT;
+    else
+        rp_wait_for(slot, rp_portal_block(geometry, walk->portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status,
+                    demand + RP_DEMAND_WANTS * block_count);
 #ifdef RP_COUNT_BOUNCES
-    if (phase == RP_STATUS_SHADE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
+    if (walk->portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
 #endif
 }
 

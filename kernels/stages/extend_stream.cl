@@ -62,8 +62,8 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
         if (hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
-        atomic_inc(demand + RP_DEMAND_WANTS * block_count + rp_portal_block(g, portal));
-        status[slot] = RP_STATUS_EXTEND | offset_exponent << RP_STATUS_ROUND_SHIFT;
+        rp_wait_for(slot, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status,
+                    demand + RP_DEMAND_WANTS * block_count);
     }
 }
 

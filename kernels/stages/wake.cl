@@ -12,21 +12,63 @@
 #define RP_KINDS 5u
 
 // What a slot can do.
-static inline uint rp_slot_kind(const __global uint* status, const __global uint4* paths, const __global rp_portal* portals, const __global rp_page* pages,
-                                uint slot_count, uint slot) {
+static inline uint rp_slot_kind(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot) {
     if (slot >= slot_count) return RP_KIND_NONE;
     const uint phase = status[slot] & RP_STATUS_MASK;
     if (phase == RP_STATUS_FREE) return RP_KIND_FREE;
     if (phase == RP_STATUS_IDLE) return RP_KIND_IDLE;
-    const uint portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
-    if (portal != RP_NONE && pages[portals[portal].block].address == RP_NONE) return RP_KIND_WAITING;
-    return phase == RP_STATUS_SHADOW ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+    if (phase >= RP_STATUS_EXTEND_WAITS && pages[rp_waited_for(status, slot_count, slot)].address == RP_NONE) return RP_KIND_WAITING;
+    return phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? RP_KIND_SHADOW : RP_KIND_EXTEND;
 }
 
-// A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
-__kernel void rp_wake(const __global uint* restrict status, const __global uint4* restrict paths, const __global rp_portal* restrict portals,
-                      const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue, __global uint* restrict free_list,
-                      volatile __global uint* restrict counters) {
+static inline uint rp_kind_counter(uint kind) {
+    return kind == RP_KIND_EXTEND   ? RP_COUNT_EXTEND
+           : kind == RP_KIND_SHADOW ? RP_COUNT_SHADOW
+           : kind == RP_KIND_FREE   ? RP_COUNT_FREE
+           : kind == RP_KIND_IDLE   ? RP_COUNT_IDLE
+                                    : RP_COUNT_WAITING;
+}
+
+// Puts slots of one kind where they belong, from place `first` on.
+static inline void rp_list_slots(uint kind, const uint* slots, uint count, uint first, uint slot_count, __global uint* queue,
+                                 __global uint* free_list) {
+    for (uint i = 0u; i < count; i++) {
+        if (kind == RP_KIND_EXTEND) queue[first + i] = slots[i];
+        if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (first + i)] = slots[i];
+        if (kind == RP_KIND_FREE) free_list[first + i] = slots[i];
+    }
+}
+
+// For CPUs. A work-item looks at a run of slots, most of which wait, and lists the others; many at a time, so that neighbours stay together.
+#define RP_LISTED_AT_ONCE 1024u
+__kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
+                           __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters) {
+    const uint each = (slot_count + (uint)get_global_size(0) - 1u) / (uint)get_global_size(0);
+    const uint first = min((uint)get_global_id(0) * each, slot_count), end = min(first + each, slot_count);
+    uint waiting = 0u, idle = 0u, slots[3][RP_LISTED_AT_ONCE], count[3] = {0u, 0u, 0u};
+    for (uint slot = first; slot < end; slot++) {
+        const uint kind = rp_slot_kind(status, pages, slot_count, slot);
+        if (kind == RP_KIND_WAITING) {
+            waiting++;
+        } else if (kind == RP_KIND_IDLE) {
+            idle++;
+        } else {
+            slots[kind][count[kind]++] = slot;
+            if (count[kind] < RP_LISTED_AT_ONCE) continue;
+            rp_list_slots(kind, slots[kind], count[kind], atomic_add(counters + rp_kind_counter(kind), count[kind]), slot_count, queue, free_list);
+            count[kind] = 0u;
+        }
+    }
+    for (uint kind = 0u; kind < 3u; kind++)
+        if (count[kind] != 0u)
+            rp_list_slots(kind, slots[kind], count[kind], atomic_add(counters + rp_kind_counter(kind), count[kind]), slot_count, queue, free_list);
+    if (waiting != 0u) atomic_add(counters + RP_COUNT_WAITING, waiting);
+    if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);
+}
+
+// For GPUs. A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
+__kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
+                      __global uint* restrict free_list, volatile __global uint* restrict counters) {
     __local uint count[RP_KINDS];
     __local uint base[RP_KINDS];
     const uint lane = get_local_id(0), lanes = get_local_size(0), first = get_group_id(0) * lanes * RP_WAKE_SLOTS + lane;
@@ -35,21 +77,15 @@ __kernel void rp_wake(const __global uint* restrict status, const __global uint4
     ulong kinds = 0ul;  // four bits a slot
     uint mine[RP_KINDS + 1u] = {0u, 0u, 0u, 0u, 0u, 0u};
     for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
-        const uint kind = rp_slot_kind(status, paths, portals, pages, slot_count, first + k * lanes);
+        const uint kind = rp_slot_kind(status, pages, slot_count, first + k * lanes);
         kinds |= (ulong)kind << (4u * k);
         mine[kind]++;
     }
     for (uint kind = 0u; kind < RP_KINDS; kind++)
         if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint kind = lane; kind < RP_KINDS; kind += lanes) {
-        const uint counter = kind == RP_KIND_EXTEND   ? RP_COUNT_EXTEND
-                             : kind == RP_KIND_SHADOW ? RP_COUNT_SHADOW
-                             : kind == RP_KIND_FREE   ? RP_COUNT_FREE
-                             : kind == RP_KIND_IDLE   ? RP_COUNT_IDLE
-                                                      : RP_COUNT_WAITING;
-        base[kind] = count[kind] != 0u ? atomic_add(counters + counter, count[kind]) : 0u;
-    }
+    for (uint kind = lane; kind < RP_KINDS; kind += lanes)
+        base[kind] = count[kind] != 0u ? atomic_add(counters + rp_kind_counter(kind), count[kind]) : 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
         const uint kind = (uint)(kinds >> (4u * k)) & 15u, slot = first + k * lanes;

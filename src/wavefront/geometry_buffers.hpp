@@ -21,7 +21,6 @@ public:
     static Result<GeometryBuffers> create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
                                           const Buffer& page_table);
 
-    const Buffer& portals() const { return portals_; }
     const Buffer& pages() const { return *page_table_; }
     const Buffer& demand() const { return demand_; }  // arrays of abi/path.h
     uint32_t block_count() const { return block_count_; }

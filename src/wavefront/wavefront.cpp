@@ -13,10 +13,11 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t wake_slots = 16;               // that one work-item of the stage `wake` looks at; at most 16
+constexpr uint32_t wake_slots = 16;  // that one work-item of the stage `wake` looks at; at most 16
+constexpr uint32_t wake_runs_per_core = 16;
 constexpr uint32_t items_per_cpu_core = 1 << 12;  // some dozen work-groups a core, for balance
 
-constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 3 * sizeof(uint32_t) + 1;  // planes; status, queue, free list; share of `again_`
+constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1;  // planes; status, queue, free list; share of `again_`
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
@@ -107,7 +108,7 @@ Status Wavefront::allocate_state() {
         const char* what;
     };
     const Part parts[] = {{film_, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
-                          {status_, slots * sizeof(uint32_t), "path states"},
+                          {status_, 2 * slots * sizeof(uint32_t), "path states"},
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
                           {queue_, slots * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
@@ -146,8 +147,10 @@ Status Wavefront::build_kernels() {
         Kernel& kernel;
         const char *stage, *name;
     };
-    const Part parts[] = {
-        {wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}, {shade_, "shade", "rp_shade"}};
+    const Part parts[] = {{wake_, "wake", on_cpu() ? "rp_wake_runs" : "rp_wake"},
+                          {generate_, "generate", "rp_generate"},
+                          {advance_, "generate", "rp_advance"},
+                          {shade_, "shade", "rp_shade"}};
     for (const Part& part : parts) {
         auto kernel = device_.kernel(part.stage, part.name, definitions);
         if (!kernel) return kernel.status();
@@ -165,7 +168,7 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         extend_persistent_ = std::move(*kernel);
     }
-    RAYPAGER_TRY(wake_.set(status_, paths_, geometry_.portals(), geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -186,7 +189,7 @@ Status Wavefront::start_round(uint32_t round) {
     Queue& queue = device_.kernels();
     const uint32_t slots = params_.slot_count, group = device_.group_size();
     // The stages loop over their queues. A CPU runs work-items one after the other: few of them, so that short queues cost little.
-    const uint32_t items = device_.info().type == "CPU" ? std::min(slots, device_.info().compute_units * items_per_cpu_core) : slots;
+    const uint32_t items = on_cpu() ? std::min(slots, device_.info().compute_units * items_per_cpu_core) : slots;
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
     const uint64_t blocks = geometry_.block_count();
     if (count_bounces_) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
@@ -198,7 +201,10 @@ Status Wavefront::start_round(uint32_t round) {
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
-    RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));
+    if (on_cpu())
+        RAYPAGER_TRY(queue.launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, &flight.stages[0]));
+    else
+        RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
     if (persistent)

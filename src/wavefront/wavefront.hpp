@@ -91,6 +91,7 @@ public:
 private:
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
+    bool on_cpu() const { return device_.info().type == "CPU"; }
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();
