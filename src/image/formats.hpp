@@ -26,7 +26,7 @@ uint8_t encode_srgb8(float linear);
 float decode_srgb(float encoded);
 
 #ifdef RAYPAGER_EDGES
-// Everything that OpenImageIO reads. Alpha and further channels are left out: the picture has one channel or three.
+// Everything that OpenImageIO reads, by the file's ending. Alpha and further channels are left out: the picture has one channel or three.
 Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw);
 // .exr and .png.
 Status write_with_openimageio(const std::filesystem::path& path, const Image& image);

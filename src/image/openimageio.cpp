@@ -11,6 +11,7 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
+#include "image/exr_header.hpp"
 #include "image/formats.hpp"
 
 namespace raypager {
@@ -145,10 +146,18 @@ Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, 
 
 Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw) try {
     // Absent, unreadable and irregular files are told apart by us: the library's words for them vary with the format.
-    if (auto file = InputFile::open(path); !file) return file.status();
+    auto file = InputFile::open(path);
+    if (!file) return file.status();
+    RAYPAGER_TRY(check_exr_attributes(*file));
     const SilentStderr silent;
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string());
-    if (!input) return Status::failed(fmt::format("{}: is not a picture that can be read: {}", path.string(), one_line(OIIO::geterror())));
+    // The reader of this ending. Asked with the file's name instead, the library offers a file that this reader refuses to all others.
+    const std::string ending = path.extension().string();
+    const std::unique_ptr<OIIO::ImageInput> input = ending.size() > 1 ? OIIO::ImageInput::create(ending.substr(1)) : nullptr;
+    if (!input) return Status::failed(fmt::format("{}: no format of pictures has the ending \"{}\"", path.string(), ending));
+    OIIO::ImageSpec ignored;
+    if (!input->open(path.string(), ignored))
+        return Status::failed(
+            fmt::format("{}: is not a {} picture that can be read: {}", path.string(), input->format_name(), one_line(input->geterror())));
     return read_open(*input, path, raw);
 } catch (const std::exception& error) {
     return Status::failed(fmt::format("{}: cannot be read: {}", path.string(), one_line(error.what())));

@@ -131,6 +131,40 @@ TEST(DamagedImages, AHugePngIsRefusedBySize) {
     put(folder / "huge.png", damaged);
     expect_clear_error(folder / "huge.png");
 }
+
+// The library would take the memory first.
+TEST(DamagedImages, AnExrAttributeLargerThanItsFileIsRefused) {
+    const support::TemporaryFolder folder;
+    ASSERT_TRUE(write_image(folder / "whole.exr", sample_image()).ok());
+    const std::string whole = *read_text(folder / "whole.exr");
+    const std::string name_and_type("compression\0compression\0", 24);
+    const size_t at = whole.find(name_and_type);
+    ASSERT_NE(at, std::string::npos);
+    for (const char* size : {"\xff\xff\xff\x7f", "\xff\xff\xff\xff"}) {
+        std::string damaged = whole;
+        damaged.replace(at + name_and_type.size(), 4, size);
+        put(folder / "huge.exr", damaged);
+        const auto image = read_image(folder / "huge.exr");
+        ASSERT_FALSE(image.ok());
+        EXPECT_NE(image.status().message().find(std::to_string(at + name_and_type.size() + 4)), std::string::npos) << image.status().message();
+    }
+    // Cut right behind the size.
+    put(folder / "cut.exr", std::string_view(whole).substr(0, at + name_and_type.size() + 4));
+    expect_clear_error(folder / "cut.exr");
+}
+
+// Files are offered to the reader of their ending, not to all that there are.
+TEST(DamagedImages, OneFormatUnderTheEndingOfAnotherIsRefused) {
+    const support::TemporaryFolder folder;
+    ASSERT_TRUE(write_image(folder / "whole.png", sample_image()).ok());
+    ASSERT_TRUE(write_image(folder / "whole.exr", sample_image()).ok());
+    std::filesystem::copy_file(folder / "whole.png", folder / "png.exr");
+    std::filesystem::copy_file(folder / "whole.exr", folder / "exr.png");
+    expect_clear_error(folder / "png.exr");
+    expect_clear_error(folder / "exr.png");
+    put(folder / "picture.nothing", "?");
+    expect_clear_error(folder / "picture.nothing");
+}
 #endif
 
 }  // namespace
