@@ -101,12 +101,23 @@ bool is_srgb(const OIIO::ImageSpec& spec) {
     return spec.format == OIIO::TypeDesc::UINT8 && spec.nchannels >= 3;
 }
 
-Result<Image> read_open(OIIO::ImageInput& input, const std::filesystem::path& path, bool raw) {
+// Deflate packs at most 1032 bytes into one (zlib Technical Details, zlib.net), and run lengths fewer: a file that claims more is damaged, which
+// OpenEXR does not always notice. Of other ways of packing there is no such bound.
+bool claims_too_much(const OIIO::ImageSpec& spec, const std::string& format, uint64_t file_bytes) {
+    const std::string packing = spec.get_string_attribute("compression");
+    const bool bounded = format == "png" || packing == "zip" || packing == "zips" || packing == "rle" || packing == "none";
+    return bounded && spec.image_bytes(true) / 1032 > file_bytes;
+}
+
+Result<Image> read_open(OIIO::ImageInput& input, const std::filesystem::path& path, uint64_t file_bytes, bool raw) {
     const OIIO::ImageSpec& spec = input.spec();
     if (spec.width < 0 || spec.height < 0 || spec.nchannels < 1 || spec.depth > 1)
         return Status::failed(fmt::format("{}: is not a flat picture ({} x {} x {} pixels, {} channels)", path.string(), spec.width, spec.height,
                                           spec.depth, spec.nchannels));
     RAYPAGER_TRY(check_image_size(path, static_cast<uint64_t>(spec.width), static_cast<uint64_t>(spec.height)));
+    if (claims_too_much(spec, input.format_name(), file_bytes))
+        return Status::failed(fmt::format("{}: claims {} x {} pixels, more than its {} bytes can hold; it is damaged or cut off", path.string(),
+                                          spec.width, spec.height, file_bytes));
     Image image{static_cast<uint32_t>(spec.width), static_cast<uint32_t>(spec.height), spec.nchannels >= 3 ? 3u : 1u, {}};
     RAYPAGER_TRY(read_values(input, path, raw, image.channels, image.values));
     if (!raw && is_srgb(spec)) std::ranges::transform(image.values, image.values.begin(), decode_srgb);
@@ -158,7 +169,7 @@ Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw)
     if (!input->open(path.string(), ignored))
         return Status::failed(
             fmt::format("{}: is not a {} picture that can be read: {}", path.string(), input->format_name(), one_line(input->geterror())));
-    return read_open(*input, path, raw);
+    return read_open(*input, path, file->size(), raw);
 } catch (const std::exception& error) {
     return Status::failed(fmt::format("{}: cannot be read: {}", path.string(), one_line(error.what())));
 }

@@ -153,6 +153,21 @@ TEST(DamagedImages, AnExrAttributeLargerThanItsFileIsRefused) {
     expect_clear_error(folder / "cut.exr");
 }
 
+// A few bytes of deflated data as one row of 458,757 pixels: the library fills up what is missing.
+TEST(DamagedImages, AnExrWiderThanItsBytesIsRefused) {
+    const support::TemporaryFolder folder;
+    ASSERT_TRUE(write_image(folder / "whole.exr", sample_image()).ok());
+    std::string damaged = *read_text(folder / "whole.exr");
+    const std::string name_and_type("dataWindow\0box2i\0", 17);
+    const size_t at = damaged.find(name_and_type);
+    ASSERT_NE(at, std::string::npos);
+    damaged[at + name_and_type.size() + 4 + 10] = '\x07';  // of the last column, whose upper half is 0
+    put(folder / "wide.exr", damaged);
+    const auto image = read_image(folder / "wide.exr");
+    ASSERT_FALSE(image.ok());
+    EXPECT_NE(image.status().message().find("can hold"), std::string::npos) << image.status().message();
+}
+
 // Files are offered to the reader of their ending, not to all that there are.
 TEST(DamagedImages, OneFormatUnderTheEndingOfAnotherIsRefused) {
     const support::TemporaryFolder folder;
