@@ -19,7 +19,10 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
 
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
-    if (pool < needs.geometry) slots = std::clamp(needs.geometry / 6 / needs.per_slot, slots, 4 * slots);
+    if (pool < needs.geometry) {
+        const uint64_t beside_pool = std::min(needs.geometry / 2, left > pool ? left - pool : 0);
+        slots = std::clamp(std::max(needs.geometry / 6, beside_pool) / needs.per_slot, slots, 4 * slots);
+    }
     slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
     // Half of what is left, unless the pool needs less than the other half.
     const uint64_t room = left > pool ? std::max(left / 2, left - pool) : left / 2;
