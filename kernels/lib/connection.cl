@@ -6,7 +6,7 @@
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
-// round: all blocks that are resident in it have been tested. wants: of all blocks.
+// round: where rays are traced one by one, that in which all resident blocks have been tested. wants: of all blocks.
 static inline void rp_wait_to_connect(uint slot, uint portal, uint block, uint round, uint slot_count, __global uint* status, __global uint4* paths,
                                       volatile __global uint* wants) {
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;

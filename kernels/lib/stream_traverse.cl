@@ -5,7 +5,7 @@
 // first absent portal in this order. What comes before it has been tested then, in this launch or in one before; what comes after it is
 // left for later. So a ray that goes on begins at the portal it had waited at, waits at each portal at most once, and always moves
 // forward, however blocks come and go. Distances of portals are computed anew, to the same bits, whenever they are asked for.
-// Shadow rays do the same: to try all resident blocks first saved neither time nor loads.
+// Shadow rays do the same: to try all resident blocks first, as single rays do, saved neither time nor loads (bench/results.md).
 #ifndef RP_STREAM_TRAVERSE_CL
 #define RP_STREAM_TRAVERSE_CL
 
@@ -78,8 +78,9 @@ static inline uint rp_enter_portal(const rp_stream* s, uint p, uint4 lower, uint
         const float16 high = (float16)(as_float(a == 0u ? upper.x : a == 1u ? upper.y : upper.z));
         const float16 inverse = s->inverse[a][p];
         const int16 negative = as_int16(inverse) < (int16)(0);
-        enter = rp_max(enter, fma(negative ? high : low, inverse, s->near_shift[a][p]));
-        leave = rp_min(leave, fma(negative ? low : high, inverse, s->far_shift[a][p]));
+        // In this order of operands neither a -0 nor a NaN takes the place of a distance.
+        enter = rp_max(fma(negative ? high : low, inverse, s->near_shift[a][p]), enter);
+        leave = rp_min(fma(negative ? low : high, inverse, s->far_shift[a][p]), leave);
     }
     *entry = enter;
     return rp_mask16(enter <= leave * RP_BOX_WIDEN);

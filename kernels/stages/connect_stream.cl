@@ -19,7 +19,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const __global u
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (uint r = 0u; r < RP_STREAM_RAYS; r++)
+    for (uint r = 0u; r < count; r++)
         if (c->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, c->portal[r]);
 }
 

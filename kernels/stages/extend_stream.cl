@@ -25,7 +25,7 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (uint r = 0u; r < RP_STREAM_RAYS; r++)
+    for (uint r = 0u; r < count; r++)
         if (e->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, e->portal[r]);
 }
 

@@ -62,6 +62,7 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[12] = sizeof(rp_wide_node);
     sizes[13] = sizeof(rp_wide_leaf);
     sizes[14] = sizeof(rp_wide_header);
+    sizes[15] = sizeof(rp_wide_portal);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.

@@ -39,7 +39,7 @@ static inline void rp_list_slots(uint kind, const uint* slots, uint count, uint 
     }
 }
 
-// For CPUs. A work-item looks at a run of slots, most of which wait, and lists the others; many at a time, so that neighbours stay together.
+// Beside streams, on CPUs. A work-item looks at a run of slots, most of which wait, and lists the others; many at a time, so that neighbours stay together.
 #define RP_LISTED_AT_ONCE 1024u
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
                            __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters) {
@@ -66,7 +66,7 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
     if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);
 }
 
-// For GPUs. A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
+// Beside rays traced one by one, on GPUs. A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
                       __global uint* restrict free_list, volatile __global uint* restrict counters) {
     __local uint count[RP_KINDS];

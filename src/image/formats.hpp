@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "image/image.hpp"
 
@@ -11,6 +12,9 @@ namespace raypager {
 constexpr uint64_t max_image_pixels = uint64_t{1} << 28;
 // Pictures are read row by row, and what a damaged file promises for one row is taken before its end is seen.
 constexpr uint64_t max_image_side = uint64_t{1} << 20;
+
+// ".png" of "A.PNG".
+std::string lower_case_ending(const std::filesystem::path& path);
 
 // An error if a picture of this size is empty or larger than is accepted. To be asked before anything is allocated.
 Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height);

@@ -20,12 +20,6 @@ constexpr bool with_openimageio = true;
 constexpr bool with_openimageio = false;
 #endif
 
-std::string lower_case_ending(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending;
-}
-
 std::filesystem::path folder_of(const std::filesystem::path& path) {
     return path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
 }
@@ -40,6 +34,12 @@ Status check_writable_ending(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::string lower_case_ending(const std::filesystem::path& path) {
+    std::string ending = path.extension().string();
+    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending;
+}
 
 Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height) {
     if (width == 0 || height == 0) return Status::failed(fmt::format("{}: the picture is empty ({} x {} pixels)", path.string(), width, height));

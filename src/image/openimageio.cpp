@@ -162,7 +162,7 @@ Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw)
     RAYPAGER_TRY(check_exr_attributes(*file));
     const SilentStderr silent;
     // The reader of this ending. Asked with the file's name instead, the library offers a file that this reader refuses to all others.
-    const std::string ending = path.extension().string();
+    const std::string ending = lower_case_ending(path);
     const std::unique_ptr<OIIO::ImageInput> input = ending.size() > 1 ? OIIO::ImageInput::create(ending.substr(1)) : nullptr;
     if (!input) return Status::failed(fmt::format("{}: no format of pictures has the ending \"{}\"", path.string(), ending));
     OIIO::ImageSpec ignored;

@@ -47,7 +47,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
         std::span<const std::byte> contents;
         const char* what;
     };
-    // Streams need neither the nodes nor the paths through them.
+    // Streams have the wide top tree instead of the nodes and the paths through them.
     const Part parts[] = {{result.top_grid_, std::as_bytes(std::span(&scene.top_grid, 1)), "the top tree's grid"},
                           {result.top_nodes_, wide ? std::span<const std::byte>() : bytes_of(scene.top_nodes), "the top tree"},
                           {result.portals_, wide ? bytes_of(top.portals) : bytes_of(scene.portals), "portals"},

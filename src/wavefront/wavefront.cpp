@@ -17,7 +17,7 @@ constexpr uint32_t wake_slots = 16;  // that one work-item of the stage `wake` l
 constexpr uint32_t wake_runs_per_core = 16;
 constexpr uint32_t items_per_cpu_core = 1 << 12;  // some dozen work-groups a core, for balance
 
-constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1;  // planes; status, queue, free list; share of `again_`
+constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1;  // planes; status (two words), queue, free list; share of `again_`
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
@@ -147,7 +147,7 @@ Status Wavefront::build_kernels() {
         Kernel& kernel;
         const char *stage, *name;
     };
-    const Part parts[] = {{wake_, "wake", on_cpu() ? "rp_wake_runs" : "rp_wake"},
+    const Part parts[] = {{wake_, "wake", wakes_in_runs() ? "rp_wake_runs" : "rp_wake"},
                           {generate_, "generate", "rp_generate"},
                           {advance_, "generate", "rp_advance"},
                           {shade_, "shade", "rp_shade"}};
@@ -201,7 +201,7 @@ Status Wavefront::start_round(uint32_t round) {
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
-    if (on_cpu())
+    if (wakes_in_runs())
         RAYPAGER_TRY(queue.launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, &flight.stages[0]));
     else
         RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));

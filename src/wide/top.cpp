@@ -50,14 +50,16 @@ uint32_t add(const rp_top_grid& grid, std::span<const rp_node> nodes, rp_u32 ref
         const rp_child& child = nodes[ref].child[side];
         children[side] = add(grid, nodes, child.ref, world_box(grid, child), out);
     }
+    // What bakers write is nested already. The order in which streams wait depends on it, so it holds whatever a file says.
+    for (const uint32_t child : children) out[index].box.grow(out[child].box);
     out[index].left = children[0];
     out[index].right = children[1];
     return index;
 }
 
-rp_wide_portal make_portal(const Box& tight, rp_u32 block, rp_u32 root) {
+rp_wide_portal make_portal(const Box& tight, rp_u32 block) {
     const Box box = with_slack(tight);
-    return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, root};
+    return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, 0};
 }
 
 }  // namespace
@@ -69,7 +71,7 @@ WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, s
     if (!portals.empty()) add(grid, nodes, grid.root, world_box(grid, whole_grid), binary);
     top.portals.resize(portals.size());
     for (const BinaryNode& node : binary)
-        if (node.is_leaf()) top.portals[node.item] = make_portal(node.box, portals[node.item].block, wide_roots[node.item]);
+        if (node.is_leaf()) top.portals[node.item] = make_portal(node.box, portals[node.item].block);
     Collapse collapse;
     collapse.run(binary);
     WideTreeWriter writer(binary, collapse, top.bytes, [&](const BinaryNode& node, std::vector<std::byte>& out) {

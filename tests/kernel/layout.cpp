@@ -19,7 +19,8 @@ TEST(Layout, struct_sizes_agree) {
     const std::vector<uint32_t> expected = {
         sizeof(rp_node),          sizeof(rp_leaf),        sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
         sizeof(rp_page),          sizeof(rp_material),    sizeof(rp_light),        sizeof(rp_primitive_range), sizeof(rp_camera),
-        sizeof(rp_render_params), sizeof(rp_path_sample), sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header)};
+        sizeof(rp_render_params), sizeof(rp_path_sample), sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header),
+        sizeof(rp_wide_portal)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());
@@ -34,6 +35,7 @@ TEST(Layout, offsets_that_kernels_rely_on) {
     EXPECT_EQ(offsetof(rp_child, ref), 12u);
     EXPECT_EQ(offsetof(rp_portal, block), 12u);
     EXPECT_EQ(offsetof(rp_portal, root), 28u);
+    EXPECT_EQ(offsetof(rp_wide_portal, block), 12u);
     EXPECT_EQ(sizeof(rp_block_header) % 16, 0u);
     EXPECT_EQ(offsetof(rp_render_params, first_sample) % 8, 0u);
 }

@@ -23,6 +23,16 @@ void append_little_endian(std::string& text, uint64_t value, int bytes) {
     for (int i = 0; i < bytes; i++) text += static_cast<char>(value >> 8 * i);
 }
 
+TEST(ImageOpenImageIo, EndingsInCapitalsAreReadAsTheyAreWritten) {
+    const support::TemporaryFolder folder;
+    for (const char* name : {"A.PNG", "A.Exr"}) {
+        ASSERT_TRUE(write_image(folder / name, ramp(9, 7, 3)).ok());
+        const auto back = read_image(folder / name);
+        ASSERT_TRUE(back.ok()) << back.status().message();
+        EXPECT_EQ(back->width, 9u);
+    }
+}
+
 // An uncompressed little-endian TIFF of one strip with one signed 16-bit channel (TIFF 6.0, section 3).
 std::string elevation_tiff(uint32_t width, uint32_t height, const std::vector<int16_t>& values) {
     const auto bytes = static_cast<uint32_t>(values.size() * 2);

@@ -32,13 +32,16 @@ T at(std::span<const std::byte> bytes, size_t offset) {
 // What a subtree of a wide tree holds, read as abi/wide.h says.
 class WideReader {
 public:
-    WideReader(std::span<const std::byte> bytes, uint32_t block) : bytes_(bytes), block_(block) {}
+    // portals: of the top tree.
+    WideReader(std::span<const std::byte> bytes, uint32_t block, std::span<const rp_wide_portal> portals = {})
+        : bytes_(bytes), portals_(portals), block_(block) {}
 
     // Returns the bounds of what is beneath a root; checks all boxes on the way.
     Box read(rp_u32 root) { return record(size_t{root >> 1} * RP_WIDE_UNIT, root & 1, 0); }
 
     DecodedLeaf found;
-    std::vector<rp_u32> portal_roots;  // of the top tree
+    std::vector<rp_u32> portals_found;
+    std::vector<rp_u32> portal_roots;  // in the order of portals_found
     size_t record_bytes = 0;
 
 private:
@@ -54,8 +57,9 @@ private:
         for (uint32_t k = 0; k < node.count; k++) {
             const Box inside = record(child, node.leaves >> k & 1, depth + 1), box = stored_box(node, k);
             for (int a = 0; a < 3; a++) {
-                EXPECT_LT(box.lower[a], inside.lower[a]);
-                EXPECT_GT(box.upper[a], inside.upper[a]);
+                // Bounds of portals have their slack already.
+                EXPECT_TRUE(portals_.empty() ? box.lower[a] < inside.lower[a] : box.lower[a] <= inside.lower[a]);
+                EXPECT_TRUE(portals_.empty() ? box.upper[a] > inside.upper[a] : box.upper[a] >= inside.upper[a]);
             }
             bounds.grow(inside);
             child += size_t{node.size[k]} * RP_WIDE_UNIT;
@@ -67,8 +71,16 @@ private:
         const auto head = at<rp_wide_leaf>(bytes_, offset);
         offset += sizeof head;
         if (head.kind == RP_WIDE_PORTAL) {
+            const auto portal = at<rp_u32>(bytes_, offset + 4);
+            EXPECT_LT(portal, portals_.size());
+            if (portal >= portals_.size()) return {};
             portal_roots.push_back(at<rp_u32>(bytes_, offset));
-            return {};
+            portals_found.push_back(portal);
+            EXPECT_EQ(head.block, portals_[portal].block);
+            Box bounds;
+            bounds.grow(Float3{portals_[portal].lower[0], portals_[portal].lower[1], portals_[portal].lower[2]});
+            bounds.grow(Float3{portals_[portal].upper[0], portals_[portal].upper[1], portals_[portal].upper[2]});
+            return bounds;
         }
         EXPECT_EQ(head.block, block_);
         return head.kind == RP_WIDE_TRIANGLES ? triangles(head, offset) : spheres(head, offset + 8);
@@ -112,6 +124,7 @@ private:
     }
 
     std::span<const std::byte> bytes_;
+    std::span<const rp_wide_portal> portals_;
     uint32_t block_;
 };
 
@@ -227,12 +240,18 @@ TEST(WideTop, LeadsToEveryPortal) {
     const auto [bytes, portals] = make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots);
     const auto header = at<rp_wide_header>(bytes, 0);
     ASSERT_EQ(header.block, RP_NONE);
-    WideReader reader(bytes, RP_NONE);
+    ASSERT_EQ(portals.size(), scene.portals.size());
+    WideReader reader(bytes, RP_NONE, portals);
     reader.read(header.root);
-    std::vector<rp_u32> expected = scene.wide_roots;
-    std::ranges::sort(expected);
-    std::ranges::sort(reader.portal_roots);
-    EXPECT_EQ(reader.portal_roots, expected);
+    ASSERT_EQ(reader.portals_found.size(), portals.size());
+    std::vector<bool> seen(portals.size());
+    for (size_t i = 0; i < portals.size(); i++) {
+        const rp_u32 portal = reader.portals_found[i];
+        EXPECT_FALSE(seen[portal]) << portal;
+        seen[portal] = true;
+        EXPECT_EQ(reader.portal_roots[i], scene.wide_roots[portal]);
+        EXPECT_EQ(portals[portal].block, scene.portals[portal].block);
+    }
 }
 
 TEST(WideTop, OfAnEmptySceneHasNoRoot) {

@@ -25,9 +25,9 @@
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
 #define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
 
-// The status word of a slot: what it is about (low bits), and for shadow rays the round in which all blocks resident then were tested. Behind
-// the words of all slots stands, for each slot that waits, the block that it waits for: waking looks at all slots in every round, and these
-// are all that it reads.
+// The status word of a slot: what it is about (low bits), and for shadow rays that are traced one by one the round in which all blocks
+// resident then were tested. Behind the words of all slots stands, for each slot that waits, the block that it waits for: waking looks at all
+// slots in every round, and these two words are all that it reads of a slot.
 #define RP_STATUS_FREE 0u
 #define RP_STATUS_EXTEND 1u  // extension ray under way
 #define RP_STATUS_SHADOW 2u  // shadow ray under way

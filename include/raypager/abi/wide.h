@@ -56,7 +56,7 @@ typedef struct rp_wide_portal {
     float lower[3];
     rp_u32 block;
     float upper[3];
-    rp_u32 root;  // word
+    rp_u32 pad;
 } rp_wide_portal;
 
 #define RP_WIDE_LEAF_TRIANGLES 16u
