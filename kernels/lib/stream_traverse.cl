@@ -143,7 +143,7 @@ typedef struct rp_walk {
     ulong rays;                    // ... and the rays that meet it; 0: the walk has ended
     bool leaf;
     const __global uchar *top, *top_end;
-    float16 zero[RP_PACKETS], until[RP_PACKETS];
+    float16 until[RP_PACKETS];
 } rp_walk;
 
 static inline bool rp_in_top(const rp_walk* walk) { return walk->record >= walk->top && walk->record < walk->top_end; }
@@ -156,7 +156,6 @@ static inline void rp_begin_walk(rp_walk* walk, const __global uchar* top) {
     const uint root = header->root;
     walk->top = top;
     walk->top_end = top + header->bytes;
-    for (uint p = 0u; p < RP_PACKETS; p++) walk->zero[p] = (float16)(0.0f);
     if (root == RP_NONE) return;
     walk->record = rp_wide_root(top, root, &walk->leaf);
     walk->rays = walk->stream.active;
@@ -177,16 +176,13 @@ static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
     walk->rays = rays;
 }
 
-// In a block that is entered, rays are traced as far as their closest hit; in the top tree from where they begin to where they will wait.
-static inline rp_stretch rp_stretch_at(rp_walk* walk) {
+// How far the rays have to be traced: in a block that is entered to their closest hit, in the top tree to where they will wait. (Where they
+// begin holds for both: what lies in a portal's bounds is not entered before them.)
+static inline const float16* rp_until(rp_walk* walk) {
     const rp_stream* s = &walk->stream;
-    rp_stretch stretch = {walk->zero, s->t};
-    if (!rp_in_top(walk)) return stretch;
-    stretch.from = s->from;
-    if (s->stopped == 0ul) return stretch;
+    if (s->stopped == 0ul || !rp_in_top(walk)) return s->t;
     for (uint p = 0u; p < RP_PACKETS; p++) walk->until[p] = rp_min(s->t[p], s->wait[p]);
-    stretch.until = walk->until;
-    return stretch;
+    return walk->until;
 }
 
 // Visits a record and finds the next one. When the walk has ended, the stream's t, primitive and hit_* tell the closest hits, or, if any_hit
@@ -197,8 +193,7 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
     if (!walk->leaf) {
         rp_children_met met;
         const __global rp_wide_node* node = (const __global rp_wide_node*)walk->record;
-        const rp_stretch stretch = rp_stretch_at(walk);
-        const uint children = rp_meet_children(s, node, &stretch, rays, any_hit, &met);
+        const uint children = rp_meet_children(s, node, rp_until(walk), rays, any_hit, &met);
         if (children != 0u) {
             rp_push_children(&walk->stack, node, &met, children, any_hit);
             // The nearest one needs no further look.

@@ -30,11 +30,6 @@ static inline void rp_decode_planes(const __global rp_wide_node* node, rp_planes
     }
 }
 
-// What matters of the rays now, for each packet: from these distances on, which are not negative, up to those.
-typedef struct rp_stretch {
-    const float16 *from, *until;
-} rp_stretch;
-
 // For each child: which rays meet it, and the least distance at which one of them enters.
 typedef struct rp_children_met {
     ulong rays[RP_WIDE_CHILDREN];
@@ -58,8 +53,8 @@ static inline uint rp_possible_children(const rp_stream* s, const rp_planes* pla
 }
 
 // Sixteen rays, all directions of the same signs, against one child after the other.
-static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, uint p, const rp_stretch* stretch, uint lanes, uint children,
-                                   const bool any_hit, rp_children_met* met) {
+static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, uint p, float16 until, uint lanes, uint children, const bool any_hit,
+                                   rp_children_met* met) {
     const uint signs = s->packet_signs[p];
     const float* near_x = planes->at + (signs & 1u ? 24u : 0u);
     const float* far_x = planes->at + (signs & 1u ? 0u : 24u);
@@ -70,7 +65,7 @@ static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
     const float16 ix = s->inverse[0][p], iy = s->inverse[1][p], iz = s->inverse[2][p];
     const float16 nx = s->near_shift[0][p], ny = s->near_shift[1][p], nz = s->near_shift[2][p];
     const float16 fx = s->far_shift[0][p], fy = s->far_shift[1][p], fz = s->far_shift[2][p];
-    const float16 from = stretch->from[p], until = stretch->until[p];
+    const float16 from = s->from[p];
     for (; children != 0u; children &= children - 1u) {
         const uint k = rp_lowest(children);
         const float16 enter_x = fma((float16)(near_x[k]), ix, nx), enter_y = fma((float16)(near_y[k]), iy, ny);
@@ -88,7 +83,7 @@ static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
 }
 
 // Each of the rays against all children at once.
-static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, const rp_stretch* stretch, ulong rays, uint count, const bool any_hit,
+static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, const float16* until, ulong rays, uint count, const bool any_hit,
                                 rp_children_met* met) {
     long8 met_by = (long8)(0l);
     float8 entry = (float8)(INFINITY);
@@ -105,9 +100,9 @@ static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
         const float8 leave_y = fma(vload8(0, planes->at + 40u - y), (float8)(iy), (float8)(RP_OF_RAY(s->far_shift[1], r)));
         const float8 leave_z = fma(vload8(0, planes->at + 56u - z), (float8)(iz), (float8)(RP_OF_RAY(s->far_shift[2], r)));
         // As above. All operands are vectors, though OpenCL takes scalars here: oclgrind reads whatever lies behind them.
-        const float8 from = (float8)(RP_OF_RAY(stretch->from, r)), until = (float8)(RP_OF_RAY(stretch->until, r));
+        const float8 from = (float8)(RP_OF_RAY(s->from, r)), end = (float8)(RP_OF_RAY(until, r));
         const float8 enter = as_float8(max(as_int8(rp_max(rp_max(enter_x, enter_y), enter_z)), as_int8(from)));
-        const float8 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, until)) * RP_BOX_WIDEN;
+        const float8 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, end)) * RP_BOX_WIDEN;
         const int8 meets = (enter <= leave) & present;
         met_by = convert_long8(meets) ? met_by | (long8)((long)(1ul << r)) : met_by;
         if (!any_hit) entry = meets ? rp_min(entry, enter) : entry;
@@ -118,8 +113,8 @@ static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
     if (!any_hit) vstore8(rp_min(vload8(0, met->entry), entry), 0, met->entry);
 }
 
-// Returns the children that one of the rays meets.
-static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_node* node, const rp_stretch* stretch, ulong rays, const bool any_hit,
+// Returns the children that one of the rays meets between where it begins (from) and `until`: a distance of each ray, by packets.
+static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_node* node, const float16* until, ulong rays, const bool any_hit,
                                     rp_children_met* met) {
     rp_planes planes;
     rp_decode_planes(node, &planes);
@@ -134,9 +129,9 @@ static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_n
         if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED)
             alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
         else
-            rp_packet_meets(s, &planes, p, stretch, lanes, children, any_hit, met);
+            rp_packet_meets(s, &planes, p, until[p], lanes, children, any_hit, met);
     }
-    if (alone != 0ul) rp_rays_meet(s, &planes, stretch, alone, count, any_hit, met);
+    if (alone != 0ul) rp_rays_meet(s, &planes, until, alone, count, any_hit, met);
     return rp_mask8(convert_int8(vload8(0, met->rays) != 0ul));
 }
 

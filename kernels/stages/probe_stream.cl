@@ -51,9 +51,8 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
     const uint i = get_global_id(0);
     rp_stream s;
     rp_load_probe_stream(rays, RP_STREAM_RAYS * i, RP_STREAM_RAYS, &s);
-    const rp_stretch all = {s.from, s.t};
     rp_children_met children;
-    rp_meet_children(&s, nodes + i, &all, ~0ul, false, &children);
+    rp_meet_children(&s, nodes + i, s.t, ~0ul, false, &children);
     rp_planes planes;
     rp_decode_planes(nodes + i, &planes);
     rp_children_met alone;
@@ -61,7 +60,7 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
         alone.rays[k] = 0ul;
         alone.entry[k] = INFINITY;
     }
-    rp_rays_meet(&s, &planes, &all, ~0ul, nodes[i].count, false, &alone);
+    rp_rays_meet(&s, &planes, s.t, ~0ul, nodes[i].count, false, &alone);
     for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
         met[16u * i + k] = children.rays[k];
         met[16u * i + 8u + k] = alone.rays[k];
