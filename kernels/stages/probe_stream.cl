@@ -43,6 +43,35 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
     }
 }
 
+// For tests of the order in which rays wait. rays: as for rp_probe. before: portal that the ray waits at (RP_NONE: it begins), unused, and its
+// closest hit so far: t (or the ray's end), primitive. results: portal that it waits at now, the distance at which it enters that (INFINITY:
+// none), and its closest hit now.
+__kernel void rp_probe_stream_waits(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count,
+                                    const __global float4* restrict rays, const __global uint4* restrict before, uint count,
+                                    __global uint4* restrict results) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    rp_share share = rp_share_of_streams(count);
+    rp_walk walk;
+    rp_stream* s = &walk.stream;
+    uint first;
+    for (uint n = rp_next_stream(&share, count, &first); n != 0u; n = rp_next_stream(&share, count, &first)) {
+        for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+            const uint i = first + min(r, n - 1u);
+            rp_set_stream_ray(s, r, rays[2u * i].xyz, rays[2u * i + 1u].xyz, as_float(before[i].z), before[i].w);
+        }
+        s->active = n < RP_STREAM_RAYS ? (1ul << n) - 1ul : ~0ul;
+        rp_prepare_stream(s);
+        for (uint r = 0u; r < n; r++)
+            if (before[first + r].x != RP_NONE) rp_resume_ray(s, r, geometry.portals, before[first + r].x);
+        rp_trace_walk(&geometry, &walk, wide_top, false);
+        for (uint r = 0u; r < n; r++) {
+            const uint portal = rp_waits_at(s, r);
+            results[first + r] = (uint4)(portal, as_uint(portal == RP_NONE ? INFINITY : RP_OF_RAY(s->wait, r)), as_uint(RP_OF_RAY(s->t, r)),
+                                         ((const uint*)s->primitive)[r]);
+        }
+    }
+}
+
 // For tests of the box arithmetic: node i against rays 64 i to 64 i + 63, in two ways: as many together as possible, and each alone.
 // met: 16 masks a node, of the rays that meet child k: together in the first eight, alone in the others.
 // entry: of the same ways and children, the least distance at which a ray enters.

@@ -47,6 +47,9 @@ public:
                                                        Traversal traversal = Traversal::automatic);
     Result<std::vector<ProbeHit>> trace(const std::vector<ProbeRay>& rays);
     const BakedScene& scene() const { return file_->scene(); }
+    // For tests with kernels of their own, or a page table that does not have all blocks.
+    Device& device() { return *device_; }
+    const GeometryBuffers& geometry() const { return *geometry_; }
     size_t slab_count() const { return residency_->slabs().size(); }
 
 private:
