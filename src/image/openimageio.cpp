@@ -11,7 +11,7 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
-#include "image/exr_header.hpp"
+#include "image/claimed_sizes.hpp"
 #include "image/formats.hpp"
 
 namespace raypager {
@@ -160,6 +160,7 @@ Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw)
     auto file = InputFile::open(path);
     if (!file) return file.status();
     RAYPAGER_TRY(check_exr_attributes(*file));
+    RAYPAGER_TRY(check_png_chunks(*file));
     const SilentStderr silent;
     // The reader of this ending. Asked with the file's name instead, the library offers a file that this reader refuses to all others.
     const std::string ending = lower_case_ending(path);

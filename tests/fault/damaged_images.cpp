@@ -153,6 +153,18 @@ TEST(DamagedImages, AnExrAttributeLargerThanItsFileIsRefused) {
     expect_clear_error(folder / "cut.exr");
 }
 
+TEST(DamagedImages, APngChunkLargerThanItsFileIsRefused) {
+    const support::TemporaryFolder folder;
+    ASSERT_TRUE(write_image(folder / "whole.png", sample_image()).ok());
+    const std::string whole = *read_text(folder / "whole.png");
+    ASSERT_TRUE(read_image(folder / "whole.png").ok());
+    // A text of a gigabyte behind the header's chunk.
+    put(folder / "huge.png", whole.substr(0, 33) + std::string("\x40\0\0\0tEXt", 8) + whole.substr(33));
+    const auto image = read_image(folder / "huge.png");
+    ASSERT_FALSE(image.ok());
+    EXPECT_NE(image.status().message().find("1073741824 bytes at offset 41"), std::string::npos) << image.status().message();
+}
+
 // A few bytes of deflated data as one row of 458,757 pixels: the library fills up what is missing.
 TEST(DamagedImages, AnExrWiderThanItsBytesIsRefused) {
     const support::TemporaryFolder folder;

@@ -1,4 +1,4 @@
-#include "image/exr_header.hpp"
+#include "image/claimed_sizes.hpp"
 
 #include <fmt/format.h>
 
@@ -13,16 +13,22 @@
 namespace raypager {
 namespace {
 
-constexpr std::string_view magic = "\x76\x2f\x31\x01";
+constexpr std::string_view png_magic = "\x89PNG\r\n\x1a\n";
+constexpr std::string_view exr_magic = "\x76\x2f\x31\x01";
 constexpr uint64_t first_attribute_at = 8;  // magic, version and flags
 constexpr uint32_t several_parts_flag = 0x1000;
 constexpr size_t longest_name = 255;
 
-// Little-endian, as all of the format.
+// Little-endian.
 uint32_t number(std::span<const std::byte, 4> bytes) {
     uint32_t value = 0;
     for (size_t i = 4; i > 0; i--) value = value << 8 | std::to_integer<uint32_t>(bytes[i - 1]);
     return value;
+}
+
+Status claims_more(const InputFile& file, const char* part, uint64_t at, uint64_t bytes) {
+    return Status::failed(fmt::format("{}: {} claims {} bytes at offset {}, where the file has {}; it is damaged or cut off", file.path().string(),
+                                      part, bytes, at, file.size() - at));
 }
 
 struct Name {
@@ -46,7 +52,7 @@ Status check_exr_attributes(const InputFile& file) {
     std::array<std::byte, 4> four;
     if (file.size() < first_attribute_at) return {};
     RAYPAGER_TRY(file.read(0, four));
-    if (std::memcmp(four.data(), magic.data(), four.size()) != 0) return {};
+    if (std::memcmp(four.data(), exr_magic.data(), four.size()) != 0) return {};
     RAYPAGER_TRY(file.read(four.size(), four));
     const bool several_parts = (number(four) & several_parts_flag) != 0;
     bool header_ended = false;
@@ -65,12 +71,27 @@ Status check_exr_attributes(const InputFile& file) {
         if (!*type || file.size() - (*type)->end < four.size()) return {};
         RAYPAGER_TRY(file.read((*type)->end, four));
         const uint64_t bytes = number(four), value_at = (*type)->end + four.size();
-        if (bytes > file.size() - value_at)
-            return Status::failed(
-                fmt::format("{}: an attribute of the header claims {} bytes at offset {}, where the file has {}; it is damaged or cut off",
-                            file.path().string(), bytes, value_at, file.size() - value_at));
+        if (bytes > file.size() - value_at) return claims_more(file, "an attribute of the header", value_at, bytes);
         at = value_at + bytes;
     }
+}
+
+Status check_png_chunks(const InputFile& file) {
+    // Big-endian length and type, the contents, a checksum.
+    constexpr uint64_t before = 8, after = 4;
+    std::array<std::byte, before> head;
+    if (file.size() < head.size()) return {};
+    RAYPAGER_TRY(file.read(0, head));
+    if (std::memcmp(head.data(), png_magic.data(), head.size()) != 0) return {};
+    for (uint64_t at = head.size(); at + before <= file.size();) {
+        RAYPAGER_TRY(file.read(at, head));
+        std::reverse(head.begin(), head.begin() + 4);
+        const uint64_t bytes = number(std::span(head).first<4>()), contents_at = at + before;
+        if (bytes > file.size() - contents_at) return claims_more(file, "a chunk", contents_at, bytes);
+        if (std::memcmp(head.data() + 4, "IEND", 4) == 0) return {};
+        at = contents_at + bytes + after;
+    }
+    return {};
 }
 
 }  // namespace raypager
