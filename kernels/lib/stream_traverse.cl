@@ -86,30 +86,29 @@ static inline uint rp_enter_portal(const rp_stream* s, uint p, uint4 lower, uint
     return rp_mask16(enter <= leave * RP_BOX_WIDEN);
 }
 
-// Of the rays, those for which the portal does not come before the place they begin at; of the others, it is behind them.
+// Of the rays of a packet, those that meet the portal, and not before the place they begin at; and where they enter it.
+static inline uint rp_ahead(const rp_stream* s, uint p, ulong rays, const __global uint4* portals, uint portal, float16* entry) {
+    const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+    if (lanes == 0u) return 0u;
+    const uint meets = lanes & rp_enter_portal(s, p, portals[2u * portal], portals[2u * portal + 1u], entry);
+    return meets & rp_mask16((*entry > s->from[p]) | ((*entry == s->from[p]) & ((uint16)(portal) >= s->from_portal[p])));
+}
+
+// The same of all rays; the portal is behind the others.
 static inline ulong rp_still_before(const rp_stream* s, ulong rays, const __global uint4* portals, uint portal) {
-    const uint4 lower = portals[2u * portal], upper = portals[2u * portal + 1u];
-    for (uint p = 0u; p < RP_PACKETS; p++) {
-        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
-        if (lanes == 0u) continue;
-        float16 entry;
-        uint left = lanes & rp_enter_portal(s, p, lower, upper, &entry);
-        left &= rp_mask16((entry > s->from[p]) | ((entry == s->from[p]) & ((uint16)(portal) >= s->from_portal[p])));
-        rays ^= (ulong)(lanes ^ left) << (RP_PACKET_RAYS * p);
-    }
-    return rays;
+    ulong ahead = 0ul;
+    float16 entry;
+    for (uint p = 0u; p < RP_PACKETS; p++) ahead |= (ulong)rp_ahead(s, p, rays, portals, portal, &entry) << (RP_PACKET_RAYS * p);
+    return ahead;
 }
 
 // The portal of an absent block: rays for which it is the first one so far will wait there.
 static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4* portals, uint portal) {
-    const uint4 lower = portals[2u * portal], upper = portals[2u * portal + 1u];
+    const uint16 number = (uint16)(portal);
     for (uint p = 0u; p < RP_PACKETS; p++) {
-        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
-        if (lanes == 0u) continue;
         float16 entry;
-        uint first = lanes & rp_enter_portal(s, p, lower, upper, &entry);
-        const uint16 number = (uint16)(portal);
-        first &= rp_mask16((entry > s->from[p]) | ((entry == s->from[p]) & (number >= s->from_portal[p])));
+        uint first = rp_ahead(s, p, rays, portals, portal, &entry);
+        if (first == 0u) continue;
         first &= rp_mask16((entry < s->wait[p]) | ((entry == s->wait[p]) & (number < s->wait_portal[p])));
         const int16 better = rp_lanes16(first);
         s->wait[p] = better ? entry : s->wait[p];
