@@ -6,11 +6,11 @@
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
-// round: where rays are traced one by one, that in which all resident blocks have been tested. wants: of all blocks.
-static inline void rp_wait_to_connect(uint slot, uint portal, uint block, uint round, uint slot_count, __global uint* status, __global uint4* paths,
+// wants: of all blocks.
+static inline void rp_wait_to_connect(uint slot, uint portal, uint block, uint slot_count, __global uint* status, __global uint4* paths,
                                       volatile __global uint* wants) {
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
-    rp_wait_for(slot, block, RP_STATUS_SHADOW_WAITS, round & RP_ROUND_MASK, slot_count, status, wants);
+    rp_wait_for(slot, block, RP_STATUS_SHADOW_WAITS, 0u, slot_count, status, wants);
 }
 
 // Adds the light that arrives; the path ends, or its extension ray begins.

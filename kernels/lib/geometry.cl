@@ -67,8 +67,8 @@ typedef struct rp_block_view {
 static inline rp_block_view rp_view_block(const rp_geometry* g, uint4 page) {
     rp_block_view view;
     view.base = rp_block_address(g, page.x);
-    view.leaves_at = page.z;
-    view.vertices_at = page.w;
+    view.leaves_at = page.y;
+    view.vertices_at = page.z;
     return view;
 }
 static inline const __global uint4* rp_block_nodes(const __global uchar* base) { return (const __global uint4*)(base + sizeof(rp_block_header)); }

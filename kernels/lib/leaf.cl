@@ -25,45 +25,65 @@ static inline const __global float* rp_cluster(const rp_block_view* block, uint2
     return (const __global float*)(block->base + block->vertices_at) + (leaf.x & 0xffffu) * (3u * RP_CLUSTER_UNIT);
 }
 
-// Calls ACTION(k, t) for each triangle k of a strip that the ray hits at t in (0, t_limit].
-#define RP_FOR_EACH_TRIANGLE_HIT(ACTION)                                                                                       \
-    const uint2 leaf = rp_leaf_record(block, ref);                                                                             \
-    const uint count = (ref & 3u) + 1u;                                                                                        \
-    /* All loads before the first test. Unused index bytes repeat the last vertex, so every load is in range. */               \
-    const __global float* cluster = rp_cluster(block, leaf);                                                                   \
-    const float3 p0 = rp_load3(cluster + rp_vertex_offset(leaf, 0u)), p1 = rp_load3(cluster + rp_vertex_offset(leaf, 1u));     \
-    const float3 p2 = rp_load3(cluster + rp_vertex_offset(leaf, 2u)), p3 = rp_load3(cluster + rp_vertex_offset(leaf, 3u));     \
-    const float3 p4 = rp_load3(cluster + rp_vertex_offset(leaf, 4u)), p5 = rp_load3(cluster + rp_vertex_offset(leaf, 5u));     \
-    rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2);  \
-    float t = rp_hit_triangle(ray, shear, &a, &b, &c);                                                                         \
-    if (t > 0.0f && t <= t_limit) ACTION(0u, t);                                                                               \
-    RP_NEXT_TRIANGLE(1u, p3, ACTION)                                                                                           \
-    RP_NEXT_TRIANGLE(2u, p4, ACTION)                                                                                           \
-    RP_NEXT_TRIANGLE(3u, p5, ACTION)
-#define RP_NEXT_TRIANGLE(k, position, ACTION)        \
-    if (count > k) {                                 \
-        if (!(ref >> (1u + k) & 1u)) a = b;          \
-        b = c;                                       \
-        c = rp_shear_vertex(ray, shear, position);   \
-        t = rp_hit_triangle(ray, shear, &a, &b, &c); \
-        if (t > 0.0f && t <= t_limit) ACTION(k, t);  \
+// Which triangles of a strip the ray's line may hit, as bits. The rest of the test is for these alone (rp_strip_hit): lanes of a GPU that ran
+// into it at different triangles of their strips would wait for each other at each of them.
+static inline uint rp_strip_candidates(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref) {
+    const uint2 leaf = rp_leaf_record(block, ref);
+    const uint count = (ref & 3u) + 1u;
+    // All loads before the first test. Unused index bytes repeat the last vertex, so every load is in range.
+    const __global float* cluster = rp_cluster(block, leaf);
+    const float3 p0 = rp_load3(cluster + rp_vertex_offset(leaf, 0u)), p1 = rp_load3(cluster + rp_vertex_offset(leaf, 1u));
+    const float3 p2 = rp_load3(cluster + rp_vertex_offset(leaf, 2u)), p3 = rp_load3(cluster + rp_vertex_offset(leaf, 3u));
+    const float3 p4 = rp_load3(cluster + rp_vertex_offset(leaf, 4u)), p5 = rp_load3(cluster + rp_vertex_offset(leaf, 5u));
+    rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2);
+    uint found = rp_may_hit_triangle(&a, &b, &c) ? 1u : 0u;
+#define RP_NEXT_TRIANGLE(k, position)                         \
+    if (count > k) {                                          \
+        if (!(ref >> (1u + k) & 1u)) a = b;                   \
+        b = c;                                                \
+        c = rp_shear_vertex(ray, shear, position);            \
+        if (rp_may_hit_triangle(&a, &b, &c)) found |= 1u << k; \
     }
+    RP_NEXT_TRIANGLE(1u, p3)
+    RP_NEXT_TRIANGLE(2u, p4)
+    RP_NEXT_TRIANGLE(3u, p5)
+#undef RP_NEXT_TRIANGLE
+    return found;
+}
+
+// Distance at which the ray hits triangle k of a strip, or -1.
+static inline float rp_strip_hit(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, uint k) {
+    const uint2 leaf = rp_leaf_record(block, ref);
+    const __global float* cluster = rp_cluster(block, leaf);
+    // Its vertices are k + 1, k + 2, and the last one before them at which no switch is set (abi/block.h).
+    const uint starts = (~(ref >> 2) << 1 | 1u) & ((2u << k) - 1u), first = 31u - clz(starts);
+    const rp_sheared a = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, first)));
+    const rp_sheared b = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, k + 1u)));
+    const rp_sheared c = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, k + 2u)));
+    return rp_hit_triangle(ray, shear, &a, &b, &c);
+}
+
+static inline uint rp_lowest_bit(uint bits) { return 31u - clz(bits & -bits); }
 
 static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
                                     rp_hit* best) {
-    float t_limit = best->t;
-#define RP_KEEP_CLOSEST(k, distance)                                                                       \
-    if (distance < t_limit || rp_triangle_id(block->base, (ref & ~3u) | k) < rp_hit_primitive(g, best)) {  \
-        best->t = t_limit = distance;                                                                      \
-        best->ref = (ref & ~3u) | k;                                                                       \
-        best->found_in = block_index;                                                                      \
+    for (uint left = rp_strip_candidates(ray, shear, block, ref); left != 0u; left &= left - 1u) {
+        const uint k = rp_lowest_bit(left);
+        const float t = rp_strip_hit(ray, shear, block, ref, k);
+        if (!(t > 0.0f && t <= best->t)) continue;
+        if (t < best->t || rp_triangle_id(block->base, (ref & ~3u) | k) < rp_hit_primitive(g, best)) {
+            best->t = t;
+            best->ref = (ref & ~3u) | k;
+            best->found_in = block_index;
+        }
     }
-    RP_FOR_EACH_TRIANGLE_HIT(RP_KEEP_CLOSEST)
 }
 
 static inline bool rp_strip_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, float t_limit) {
-#define RP_TAKE_ANY(k, distance) return true
-    RP_FOR_EACH_TRIANGLE_HIT(RP_TAKE_ANY)
+    for (uint left = rp_strip_candidates(ray, shear, block, ref); left != 0u; left &= left - 1u) {
+        const float t = rp_strip_hit(ray, shear, block, ref, rp_lowest_bit(left));
+        if (t > 0.0f && t <= t_limit) return true;
+    }
     return false;
 }
 

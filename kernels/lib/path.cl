@@ -11,9 +11,9 @@
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
 static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }
 
-// The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS; rest: the other bits of its status.
-static inline void rp_wait_for(uint slot, uint block, uint phase, uint rest, uint slot_count, __global uint* status, volatile __global uint* wants) {
-    status[slot] = phase | rest << RP_STATUS_ROUND_SHIFT;
+// The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS.
+static inline void rp_wait_for(uint slot, uint block, uint phase, uint offset_exponent, uint slot_count, __global uint* status, volatile __global uint* wants) {
+    status[slot] = phase | offset_exponent << RP_STATUS_OFFSET_SHIFT;
     status[(size_t)slot_count + slot] = block;
     atomic_inc(wants + block);
 }

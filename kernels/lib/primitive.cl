@@ -60,6 +60,11 @@ static inline float rp_edge_remainder(float a, float b, float c, float d) {
 }
 static inline bool rp_signs_differ(float u, float v, float w) { return rp_min(rp_min(u, v), w) < 0.0f && rp_max(rp_max(u, v), w) > 0.0f; }
 
+// Whether the ray's line may hit a triangle: false only where the test below says so by signs.
+static inline bool rp_may_hit_triangle(const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
+    return !rp_signs_differ(rp_edge_function(c->x, b->y, c->y, b->x), rp_edge_function(a->x, c->y, a->y, c->x), rp_edge_function(b->x, a->y, b->y, a->x));
+}
+
 // Distance of the hit, or -1. Edges and vertices belong to all triangles that share them.
 static inline float rp_hit_triangle(const rp_ray* ray, const rp_shear* s, const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
     float u = rp_edge_function(c->x, b->y, c->y, b->x), v = rp_edge_function(a->x, c->y, a->y, c->x), w = rp_edge_function(b->x, a->y, b->y, a->x);

@@ -1,12 +1,11 @@
 // A ray through the top tree and the resident blocks. Included twice: RP_ANY_HIT 0 defines rp_closest_walk, 1 defines rp_any_walk.
 //
 // Order and progress. A ray visits the portals (sub-boxes of blocks) in the order of a depth-first walk of the top tree, near child first
-// for closest hits, child 0 first for any hit. That order follows from the ray and the tree alone. A closest-hit ray that comes to an
-// absent block stops there and keeps nothing but the portal: later it walks down the portal's path again, putting on the stack what lies
-// after it in the order, and goes on. So it enters each portal at most once and always moves forward, however block bounds overlap; what a
-// nearer hit has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.)
-// A shadow ray may take hits in any order: it tests all resident blocks first and waits for the first absent one it came by. When it
-// goes on, blocks that were resident in its last pass (resident_since <= tested_until) are behind it and are not tested again.
+// for closest hits, child 0 first for any hit. That order follows from the ray and the tree alone. A ray that comes to an absent block
+// stops there and keeps nothing but the portal: later it walks down the portal's path again, putting on the stack what lies after it in
+// the order, and goes on. So it enters each portal at most once and always moves forward, however block bounds overlap; what a nearer hit
+// has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.)
+// A shadow ray could look at all resident blocks before it waits, since any hit will do. It moves as many bytes then, and takes longer.
 //
 // With RP_RECORD, what rays enter is logged as well (lib/visits.cl).
 #include "lib/visits.cl"
@@ -47,9 +46,7 @@ typedef struct RP_WALK {
     uint portal;  // at the end: the portal to wait at, or RP_NONE if the walk is complete
 #if RP_ANY_HIT
     float t_max;
-    bool resumed;
-    uint tested_until;  // see above
-    bool hit;           // then portal is RP_NONE
+    bool hit;  // then portal is RP_NONE
 #else
     rp_hit best;
     uint block_index;
@@ -77,7 +74,6 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     w->portal = RP_NONE;
 #if RP_ANY_HIT
     w->hit = false;
-    w->resumed = start != RP_NONE;
 #else
     w->waits = start != RP_NONE;
     w->served = 0u;
@@ -139,7 +135,6 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
                     continue;
                 }
 #endif
-                w->portal = RP_NONE;
                 w->current = RP_REF_EXIT;
                 return;
             }
@@ -157,18 +152,12 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
         } else if (w->current != RP_REF_EXIT) {
             const uint portal = w->current & ~RP_REF_PORTAL;
             const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u], page = g->pages[a.w];
-#if RP_ANY_HIT
-            if (page.x == RP_NONE || (w->resumed && page.y <= w->tested_until)) {
-                if (page.x == RP_NONE && w->portal == RP_NONE) w->portal = portal;
-                RP_POP();
-                continue;
-            }
-#else
             if (page.x == RP_NONE) {
                 w->portal = portal;
                 w->current = RP_REF_EXIT;
-                return;
+                break;
             }
+#if !RP_ANY_HIT
             w->block_index = a.w;
 #endif
 #ifdef RP_RECORD
@@ -184,8 +173,8 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #endif
             if (g->used[a.w] != round) g->used[a.w] = round;
             w->nodes = rp_block_nodes(rp_block_address(g, page.x));
-            w->leaves_at = page.z;
-            w->vertices_at = page.w;
+            w->leaves_at = page.y;
+            w->vertices_at = page.z;
             w->frame = rp_make_frame(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
             RP_PUSH(RP_REF_RETURN, -1.0f);
             w->current = b.w;

@@ -14,7 +14,6 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     uint stack[RP_STACK_SIZE];
     walk.ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
     walk.t_max = as_float(origin.w);
-    walk.tested_until = status[slot] >> RP_STATUS_ROUND_SHIFT;
 #ifdef RP_RECORD
     if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, paths, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
     if (walk.visits.on && start == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
@@ -23,12 +22,12 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     }
 #endif
     rp_begin_any(geometry, &walk, stack, start);
-    rp_run_any(geometry, &walk, stack, round & RP_ROUND_MASK);
+    rp_run_any(geometry, &walk, stack, round);
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
     if (walk.portal != RP_NONE)
-        rp_wait_to_connect(slot, walk.portal, rp_portal_block(geometry, walk.portal), round, slot_count, status, paths, wants);
+        rp_wait_to_connect(slot, walk.portal, rp_portal_block(geometry, walk.portal), slot_count, status, paths, wants);
     else
         rp_finish_connection(slot, walk.hit, slot_count, status, paths, film);
 }

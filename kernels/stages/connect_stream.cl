@@ -23,12 +23,12 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const __global u
         if (c->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, c->portal[r]);
 }
 
-static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint round, uint slot_count,
+static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint slot_count,
                                         volatile __global uint* wants, __global uint* status, __global uint4* paths, __global uint* film) {
     const bool occluded = !(s->active >> r & 1ul);
     const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
     if (portal != RP_NONE)
-        rp_wait_to_connect(c->slot[r], portal, rp_portal_block(g, portal), round, slot_count, status, paths, wants);
+        rp_wait_to_connect(c->slot[r], portal, rp_portal_block(g, portal), slot_count, status, paths, wants);
     else
         rp_finish_connection(c->slot[r], occluded, slot_count, status, paths, film);
 }
@@ -57,7 +57,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
             continue;
         }
         for (uint r = 0u; r < rays[w].count; r++)
-            rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, round, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths,
+            rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths,
                                  film);
         rays[w].count = rp_next_stream(&share, count, &rays[w].first);
         if (rays[w].count == 0u) {

@@ -25,7 +25,7 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand, uint slot_count,
                                uint slot, __global uint* status, __global uint4* paths, uint* mine) {
     const rp_hit* hit = &walk->best;
-    uint offset_exponent = status[slot] >> RP_STATUS_ROUND_SHIFT;
+    uint offset_exponent = status[slot] >> RP_STATUS_OFFSET_SHIFT;
     if (hit->found_in != RP_NONE) {
         const rp_surface s = rp_hit_surface(geometry, &walk->ray, hit);
         offset_exponent = s.offset_exponent;
@@ -38,9 +38,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
     }
     mine[0] += walk->served != 0u;
     mine[1] += walk->served == 2u;
-    // The offset exponent rides in the upper bits, where shadow rays keep their round.
     if (walk->portal == RP_NONE)
-        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_ROUND_SHIFT;
+        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
     else
         rp_wait_for(slot, rp_portal_block(geometry, walk->portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status,
                     demand + RP_DEMAND_WANTS * block_count);

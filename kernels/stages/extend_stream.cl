@@ -40,7 +40,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     const uint slot = e->slot[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
     const uint portal = rp_waits_at(s, r);
-    uint offset_exponent = e->state[r] >> RP_STATUS_ROUND_SHIFT;
+    uint offset_exponent = e->state[r] >> RP_STATUS_OFFSET_SHIFT;
     const bool hit = rp_hit_in_launch(s, r);
     if (hit) {
         offset_exponent = surfaces->offset_exponent[r];
@@ -57,7 +57,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
         if (!hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
     }
     if (portal == RP_NONE) {
-        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_ROUND_SHIFT;
+        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
 #ifdef RP_COUNT_BOUNCES
         if (hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif

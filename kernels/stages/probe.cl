@@ -31,7 +31,6 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     rp_any_walk any;
     any.ray = walk.ray;
     any.t_max = origin.w;
-    any.tested_until = 0u;
     rp_begin_any(&geometry, &any, any_stack, RP_NONE);
     rp_run_any(&geometry, &any, any_stack, 1u);
     uint3 position = (uint3)(0u);

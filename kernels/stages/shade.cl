@@ -82,7 +82,7 @@ static inline void rp_shade_hit(__constant rp_render_params* params, const __glo
     }
 
     const rp_shading shading = rp_shading_at(ranges + range, material, surface.xy, direction);
-    const float offset = rp_offset_distance(state >> RP_STATUS_ROUND_SHIFT);
+    const float offset = rp_offset_distance(state >> RP_STATUS_OFFSET_SHIFT);
     const uint4 light_bits = rp_random_bits(pixel, sample, depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const float4 light_random = rp_unit(light_bits);
     const float4 bsdf_random = rp_random(pixel, sample, depth + 1u, RP_RANDOM_BSDF, params->seed);

@@ -29,7 +29,7 @@ public:
           slots_(settings.slots),
           waiting_(trace.block_bytes.size()),
           demand_(RP_DEMAND_ARRAYS * trace.block_bytes.size()),
-          seen_since_(trace.block_bytes.size()) {
+          seen_(trace.block_bytes.size()) {
         for (uint32_t slot = 0; slot < settings.slots; slot++) free_.push_back(slot);
     }
 
@@ -58,8 +58,7 @@ private:
     // A path slot: the ray that it traces, and where that stands.
     struct Slot {
         uint64_t ray = 0, end = 0;
-        uint32_t at = 0;            // the visit at which it waits
-        uint32_t tested_until = 0;  // shadow rays: the last round in which they tested what was resident; 0: none yet
+        uint32_t at = 0;  // the visit at which it waits
         uint32_t waits_since = 0;
     };
     struct Transfer {
@@ -78,9 +77,8 @@ private:
     // The page table as rounds from now on see it; rays wake whose block has come.
     void publish() {
         for (const uint32_t block : changed_) {
-            const BlockState& state = table_.blocks()[block];
-            seen_since_[block] = state.state == PageState::resident ? state.resident_since : 0;
-            if (seen_since_[block] == 0) continue;
+            seen_[block] = table_.blocks()[block].state == PageState::resident;
+            if (!seen_[block]) continue;
             for (const uint32_t slot : waiting_[block]) {
                 next_ready_.push_back(slot);
                 result_.longest_wait = std::max<uint64_t>(result_.longest_wait, round_ - slots_[slot].waits_since);
@@ -106,7 +104,7 @@ private:
         if (ray == end)
             free_.push_back(slot);
         else
-            slots_[slot] = {ray, end, 0, 0, 0}, next_ready_.push_back(slot);
+            slots_[slot] = {ray, end, 0, 0}, next_ready_.push_back(slot);
     }
 
     void trace_ready_rays() {
@@ -140,7 +138,7 @@ private:
         used_.push_back(block);
     }
 
-    bool is_resident(uint32_t block) const { return seen_since_[block] != 0; }
+    bool is_resident(uint32_t block) const { return seen_[block]; }
 
     // Strictly in the ray's order: it waits at the first absent block.
     Pass extension_pass(Slot& slot) {
@@ -158,23 +156,16 @@ private:
         return Pass::ended;
     }
 
-    // Everything resident first; then it waits at the first absent block. What was resident in its last pass is behind it.
+    // In its order, too, up to the first block that stops it.
     Pass shadow_pass(Slot& slot) {
         const std::span<const Visit> visits = trace_.visits_of(trace_.rays[slot.ray]);
-        uint32_t first_absent = RP_NONE;
-        for (uint32_t i = slot.at; i < visits.size(); i++) {
-            const uint32_t block = visits[i].block();
-            if (!is_resident(block)) {
-                if (first_absent == RP_NONE) first_absent = i;
-            } else if (slot.tested_until == 0 || seen_since_[block] > slot.tested_until) {
-                enter(block);
-                if (visits[i].stops()) return Pass::ended;
-            }
+        for (; slot.at < visits.size(); slot.at++) {
+            const uint32_t block = visits[slot.at].block();
+            if (!is_resident(block)) return Pass::waits;
+            enter(block);
+            if (visits[slot.at].stops()) return Pass::ended;
         }
-        if (first_absent == RP_NONE) return Pass::ended;
-        slot.at = first_absent;
-        slot.tested_until = round_;
-        return Pass::waits;
+        return Pass::ended;
     }
 
     // What the host does when it sees the oldest round that is under way. True if a block has come.
@@ -218,8 +209,8 @@ private:
     std::vector<std::vector<uint32_t>> waiting_;  // slots, by block
     std::vector<uint32_t> demand_;
     std::vector<uint32_t> free_, ready_, next_ready_, used_;
-    std::vector<uint32_t> seen_since_;  // by block: resident_since as the rounds see it; 0: absent
-    std::vector<uint32_t> changed_;     // blocks that came or went since the page table was published
+    std::vector<bool> seen_;         // by block: resident, as the rounds see it
+    std::vector<uint32_t> changed_;  // blocks that came or went since the page table was published
     std::deque<Round> under_way_;
     std::deque<Transfer> transfers_;  // in the order in which they end
     uint64_t next_path_ = 0, waiting_rays_ = 0, counted_visits_ = 0;

@@ -20,8 +20,9 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
     if (pool < needs.geometry) {
-        const uint64_t beside_pool = std::min(needs.geometry / 2, left > pool ? left - pool : 0);
-        slots = std::clamp(std::max(needs.geometry / 6, beside_pool) / needs.per_slot, slots, 4 * slots);
+        // The more rays share a block, the fewer loads and the fuller rounds: so room that the pool may not have is for them.
+        const uint64_t beside_pool = std::min(2 * needs.geometry, left > pool ? (left - pool) / 4 : 0);
+        slots = std::clamp(std::max(needs.geometry / 6, beside_pool) / needs.per_slot, slots, std::max(4 * slots, uint64_t{1} << 20));
     }
     slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
     // Half of what is left, unless the pool needs less than the other half.

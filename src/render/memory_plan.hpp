@@ -33,8 +33,8 @@ inline constexpr uint64_t min_slots = 1024;
 //
 // The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident;
 // when blocks must be swapped, every ray in flight makes a load serve more rays (bytes moved a ray fall as 1 / slots), so slots may then
-// grow to half of what is left beside the fixed part, up to a sixth of the scene's bytes and a quarter of all paths of the render; up to half
-// of the scene's bytes in room that the pool may not have.
+// grow to half of what is left beside the fixed part, up to a sixth of the scene's bytes and a quarter of all paths of the render; and to a
+// quarter of the room that the pool may not have, up to twice the scene's bytes. Never more than four times the ordinary number or a million.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 
 }  // namespace raypager

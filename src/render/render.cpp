@@ -193,7 +193,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
 }
 
 Status Renderer::start_round() {
-    if (++started_ == RP_ROUND_MASK) return Status::failed("more rounds than path slots can count; give more --paths");
+    if (++started_ == RP_NONE) return Status::failed("more rounds than blocks can count; give more --paths");
     RAYPAGER_TRY(residency_->publish(device_->kernels()));
     return wavefront_->start_round(started_);
 }

@@ -34,12 +34,13 @@ Loader::~Loader() {
     for (const Load& load : submitted_) (void)load.upload.wait();
 }
 
-void Loader::start(uint32_t block, PoolAddress address, const Event& free) {
+void Loader::start(std::span<const PlannedLoad> loads, const Event& free) {
+    if (loads.empty()) return;
     {
         const std::lock_guard lock(mutex_);
-        waiting_.push_back({block, address, free, {}, {}});
+        for (const PlannedLoad& load : loads) waiting_.push_back({load.block, load.address, free, {}, {}});
     }
-    changed_.notify_one();
+    changed_.notify_all();
 }
 
 uint32_t Loader::under_way() const {
@@ -62,12 +63,17 @@ Result<std::vector<Arrival>> Loader::arrived(bool wait) {
     for (;;) {
         if (threads_.empty() && !waiting_.empty()) carry_out_first(lock);
         if (!failure_.ok()) return failure_;
-        while (!submitted_.empty()) {
-            auto finished = submitted_.front().upload.finished();
+        if (unflushed_) RAYPAGER_TRY(device_.uploads().flush());
+        unflushed_ = false;
+        size_t done = 0;
+        for (; done < submitted_.size(); done++) {
+            auto finished = submitted_[done].upload.finished();
             if (!finished) return finished.status();
             if (!*finished) break;
-            // Done already; but only a wait makes what was written visible to kernels of another queue (OpenCL 1.2, 5.9).
-            RAYPAGER_TRY(submitted_.front().upload.wait());
+        }
+        // Done already; but only a wait makes what was written visible to kernels of another queue (OpenCL 1.2, 5.9). The queue is in order.
+        if (done > 0) RAYPAGER_TRY(submitted_[done - 1].upload.wait());
+        for (; done > 0; done--) {
             blocks.push_back(submitted_.front().arrival);
             cache_.release(submitted_.front().block);
             submitted_.pop_front();
@@ -99,13 +105,20 @@ Status Loader::bring(Load& load) {
             load.arrival = {load.block, header.leaves_at, header.vertices_at};
         }
         inject_delay();
-        // Not under the lock that the render loop needs: drivers take their time.
+        // Not under the lock that the render loop needs: drivers take their time. So as few calls as will do: the queue is in order, so it
+        // waits for an event once; and it is flushed once for all loads that are there.
         const std::lock_guard order(submitting_);
-        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload, &load.free));
-        RAYPAGER_TRY(device_.uploads().flush());
-        const std::lock_guard lock(mutex_);
-        submitted_.push_back(load);
-        return {};
+        const bool waits_already = load.free.handle()() == last_free_.handle()();
+        last_free_ = load.free;
+        RAYPAGER_TRY(
+            device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload, waits_already ? nullptr : &load.free));
+        {
+            const std::lock_guard lock(mutex_);
+            submitted_.push_back(load);
+            unflushed_ = !waiting_.empty();
+            if (unflushed_) return {};
+        }
+        return device_.uploads().flush();
     } catch (const std::bad_alloc&) {
         return Status::failed("not enough host memory to load a block; give a smaller --host-limit");
     }

@@ -7,13 +7,14 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "device/device.hpp"
 #include "residency/host_cache.hpp"
-#include "residency/slab_allocator.hpp"
+#include "residency/policy.hpp"
 
 namespace raypager {
 
@@ -27,8 +28,8 @@ public:
     // cache and slabs outlive the loader. threads 0: as many as the processor has cores for.
     static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads = 0);
     ~Loader();
-    // The place is written after `free`: when no kernel reads it any more.
-    void start(uint32_t block, PoolAddress address, const Event& free);
+    // The places are written after `free`: when no kernel reads them any more.
+    void start(std::span<const PlannedLoad> loads, const Event& free);
     // Blocks whose upload has finished since the last call. With wait set, and loads under way, returns at least one.
     Result<std::vector<Arrival>> arrived(bool wait);
     uint32_t under_way() const;
@@ -52,12 +53,14 @@ private:
     HostCache& cache_;
     const std::vector<Buffer>& slabs_;
     std::mutex submitting_;  // keeps submitted_ in the order of the queue; taken before mutex_
+    Event last_free_;        // that the queue waits for already; under submitting_
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<Load> waiting_;    // for a thread
     std::deque<Load> submitted_;  // uploads under way, in the order of the queue
     // Blocks that threads are working on, and since when.
     std::map<uint32_t, std::chrono::steady_clock::time_point> reading_;
+    bool unflushed_ = false;  // an upload has not been handed to the device yet
     Status failure_;
     bool stop_ = false;
     std::vector<std::thread> threads_;  // none: the render loop's own thread does their work when it asks what has arrived

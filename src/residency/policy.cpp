@@ -35,35 +35,39 @@ uint32_t turns_away(const PolicyInput& input, uint32_t block) {
     return (block + count - input.next_in_turn % count) % count;
 }
 
+// A block that may be loaded; the greatest comes first. Blocks of equal score come by number.
+struct Candidate {
+    double score;
+    uint32_t block;
+    bool operator<(const Candidate& other) const { return score != other.score ? score < other.score : block > other.block; }
+};
+
 // All absent blocks, in turn; nothing while no ray waits.
-std::vector<uint32_t> sweep_order(const PolicyInput& input) {
+std::vector<Candidate> sweep_candidates(const PolicyInput& input) {
     const auto waits = [](const BlockState& block) { return block.state == PageState::absent && block.wants > 0; };
     if (std::none_of(input.blocks.begin(), input.blocks.end(), waits)) return {};
-    std::vector<uint32_t> order;
+    std::vector<Candidate> candidates;
     const auto count = static_cast<uint32_t>(input.blocks.size());
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t block = (input.next_in_turn + i) % count;
-        if (input.blocks[block].state == PageState::absent) order.push_back(block);
+        if (input.blocks[block].state == PageState::absent) candidates.push_back({-double(i), block});
     }
-    return order;
+    return candidates;
 }
 
-// The blocks that may be loaded, the first of them first: those that are wanted, or all in turn.
-std::vector<uint32_t> load_order(const PolicySettings& settings, const PolicyInput& input) {
-    if (settings.kind == PolicyKind::sweep) return sweep_order(input);
-    std::vector<std::pair<double, uint32_t>> wanted;
+// The blocks that may be loaded: those that are wanted, or all in turn.
+std::vector<Candidate> load_candidates(const PolicySettings& settings, const PolicyInput& input) {
+    if (settings.kind == PolicyKind::sweep) return sweep_candidates(input);
+    std::vector<Candidate> wanted;
     for (uint32_t i = 0; i < input.blocks.size(); i++) {
         const BlockState& block = input.blocks[i];
         if (block.state != PageState::absent || block.wants == 0) continue;
         double score = load_score(settings.kind, block, input.round);
         const double rounds = age(block, input.round);
         if (settings.max_age && rounds > settings.max_age) score = 1e30 * rounds;
-        wanted.emplace_back(-score, i);
+        wanted.push_back({score, i});
     }
-    std::sort(wanted.begin(), wanted.end());
-    std::vector<uint32_t> order;
-    for (const auto& [score, block] : wanted) order.push_back(block);
-    return order;
+    return wanted;
 }
 
 // Blocks that may go, the least needed first.
@@ -107,7 +111,7 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     PolicySettings settings = default_settings(kind);
     if (kind == PolicyKind::most_wanted) return settings;
     const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
-    settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 4), 2, on_cpu ? 16 : 128));
+    settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 2), 2, on_cpu ? 16 : 256));
     settings.loads_into_free = 256;
     return settings;
 }
@@ -117,13 +121,16 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
     SlabAllocator& pool = plan.pool;
     uint32_t in_flight = 0;
     for (const BlockState& block : input.blocks) in_flight += block.state == PageState::loading;
-    const std::vector<uint32_t> wanted = load_order(settings, input);
-    if (wanted.empty()) return plan;
+    // Few of those that are wanted come in at a time: a heap gives these in order without sorting the others.
+    std::vector<Candidate> wanted = load_candidates(settings, input);
+    std::make_heap(wanted.begin(), wanted.end());
     const bool hold = input.ready_rays > settings.hold_above_ready * input.slots;
     std::vector<uint32_t> victims;
     size_t next_victim = 0;
     bool victims_known = false;
-    for (const uint32_t block : wanted) {
+    for (; !wanted.empty(); wanted.pop_back()) {
+        std::pop_heap(wanted.begin(), wanted.end());
+        const uint32_t block = wanted.back().block;
         const uint64_t bytes = input.blocks[block].bytes;
         std::optional<PoolAddress> place;
         if (in_flight < settings.loads_into_free) place = pool.allocate(bytes);
@@ -131,17 +138,17 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
             if (hold || in_flight >= settings.loads_in_flight) break;
             if (!victims_known) victims = eviction_order(settings, input);
             victims_known = true;
-            // On a copy first: where a block cannot be placed, nothing is evicted for it.
-            SlabAllocator trial = pool;
             size_t last = next_victim;
-            for (; !trial.fits(bytes) && last < victims.size(); last++)
-                trial.release(input.blocks[victims[last]].address, input.blocks[victims[last]].bytes);
-            place = trial.allocate(bytes);
-            if (!place) break;  // the rest of the pool is being loaded, or has not been seen by a round
+            for (bool room = pool.fits(bytes); !room && last < victims.size(); last++)
+                room = pool.release(input.blocks[victims[last]].address, input.blocks[victims[last]].bytes) >= bytes;
+            place = pool.allocate(bytes);
+            if (!place) {  // the rest of the pool is being loaded, or has not been seen by a round: nothing is evicted then
+                while (last-- > next_victim) pool.take_back(input.blocks[victims[last]].address, input.blocks[victims[last]].bytes);
+                break;
+            }
             plan.evict.insert(plan.evict.end(), victims.begin() + static_cast<std::ptrdiff_t>(next_victim),
                               victims.begin() + static_cast<std::ptrdiff_t>(last));
             next_victim = last;
-            pool = std::move(trial);
         }
         plan.load.push_back({block, *place});
         in_flight++;

@@ -91,7 +91,7 @@ Status Residency::take_arrivals(uint32_t round, bool wait) {
     if (!arrived) return arrived.status();
     for (const Arrival& arrival : *arrived) {
         table_.arrive(round, arrival.block);
-        pages_[arrival.block] = {page_address(blocks()[arrival.block].address), round + 1, arrival.leaves_at, arrival.vertices_at};
+        pages_[arrival.block] = {page_address(blocks()[arrival.block].address), arrival.leaves_at, arrival.vertices_at, 0};
         pages_changed_ = true;
     }
     if (!arrived->empty()) last_arrival_round_ = round;
@@ -105,7 +105,7 @@ Status Residency::after_round(uint32_t round, uint32_t last_started, const Event
     const Plan plan = table_.plan(round, ready_rays, slots);
     for (const uint32_t block : plan.evict) pages_[block] = {RP_NONE, 0, 0, 0};
     pages_changed_ = pages_changed_ || !plan.evict.empty();
-    for (const PlannedLoad& load : plan.load) loader_->start(load.block, load.address, last_end);
+    loader_->start(plan.load, last_end);
     return {};
 }
 

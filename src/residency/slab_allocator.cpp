@@ -45,7 +45,7 @@ bool SlabAllocator::fits(uint64_t bytes) const {
     return false;
 }
 
-void SlabAllocator::release(PoolAddress address, uint64_t bytes) {
+uint64_t SlabAllocator::release(PoolAddress address, uint64_t bytes) {
     bytes = round_up(bytes);
     auto& extents = free_.at(address.slab);
     auto [at, inserted] = extents.emplace(address.offset, bytes);
@@ -58,13 +58,27 @@ void SlabAllocator::release(PoolAddress address, uint64_t bytes) {
             extents.erase(next);
         }
     }
-    if (at == extents.begin()) return;
+    if (at == extents.begin()) return at->second;
     auto before = std::prev(at);
     RAYPAGER_CHECK(before->first + before->second <= at->first);
-    if (before->first + before->second == at->first) {
-        before->second += at->second;
-        extents.erase(at);
-    }
+    if (before->first + before->second != at->first) return at->second;
+    before->second += at->second;
+    extents.erase(at);
+    return before->second;
+}
+
+void SlabAllocator::take_back(PoolAddress address, uint64_t bytes) {
+    bytes = round_up(bytes);
+    auto& extents = free_.at(address.slab);
+    auto at = extents.upper_bound(address.offset);
+    RAYPAGER_CHECK(at != extents.begin());
+    --at;
+    const uint64_t offset = at->first, end = at->first + at->second;
+    RAYPAGER_CHECK(address.offset + bytes <= end);
+    extents.erase(at);
+    if (offset < address.offset) extents[offset] = address.offset - offset;
+    if (address.offset + bytes < end) extents[address.offset + bytes] = end - (address.offset + bytes);
+    free_bytes_ -= bytes;
 }
 
 }  // namespace raypager

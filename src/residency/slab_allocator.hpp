@@ -22,7 +22,9 @@ public:
     // The smallest free extent that is large enough (best fit), if there is one.
     std::optional<PoolAddress> allocate(uint64_t bytes);
     bool fits(uint64_t bytes) const;
-    void release(PoolAddress address, uint64_t bytes);  // REQUIRES: allocated with these bytes
+    // Gives back what was allocated with these bytes. Returns the bytes of the free extent that it has become part of.
+    uint64_t release(PoolAddress address, uint64_t bytes);
+    void take_back(PoolAddress address, uint64_t bytes);  // undoes a release; REQUIRES: nothing was allocated since
     uint64_t free_bytes() const { return free_bytes_; }
     uint64_t capacity() const { return capacity_; }
 

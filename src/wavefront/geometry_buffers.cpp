@@ -13,8 +13,8 @@ namespace {
 // A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
 constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
 
-// A CPU runs work-items one after the other: few of them, so that short queues cost little, but some dozen groups a core, for balance.
-constexpr uint32_t ray_items_per_core = 1 << 12;
+// Few work-items, so that short queues cost little, but enough of them for balance (wavefront.cpp).
+constexpr uint32_t ray_items_per_core = 1 << 12, ray_items_per_gpu_unit = 1 << 14;
 constexpr uint32_t stream_items_per_core = 64;  // each alone in its group: it has much private memory
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
@@ -81,7 +81,7 @@ Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, 
 Status GeometryBuffers::launch(Device& device, const Kernel& kernel, uint64_t rays, Event* event) const {
     const uint64_t cores = device.info().compute_units;
     if (form_ == BlockForm::wide) return device.kernels().launch(kernel, cores * stream_items_per_core, 1, event);
-    if (device.info().type == "CPU") rays = std::min(rays, cores * ray_items_per_core);
+    rays = std::min(rays, cores * (device.info().type == "CPU" ? ray_items_per_core : ray_items_per_gpu_unit));
     return device.kernels().launch(kernel, rays, device.group_size(), event);
 }
 

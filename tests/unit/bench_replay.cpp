@@ -51,15 +51,20 @@ TEST(Replay, one_slot_and_one_block_serve_path_after_path) {
     EXPECT_EQ(together.loads, 3u);  // both paths wait for the same block
 }
 
-// A shadow ray takes what is resident first, and a block that stops it ends it without the others.
-TEST(Replay, a_shadow_ray_ends_with_any_block_that_stops_it) {
-    DemandTrace trace = paths_of(3, {{2}});
-    trace.rays.push_back({trace.visits.size(), 3, true, RP_NONE});
-    for (const uint32_t block : {0u, 1u, 2u}) trace.visits.push_back(Visit::of(block, block == 2));
-    trace.path_rays.back() = trace.rays.size();
-    EXPECT_EQ(replay(trace, settings_for(trace, PolicyKind::lru, 3 * 64, 1)).loads, 1u);
-    trace.visits.back() = Visit::of(2, false);
-    EXPECT_EQ(replay(trace, settings_for(trace, PolicyKind::lru, 3 * 64, 1)).loads, 3u);
+// A shadow ray enters its blocks in their order, and the first that stops it ends it without the others.
+TEST(Replay, a_shadow_ray_ends_with_the_first_block_that_stops_it) {
+    const auto loads = [](const std::vector<Visit>& shadow) {
+        DemandTrace trace = paths_of(4, {{2}});
+        trace.rays.push_back({trace.visits.size(), static_cast<uint32_t>(shadow.size()), true, RP_NONE});
+        trace.visits.insert(trace.visits.end(), shadow.begin(), shadow.end());
+        trace.path_rays.back() = trace.rays.size();
+        return replay(trace, settings_for(trace, PolicyKind::lru, 4 * 64, 1)).loads;
+    };
+    EXPECT_EQ(loads({Visit::of(2, true), Visit::of(0, false), Visit::of(1, false)}), 1u);
+    EXPECT_EQ(loads({Visit::of(0, false), Visit::of(1, true), Visit::of(3, false)}), 3u);
+    EXPECT_EQ(loads({Visit::of(0, false), Visit::of(1, false), Visit::of(3, false)}), 4u);
+    // What lies behind an absent block is not looked at, though it is there and would stop the ray.
+    EXPECT_EQ(loads({Visit::of(0, false), Visit::of(2, true), Visit::of(3, false)}), 2u);
 }
 
 TEST(Replay, time_follows_bandwidth) {

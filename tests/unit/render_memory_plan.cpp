@@ -59,13 +59,20 @@ TEST(MemoryPlan, geometry_limits_bound_the_pool) {
 TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
-    // Room that the pool may not have: half of the scene's bytes, if that is not more than four times the ordinary number.
-    EXPECT_EQ(plan_memory(needs)->slots, 4u << 16);
-    needs.default_slots = 1 << 18;
-    EXPECT_EQ(plan_memory(needs)->slots, (50u << 20) / 100);
+    needs.default_slots = 1 << 20;
+    // Of the room that the pool may not have: a quarter, if that is not more than twice the scene's bytes ...
+    EXPECT_EQ(plan_memory(needs)->slots, (200u << 20) / 100);
+    needs.limit = 513 << 20;
+    needs.largest_block = 1 << 20;
+    EXPECT_EQ(plan_memory(needs)->slots, ((513u - 10 - 1 - 25) << 20) / 4 / 100);
+    // ... nor than a million slots or four times the ordinary number.
+    needs.per_slot = 10;
     needs.default_slots = 1 << 16;
-    needs.limit = needs.fixed + (25 << 20) + (20 << 20) + needs.largest_block;
-    EXPECT_EQ(plan_memory(needs)->slots, (20u << 20) / 100);
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 20);
+    needs.default_slots = 1 << 19;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 21);
+    needs = ordinary();
+    needs.geometry_limit_percent = 25;
     // Where they compete with the pool: a sixth.
     needs.limit = needs.fixed + (40 << 20) + needs.largest_block;
     EXPECT_EQ(plan_memory(needs)->slots, (100u << 20) / 6 / 100);

@@ -40,8 +40,17 @@ TEST(SlabAllocator, agrees_with_a_map_of_units) {
         if (random() % 2 && !live.empty()) {
             const size_t i = random() % live.size();
             const auto [place, bytes] = live[i];
-            pool.release(place, bytes);
-            for (uint64_t u = 0; u < (bytes + 63) / 64; u++) used[place.slab][place.offset / 64 + u] = false;
+            std::vector<bool>& slab = used[place.slab];
+            const uint64_t first = place.offset / 64, units = (bytes + 63) / 64;
+            for (uint64_t u = 0; u < units; u++) slab[first + u] = false;
+            uint64_t begin = first, end = first + units;
+            while (begin > 0 && !slab[begin - 1]) begin--;
+            while (end < slab.size() && !slab[end]) end++;
+            ASSERT_EQ(pool.release(place, bytes), 64 * (end - begin));
+            if (random() % 3 == 0) {
+                pool.take_back(place, bytes);
+                ASSERT_EQ(pool.release(place, bytes), 64 * (end - begin));
+            }
             live.erase(live.begin() + static_cast<std::ptrdiff_t>(i));
             continue;
         }

@@ -118,9 +118,9 @@ typedef struct rp_top_grid {
 } rp_top_grid;
 
 // Page table: one entry a block. Where it lies (slab << RP_PAGE_SLAB_SHIFT | offset / RP_BLOCK_ALIGNMENT), or RP_NONE while it is
-// absent, the round in which it became resident, and two of its header's offsets, so that entering a block needs nothing but this entry.
+// absent, and two of its header's offsets, so that entering a block needs nothing but this entry.
 typedef struct rp_page {
-    rp_u32 address, resident_since, leaves_at, vertices_at;
+    rp_u32 address, leaves_at, vertices_at, unused;
 } rp_page;
 #define RP_PAGE_SLAB_SHIFT 28
 #define RP_PAGE_OFFSET_MASK 0x0fffffffu

@@ -25,9 +25,9 @@
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
 #define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
 
-// The status word of a slot: what it is about (low bits), and for shadow rays that are traced one by one the round in which all blocks
-// resident then were tested. Behind the words of all slots stands, for each slot that waits, the block that it waits for: waking looks at all
-// slots in every round, and these two words are all that it reads of a slot.
+// The status word of a slot: what it is about (low bits), and of an extension ray that has a hit the offset exponent there (surface.cl).
+// Behind the words of all slots stands, for each slot that waits, the block that it waits for: waking looks at all slots in every round,
+// and these two words are all that it reads of a slot.
 #define RP_STATUS_FREE 0u
 #define RP_STATUS_EXTEND 1u  // extension ray under way
 #define RP_STATUS_SHADOW 2u  // shadow ray under way
@@ -36,9 +36,7 @@
 #define RP_STATUS_EXTEND_WAITS 5u  // extension ray that came to an absent block
 #define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
 #define RP_STATUS_MASK 7u
-#define RP_STATUS_ROUND_SHIFT 3
-#define RP_ROUND_MASK 0x1fffffffu  // renders end before they have so many rounds; round 0 never happens
-// Extension rays keep the offset exponent of their hit there (surface.cl).
+#define RP_STATUS_OFFSET_SHIFT 3
 
 // What a path is traced for: one sample of one pixel.
 typedef struct rp_path_sample {
