@@ -19,10 +19,11 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
 
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
-    if (pool < needs.geometry) {
-        // The more rays share a block, the fewer loads and the fuller rounds: so room that the pool may not have is for them.
-        const uint64_t beside_pool = std::min(2 * needs.geometry, left > pool ? (left - pool) / 4 : 0);
-        slots = std::clamp(std::max(needs.geometry / 6, beside_pool) / needs.per_slot, slots, std::max(4 * slots, uint64_t{1} << 20));
+    if (std::min(pool, left) < needs.geometry) {
+        const uint64_t beside = left > pool ? left - pool : 0;
+        const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(2 * needs.geometry, beside / 4));
+        slots = std::max(
+            {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, most_chosen_slots(slots))});
     }
     slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
     // Half of what is left, unless the pool needs less than the other half.

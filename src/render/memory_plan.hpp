@@ -1,6 +1,7 @@
 // How the memory limit is divided between what must be there, path slots and the geometry pool. Pure arithmetic.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "raypager/status.hpp"
@@ -26,15 +27,17 @@ struct MemoryPlan {
     uint64_t slots = 0;
 };
 
-// The fewest slots that a plan chooses by itself.
+// The fewest slots that a plan chooses by itself, and the most, by the ordinary number.
 inline constexpr uint64_t min_slots = 1024;
+constexpr uint64_t most_chosen_slots(uint64_t default_slots) { return std::max(4 * default_slots, uint64_t{1} << 20); }
 
 // Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
 //
-// The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident;
-// when blocks must be swapped, every ray in flight makes a load serve more rays (bytes moved a ray fall as 1 / slots), so slots may then
-// grow to half of what is left beside the fixed part, up to a sixth of the scene's bytes and a quarter of all paths of the render; and to a
-// quarter of the room that the pool may not have, up to twice the scene's bytes. Never more than four times the ordinary number or a million.
+// The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident. When
+// blocks must be swapped, every ray in flight makes a load serve more rays (bytes moved a ray fall as 1 / slots) and a round fuller, so there
+// may be more: up to a sixth of the scene's bytes and four times the ordinary number where that is taken from the pool; and of room that the
+// pool may not have all up to half of the scene's bytes, or a quarter up to twice the scene's bytes. Always at most half of what is left
+// beside the fixed part if the pool could use the other half, and a quarter of all paths of the render.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 
 }  // namespace raypager

@@ -99,7 +99,7 @@ VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_rende
     VisitLogSettings visits;
     if (options.record_paths == 0) return visits;
     const double share = std::min(1.0, static_cast<double>(options.record_paths) / static_cast<double>(params.sample_limit));
-    const double slots = options.paths ? options.paths : 4.0 * static_cast<double>(default_slots(device));
+    const double slots = static_cast<double>(options.paths ? options.paths : most_chosen_slots(default_slots(device)));
     visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
     visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, 256.0, 4194304.0));
     return visits;

@@ -67,7 +67,7 @@ void BlockTable::begin_load(const PlannedLoad& load) {
 
 Plan BlockTable::plan(uint32_t round, uint32_t ready_rays, uint32_t slots) {
     Plan plan = plan_paging(policy_, {blocks_, round, ready_rays, slots, next_in_turn_}, pool_);
-    pool_ = plan.pool;
+    pool_ = std::move(plan.pool);
     for (const uint32_t block : plan.evict) evict(round, block);
     for (const PlannedLoad& load : plan.load) begin_load(load);
     return plan;

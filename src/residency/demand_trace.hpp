@@ -38,8 +38,7 @@ struct TracedRay {
     uint32_t hit_block = 0;  // extension rays: where the closest hit is; RP_NONE: none
 };
 
-// One block on a ray's way. Extension rays enter each of them, in this order. Shadow rays end with the first that stops them, in whatever
-// order they come by them.
+// One block on a ray's way. Extension rays enter each of them, in this order; shadow rays up to the first that stops them.
 struct Visit {
     uint32_t word = 0;
     uint32_t block() const { return word & 0x7fffffffu; }

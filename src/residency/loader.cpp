@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "base/fault_plan.hpp"
 
@@ -63,8 +64,11 @@ Result<std::vector<Arrival>> Loader::arrived(bool wait) {
     for (;;) {
         if (threads_.empty() && !waiting_.empty()) carry_out_first(lock);
         if (!failure_.ok()) return failure_;
-        if (unflushed_) RAYPAGER_TRY(device_.uploads().flush());
-        unflushed_ = false;
+        if (std::exchange(unflushed_, false)) {
+            lock.unlock();
+            RAYPAGER_TRY(device_.uploads().flush());
+            lock.lock();
+        }
         size_t done = 0;
         for (; done < submitted_.size(); done++) {
             auto finished = submitted_[done].upload.finished();

@@ -60,7 +60,7 @@ private:
     std::deque<Load> submitted_;  // uploads under way, in the order of the queue
     // Blocks that threads are working on, and since when.
     std::map<uint32_t, std::chrono::steady_clock::time_point> reading_;
-    bool unflushed_ = false;  // an upload has not been handed to the device yet
+    bool unflushed_ = false;  // uploads that arrived() has to flush
     Status failure_;
     bool stop_ = false;
     std::vector<std::thread> threads_;  // none: the render loop's own thread does their work when it asks what has arrived

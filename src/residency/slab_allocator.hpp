@@ -1,5 +1,5 @@
-// Where blocks lie in the pool: a few slabs, each with a list of free extents. Plain data without any device: a plan can try an
-// eviction on a copy. Sizes and offsets are multiples of RP_BLOCK_ALIGNMENT.
+// Where blocks lie in the pool: a few slabs, each with a list of free extents. Plain data without any device: a plan can try
+// evictions and take them back. Sizes and offsets are multiples of RP_BLOCK_ALIGNMENT.
 #pragma once
 
 #include <cstdint>

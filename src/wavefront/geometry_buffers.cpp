@@ -13,7 +13,8 @@ namespace {
 // A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
 constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
 
-// Few work-items, so that short queues cost little, but enough of them for balance (wavefront.cpp).
+// Few work-items, so that short queues cost little, but enough of them for balance (wavefront.cpp): rays differ in length, and a GPU gives
+// its work-groups out as others end.
 constexpr uint32_t ray_items_per_core = 1 << 12, ray_items_per_gpu_unit = 1 << 14;
 constexpr uint32_t stream_items_per_core = 64;  // each alone in its group: it has much private memory
 

@@ -17,7 +17,7 @@ constexpr uint32_t wake_slots = 16;  // that one work-item of the stage `wake` l
 constexpr uint32_t wake_runs_per_core = 16;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
-constexpr uint32_t items_per_cpu_core = 1 << 12, items_per_gpu_unit = 1 << 12;
+constexpr uint32_t items_per_unit = 1 << 12;
 
 constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1;  // planes; status (two words), queue, free list; share of `again_`
 
@@ -190,7 +190,7 @@ Status Wavefront::start_round(uint32_t round) {
     Flight& flight = flights_[started_++ % most_rounds];
     Queue& queue = device_.kernels();
     const uint32_t slots = params_.slot_count, group = device_.group_size();
-    const uint32_t items = std::min(slots, device_.info().compute_units * (on_cpu() ? items_per_cpu_core : items_per_gpu_unit));
+    const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
     const uint64_t blocks = geometry_.block_count();
     if (count_bounces_) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));

@@ -60,7 +60,7 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
     needs.default_slots = 1 << 20;
-    // Of the room that the pool may not have: a quarter, if that is not more than twice the scene's bytes ...
+    // Of room that the pool may not have: a quarter, if that is not more than twice the scene's bytes ...
     EXPECT_EQ(plan_memory(needs)->slots, (200u << 20) / 100);
     needs.limit = 513 << 20;
     needs.largest_block = 1 << 20;
@@ -73,9 +73,17 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 21);
     needs = ordinary();
     needs.geometry_limit_percent = 25;
+    // ... or all of it, if that is not more than half of the scene's bytes.
+    needs.limit = needs.fixed + (25 << 20) + (20 << 20) + needs.largest_block;
+    EXPECT_EQ(plan_memory(needs)->slots, (20u << 20) / 100);
     // Where they compete with the pool: a sixth.
     needs.limit = needs.fixed + (40 << 20) + needs.largest_block;
     EXPECT_EQ(plan_memory(needs)->slots, (100u << 20) / 6 / 100);
+    needs.geometry_limit_percent = 0;  // whatever it is that makes the pool small
+    needs.limit = needs.fixed + (80 << 20) + needs.largest_block;
+    EXPECT_EQ(plan_memory(needs)->slots, (100u << 20) / 6 / 100);
+    needs.default_slots = 1 << 14;  // not more than four times the ordinary number
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 16);
     needs.total_paths = 40000;
     EXPECT_EQ(plan_memory(needs)->slots, 10000u);
 }

@@ -45,9 +45,23 @@ TEST(Policy, each_kind_has_its_first_load) {
     EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool).load.at(0).block, 0u);
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, blocks, pool).load.at(0).block, 2u);
     EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).load.at(0).block, 1u);  // oldest; ties go to the lower index
-    const std::vector<BlockState> aged = {absent(30, 10, 64), absent(20, 1, 64)};
-    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool).load.at(0).block, 1u);  // 20 wants x 10^(1/4) rounds > 30 x 1
-    EXPECT_EQ(plan(PolicyKind::wanted_per_byte, aged, pool).load.at(0).block, 0u);
+    const std::vector<BlockState> aged = {absent(30, 100000, 64), absent(20, 1, 64)};
+    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool, 100000).load.at(0).block, 1u);  // 20 wants x 100000^(1/4) rounds > 16 x 30 x 1
+    EXPECT_EQ(plan(PolicyKind::wanted_per_byte, {absent(30, 100, 64), absent(20, 1, 64)}, pool, 100).load.at(0).block, 0u);
+}
+
+// Nearly the same wants: one way through the scene, from where the last load was.
+TEST(Policy, aged_wants_come_as_they_lie_in_space) {
+    SlabAllocator pool({6400});
+    const std::vector<BlockState> blocks = {absent(30, 10), absent(20, 10), absent(28, 10), absent(4000, 10)};
+    const auto order = [&](uint32_t next_in_turn) {
+        std::vector<uint32_t> loads;
+        for (const PlannedLoad& load : plan_paging(default_settings(PolicyKind::aged_wants), {blocks, 10, 0, 100, next_in_turn}, pool).load)
+            loads.push_back(load.block);
+        return loads;
+    };
+    EXPECT_EQ(order(0), (std::vector<uint32_t>{3, 0, 1, 2}));
+    EXPECT_EQ(order(1), (std::vector<uint32_t>{3, 1, 2, 0}));
 }
 
 TEST(Policy, evicts_the_least_recently_used_or_the_least_bounced) {
@@ -146,8 +160,9 @@ TEST(Policy, random_states_give_sound_plans) {
         const PolicyKind kind = policy_names[below(policy_names.size())].kind;
         const auto turn = below(static_cast<uint32_t>(blocks.size()));
         const Plan result = plan_paging(default_settings(kind), {blocks, round, 0, 1000, turn}, pool);
-        SlabAllocator replay = pool;
+        SlabAllocator replay = pool;  // what the plan's pool must come to
         for (const uint32_t block : result.evict) {
+            replay.release(blocks[block].address, blocks[block].bytes);
             EXPECT_EQ(blocks[block].state, PageState::resident);
             EXPECT_LE(blocks[block].resident_since, round);
         }
@@ -163,7 +178,9 @@ TEST(Policy, random_states_give_sound_plans) {
                 EXPECT_GT(blocks[load.block].wants, 0u);
             }
             extents.emplace_back(load.address.slab, load.address.offset, blocks[load.block].bytes);
+            replay.take_back(load.address, blocks[load.block].bytes);
         }
+        EXPECT_EQ(result.pool.free_bytes(), replay.free_bytes());
         std::sort(extents.begin(), extents.end());
         for (size_t i = 0; i < extents.size(); i++) {
             const auto [in, offset, bytes] = extents[i];

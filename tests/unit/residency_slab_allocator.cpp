@@ -28,6 +28,21 @@ TEST(SlabAllocator, merges_neighbours_when_they_are_released) {
     EXPECT_TRUE(pool.fits(192));
 }
 
+TEST(SlabAllocator, releases_are_taken_back) {
+    SlabAllocator pool({64 * 5});
+    std::vector<PoolAddress> places;
+    for (int i = 0; i < 4; i++) places.push_back(*pool.allocate(64));
+    for (const int i : {1, 2, 0}) pool.release(places[i], 64);
+    EXPECT_TRUE(pool.fits(192));
+    for (const int i : {0, 2, 1}) {
+        EXPECT_EQ(pool.free_bytes(), 64u * (i == 0 ? 4 : i == 2 ? 3 : 2));
+        pool.take_back(places[i], 64);
+    }
+    EXPECT_EQ(pool.free_bytes(), 64u);
+    EXPECT_EQ(*pool.allocate(64), (PoolAddress{0, 64 * 4}));
+    EXPECT_FALSE(pool.fits(64));
+}
+
 // Against a plain model: a map of bytes.
 TEST(SlabAllocator, agrees_with_a_map_of_units) {
     const uint64_t seed = 7;

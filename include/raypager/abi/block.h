@@ -118,7 +118,8 @@ typedef struct rp_top_grid {
 } rp_top_grid;
 
 // Page table: one entry a block. Where it lies (slab << RP_PAGE_SLAB_SHIFT | offset / RP_BLOCK_ALIGNMENT), or RP_NONE while it is
-// absent, and two of its header's offsets, so that entering a block needs nothing but this entry.
+// absent, and two of its header's offsets, so that entering a block needs nothing but this entry, which
+// kernels read as one uint4.
 typedef struct rp_page {
     rp_u32 address, leaves_at, vertices_at, unused;
 } rp_page;
