@@ -3,9 +3,10 @@
 //
 // What is exact: the order of each ray's visits (with --traversal ray), where it waits, and every decision of the policy, given which loads
 // have arrived by the end of a round; but for shadow rays that come by the block that stops them more than once, through several of its
-// sub-boxes: a trace marks blocks, so these end at the first of its visits. What is a model: time. A round takes as long as its visits cost; transfers follow one another at a given
-// bandwidth. A trace that holds a share s of a render's paths is served with s times its slots: as many generations of paths, each want 1/s rays, so
-// that bytes, loads and rounds come out as those of the whole render, as long as some rays remain for each block (slots well above blocks).
+// sub-boxes: a trace marks blocks, so these end at the first of its visits. What is a model: time. A round takes as long as its visits cost;
+// transfers follow one another at a given bandwidth. A trace that holds a share s of a render's paths is served with s times its slots: as many
+// generations of paths, each want 1/s rays, so that bytes, loads and rounds come out as those of the whole render, as long as some rays remain for
+// each block (slots well above blocks).
 #pragma once
 
 #include <cstdint>
