@@ -37,11 +37,11 @@ static inline uint rp_strip_candidates(const rp_ray* ray, const rp_shear* shear,
     const float3 p4 = rp_load3(cluster + rp_vertex_offset(leaf, 4u)), p5 = rp_load3(cluster + rp_vertex_offset(leaf, 5u));
     rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2);
     uint found = rp_may_hit_triangle(&a, &b, &c) ? 1u : 0u;
-#define RP_NEXT_TRIANGLE(k, position)                         \
-    if (count > k) {                                          \
-        if (!(ref >> (1u + k) & 1u)) a = b;                   \
-        b = c;                                                \
-        c = rp_shear_vertex(ray, shear, position);            \
+#define RP_NEXT_TRIANGLE(k, position)                          \
+    if (count > k) {                                           \
+        if (!(ref >> (1u + k) & 1u)) a = b;                    \
+        b = c;                                                 \
+        c = rp_shear_vertex(ray, shear, position);             \
         if (rp_may_hit_triangle(&a, &b, &c)) found |= 1u << k; \
     }
     RP_NEXT_TRIANGLE(1u, p3)
@@ -51,13 +51,14 @@ static inline uint rp_strip_candidates(const rp_ray* ray, const rp_shear* shear,
     return found;
 }
 
+// Triangle k of a strip has the vertices k + 1, k + 2, and this one: the last one up to k at which no switch is set (abi/block.h).
+static inline uint rp_strip_first_vertex(uint ref, uint k) { return 31u - clz((~(ref >> 2) << 1 | 1u) & ((2u << k) - 1u)); }
+
 // Distance at which the ray hits triangle k of a strip, or -1.
 static inline float rp_strip_hit(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, uint k) {
     const uint2 leaf = rp_leaf_record(block, ref);
     const __global float* cluster = rp_cluster(block, leaf);
-    // Its vertices are k + 1, k + 2, and the last one before them at which no switch is set (abi/block.h).
-    const uint starts = (~(ref >> 2) << 1 | 1u) & ((2u << k) - 1u), first = 31u - clz(starts);
-    const rp_sheared a = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, first)));
+    const rp_sheared a = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, rp_strip_first_vertex(ref, k))));
     const rp_sheared b = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, k + 1u)));
     const rp_sheared c = rp_shear_vertex(ray, shear, rp_load3(cluster + rp_vertex_offset(leaf, k + 2u)));
     return rp_hit_triangle(ray, shear, &a, &b, &c);

@@ -29,17 +29,10 @@ static inline bool rp_comes_before(float3 a, float3 b) {
 
 // Which vertices of a strip's leaf are the corners of triangle ref & 3, in its true orientation.
 static inline uint3 rp_strip_corners(uint ref) {
-    const uint k = ref & 3u;
-    uint ia = 0u, ib = 1u, ic = 2u, flipped = ref & RP_LEAF_WINDING ? 1u : 0u;
-    for (uint j = 1u; j <= k; j++) {
-        if (!(ref >> (1u + j) & 1u)) {
-            ia = ib;
-            flipped ^= 1u;
-        }
-        ib = ic;
-        ic = j + 2u;
-    }
-    return flipped ? (uint3)(ia, ic, ib) : (uint3)(ia, ib, ic);
+    const uint k = ref & 3u, a = rp_strip_first_vertex(ref, k), b = k + 1u, c = k + 2u;
+    // The orientation turns with each triangle before it whose switch is clear.
+    const uint turns = popcount(~(ref >> 2) & ((1u << k) - 1u)) + (ref & RP_LEAF_WINDING ? 1u : 0u);
+    return turns & 1u ? (uint3)(a, c, b) : (uint3)(a, b, c);
 }
 
 #ifdef RP_SURFACE_LANES

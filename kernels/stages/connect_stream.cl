@@ -57,8 +57,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
             continue;
         }
         for (uint r = 0u; r < rays[w].count; r++)
-            rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths,
-                                 film);
+            rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths, film);
         rays[w].count = rp_next_stream(&share, count, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
