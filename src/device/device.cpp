@@ -178,7 +178,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     cl_int code = CL_SUCCESS;
     device->context_ = cl::Context(chosen->device, nullptr, nullptr, nullptr, &code);
     if (code != CL_SUCCESS) return cl_failed("opening " + device->info_.name, code);
-    for (Queue* queue : {&device->kernels_, &device->uploads_}) {
+    for (Queue* queue : {&device->kernels_, &device->uploads_, &device->maps_}) {
         queue->queue_ = cl::CommandQueue(device->context_, chosen->device, cl::QueueProperties::Profiling, &code);
         if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
     }
@@ -263,7 +263,7 @@ Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
     cl_int code = CL_SUCCESS;
     pinned.handle_ = cl::Buffer(context_, CL_MEM_ALLOC_HOST_PTR | CL_MEM_READ_WRITE, bytes, nullptr, &code);
     if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes of pinned host memory", bytes), code);
-    pinned.queue_ = uploads_.queue_;
+    pinned.queue_ = maps_.queue_;
     void* mapped = pinned.queue_.enqueueMapBuffer(pinned.handle_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, bytes, nullptr, nullptr, &code);
     if (code != CL_SUCCESS) return cl_failed(fmt::format("mapping {} bytes of pinned host memory", bytes), code);
     pinned.bytes_ = {static_cast<std::byte*>(mapped), bytes};

@@ -183,6 +183,7 @@ private:
     cl::Device device_;
     cl::Context context_;
     Queue kernels_, uploads_;
+    Queue maps_;  // of pinned memory: mapping waits for what is in its queue
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
     bool refused_memory_ = false;

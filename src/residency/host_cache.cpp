@@ -8,8 +8,9 @@
 namespace raypager {
 namespace {
 
-// Pinned memory is had in pieces of this size as it is needed, because pinning takes time (about 0.3 s a GiB).
-constexpr uint64_t usual_chunk_bytes = uint64_t{64} << 20;
+// Pinned memory is had in pieces as it is needed: pinning takes time (about 0.3 s a GiB), and a driver launches nothing meanwhile. So the
+// pieces are small, but not so small that much is lost at their ends, where no block fits.
+constexpr uint64_t blocks_a_chunk = 8, least_chunk_bytes = uint64_t{4} << 20, most_chunk_bytes = uint64_t{64} << 20;
 
 // Room for a block while it is read and transcoded in place.
 uint64_t room_for(const BlockRecord& record, BlockForm form) {
@@ -26,8 +27,8 @@ HostCache::HostCache(Device& device, const BlockFile& file, BlockForm form, uint
         all += room_for(record, form_);
     }
     limit_ = std::max(limit_bytes, 2 * largest);
-    // The ends of chunks that no block fits into are kept small by chunks of many blocks, where the limit allows that.
-    chunk_bytes_ = std::clamp(std::min(all, limit_ / 8), largest, std::max(largest, usual_chunk_bytes));
+    const uint64_t usual = std::clamp(blocks_a_chunk * largest, least_chunk_bytes, most_chunk_bytes);
+    chunk_bytes_ = std::clamp(std::min(all, limit_ / 8), largest, std::max(largest, usual));
     chunk_bytes_ = chunk_bytes_ / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }
 
@@ -101,14 +102,17 @@ Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
 // A free place: in a chunk that is there, in a new one, or where the oldest blocks were.
 Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes) {
     for (;;) {
-        for (size_t i = 0; i < chunks_.size(); i++)
+        for (size_t i = 0; i < chunks_.size(); i++) {
+            if (chunks_[i].free.free_bytes() < bytes) continue;
             if (const auto place = chunks_[i].free.allocate(bytes)) return Place{i, place->offset};
-        if (chunks_.empty() || allocated_ + chunk_bytes_ <= limit_) {
-            const Status added = add_chunk();
+        }
+        const bool may_grow = chunks_.empty() || allocated_ + chunk_bytes_ <= limit_;
+        if (may_grow && !adding_) {
+            const Status added = add_chunk(lock);
             // Without more pinned memory the cache makes do with what it has.
             if (!added.ok() && chunks_.empty()) return added;
             if (!added.ok()) limit_ = allocated_;
-        } else if (!evict_oldest()) {
+        } else if (may_grow || !evict_oldest()) {
             if (closed_) return Status::failed("the cache of blocks was closed");
             changed_.wait(lock);
         }
@@ -128,8 +132,14 @@ bool HostCache::evict_oldest() {
     return true;
 }
 
-Status HostCache::add_chunk() {
+// Not under the lock, which release() needs: drivers take their time.
+Status HostCache::add_chunk(Lock& lock) {
+    adding_ = true;
+    lock.unlock();
     auto memory = device_.allocate_pinned(chunk_bytes_);
+    lock.lock();
+    adding_ = false;
+    changed_.notify_all();
     if (!memory) return memory.status();
     chunks_.push_back({std::move(*memory), SlabAllocator({chunk_bytes_})});
     allocated_ += chunk_bytes_;

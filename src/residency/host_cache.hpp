@@ -51,7 +51,7 @@ private:
     using Lock = std::unique_lock<std::mutex>;
     Result<Place> make_room(Lock& lock, uint64_t bytes);
     bool evict_oldest();
-    Status add_chunk();
+    Status add_chunk(Lock& lock);
     Status read(uint32_t block, std::span<std::byte> target) const;
     std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].memory.bytes().subspan(place.offset, bytes); }
 
@@ -65,6 +65,7 @@ private:
     std::unordered_map<uint32_t, Entry> entries_;
     std::list<uint32_t> by_age_;  // least recently used first
     uint64_t allocated_ = 0;
+    bool adding_ = false;  // a chunk is being pinned, without the lock
     bool closed_ = false;
 };
 
