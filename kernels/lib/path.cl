@@ -5,7 +5,7 @@
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 
-#define RP_PLANE(paths, plane, slot_count, slot) (paths)[(size_t)(plane) * (slot_count) + (slot)]
+#define RP_PLANE(paths, plane, slot_count, slot) (paths)[RP_PLANE_INDEX(plane, (size_t)(slot_count), slot)]
 
 // One queue of slots serves both kinds of rays: extension rays from the front, shadow rays from the back.
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }

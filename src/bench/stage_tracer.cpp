@@ -77,18 +77,35 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     purpose_ = purpose;
     const bool shadow = purpose == RayPurpose::shadow;
     const size_t count = rays.size();
-    std::vector<Word4> plane(count);
-    const auto write = [&](uint32_t index, auto value) {
-        for (size_t i = 0; i < count; i++) plane[i] = value(rays[i]);
-        return queue.write_now(paths_, index * slots_ * sizeof(Word4), bytes_of(plane));
+    std::vector<Word4> pair(2 * count);
+    const auto write = [&](uint32_t plane, auto even, auto odd) {
+        for (size_t i = 0; i < count; i++) {
+            pair[2 * i] = even(rays[i]);
+            pair[2 * i + 1] = odd(rays[i]);
+        }
+        return queue.write_now(paths_, RP_PLANE_INDEX(plane, slots_, 0) * sizeof(Word4), bytes_of(pair));
     };
-    RAYPAGER_TRY(write(RP_PLANE_ORIGIN, [](const Ray& r) { return Word4{bits(r.origin.x), bits(r.origin.y), bits(r.origin.z), bits(r.t_max)}; }));
-    RAYPAGER_TRY(write(RP_PLANE_DIRECTION, [](const Ray& r) { return Word4{bits(r.direction.x), bits(r.direction.y), bits(r.direction.z), 0}; }));
-    RAYPAGER_TRY(write(RP_PLANE_THROUGHPUT, [](const Ray&) { return Word4{}; }));
-    RAYPAGER_TRY(write(RP_PLANE_RADIANCE, [](const Ray&) { return Word4{}; }));
+    const auto zero = [](const Ray&) { return Word4{}; };
+    static_assert(RP_PLANE_ORIGIN == 0 && RP_PLANE_DIRECTION == 1 && RP_PLANE_THROUGHPUT == 2 && RP_PLANE_RADIANCE == 3 && RP_PLANE_HIT == 4 &&
+                  RP_PLANE_SURFACE == 5);
+    RAYPAGER_TRY(write(
+        RP_PLANE_ORIGIN,
+        [](const Ray& r) {
+            return Word4{bits(r.origin.x), bits(r.origin.y), bits(r.origin.z), bits(r.t_max)};
+        },
+        [](const Ray& r) {
+            return Word4{bits(r.direction.x), bits(r.direction.y), bits(r.direction.z), 0};
+        }));
+    RAYPAGER_TRY(write(RP_PLANE_THROUGHPUT, zero, zero));
     // A shadow ray that arrives adds (1, 0, 0) to the radiance.
-    RAYPAGER_TRY(write(RP_PLANE_HIT, [&](const Ray&) { return Word4{0, 0, 0, shadow ? bits(1.0f) : RP_NONE}; }));
-    RAYPAGER_TRY(write(RP_PLANE_SURFACE, [](const Ray&) { return Word4{0, 0, 0, RP_NONE}; }));
+    RAYPAGER_TRY(write(
+        RP_PLANE_HIT,
+        [&](const Ray&) {
+            return Word4{0, 0, 0, shadow ? bits(1.0f) : RP_NONE};
+        },
+        [](const Ray&) {
+            return Word4{0, 0, 0, RP_NONE};
+        }));
     std::vector<uint32_t> words(count, shadow ? RP_STATUS_SHADOW : RP_STATUS_EXTEND);
     RAYPAGER_TRY(queue.write_now(status_, 0, bytes_of(words)));
     // The queue of shadow rays is read from its end (kernels/lib/path.cl).
@@ -118,8 +135,12 @@ Result<double> StageTracer::trace() {
 }
 
 Status StageTracer::read_plane(uint32_t plane, std::vector<Word4>& values) {
+    std::vector<Word4> pair(2 * count_);
+    RAYPAGER_TRY(
+        device_->kernels().read_now(paths_, RP_PLANE_INDEX(plane - plane % 2, slots_, 0) * sizeof(Word4), std::as_writable_bytes(std::span(pair))));
     values.resize(count_);
-    return device_->kernels().read_now(paths_, plane * slots_ * sizeof(Word4), std::as_writable_bytes(std::span(values)));
+    for (size_t i = 0; i < count_; i++) values[i] = pair[2 * i + plane % 2];
+    return {};
 }
 
 Status StageTracer::hits(std::vector<SurfacePoint>& hits) {

@@ -28,19 +28,20 @@ Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
     samples.clear();
     const uint64_t slots = params_.slot_count;
     std::vector<uint32_t> status(std::min(slots, slots_at_once));
-    std::vector<Plane> radiance(status.size()), surface(status.size());
+    std::vector<Plane> radiance(2 * status.size()), surface(2 * status.size());
     for (uint64_t first = 0; first < slots; first += slots_at_once) {
         const uint64_t count = std::min(slots - first, slots_at_once);
-        const auto read_plane = [&](uint32_t plane, std::vector<Plane>& target) {
-            return device_.kernels().read_now(paths_, (plane * slots + first) * sizeof(Plane),
-                                              std::as_writable_bytes(std::span(target).first(count)));
+        const auto read_pair = [&](uint32_t plane, std::vector<Plane>& target) {
+            return device_.kernels().read_now(paths_, RP_PLANE_INDEX(plane - plane % 2, slots, first) * sizeof(Plane),
+                                              std::as_writable_bytes(std::span(target).first(2 * count)));
         };
         RAYPAGER_TRY(device_.kernels().read_now(status_, first * sizeof(uint32_t), std::as_writable_bytes(std::span(status).first(count))));
-        RAYPAGER_TRY(read_plane(RP_PLANE_RADIANCE, radiance));
-        RAYPAGER_TRY(read_plane(RP_PLANE_SURFACE, surface));
+        RAYPAGER_TRY(read_pair(RP_PLANE_RADIANCE, radiance));
+        RAYPAGER_TRY(read_pair(RP_PLANE_SURFACE, surface));
         for (uint64_t i = 0; i < count; i++) {
             const uint32_t phase = status[i] & RP_STATUS_MASK;
-            if (phase != RP_STATUS_FREE && phase != RP_STATUS_IDLE) samples.push_back({radiance[i].w, surface[i].z});
+            if (phase != RP_STATUS_FREE && phase != RP_STATUS_IDLE)
+                samples.push_back({radiance[2 * i + RP_PLANE_RADIANCE % 2].w, surface[2 * i + RP_PLANE_SURFACE % 2].z});
         }
     }
     const auto again = samples_again();

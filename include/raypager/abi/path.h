@@ -5,7 +5,8 @@
 #include "raypager/abi/types.h"
 
 // A path occupies one slot and has one ray under way at a time: its extension ray (closest hit), or the shadow ray of its last vertex.
-// The state lies in planes of 16 bytes a slot; plane k of slot s is at index k * slot_count + s.
+// The state lies in planes of 16 bytes a slot. Planes are read in pairs, and slots in no order, by devices that fetch 32 bytes at a time: so two
+// planes lie together, slot by slot.
 //   RP_PLANE_ORIGIN      ray origin xyz | extension: closest hit so far, shadow: end of the ray (distances along the unit direction)
 //   RP_PLANE_DIRECTION   ray direction xyz (unit) | density of the last BSDF sample by solid angle (for MIS)
 //   RP_PLANE_THROUGHPUT  throughput rgb | flags (RP_PATH_*)
@@ -20,6 +21,9 @@
 #define RP_PLANE_HIT 4u
 #define RP_PLANE_SURFACE 5u
 #define RP_PATH_PLANES 6u
+#define RP_PLANE_PAIR(plane) ((plane) / 2u)
+// In units of 16 bytes; the type of slot_count is to be large enough for it.
+#define RP_PLANE_INDEX(plane, slot_count, slot) (((slot_count) * RP_PLANE_PAIR(plane) + (slot)) * 2u + (plane) % 2u)
 
 #define RP_PATH_DEPTH_MASK 0xffffu   // scattering events so far
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
@@ -37,6 +41,9 @@
 #define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
+
+// So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
+#define RP_MOST_NAMED 16u
 
 // What a path is traced for: one sample of one pixel.
 typedef struct rp_path_sample {
