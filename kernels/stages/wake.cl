@@ -39,14 +39,42 @@ static inline void rp_list_slots(uint kind, const uint* slots, uint count, uint 
     }
 }
 
-// Beside streams, on CPUs. A work-item looks at a run of slots, most of which wait, and lists the others; many at a time, so that neighbours stay together.
+// Whether 16 slots have nothing to do; then adds to the counts of those that wait and those that are idle. A ray that has waited for longer
+// than a round waits for a block that was absent in the last one, so only a block that has come since, and is named, can wake it. False only
+// says that it may be otherwise.
+static inline bool rp_nothing_to_do(const __global uint* status, uint slot_count, uint first, uint named, const uint* names, int16* waiting, int16* idle) {
+    const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + slot_count + first);
+    const int16 ends = phase == RP_STATUS_IDLE;
+    int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
+    for (uint i = 0u; i < named; i++) waits &= block != names[i];
+    if (!all(waits | ends)) return false;
+    *waiting -= waits;
+    *idle -= ends;
+    return true;
+}
+static inline uint rp_sum16(int16 v) {
+    const int8 a = v.lo + v.hi;
+    const int4 b = a.lo + a.hi;
+    return (uint)(b.x + b.y + b.z + b.w);
+}
+
+// Beside streams, on CPUs. A work-item looks at a run of slots, most of which wait, and lists the others; many at a time, so that neighbours stay
+// together. named: how many of new_blocks are block numbers, or RP_NONE if not all that came are named.
 #define RP_LISTED_AT_ONCE 1024u
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
-                           __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters) {
+                           __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters, uint named,
+                           uint16 new_blocks) {
+    uint names[RP_MOST_NAMED];
+    vstore16(new_blocks, 0, names);
     const uint each = (slot_count + (uint)get_global_size(0) - 1u) / (uint)get_global_size(0);
     const uint first = min((uint)get_global_id(0) * each, slot_count), end = min(first + each, slot_count);
+    int16 all_waiting = 0, all_idle = 0;
     uint waiting = 0u, idle = 0u, slots[3][RP_LISTED_AT_ONCE], count[3] = {0u, 0u, 0u};
     for (uint slot = first; slot < end; slot++) {
+        if (slot % 16u == 0u && named != RP_NONE) {
+            while (slot + 16u <= end && rp_nothing_to_do(status, slot_count, slot, named, names, &all_waiting, &all_idle)) slot += 16u;
+            if (slot == end) break;
+        }
         const uint kind = rp_slot_kind(status, pages, slot_count, slot);
         if (kind == RP_KIND_WAITING) {
             waiting++;
@@ -62,6 +90,8 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
     for (uint kind = 0u; kind < 3u; kind++)
         if (count[kind] != 0u)
             rp_list_slots(kind, slots[kind], count[kind], atomic_add(counters + rp_kind_counter(kind), count[kind]), slot_count, queue, free_list);
+    waiting += rp_sum16(all_waiting);
+    idle += rp_sum16(all_idle);
     if (waiting != 0u) atomic_add(counters + RP_COUNT_WAITING, waiting);
     if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "base/check.hpp"
 #include "raypager/abi/path.h"
@@ -78,6 +79,7 @@ Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& si
 }
 
 Status Residency::publish(Queue& queue) {
+    newly_published_ = std::exchange(came_, {});
     if (!pages_changed_) return {};
     pages_changed_ = false;
     Published& copy = published_[next_published_++ % published_.size()];
@@ -93,6 +95,7 @@ Status Residency::take_arrivals(uint32_t round, bool wait) {
         table_.arrive(round, arrival.block);
         pages_[arrival.block] = {page_address(blocks()[arrival.block].address), arrival.leaves_at, arrival.vertices_at, 0};
         pages_changed_ = true;
+        came_.push_back(arrival.block);
     }
     if (!arrived->empty()) last_arrival_round_ = round;
     return {};

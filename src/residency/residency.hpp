@@ -38,6 +38,8 @@ public:
     const Buffer& page_table() const { return page_table_; }
     // Brings the page table on the device up to date, for the rounds that follow. Does not wait for the queue.
     Status publish(Queue& queue);
+    // Blocks that the last publish() may have made visible: all that came since the one before it.
+    std::span<const uint32_t> newly_published() const { return newly_published_; }
     // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
     // last_started: the youngest round under way (or `round`), and when it will have ended: until then kernels may read what is evicted now.
     // demand: the arrays of abi/path.h (RP_DEMAND_*), one after the other.
@@ -70,6 +72,7 @@ private:
     std::vector<Buffer> slabs_;
     Buffer page_table_;
     std::vector<rp_page> pages_;  // what the device shall see
+    std::vector<uint32_t> came_, newly_published_;
     // Copies of it on their way to the device.
     struct Published {
         PinnedBuffer pages;

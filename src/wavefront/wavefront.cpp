@@ -170,7 +170,6 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         extend_persistent_ = std::move(*kernel);
     }
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -185,7 +184,23 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
     return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_, visits_);
 }
 
-Status Wavefront::start_round(uint32_t round) {
+Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
+    const uint32_t slots = params_.slot_count;
+    if (!wakes_in_runs()) {
+        RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_));
+        return device_.kernels().launch(wake_, (slots + wake_slots - 1) / wake_slots, device_.group_size(), event);
+    }
+    // A ray that finds no room in the log of visits waits although its block is there.
+    const bool named = newly_published.size() <= RP_MOST_NAMED && visit_settings_.capacity == 0;
+    std::array<cl_uint, RP_MOST_NAMED> names;
+    names.fill(RP_NONE);
+    if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
+    const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, count, names));
+    return device_.kernels().launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, event);
+}
+
+Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_published) {
     RAYPAGER_CHECK(started_ - finished_ < most_rounds);
     Flight& flight = flights_[started_++ % most_rounds];
     Queue& queue = device_.kernels();
@@ -202,10 +217,7 @@ Status Wavefront::start_round(uint32_t round) {
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
-    if (wakes_in_runs())
-        RAYPAGER_TRY(queue.launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, &flight.stages[0]));
-    else
-        RAYPAGER_TRY(queue.launch(wake_, (slots + wake_slots - 1) / wake_slots, group, &flight.stages[0]));
+    RAYPAGER_TRY(launch_wake(newly_published, &flight.stages[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
     if (persistent)

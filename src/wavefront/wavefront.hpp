@@ -60,8 +60,9 @@ public:
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
                                                      const VisitLogSettings& visits = {});
-    // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way.
-    Status start_round(uint32_t round);
+    // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way. newly_published: at least those blocks
+    // that are in the page table now and were not in the round before.
+    Status start_round(uint32_t round, std::span<const uint32_t> newly_published);
     // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
     Status finish_round(RoundCounters& counters, std::span<const uint32_t>& demand);
     // Of the youngest round that was started: when it has ended.
@@ -97,6 +98,7 @@ private:
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();
+    Status launch_wake(std::span<const uint32_t> newly_published, Event* event);
     Status set_tracing_arguments(Kernel& extend, uint32_t round);
     Status build_kernels();
     Status list_samples_again();
