@@ -11,10 +11,11 @@
 namespace raypager {
 namespace {
 
-// Path slots that keep a device busy while everything is resident.
+// Path slots that keep a device busy while everything is resident. A CPU wants more of them than its cores can be at at a time: the more rays
+// a stream can be chosen from, the more its rays have in common (bench/results.md).
 uint64_t default_slots(const DeviceInfo& info) {
-    if (info.type == "CPU") return std::max<uint64_t>(uint64_t{1} << 16, info.compute_units * (uint64_t{1} << 15));
-    return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
+    const uint64_t each = uint64_t{1} << (info.type == "CPU" ? 17 : 15);
+    return std::clamp<uint64_t>(info.compute_units * each, uint64_t{1} << 18, uint64_t{1} << 22);
 }
 
 // A film pixel holds so many samples of any radiance (abi/film.h).
