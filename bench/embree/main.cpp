@@ -101,12 +101,13 @@ Status run(const std::string& input, TraverseOptions options) {
                each(scene.geometry_bytes((*tracer)->form())), each((*embree)->bytes()));
     fmt::print("Mrays a second of processor time\n{:<8} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>7} {:>10}\n", "rays", "number", "that hit", "ours",
                "single", "packet", "stream", "ratio", "agreement");
-    const std::vector<Ray> primary = primary_rays(options.camera.value_or(scene.camera), options.width, options.height);
+    std::vector<Ray> primary = primary_rays(options.camera.value_or(scene.camera), options.width, options.height);
     std::vector<SurfacePoint> hits, unused;
     const auto light = options.light.value_or(default_light(scene));
     auto first = compare(**tracer, **embree, primary, RayPurpose::camera, options.repeats, hits);
     if (!first) return first.status();
     print("primary", *first);
+    if (options.ceiling) end_at_ceiling(primary, hits, options.ceiling->first, options.ceiling->second, 3);
     auto second = compare(**tracer, **embree, diffuse_rays(primary, hits, 1), RayPurpose::bounce, options.repeats, unused);
     if (!second) return second.status();
     print("diffuse", *second);

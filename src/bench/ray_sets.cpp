@@ -23,6 +23,15 @@ Float3 leave_surface(const Ray& ray, const SurfacePoint& hit, Float3& normal) {
     return hit.position + (largest * 4e-6f) * normal;
 }
 
+// A random point between two corners.
+template <typename Random>
+Float3 point_between(const Float3& corner_low, const Float3& corner_high, Random& random) {
+    std::uniform_real_distribution<float> uniform(0, 1);
+    const Float3 along = corner_high - corner_low;
+    const float a = uniform(random), b = uniform(random), c = uniform(random);
+    return corner_low + Float3{a * along.x, b * along.y, c * along.z};
+}
+
 }  // namespace
 
 std::vector<Ray> primary_rays(const Camera& camera, uint32_t width, uint32_t height) {
@@ -39,6 +48,17 @@ std::vector<Ray> primary_rays(const Camera& camera, uint32_t width, uint32_t hei
                         {camera.eye, std::numeric_limits<float>::infinity(), normalized(camera.forward + u * camera.right + v * camera.up)});
                 }
     return rays;
+}
+
+void end_at_ceiling(std::vector<Ray>& rays, std::vector<SurfacePoint>& hits, const Float3& corner_low, const Float3& corner_high, uint32_t seed) {
+    std::mt19937 random(seed);
+    for (size_t i = 0; i < rays.size(); i++) {
+        if (hits[i].hit) continue;
+        hits[i].hit = true;
+        hits[i].position = point_between(corner_low, corner_high, random);
+        hits[i].normal = {0, -1, 0};
+        rays[i].direction = {0, 1, 0};
+    }
 }
 
 std::vector<Ray> diffuse_rays(const std::vector<Ray>& rays, const std::vector<SurfacePoint>& hits, uint32_t seed) {
@@ -61,15 +81,12 @@ std::vector<Ray> diffuse_rays(const std::vector<Ray>& rays, const std::vector<Su
 std::vector<Ray> shadow_rays(const std::vector<Ray>& rays, const std::vector<SurfacePoint>& hits, const Float3& corner_low, const Float3& corner_high,
                              uint32_t seed) {
     std::mt19937 random(seed);
-    std::uniform_real_distribution<float> uniform(0, 1);
     std::vector<Ray> result;
     for (size_t i = 0; i < rays.size(); i++) {
         if (!hits[i].hit) continue;
         Float3 n;
         const Float3 origin = leave_surface(rays[i], hits[i], n);
-        const Float3 along = corner_high - corner_low;
-        const float a = uniform(random), b = uniform(random), c = uniform(random);
-        const Float3 way = corner_low + Float3{a * along.x, b * along.y, c * along.z} - origin;
+        const Float3 way = point_between(corner_low, corner_high, random) - origin;
         const float distance = std::sqrt(dot(way, way));
         if (distance > 0) result.push_back({origin, distance, (1 / distance) * way});
     }

@@ -64,12 +64,13 @@ Result<TraverseResult> measure_traversal(const BlockFile& file, const TraverseOp
     result.device = (*tracer)->device().info().name;
     result.bytes_per_primitive =
         static_cast<double>(scene.geometry_bytes((*tracer)->form())) / static_cast<double>(std::max<uint64_t>(1, scene.triangles + scene.spheres));
-    const std::vector<Ray> primary = primary_rays(options.camera.value_or(scene.camera), options.width, options.height);
+    std::vector<Ray> primary = primary_rays(options.camera.value_or(scene.camera), options.width, options.height);
     std::vector<SurfacePoint> hits, unused;
     auto set = closest(**tracer, "primary", primary, false, options.repeats, hits);
     if (!set) return set.status();
     result.sets.push_back(*set);
     if (set->hits == 0) return Status::failed("no camera ray meets the scene; give a --camera that looks at it");
+    if (options.ceiling) end_at_ceiling(primary, hits, options.ceiling->first, options.ceiling->second, 3);
     set = closest(**tracer, "diffuse", diffuse_rays(primary, hits, 1), true, options.repeats, unused);
     if (!set) return set.status();
     result.sets.push_back(*set);

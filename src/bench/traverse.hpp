@@ -18,8 +18,9 @@ struct TraverseOptions {
     std::string device;
     uint64_t memory_limit = 0;  // 0: three quarters of the device's memory
     uint32_t width = 1024, height = 1024;
-    std::optional<Camera> camera;                    // default: the scene's
-    std::optional<std::pair<Float3, Float3>> light;  // box that shadow rays end in; default: above the scene
+    std::optional<Camera> camera;                      // default: the scene's
+    std::optional<std::pair<Float3, Float3>> light;    // box that shadow rays end in; default: above the scene
+    std::optional<std::pair<Float3, Float3>> ceiling;  // where camera rays that miss end; default: they have no bounce and no shadow ray
     uint32_t repeats = 5;
     Traversal traversal = Traversal::automatic;
 };

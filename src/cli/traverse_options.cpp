@@ -9,6 +9,8 @@ void add_traverse_options(OptionParser& parser, TraverseSettings& settings) {
                   into(settings.camera, parse_camera));
     parser.option("light", "BOX", "x,y,z,X,Y,Z: the box in which shadow rays end (default: above the scene)",
                   into(settings.options.light, parse_box));
+    parser.option("ceiling", "BOX", "x,y,z,X,Y,Z: where camera rays that miss the scene end (default: they go no further)",
+                  into(settings.options.ceiling, parse_box));
     parser.option("repeats", "N", "times that each set is traced (default: 5)", into_count(settings.options.repeats, 1, 1000));
     parser.option("traversal", "NAME", "auto, ray or stream (default: auto, streams on CPUs)", into(settings.options.traversal, parse_traversal));
 }
