@@ -39,6 +39,14 @@ static inline void rp_list_slots(uint kind, const uint* slots, uint count, uint 
     }
 }
 
+// PoCL's any() takes a vector apart.
+static inline bool rp_any16(int16 v) {
+    const int8 a = v.lo | v.hi;
+    const int4 b = a.lo | a.hi;
+    const int2 c = b.lo | b.hi;
+    return (c.x | c.y) != 0;
+}
+
 // Whether 16 slots have nothing to do; then adds to the counts of those that wait and those that are idle. A ray that has waited for longer
 // than a round waits for a block that was absent in the last one, so only a block that has come since, and is named, can wake it. False only
 // says that it may be otherwise.
@@ -47,7 +55,7 @@ static inline bool rp_nothing_to_do(const __global uint* status, uint slot_count
     const int16 ends = phase == RP_STATUS_IDLE;
     int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
     for (uint i = 0u; i < named; i++) waits &= block != names[i];
-    if (!all(waits | ends)) return false;
+    if (rp_any16(~(waits | ends))) return false;
     *waiting -= waits;
     *idle -= ends;
     return true;
