@@ -50,7 +50,8 @@ static inline bool rp_any16(int16 v) {
 // Whether 16 slots have nothing to do; then adds to the counts of those that wait and those that are idle. A ray that has waited for longer
 // than a round waits for a block that was absent in the last one, so only a block that has come since, and is named, can wake it. False only
 // says that it may be otherwise.
-static inline bool rp_nothing_to_do(const __global uint* status, uint slot_count, uint first, uint named, const uint* names, int16* waiting, int16* idle) {
+static inline bool rp_nothing_to_do(const __global uint* status, uint slot_count, uint first, uint named, const uint* names, int16* waiting,
+                                    int16* idle) {
     const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + slot_count + first);
     const int16 ends = phase == RP_STATUS_IDLE;
     int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
@@ -60,6 +61,7 @@ static inline bool rp_nothing_to_do(const __global uint* status, uint slot_count
     *idle -= ends;
     return true;
 }
+
 static inline uint rp_sum16(int16 v) {
     const int8 a = v.lo + v.hi;
     const int4 b = a.lo + a.hi;

@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* about =
     "Times the tracing stages of the engine on rays that lie on the device, everything resident: camera rays, one diffuse bounce\n"
-    "from each of their hits, and a shadow ray from each to a box of light. Median of the repeats.";
+    "from each of their hits, and a shadow ray from each to a box of light. Median of the repeats. With --ceiling, rays that\n"
+    "miss the scene have a bounce and a shadow ray, too.";
 
 std::string table(const bench::TraverseResult& result) {
     std::string text = fmt::format("{}, {:.1f} bytes a primitive\n{:<10} {:>12} {:>12} {:>10}\n", result.device, result.bytes_per_primitive, "rays",
@@ -23,12 +24,23 @@ std::string table(const bench::TraverseResult& result) {
     return text;
 }
 
-nlohmann::json to_json(const bench::TraverseResult& result) {
+nlohmann::json to_json(const bench::TraverseResult& result, const bench::TraverseOptions& options) {
+    const auto box = [](const auto& corners) {
+        if (!corners) return nlohmann::json();
+        const auto& [low, high] = *corners;
+        return nlohmann::json({low.x, low.y, low.z, high.x, high.y, high.z});
+    };
     nlohmann::json sets = nlohmann::json::array();
     for (const bench::RaySetResult& set : result.sets)
         sets.push_back(
             {{"name", set.name}, {"rays", set.rays}, {"hits", set.hits}, {"seconds", set.seconds}, {"rays_per_second", set.rays_per_second()}});
-    return {{"raypager", RAYPAGER_VERSION}, {"device", result.device}, {"bytes_per_primitive", result.bytes_per_primitive}, {"sets", sets}};
+    return {{"raypager", RAYPAGER_VERSION},
+            {"size", {options.width, options.height}},
+            {"light", box(options.light)},
+            {"ceiling", box(options.ceiling)},
+            {"device", result.device},
+            {"bytes_per_primitive", result.bytes_per_primitive},
+            {"sets", sets}};
 }
 
 }  // namespace
@@ -53,7 +65,7 @@ Status run_bench_traverse(const Arguments& arguments) {
     if (!result) return result.status();
     std::fputs(table(*result).c_str(), stdout);
     if (report.empty()) return {};
-    return write_text(report, to_json(*result).dump(2) + "\n");
+    return write_text(report, to_json(*result, traverse_options(settings)).dump(2) + "\n");
 }
 
 }  // namespace raypager

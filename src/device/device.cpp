@@ -259,6 +259,9 @@ Result<Buffer> Device::upload(std::span<const std::byte> contents, std::string_v
 }
 
 Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
+    std::atomic<int64_t>& fail_in = device_faults().fail_pinned_in;
+    if (fail_in.load(std::memory_order_relaxed) > 0 && fail_in.fetch_sub(1) == 1)
+        return cl_failed(fmt::format("allocating {} bytes of pinned host memory", bytes), CL_OUT_OF_HOST_MEMORY);
     PinnedBuffer pinned;
     cl_int code = CL_SUCCESS;
     pinned.handle_ = cl::Buffer(context_, CL_MEM_ALLOC_HOST_PTR | CL_MEM_READ_WRITE, bytes, nullptr, &code);

@@ -10,7 +10,7 @@ DeviceFaults& device_faults() {
 void DeviceFaults::clear() {
     no_platform = no_device = fail_builds = lost = hold_uploads = false;
     memory_bytes = UINT64_MAX;
-    lose_in = 0;
+    lose_in = fail_pinned_in = 0;
 }
 
 }  // namespace raypager

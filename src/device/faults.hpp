@@ -11,6 +11,7 @@ struct DeviceFaults {
     std::atomic<bool> fail_builds{false};            // of kernels; binaries from the cache do not load either
     std::atomic<uint64_t> memory_bytes{UINT64_MAX};  // a buffer with which all of the process's would exceed this is refused
     std::atomic<int64_t> lose_in{0};                 // the n-th command from now on, and all after it, find the device lost; 0: none
+    std::atomic<int64_t> fail_pinned_in{0};          // the n-th allocation of pinned memory from now on fails; 0: none
     std::atomic<bool> lost{false};                   // set by lose_in
     std::atomic<bool> hold_uploads{false};           // writes to the upload queue wait for as long as this is set
     void clear();

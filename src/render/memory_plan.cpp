@@ -24,6 +24,8 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
         const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(2 * needs.geometry, beside / 4));
         slots = std::max(
             {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, most_chosen_slots(slots))});
+    } else {
+        slots = std::max(slots, std::min(needs.roomy_slots, (left - needs.geometry) / needs.per_slot));
     }
     slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
     // Half of what is left, unless the pool needs less than the other half.

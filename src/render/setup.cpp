@@ -11,11 +11,16 @@
 namespace raypager {
 namespace {
 
-// Path slots that keep a device busy while everything is resident. A CPU wants more of them than its cores can be at at a time: the more rays
-// a stream can be chosen from, the more its rays have in common (bench/results.md).
+// Path slots that keep a device busy while everything is resident.
 uint64_t default_slots(const DeviceInfo& info) {
-    const uint64_t each = uint64_t{1} << (info.type == "CPU" ? 17 : 15);
-    return std::clamp<uint64_t>(info.compute_units * each, uint64_t{1} << 18, uint64_t{1} << 22);
+    if (info.type == "CPU") return std::max<uint64_t>(uint64_t{1} << 16, info.compute_units * (uint64_t{1} << 15));
+    return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
+}
+
+// The more rays there are to choose from, the more the rays of a stream have in common: four times as many take 8 to 10 % less time on two
+// cores. More cores have more of them anyway.
+uint64_t roomy_slots(BlockForm form, const DeviceInfo& info) {
+    return form == BlockForm::wide ? std::max(default_slots(info), uint64_t{1} << 18) : 0;
 }
 
 // A film pixel holds so many samples of any radiance (abi/film.h).
@@ -125,6 +130,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     }
     needs.requested_slots = options.paths;
     needs.default_slots = default_slots(device);
+    needs.roomy_slots = roomy_slots(form, device);
     needs.total_paths = params.sample_limit;
     needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;

@@ -134,12 +134,23 @@ bool HostCache::evict_oldest() {
 
 // Not under the lock, which release() needs: drivers take their time.
 Status HostCache::add_chunk(Lock& lock) {
-    adding_ = true;
-    lock.unlock();
-    auto memory = device_.allocate_pinned(chunk_bytes_);
-    lock.lock();
-    adding_ = false;
-    changed_.notify_all();
+    struct Adding {
+        HostCache& cache;
+        Lock& lock;
+        Adding(HostCache& c, Lock& l) : cache(c), lock(l) {
+            cache.adding_ = true;
+            lock.unlock();
+        }
+        ~Adding() {
+            lock.lock();
+            cache.adding_ = false;
+            cache.changed_.notify_all();
+        }
+    };
+    auto memory = [&] {
+        const Adding adding(*this, lock);
+        return device_.allocate_pinned(chunk_bytes_);
+    }();
     if (!memory) return memory.status();
     chunks_.push_back({std::move(*memory), SlabAllocator({chunk_bytes_})});
     allocated_ += chunk_bytes_;

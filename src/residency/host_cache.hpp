@@ -24,13 +24,13 @@ public:
     HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes);
     BlockForm form() const { return form_; }
     // The bytes of a block in that form: from the cache, or read from the file, verified and transcoded. They stay where they are
-    // until release(). Waits while everything that is cached is held by others (REQUIRES: those come to release without this call).
+    // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release without
+    // this call).
     Result<std::span<const std::byte>> acquire(uint32_t block);
     void release(uint32_t block);
     // Ends all waiting: calls of acquire() that have to wait fail from now on.
     void close();
     uint64_t peak_bytes() const;
-    uint64_t limit_bytes() const { return limit_; }
 
 private:
     struct Place {
@@ -60,7 +60,7 @@ private:
     const BlockForm form_;
     uint64_t limit_, chunk_bytes_;
     mutable std::mutex mutex_;
-    std::condition_variable changed_;  // something was released or became ready
+    std::condition_variable changed_;  // something was released or became ready, or a chunk has come or not
     std::vector<Chunk> chunks_;
     std::unordered_map<uint32_t, Entry> entries_;
     std::list<uint32_t> by_age_;  // least recently used first

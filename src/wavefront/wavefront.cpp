@@ -170,6 +170,7 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         extend_persistent_ = std::move(*kernel);
     }
+    if (!wakes_in_runs()) RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -186,12 +187,9 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
 
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
     const uint32_t slots = params_.slot_count;
-    if (!wakes_in_runs()) {
-        RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_));
-        return device_.kernels().launch(wake_, (slots + wake_slots - 1) / wake_slots, device_.group_size(), event);
-    }
-    // A ray that finds no room in the log of visits waits although its block is there.
-    const bool named = newly_published.size() <= RP_MOST_NAMED && visit_settings_.capacity == 0;
+    if (!wakes_in_runs()) return device_.kernels().launch(wake_, (slots + wake_slots - 1) / wake_slots, device_.group_size(), event);
+    RAYPAGER_CHECK(visit_settings_.capacity == 0);  // a ray that finds no room in the log waits although its block is there
+    const bool named = newly_published.size() <= RP_MOST_NAMED;
     std::array<cl_uint, RP_MOST_NAMED> names;
     names.fill(RP_NONE);
     if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());

@@ -60,6 +60,8 @@ public:
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
                                                      const VisitLogSettings& visits = {});
+    // Waits for what is in the kernel queue: results under way have their place here.
+    ~Wavefront() { (void)device_.kernels().finish(); }
     // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way. newly_published: at least those blocks
     // that are in the page table now and were not in the round before.
     Status start_round(uint32_t round, std::span<const uint32_t> newly_published);

@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "base/fault_plan.hpp"
+#include "device/faults.hpp"
+#include "raypager/abi/path.h"
 #include "raypager/abi/wide.h"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
@@ -133,6 +137,76 @@ void use_from_many_threads(const BlockFile& file, BlockForm form) {
 
 TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
     for (const BlockForm form : {BlockForm::stored, BlockForm::wide}) use_from_many_threads(*file_, form);
+}
+
+// Without the first piece of pinned memory there is no cache; without a later one it makes do with what it has.
+TEST_F(PagingStressOnDevice, TheHostCacheMakesDoWithThePinnedMemoryItGets) {
+    const BlockForm form = support::default_form();
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    for (const int64_t failing : {1, 3}) {
+        SCOPED_TRACE(failing);
+        HostCache cache(**device, *file_, form, 9 * uint64_t{file_->scene().largest_block(form)});
+        device_faults().fail_pinned_in = failing;
+        std::atomic<int> failed{0};
+        std::vector<std::thread> threads;
+        for (uint32_t t = 0; t < 4; t++)
+            threads.emplace_back([&, t] {
+                for (uint32_t block = t; block < 200; block++) {
+                    const auto bytes = cache.acquire(block);
+                    failed += !bytes.ok();
+                    if (!bytes.ok()) continue;
+                    EXPECT_TRUE(is_block(*bytes, form, block));
+                    cache.release(block);
+                }
+            });
+        for (std::thread& thread : threads) thread.join();
+        EXPECT_LE(device_faults().fail_pinned_in, 0);
+        device_faults().clear();
+        // Only whoever asked for the first piece, or waited for it, is refused; later callers try again.
+        EXPECT_EQ(failed > 0, failing == 1);
+        EXPECT_GT(cache.peak_bytes(), 0u);
+        EXPECT_LE(cache.peak_bytes(), 9 * uint64_t{file_->scene().largest_block(form)});
+    }
+}
+
+// What comes between two publications of the page table is named with the second, once, whatever has left again meanwhile.
+TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
+    const BlockForm form = support::default_form();
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    const auto count = static_cast<uint32_t>(file_->scene().blocks.size());
+    ResidencySettings settings;
+    settings.form = form;
+    settings.pool_bytes = 4 * uint64_t{file_->scene().largest_block(form)};
+    settings.policy = default_settings(PolicyKind::lru);
+    auto residency = Residency::create(**device, *file_, settings);
+    ASSERT_TRUE(residency.ok()) << residency.status().message();
+    std::set<uint32_t> seen;
+    std::vector<bool> there(count);
+    for (uint32_t round = 1; round <= 60; round++) {
+        std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
+        demand[RP_DEMAND_WANTS * count + (round * 7) % count] = 5;
+        ASSERT_TRUE((*residency)->after_round(round, round, Event(), demand, 0, 1).ok());
+        if (round % 3 == 0) {
+            ASSERT_TRUE((*residency)->wait_for_block(round).ok());
+        }
+        if (round % 2 == 0) continue;  // two rounds of arrivals in one publication
+        ASSERT_TRUE((*residency)->publish((*device)->kernels()).ok());
+        const auto names = (*residency)->newly_published();
+        for (uint32_t block = 0; block < count; block++) {
+            const bool resident = (*residency)->blocks()[block].state == PageState::resident;
+            const bool named = std::find(names.begin(), names.end(), block) != names.end();
+            EXPECT_TRUE(named || there[block] || !resident) << "block " << block << ", round " << round;
+            there[block] = resident;
+        }
+        seen.insert(names.begin(), names.end());
+        ASSERT_TRUE((*residency)->publish((*device)->kernels()).ok());
+        EXPECT_TRUE((*residency)->newly_published().empty());
+    }
+    EXPECT_GT(seen.size(), 10u);
+    EXPECT_GT((*residency)->statistics().evictions, 0u);
+    ASSERT_TRUE((*device)->kernels().finish().ok());
 }
 
 // A read of a block that fails, at the start, in the middle or at the end of a render, ends it with the file's name and the block's, soon

@@ -24,6 +24,28 @@ TEST(MemoryPlan, everything_fits) {
     EXPECT_EQ(plan->slots, 1u << 16);
 }
 
+TEST(MemoryPlan, roomy_slots_only_where_everything_stays_resident) {
+    MemoryNeeds needs = ordinary();
+    needs.roomy_slots = 1 << 18;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
+    const uint64_t tight = needs.fixed + needs.geometry + needs.largest_block;
+    uint64_t before = 0;
+    for (uint64_t limit = tight + 7 * (uint64_t{1} << 20); limit < tight + (30 << 20); limit += 777777) {
+        needs.limit = limit;
+        const auto plan = plan_memory(needs);
+        ASSERT_TRUE(plan.ok());
+        EXPECT_EQ(plan->pool_bytes, needs.geometry) << limit;
+        EXPECT_GE(plan->slots, std::max<uint64_t>(before, 1 << 16));
+        before = plan->slots;
+    }
+    EXPECT_EQ(before, 1u << 18);
+    // With less, no more than without them.
+    needs.limit = tight;
+    const uint64_t slots = plan_memory(needs)->slots;
+    needs.roomy_slots = 0;
+    EXPECT_EQ(slots, plan_memory(needs)->slots);
+}
+
 TEST(MemoryPlan, never_over_the_limit_and_always_room_for_the_largest_block) {
     for (uint64_t limit = 14 << 20; limit < 300 << 20; limit += 1234567)
         for (const uint64_t slots : {uint64_t{0}, uint64_t{5000}}) {

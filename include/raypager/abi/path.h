@@ -1,4 +1,4 @@
-// Path state, queues and counters of the wavefront tracer (structure of arrays in device memory), shared by its kernels and the host.
+// Path state, queues and counters of the wavefront tracer in device memory, shared by its kernels and the host.
 #ifndef RAYPAGER_ABI_PATH_H
 #define RAYPAGER_ABI_PATH_H
 

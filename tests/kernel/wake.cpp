@@ -1,0 +1,150 @@
+// The first stage of a round, both of its kernels, against the rule in plain C++: which slots can go on, which wait, which are free or idle.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <set>
+
+#include "device/device.hpp"
+#include "raypager/abi/block.h"
+#include "raypager/abi/path.h"
+
+namespace raypager {
+namespace {
+
+constexpr uint32_t slots = 5003, blocks = 97;  // not a multiple of anything
+
+// What the stage finds on the device.
+struct Slots {
+    std::vector<uint32_t> status = std::vector<uint32_t>(2 * slots);  // abi/path.h
+    std::vector<rp_page> pages = std::vector<rp_page>(blocks);
+    std::vector<uint32_t> came;  // since the round before
+};
+
+struct Lists {
+    std::set<uint32_t> extend, shadow, free;
+    uint32_t waiting = 0, idle = 0;
+    bool operator==(const Lists&) const = default;
+};
+
+// Runs of slots in the same state, some as long as what is looked at together. Who waits, waits for a block that was absent until now.
+Slots random_slots(std::mt19937& random, uint32_t new_blocks) {
+    Slots s;
+    std::vector<uint32_t> absent;
+    for (uint32_t block = 0; block < blocks; block++) {
+        s.pages[block] = {random() % 4 == 0 ? block : RP_NONE, 0, 0, 0};
+        if (s.pages[block].address == RP_NONE) absent.push_back(block);
+    }
+    for (uint32_t slot = 0; slot < slots;) {
+        const uint32_t phases[] = {RP_STATUS_FREE, RP_STATUS_EXTEND,       RP_STATUS_SHADOW,
+                                   RP_STATUS_IDLE, RP_STATUS_EXTEND_WAITS, RP_STATUS_SHADOW_WAITS};
+        const uint32_t phase = phases[random() % 6], block = absent[random() % absent.size()];
+        for (const uint32_t end = std::min<uint32_t>(slots, slot + 1 + random() % (random() % 2 ? 3 : 60)); slot < end; slot++) {
+            s.status[slot] = phase | static_cast<uint32_t>(random() % 200) << RP_STATUS_OFFSET_SHIFT;
+            s.status[slots + slot] = random() % 8 ? block : absent[random() % absent.size()];
+        }
+    }
+    std::shuffle(absent.begin(), absent.end(), random);
+    s.came.assign(absent.begin(), absent.begin() + new_blocks);
+    for (const uint32_t block : s.came) s.pages[block].address = block;
+    if (!s.came.empty()) s.pages[s.came[0]].address = RP_NONE;  // came, and left again before anybody saw it
+    return s;
+}
+
+Lists expected(const Slots& s) {
+    Lists lists;
+    for (uint32_t slot = 0; slot < slots; slot++) {
+        const uint32_t phase = s.status[slot] & RP_STATUS_MASK;
+        const bool waits = phase == RP_STATUS_EXTEND_WAITS || phase == RP_STATUS_SHADOW_WAITS;
+        if (waits && s.pages[s.status[slots + slot]].address == RP_NONE)
+            lists.waiting++;
+        else if (phase == RP_STATUS_IDLE)
+            lists.idle++;
+        else
+            (phase == RP_STATUS_FREE                                        ? lists.free
+             : phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? lists.shadow
+                                                                            : lists.extend)
+                .insert(slot);
+    }
+    return lists;
+}
+
+class Wake : public testing::Test {
+protected:
+    void SetUp() override {
+        auto device = Device::open("", 0);
+        ASSERT_TRUE(device.ok()) << device.status().message();
+        device_ = std::move(*device);
+    }
+
+    // in_runs: as beside streams, with the new blocks named or not.
+    Lists wake(const Slots& s, bool in_runs, bool named) {
+        auto kernel = device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake", "-DRP_WAKE_SLOTS=16");
+        EXPECT_TRUE(kernel.ok()) << kernel.status().message();
+        auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
+        auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
+        auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
+        std::array<cl_uint, RP_MOST_NAMED> names;
+        names.fill(RP_NONE);
+        if (named) std::copy(s.came.begin(), s.came.end(), names.begin());
+        const cl_uint count = named ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
+        Queue& commands = device_->kernels();
+        if (in_runs) {
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, count, names).ok());
+            EXPECT_TRUE(commands.launch(*kernel, 7, 1).ok());
+        } else {
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters).ok());
+            EXPECT_TRUE(commands.launch(*kernel, (slots + 15) / 16, device_->group_size()).ok());
+        }
+        std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
+        EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
+        EXPECT_TRUE(commands.read_now(*free_list, 0, std::as_writable_bytes(std::span(listed))).ok());
+        EXPECT_TRUE(commands.read_now(*counters, 0, std::as_writable_bytes(std::span(counts))).ok());
+        Lists lists;
+        lists.extend.insert(queued.begin(), queued.begin() + counts[RP_COUNT_EXTEND]);
+        lists.shadow.insert(queued.end() - counts[RP_COUNT_SHADOW], queued.end());
+        lists.free.insert(listed.begin(), listed.begin() + counts[RP_COUNT_FREE]);
+        EXPECT_EQ(lists.extend.size() + lists.shadow.size() + lists.free.size(),
+                  counts[RP_COUNT_EXTEND] + counts[RP_COUNT_SHADOW] + counts[RP_COUNT_FREE]);
+        lists.waiting = counts[RP_COUNT_WAITING];
+        lists.idle = counts[RP_COUNT_IDLE];
+        return lists;
+    }
+
+    std::unique_ptr<Device> device_;
+};
+
+TEST_F(Wake, lists_every_slot_once_where_it_belongs) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    for (const uint32_t new_blocks : {0u, 1u, 3u, RP_MOST_NAMED, 40u}) {
+        SCOPED_TRACE(new_blocks);
+        const Slots s = random_slots(random, new_blocks);
+        const Lists right = expected(s);
+        EXPECT_GT(right.waiting, 0u);
+        EXPECT_TRUE(wake(s, false, false) == right);
+        EXPECT_TRUE(wake(s, true, false) == right);
+        if (new_blocks > RP_MOST_NAMED) continue;
+        EXPECT_TRUE(wake(s, true, true) == right);
+    }
+}
+
+// The names are what it goes by: a block that has come and is not named wakes nobody in a run of slots that all wait.
+TEST_F(Wake, only_named_blocks_wake_where_all_wait) {
+    Slots s;
+    for (uint32_t slot = 0; slot < slots; slot++) {
+        s.status[slot] = RP_STATUS_EXTEND_WAITS;
+        s.status[slots + slot] = slot / 64 % 2;
+    }
+    s.pages.assign(blocks, rp_page{0, 0, 0, 0});
+    s.came = {1};
+    const Lists lists = wake(s, true, true);
+    EXPECT_TRUE(lists.extend.contains(64) && lists.extend.contains(127));
+    EXPECT_FALSE(lists.extend.contains(0) || lists.extend.contains(63));
+    EXPECT_EQ(lists.waiting + lists.extend.size(), slots);
+}
+
+}  // namespace
+}  // namespace raypager
