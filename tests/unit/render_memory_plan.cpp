@@ -87,12 +87,12 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     needs.limit = 513 << 20;
     needs.largest_block = 1 << 20;
     EXPECT_EQ(plan_memory(needs)->slots, ((513u - 10 - 1 - 25) << 20) / 4 / 100);
-    // ... nor than a million slots or four times the ordinary number.
+    // ... nor than four million slots or four times the ordinary number.
     needs.per_slot = 10;
     needs.default_slots = 1 << 16;
-    EXPECT_EQ(plan_memory(needs)->slots, 1u << 20);
-    needs.default_slots = 1 << 19;
-    EXPECT_EQ(plan_memory(needs)->slots, 1u << 21);
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 22);
+    needs.default_slots = 1 << 21;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 23);
     needs = ordinary();
     needs.geometry_limit_percent = 25;
     // ... or all of it, if that is not more than half of the scene's bytes.
