@@ -24,8 +24,8 @@ public:
     HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes);
     BlockForm form() const { return form_; }
     // The bytes of a block in that form: from the cache, or read from the file, verified and transcoded. They stay where they are
-    // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release without
-    // this call).
+    // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release
+    // without this call).
     Result<std::span<const std::byte>> acquire(uint32_t block);
     void release(uint32_t block);
     // Ends all waiting: calls of acquire() that have to wait fail from now on.
