@@ -108,6 +108,19 @@ cl_int command(const Enqueue& enqueue) {
     return faults.lost.load(std::memory_order_relaxed) ? CL_INVALID_COMMAND_QUEUE : enqueue();
 }
 
+// In pieces: NVIDIA's driver (580) never comes back from filling 2^31 words or more with a pattern of four bytes. last: of the last piece.
+cl_int enqueue_zeros(const cl::CommandQueue& queue, const cl::Buffer& buffer, uint64_t offset, uint64_t bytes, cl::Event* last) {
+    constexpr uint64_t most = uint64_t{1} << 30;
+    cl_int code = CL_SUCCESS;
+    for (const uint64_t end = offset + bytes; offset < end && code == CL_SUCCESS;) {
+        const uint64_t piece = std::min(most, end - offset);
+        code = piece % sizeof(cl_uint) == 0 ? queue.enqueueFillBuffer(buffer, cl_uint{0}, offset, piece, nullptr, last)
+                                            : queue.enqueueFillBuffer(buffer, cl_uchar{0}, offset, piece, nullptr, last);
+        offset += piece;
+    }
+    return code;
+}
+
 }  // namespace
 
 Status Queue::launch(const Kernel& kernel, uint64_t items, uint32_t group_size, Event* event) {
@@ -121,7 +134,7 @@ Status Queue::launch(const Kernel& kernel, uint64_t items, uint32_t group_size, 
 
 Status Queue::fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes) {
     RAYPAGER_CHECK(offset + bytes <= buffer.bytes());
-    const cl_int code = command([&] { return queue_.enqueueFillBuffer(buffer.handle(), cl_uint{0}, offset, bytes); });
+    const cl_int code = command([&] { return enqueue_zeros(queue_, buffer.handle(), offset, bytes, nullptr); });
     return code == CL_SUCCESS ? Status() : cl_failed("clearing a buffer", code);
 }
 
@@ -238,8 +251,7 @@ Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
         buffer.handle_ = huge ? in_huge_pages(context_, bytes, &code) : cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
     if (code != CL_SUCCESS) return refused(bytes, what, code);
     cl::Event filled;
-    code = bytes % sizeof(cl_uint) == 0 ? kernels_.queue_.enqueueFillBuffer(buffer.handle_, cl_uint{0}, 0, bytes, nullptr, &filled)
-                                        : kernels_.queue_.enqueueFillBuffer(buffer.handle_, cl_uchar{0}, 0, bytes, nullptr, &filled);
+    code = enqueue_zeros(kernels_.queue_, buffer.handle_, 0, bytes, &filled);
     if (code == CL_SUCCESS) code = filled.wait();
     if (code != CL_SUCCESS) return refused(bytes, what, code);
     return buffer;
