@@ -129,23 +129,29 @@ static inline const __global rp_wide_leaf* rp_hit_leaf(const rp_stream* s, uint 
 }
 static inline uint rp_hit_number(const rp_stream* s, uint r) { return (uint)rp_hit_place(s, r) & 15u; }
 
-// The run of streams that this work-item traces, out of a queue of rays.
+// What a work-item has taken of a queue of rays, cut into streams. It takes a few neighbouring streams at a time, and more when it is through
+// with them: some streams are a hundred times as dear as others, and drivers give half of all work-items to the first of two cores at once.
+#define RP_STREAMS_TAKEN 8u
 typedef struct rp_share {
-    uint next, end;
+    uint next, end, streams, each;
 } rp_share;
 
-static inline rp_share rp_share_of_streams(uint rays) {
-    const uint streams = (rays + RP_STREAM_RAYS - 1u) / RP_STREAM_RAYS, items = (uint)get_global_size(0);
-    const uint each = (streams + items - 1u) / items;
+static inline rp_share rp_share_of(uint rays) {
     rp_share share;
-    share.next = min((uint)get_global_id(0) * each, streams);
-    share.end = min(share.next + each, streams);
+    share.next = share.end = 0u;
+    share.streams = (rays + RP_STREAM_RAYS - 1u) / RP_STREAM_RAYS;
+    share.each = clamp(share.streams / (16u * (uint)get_global_size(0)), 1u, RP_STREAMS_TAKEN);
     return share;
 }
 
-// How many rays the next stream of the share has, and where in the queue it begins; 0: there is none.
-static inline uint rp_next_stream(rp_share* share, uint rays, uint* first) {
-    if (share->next == share->end) return 0u;
+// How many rays the next stream has, and where in the queue it begins; 0: there is none. taken: streams of the queue that work-items have
+// taken.
+static inline uint rp_next_stream(rp_share* share, uint rays, volatile __global uint* taken, uint* first) {
+    if (share->next == share->end) {
+        share->next = min(atomic_add(taken, share->each), share->streams);
+        share->end = min(share->next + share->each, share->streams);
+        if (share->next == share->end) return 0u;
+    }
     *first = share->next++ * RP_STREAM_RAYS;
     return min(rays - *first, RP_STREAM_RAYS);
 }

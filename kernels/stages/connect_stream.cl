@@ -36,15 +36,15 @@ static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
 // As rp_extend_stream.
 __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                 const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
-                                const __global uint* restrict counters, __global uint* restrict film) {
+                                volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const uint count = counters[RP_COUNT_SHADOW];
-    rp_share share = rp_share_of_streams(count);
+    rp_share share = rp_share_of(count);
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];
     uint running = 0u;
     for (uint w = 0u; w < RP_WALKS; w++) {
-        rays[w].count = rp_next_stream(&share, count, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) continue;
         rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w]);
         rp_begin_walk(&walks[w], wide_top);
@@ -58,7 +58,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
         }
         for (uint r = 0u; r < rays[w].count; r++)
             rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths, film);
-        rays[w].count = rp_next_stream(&share, count, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {

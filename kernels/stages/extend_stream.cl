@@ -67,20 +67,20 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     }
 }
 
-// A work-item takes a run of neighbouring rays, 64 at a time, RP_WALKS streams in turn: while one computes, the next record of another
+// A work-item traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another
 // is on its way from memory.
 __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const uint count = counters[RP_COUNT_EXTEND];
-    rp_share share = rp_share_of_streams(count);
+    rp_share share = rp_share_of(count);
     rp_extend_counts counts = {0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
     uint running = 0u;
     for (uint w = 0u; w < RP_WALKS; w++) {
-        rays[w].count = rp_next_stream(&share, count, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) continue;
         rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
         rp_begin_walk(&walks[w], wide_top);
@@ -96,7 +96,7 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
         rp_find_surfaces(&walks[w].stream, &surfaces);
         for (uint r = 0u; r < rays[w].count; r++)
             rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, slot_count, block_count, demand, status, paths, &counts);
-        rays[w].count = rp_next_stream(&share, count, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {

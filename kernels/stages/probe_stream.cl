@@ -21,10 +21,9 @@ static inline void rp_load_probe_stream(const __global float4* rays, uint first,
 __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, const __global float4* restrict rays,
                               uint count, __global uint4* restrict results) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_share share = rp_share_of_streams(count);
     rp_walk walk;
-    uint first;
-    for (uint n = rp_next_stream(&share, count, &first); n != 0u; n = rp_next_stream(&share, count, &first)) {
+    for (uint first = RP_STREAM_RAYS * (uint)get_global_id(0); first < count; first += RP_STREAM_RAYS * (uint)get_global_size(0)) {
+        const uint n = min(count - first, RP_STREAM_RAYS);
         rp_load_probe_stream(rays, first, n, &walk.stream);
         rp_trace_walk(&geometry, &walk, wide_top, false);
         rp_wide_surfaces surfaces;
@@ -50,11 +49,10 @@ __kernel void rp_probe_stream_waits(RP_GEOMETRY_PARAMETERS, const __global uchar
                                     const __global float4* restrict rays, const __global uint4* restrict before, uint count,
                                     __global uint4* restrict results) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_share share = rp_share_of_streams(count);
     rp_walk walk;
     rp_stream* s = &walk.stream;
-    uint first;
-    for (uint n = rp_next_stream(&share, count, &first); n != 0u; n = rp_next_stream(&share, count, &first)) {
+    for (uint first = RP_STREAM_RAYS * (uint)get_global_id(0); first < count; first += RP_STREAM_RAYS * (uint)get_global_size(0)) {
+        const uint n = min(count - first, RP_STREAM_RAYS);
         for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
             const uint i = first + min(r, n - 1u);
             rp_set_stream_ray(s, r, rays[2u * i].xyz, rays[2u * i + 1u].xyz, as_float(before[i].z), before[i].w);

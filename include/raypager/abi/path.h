@@ -56,7 +56,8 @@ typedef struct rp_path_sample {
 #define RP_COUNT_FREE 2u     // free slots
 #define RP_COUNT_WAITING 4u  // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u
-#define RP_COUNT_EXTEND_TAKEN 6u  // extension rays that persistent threads have taken from the queue
+#define RP_COUNT_EXTEND_TAKEN 6u  // what work-items have taken from the queue of extension rays: rays, on CPUs streams of them
+#define RP_COUNT_SHADOW_TAKEN 7u  // the same of shadow rays, on CPUs
 #define RP_COUNTERS_PER_ROUND 8u
 #define RP_COUNT_NEXT_SAMPLE 8u     // 64 bits: low, high
 #define RP_COUNT_CAMERA_RAYS 10u    // 64 bits each from here on
