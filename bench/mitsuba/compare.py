@@ -5,10 +5,12 @@ Measures: how long each takes to bring a picture to the same root mean square er
 resident in raypager and for parts of it. What counts is the ratio raypager / Mitsuba; below 1, raypager is faster.
 
 Same for both: geometry, camera, materials and lights (raypager bench export writes them), path tracing with next-event estimation and multiple
-importance sampling, depth, Russian roulette from the third scattering event on, box filter, independent samples, float32, cores.
+importance sampling, depth, Russian roulette from the third scattering event on, box filter, float32, cores. Samples are each tool's own:
+raypager's are Sobol's, scrambled; Mitsuba's are tried with each of --samplers, and the fastest counts.
 Times are those of rendering alone: no loading, baking, building of hierarchies or compiling of kernels, for either.
-The reference is the mean of one picture of each tool at many samples. How far the two are apart is printed: were it more than their noise
-explains, the tools would not render the same scene, and the comparison would be void (exit status 1).
+The reference is the mean of two pictures of each tool at many samples. How far the tools are apart is printed: were it more than their noise
+explains (how much that is, the two pictures of each tell), they would not render the same scene, and the comparison would be void (exit
+status 1).
 
     bench/mitsuba/compare.py scene.pbrt --install                # once: makes a virtual environment with Mitsuba from PyPI
     bench/mitsuba/compare.py scene.rpb --target-spp 64 --shares 100,50,12.5
@@ -30,6 +32,7 @@ from pathlib import Path
 
 MITSUBA = "mitsuba==3.9.1"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
+SAMPLERS = ("independent", "multijitter")
 
 
 def arguments():
@@ -42,10 +45,11 @@ def arguments():
     parser.add_argument("--install", action="store_true", help=f"make a virtual environment in WORK/venv and install {MITSUBA} there")
     parser.add_argument("--size", default="640x360", help="WxH (default: 640x360)")
     parser.add_argument("--target-spp", type=int, default=64, help="the error to reach is that of raypager at so many samples (default: 64)")
-    parser.add_argument("--reference-spp", type=int, default=2048, help="of each tool's picture for the reference (default: 2048)")
+    parser.add_argument("--reference-spp", type=int, default=2048, help="of each tool's pictures for the reference (default: 2048)")
     parser.add_argument("--shares", default="100,50,12.5", help="percentages of the geometry resident (default: 100,50,12.5)")
     parser.add_argument("--repeats", type=int, default=3, help="interleaved; medians count (default: 3)")
     parser.add_argument("--variants", default=",".join(VARIANTS), help=f"Mitsuba's; the fastest counts (default: {','.join(VARIANTS)})")
+    parser.add_argument("--samplers", default=",".join(SAMPLERS), help=f"Mitsuba's; the fastest counts (default: {','.join(SAMPLERS)})")
     return parser.parse_args()
 
 
@@ -80,12 +84,12 @@ class Raypager:
 class Mitsuba:
     """Renders the exported scene in one process that stays, so that loading and compiling are done once."""
 
-    def __init__(self, options, variant, scene):
-        self.name = variant
+    def __init__(self, options, variant, sampler, scene):
+        self.name = f"{variant}/{sampler}"
         libraries = llvm_libraries() if variant.startswith("llvm") else [None]
         for library in libraries:
             environment = os.environ | ({"DRJIT_LIBLLVM_PATH": library} if library else {})
-            command = [venv_python(options), __file__, "--serve", variant, str(scene), options.size]
+            command = [venv_python(options), __file__, "--serve", variant, sampler, str(scene), options.size]
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                             stderr=subprocess.DEVNULL, text=True, env=environment)
             try:
@@ -93,7 +97,7 @@ class Mitsuba:
                 return
             except (RuntimeError, BrokenPipeError):
                 self.process.kill()
-        raise RuntimeError(f"Mitsuba's {variant} does not run here")
+        raise RuntimeError(f"Mitsuba's {self.name} does not run here")
 
     def ask(self, request):
         self.process.stdin.write(json.dumps(request) + "\n")
@@ -119,7 +123,7 @@ def llvm_libraries():
     return [path for _, path in sorted(found.items(), reverse=True)]
 
 
-def serve(variant, scene, size):
+def serve(variant, sampler, scene, size):
     """Mitsuba's side: a request a line on standard input, the seconds of rendering a line on standard output."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what libraries print is no answer
@@ -127,7 +131,7 @@ def serve(variant, scene, size):
     import mitsuba as mi
     mi.set_variant(variant)
     width, height = (int(n) for n in size.split("x"))
-    loaded = mi.load_file(scene, width=width, height=height)
+    loaded = mi.load_file(scene, width=width, height=height, sampler=sampler)
     for line in sys.stdin:
         request = json.loads(line)
         # All samples of a pass are in memory at once with llvm_ad_rgb.
@@ -165,38 +169,54 @@ class Measurement:
 
     def __init__(self, options, tools):
         self.options, self.tools = options, tools
-        self.variance = {}  # of a sample: rmse^2 * spp
+        self.spp = {}
+
+    def average_of_two(self, name, tool, seed):
+        """A picture at twice the reference's samples, and its mean square error: the two halves tell."""
+        halves = [self.options.work / f"reference-{name}-{half}.exr" for half in "ab"]
+        for half, picture in enumerate(halves):
+            tool.render(picture, self.options.reference_spp, seed=seed + half)
+        return self.average(f"reference-{name}.exr", *halves), difference(self.options, *halves)["rmse"] ** 2 / 4
+
+    def average(self, name, first, second):
+        result = self.options.work / name
+        run([venv_python(self.options), __file__, "--mean", first, second, result])
+        return result
 
     def make_reference(self, raypager, mitsuba):
-        spp = self.options.reference_spp
-        own, other = self.options.work / "reference-raypager.exr", self.options.work / "reference-mitsuba.exr"
-        raypager.render(own, spp, seed=101)
-        mitsuba.render(other, spp, seed=102)
-        self.reference = self.options.work / "reference.exr"
-        run([venv_python(self.options), __file__, "--mean", own, other, self.reference])
-        return difference(self.options, other, own)
+        """How far the tools are apart, and the mean square error of that difference."""
+        own, own_noise = self.average_of_two("raypager", raypager, 101)
+        other, other_noise = self.average_of_two("mitsuba", mitsuba, 201)
+        self.reference = self.average("reference.exr", own, other)
+        self.noise = (own_noise + other_noise) / 4
+        return difference(self.options, other, own), own_noise + other_noise
 
     def error(self, picture):
         """RMSE against the truth: that against the reference, less the reference's own noise."""
-        return difference(self.options, picture, self.reference)["rmse"]
+        return math.sqrt(max(0.0, difference(self.options, picture, self.reference)["rmse"] ** 2 - self.noise))
 
-    def pilot(self, name, tool):
-        spp = max(16, self.options.target_spp // 2)
-        picture = self.options.work / f"pilot-{name}.exr"
+    def pilot(self, tool, spp):
+        picture = self.options.work / "pilot.exr"
         tool.render(picture, spp, seed=7)
-        self.variance[name] = self.error(picture) ** 2 * spp
+        return self.error(picture)
+
+    def find_spp(self, name, tool, target):
+        """In two steps, since the error does not fall with the same power of the samples for all tools."""
+        spp = self.options.target_spp
+        for step in range(2):
+            spp = max(1, round(spp * (self.pilot(tool, spp) / target) ** 2))
+        self.spp[name] = spp
 
     def timed(self, target):
         """Seconds to the target by (tool, share): of each repeat, corrected by what error it really came to."""
         seconds = {}
         for repeat in range(self.options.repeats):
             for name, tool, share in self.tools:
-                spp = max(1, math.ceil(self.variance[name] / target**2))
-                picture = self.options.work / f"timed-{name}.exr"
+                spp, picture = self.spp[name], self.options.work / "timed.exr"
                 took = tool.render(picture, spp, share, seed=1000 + repeat)
                 reached = self.error(picture)
                 seconds.setdefault((name, share), []).append(took * (reached / target) ** 2)
-                print(f"  {name:<12} {share:>5g} %  {spp:>6} spp  {took:>8.2f} s  RMSE {reached:.5g}", flush=True)
+                print(f"  {name:<24} {share:>5g} %  {spp:>6} spp  {took:>8.2f} s  RMSE {reached:.5g}", flush=True)
         return seconds
 
 
@@ -225,10 +245,11 @@ def prepare(options):
 def start_mitsubas(options):
     started = []
     for variant in options.variants.split(","):
-        try:
-            started.append(Mitsuba(options, variant, options.work / "mitsuba/scene.xml"))
-        except RuntimeError as error:
-            print(f"compare.py: {error}; it is left out", file=sys.stderr)
+        for sampler in options.samplers.split(","):
+            try:
+                started.append(Mitsuba(options, variant, sampler, options.work / "mitsuba/scene.xml"))
+            except RuntimeError as error:
+                print(f"compare.py: {error}; it is left out", file=sys.stderr)
     if not started:
         sys.exit("compare.py: no variant of Mitsuba runs")
     return started
@@ -243,22 +264,22 @@ def main():
     raypager.render(options.work / "warm.exr", 1)  # compiles the kernels
 
     measurement = Measurement(options, tools)
-    apart = measurement.make_reference(raypager, mitsubas[0])
-    for name, tool in [("raypager", raypager)] + [(m.name, m) for m in mitsubas]:
-        measurement.pilot(name, tool)
-    # Two independent pictures of these variances differ by this much if they are of the same scene.
-    noise = sum(measurement.variance[n] for n in ("raypager", mitsubas[0].name)) / options.reference_spp
+    apart, noise = measurement.make_reference(raypager, mitsubas[0])
+    # Two independent pictures of this noise differ by this much if they are of the same scene.
     agree = apart["rmse"] ** 2 <= 2 * noise
     print(f"references: relative MSE {apart['relative_mse']:.3g}, RMSE {apart['rmse']:.3g}, of which noise {math.sqrt(noise):.3g}: "
           f"{'the same picture' if agree else 'NOT the same picture'}")
 
-    target = math.sqrt(measurement.variance["raypager"] / options.target_spp)
+    target = measurement.pilot(raypager, options.target_spp)
     print(f"target: RMSE {target:.4g}")
+    measurement.spp["raypager"] = options.target_spp
+    for mitsuba in mitsubas:
+        measurement.find_spp(mitsuba.name, mitsuba, target)
     seconds = {key: statistics.median(all_of) for key, all_of in measurement.timed(target).items()}
     best = min((m.name for m in mitsubas), key=lambda name: seconds[name, 100.0])
     print(f"\nseconds to RMSE {target:.4g}, medians of {options.repeats}")
     for name in sorted({m.name for m in mitsubas}):
-        print(f"  Mitsuba {name:<12}            {seconds[name, 100.0]:>8.2f}")
+        print(f"  Mitsuba {name:<24}{seconds[name, 100.0]:>8.2f}")
     for share in shares:
         print(f"  raypager, {share:>5g} % resident      {seconds['raypager', share]:>8.2f}   ratio to Mitsuba "
               f"{seconds['raypager', share] / seconds[best, 100.0]:.2f}")

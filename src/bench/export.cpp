@@ -76,10 +76,11 @@ std::string sensor_xml(const BakedScene& scene) {
         std::hypot(reach(scene.lower[0], scene.upper[0]), reach(scene.lower[1], scene.upper[1]), reach(scene.lower[2], scene.upper[2]));
     return fmt::format(
         "  <default name=\"width\" value=\"{}\"/><default name=\"height\" value=\"{}\"/>\n"
+        "  <default name=\"sampler\" value=\"independent\"/>\n"
         "  <sensor type=\"perspective\">\n    <string name=\"fov_axis\" value=\"smaller\"/><float name=\"fov\" value=\"{}\"/>\n"
         "    <float name=\"near_clip\" value=\"{}\"/><float name=\"far_clip\" value=\"{}\"/>\n"
         "    <transform name=\"to_world\"><matrix value=\"{}{}{}0 0 0 1\"/></transform>\n"
-        "    <sampler type=\"independent\"><integer name=\"sample_count\" value=\"{}\"/></sampler>\n"
+        "    <sampler type=\"$sampler\"><integer name=\"sample_count\" value=\"{}\"/></sampler>\n"
         "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"$width\"/><integer name=\"height\" value=\"$height\"/>\n"
         "      <string name=\"pixel_format\" value=\"rgb\"/><string name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>\n"
         "  </sensor>\n",
