@@ -1,49 +1,27 @@
-// Scattering: evaluate and sample the materials of abi/scene.h.
+// Scattering by the materials of abi/scene.h that are not diffuse (for those: scatter_lanes.cl): evaluates and samples them.
 #ifndef RP_BSDF_CL
 #define RP_BSDF_CL
 
 #include "lib/arithmetic.cl"
+#include "lib/light.cl"
 #include "raypager/abi/scene.h"
 
-#define RP_INV_PI 0.31830988618f
-#define RP_PI 3.14159265359f
-
-// A shading frame on the side of the surface that the ray came from.
+// A shading frame on the side of the surface that the ray came from (rp_frame_1).
 typedef struct rp_shading {
     float3 normal;            // shading normal, towards the viewer
     float3 tangent, bitangent;
     float3 geometric_normal;  // towards the viewer
     float3 view;              // unit, towards the viewer
-    float3 reflectance;       // of a diffuse material
     bool inside;              // the viewer is on the side that the surface's own normal points away from
 } rp_shading;
-
-// Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
-static inline void rp_tangents(float3 n, float3* t, float3* b) {
-    const float s = copysign(1.0f, n.z), a = -1.0f / (s + n.z), c = n.x * n.y * a;
-    *t = (float3)(1.0f + s * n.x * n.x * a, s * c, -s * n.x);
-    *b = (float3)(c, s + n.y * n.y * a, -n.y);
-}
-
-static inline rp_shading rp_make_shading(float3 geometric_normal, float3 shading_normal, float3 direction, float3 reflectance) {
-    rp_shading s;
-    s.reflectance = reflectance;
-    s.view = -direction;
-    s.inside = dot(geometric_normal, direction) > 0.0f;
-    s.geometric_normal = s.inside ? -geometric_normal : geometric_normal;
-    s.normal = dot(shading_normal, s.geometric_normal) < 0.0f ? -shading_normal : shading_normal;
-    // Where interpolation turned the normal away from the viewer, the geometric one serves.
-    if (dot(s.normal, s.view) <= 0.0f) s.normal = s.geometric_normal;
-    rp_tangents(s.normal, &s.tangent, &s.bitangent);
-    return s;
-}
 
 static inline float3 rp_to_local(const rp_shading* s, float3 v) { return (float3)(dot(v, s->tangent), dot(v, s->bitangent), dot(v, s->normal)); }
 static inline float3 rp_to_world(const rp_shading* s, float3 v) { return v.x * s->tangent + v.y * s->bitangent + v.z * s->normal; }
 
 static inline float2 rp_sample_disk(float u, float v) {
-    float cosine;
-    const float r = sqrt(u), sine = sincos(2.0f * RP_PI * v, &cosine);
+    float sine, cosine;
+    const float r = sqrt(u);
+    rp_sincos_turns_1(v, &sine, &cosine);
     return (float2)(r * cosine, r * sine);
 }
 
@@ -103,10 +81,6 @@ static inline float3 rp_bsdf_evaluate(const __global rp_material* m, const rp_sh
     *density = 0.0f;
     const float3 v = rp_to_local(s, s->view), l = rp_to_local(s, direction);
     if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, s->geometric_normal) <= 0.0f) return (float3)(0.0f);
-    if (m->kind == RP_MATERIAL_DIFFUSE) {
-        *density = l.z * RP_INV_PI;
-        return s->reflectance * (l.z * RP_INV_PI);
-    }
     const float3 h = normalize(v + l);
     const float d = rp_ggx_d(h, m->alpha), lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
     *density = d / ((1.0f + lambda_v) * 4.0f * v.z);
@@ -128,13 +102,7 @@ static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_
     r.transmitted = false;
     const float3 v = rp_to_local(s, s->view);
     if (m->kind == RP_MATERIAL_NONE || v.z <= 0.0f) return r;
-    if (m->kind == RP_MATERIAL_DIFFUSE) {
-        const float2 p = rp_sample_disk(u.x, u.y);
-        const float3 l = (float3)(p, sqrt(fmax(0.0f, 1.0f - p.x * p.x - p.y * p.y)));
-        r.direction = rp_to_world(s, l);
-        r.density = l.z * RP_INV_PI;
-        if (l.z > 0.0f && dot(r.direction, s->geometric_normal) > 0.0f) r.weight = s->reflectance;
-    } else if (m->kind == RP_MATERIAL_CONDUCTOR) {
+    if (m->kind == RP_MATERIAL_CONDUCTOR) {
         const bool mirror = m->alpha <= 0.0f;
         const float3 h = mirror ? (float3)(0.0f, 0.0f, 1.0f) : rp_ggx_sample_normal(v, m->alpha, u.x, u.y);
         const float3 l = 2.0f * dot(v, h) * h - v;

@@ -1,34 +1,17 @@
-// Counter-based random numbers: a pure function of (pixel, sample, depth, purpose), so that pictures do not depend on the order of work.
+// Random numbers of a path: a pure function of (pixel, sample, depth, purpose), so that pictures do not depend on the order of work. Over the
+// samples of a pixel they are spread evenly: the two numbers of a pair are a (0,2)-sequence, that of Sobol, scrambled as Owen does it, with
+// samples in an order of their own for each pair (so that pairs have nothing in common). After Burley 2020, "Practical Hash-based Owen
+// Scrambling". Any 2^k samples that begin at a multiple of 2^k lie evenly in every way in which the unit square can be cut into 2^k boxes.
 #ifndef RP_RANDOM_CL
 #define RP_RANDOM_CL
 
-#define RP_RANDOM_CAMERA 0u   // position in the pixel
-#define RP_RANDOM_LIGHT 1u    // choice of light, point on it; Russian roulette
-#define RP_RANDOM_BSDF 2u     // direction, lobe; shadow ray or continuation
+// What four numbers are for; xy and zw are pairs.
+#define RP_RANDOM_CAMERA 0u  // xy position in the pixel
+#define RP_RANDOM_LIGHT 1u   // x choice of light and point on it, y point on it; z rest of x (rp_choose_light), w Russian roulette
+#define RP_RANDOM_BSDF 2u    // xy direction; z lobe, w shadow ray or continuation
 
-// pcg4d: Jarzynski and Olano 2020, "Hash Functions for GPU Rendering".
-static inline uint4 rp_hash4(uint4 v) {
-    v = v * 1664525u + 1013904223u;
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    v ^= v >> 16u;
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    return v;
-}
-
-// Four independent uniform 32-bit numbers.
-static inline uint4 rp_random_bits(uint pixel, uint sample, uint depth, uint purpose, uint seed) {
-    return rp_hash4((uint4)(pixel, sample, depth << 4 | purpose, seed));
-}
-// As numbers in [0, 1).
-static inline float4 rp_unit(uint4 bits) { return convert_float4(bits >> 8u) * 0x1p-24f; }
-static inline float4 rp_random(uint pixel, uint sample, uint depth, uint purpose, uint seed) {
-    return rp_unit(rp_random_bits(pixel, sample, depth, purpose, seed));
-}
+#define RP_LANES 1
+#include "lib/random_lanes.cl"
+#undef RP_LANES
 
 #endif

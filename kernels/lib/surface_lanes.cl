@@ -1,34 +1,7 @@
 // Surfaces of triangles at hits, on RP_LANES lanes; 1: scalars. Included once for each number of lanes, so that one ray and sixteen
 // get the same results to the bit: nothing here but operations that every number of lanes does alike.
-#define RP_JOIN_(a, b) a##b
-#define RP_JOIN(a, b) RP_JOIN_(a, b)
-#if RP_LANES == 1
-#define RP_FLOATS float
-#define RP_INTS int
-#define RP_UINTS uint
-#else
-#define RP_FLOATS RP_JOIN(float, RP_LANES)
-#define RP_INTS RP_JOIN(int, RP_LANES)
-#define RP_UINTS RP_JOIN(uint, RP_LANES)
-#endif
-#define RP_AS_FLOATS RP_JOIN(as_, RP_FLOATS)
-#define RP_AS_UINTS RP_JOIN(as_, RP_UINTS)
-#define RP_TO_INTS RP_JOIN(convert_, RP_INTS)
-#define RP_NAME(name) RP_JOIN(name, RP_LANES)
-
-typedef struct RP_NAME(rp_vector_) {
-    RP_FLOATS x, y, z;
-} RP_NAME(rp_vector_);
-
-static inline RP_NAME(rp_vector_) RP_NAME(rp_minus_)(RP_NAME(rp_vector_) a, RP_NAME(rp_vector_) b) {
-    const RP_NAME(rp_vector_) r = {a.x - b.x, a.y - b.y, a.z - b.z};
-    return r;
-}
-
-static inline RP_NAME(rp_vector_) RP_NAME(rp_choose_)(RP_INTS condition, RP_NAME(rp_vector_) yes, RP_NAME(rp_vector_) no) {
-    const RP_NAME(rp_vector_) r = {condition ? yes.x : no.x, condition ? yes.y : no.y, condition ? yes.z : no.z};
-    return r;
-}
+#include "lib/begin_lanes.cl"
+#include "lib/vector_lanes.cl"
 
 // rp_permute.
 static inline RP_NAME(rp_vector_) RP_NAME(rp_permute_)(RP_INTS axis, RP_NAME(rp_vector_) v) {
@@ -36,22 +9,6 @@ static inline RP_NAME(rp_vector_) RP_NAME(rp_permute_)(RP_INTS axis, RP_NAME(rp_
     r.x = axis == 2 ? v.x : (axis == 0 ? v.y : v.z);
     r.y = axis == 2 ? v.y : (axis == 0 ? v.z : v.x);
     r.z = axis == 2 ? v.z : (axis == 0 ? v.x : v.y);
-    return r;
-}
-
-static inline RP_FLOATS RP_NAME(rp_largest_)(RP_NAME(rp_vector_) v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
-
-// Of length 1. Scaled by a power of two first, so that squares of very short or long vectors stay in range.
-static inline RP_NAME(rp_vector_) RP_NAME(rp_unit_vector_)(RP_NAME(rp_vector_) v) {
-    const RP_UINTS exponent = RP_AS_UINTS(RP_NAME(rp_largest_)(v)) & 0x7f800000u;
-    const RP_FLOATS scale = RP_AS_FLOATS(0x7f000000u - exponent);
-    const RP_FLOATS x = v.x * scale, y = v.y * scale, z = v.z * scale, inverse = 1.0f / sqrt(x * x + y * y + z * z);
-    const RP_NAME(rp_vector_) r = {x * inverse, y * inverse, z * inverse};
-    return r;
-}
-
-static inline RP_NAME(rp_vector_) RP_NAME(rp_cross_)(RP_NAME(rp_vector_) a, RP_NAME(rp_vector_) b) {
-    const RP_NAME(rp_vector_) r = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
     return r;
 }
 
@@ -117,12 +74,4 @@ static inline RP_NAME(rp_triangle_point_) RP_NAME(rp_point_on_triangle_)(RP_NAME
     return p;
 }
 
-#undef RP_NAME
-#undef RP_TO_INTS
-#undef RP_AS_UINTS
-#undef RP_AS_FLOATS
-#undef RP_UINTS
-#undef RP_INTS
-#undef RP_FLOATS
-#undef RP_JOIN
-#undef RP_JOIN_
+#include "lib/end_lanes.cl"

@@ -26,8 +26,8 @@ static inline rp_path_sample rp_numbered_sample(__constant rp_render_params* par
 static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, __global uint4* paths) {
     const uint slot_count = params->slot_count;
     const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
-    const float4 random = rp_random(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
-    const float u = ((float)xy.x + random.x) / (float)params->width, v = ((float)xy.y + random.y) / (float)params->height;
+    const rp_numbers_1 random = rp_random_bits_1(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
+    const float u = ((float)xy.x + rp_unit_1(random.x)) / (float)params->width, v = ((float)xy.y + rp_unit_1(random.y)) / (float)params->height;
     __constant rp_camera* camera = &params->camera;
     const float3 eye = (float3)(camera->eye[0], camera->eye[1], camera->eye[2]);
     const float3 right = (float3)(camera->right[0], camera->right[1], camera->right[2]);

@@ -1,5 +1,7 @@
 // For tests: traces given rays through resident blocks, outside the wavefront; and reports the layout of shared structs.
+#include "lib/light.cl"
 #include "lib/path.cl"
+#include "lib/random.cl"
 #include "lib/surface.cl"
 #include "raypager/abi/film.h"
 #include "raypager/abi/wide.h"
@@ -72,4 +74,23 @@ __kernel void rp_probe_boxes(const __global float4* restrict rays, const __globa
     const rp_ray ray = rp_make_ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz);
     const rp_frame frame = rp_make_frame(&ray, grids[2u * i].xyz, grids[2u * i + 1u].xyz);
     results[i] = (float2)(rp_box_entry(boxes[i], &ray, &frame), rp_box_exit(boxes[i], &ray, &frame, rays[2u * i].w));
+}
+
+// For tests of random numbers. purposes: pixel, depth, purpose, seed. results: the numbers of samples 0 to `samples` - 1 for each of these.
+__kernel void rp_probe_random(const __global uint4* restrict purposes, uint samples, uint count, __global uint4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count * samples) return;
+    const uint4 p = purposes[i / samples];
+    const rp_numbers_1 n = rp_random_bits_1(p.x, i % samples, p.y, p.z, p.w);
+    results[i] = (uint4)(n.x, n.y, n.z, n.w);
+}
+
+// For tests of the choice of a light. results: which light number i chooses, and the rest of the number.
+__kernel void rp_probe_light_choice(const __global uint* restrict steps, uint lights, const __global uint* restrict numbers,
+                                    const __global float* restrict fine, uint count, __global uint2* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    float rest;
+    const uint light = rp_choose_light(steps, lights, numbers[i], fine[i], &rest);
+    results[i] = (uint2)(light, as_uint(rest));
 }

@@ -1,13 +1,9 @@
-// Fourth stage: at the end of an extension ray. Adds what the surface or the background emits, connects to a light (the shadow ray is
-// traced by the stage `connect`), and scatters. The light transport is that of pbrt's path integrator (Pharr, Jakob, Humphreys 2023,
-// chapter 13.4): next-event estimation and BSDF sampling combined by multiple importance sampling.
+// Fourth stage: at the end of an extension ray. Adds what the surface or the background emits, and sends a shadow ray and the next extension
+// ray on their way (lib/scatter.cl). With RP_SHADE_LANES = 16, for CPUs, vertices on diffuse surfaces are seen to sixteen at a time.
 #include "lib/film.cl"
-#include "lib/light.cl"
 #include "lib/path.cl"
-#include "lib/random.cl"
+#include "lib/scatter.cl"
 #include "lib/surface.cl"
-
-#define RP_ROULETTE_DEPTH 3u  // Russian roulette on throughput begins after so many scattering events
 
 // The range that primitive belongs to.
 static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint count, uint primitive) {
@@ -23,24 +19,14 @@ static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint
 static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, float bsdf_density, bool full) {
     if (params->infinite_light == RP_NONE) return (float3)(0.0f);
     const __global rp_light* light = lights + params->infinite_light;
-    const float weight = full ? 1.0f : rp_mis_weight(bsdf_density, light->probability * (0.25f * RP_INV_PI));
+    const float weight = full ? 1.0f : rp_mis_weight_1(bsdf_density, light->probability * (0.25f * RP_INV_PI));
     return rp_light_radiance(light) * weight;
 }
 
 static inline float3 rp_emission(const __global rp_light* light, float3 normal, float3 direction, float distance, float bsdf_density, bool full) {
     const float light_density = rp_light_density(light, normal, direction, distance);
     if (light_density == 0.0f) return (float3)(0.0f);
-    return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight(bsdf_density, light_density));
-}
-
-// The shading frame at a hit. surface: geometric normal; shading normal, or the word of a point.
-static inline rp_shading rp_shading_at(const __global rp_primitive_range* range, const __global rp_material* material, uint2 surface, float3 direction) {
-    const float3 normal = rp_decode_normal(surface.x);
-    if (range->flags & RP_RANGE_POINT_COLOR) {
-        const float3 root = (float3)(surface.y >> 8 & 255u, surface.y >> 16 & 255u, surface.y >> 24) / 255.0f;
-        return rp_make_shading(normal, normal, direction, root * root);
-    }
-    return rp_make_shading(normal, rp_decode_normal(surface.y), direction, (float3)(material->color[0], material->color[1], material->color[2]));
+    return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
 }
 
 static inline void rp_finish(__global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance) {
@@ -48,108 +34,189 @@ static inline void rp_finish(__global uint* status, uint slot, __global uint* fi
     status[slot] = RP_STATUS_FREE;
 }
 
-// mine: counts of bounce rays and shadow rays.
-static inline void rp_shade_hit(__constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
-                                const __global uint* light_steps, const __global rp_primitive_range* ranges, uint slot, uint state,
-                                __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+// A path that has come to a surface from which it may go on.
+typedef struct rp_arrival {
+    uint slot;
+    const __global rp_material* material;
+    float3 radiance;
+    rp_vertex_1 vertex;
+} rp_arrival;
+
+// Adds what shines at the end of a ray. False: the path has ended.
+static inline bool rp_arrive(__constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
+                             const __global rp_primitive_range* ranges, uint slot, uint state, __global uint* status, __global uint4* paths,
+                             __global uint* film, rp_arrival* arrival) {
     const uint slot_count = params->slot_count;
     const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 throughput_plane = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
     const uint4 radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
     const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    const float3 direction = as_float3(direction_plane.xyz);
+    const float3 direction = as_float3(direction_plane.xyz), throughput = as_float3(throughput_plane.xyz);
     const float bsdf_density = as_float(direction_plane.w);
-    float3 throughput = as_float3(throughput_plane.xyz), radiance = as_float3(radiance_plane.xyz);
-    const uint pixel = radiance_plane.w, sample = surface.z, flags = throughput_plane.w, depth = flags & RP_PATH_DEPTH_MASK;
+    float3 radiance = as_float3(radiance_plane.xyz);
+    const uint flags = throughput_plane.w, depth = flags & RP_PATH_DEPTH_MASK;
     const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
 
     if (hit.w == RP_NONE) {
-        radiance += throughput * rp_background(params, lights, bsdf_density, full_emission);
-        rp_finish(status, slot, film, pixel, radiance);
-        return;
+        rp_finish(status, slot, film, radiance_plane.w, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
+        return false;
     }
-    const uint range = rp_find_range(ranges, params->range_count, hit.w);
-    const __global rp_material* material = materials + ranges[range].material;
-    const float3 position = as_float3(hit.xyz), geometric_normal = rp_decode_normal(surface.x);
-    if (ranges[range].first_light != RP_NONE) {
-        const __global rp_light* light = lights + ranges[range].first_light + (hit.w - ranges[range].first_primitive);
+    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, hit.w);
+    if (range->first_light != RP_NONE) {
+        const __global rp_light* light = lights + range->first_light + (hit.w - range->first_primitive);
         const float distance = as_float(RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w);
-        radiance += throughput * rp_emission(light, geometric_normal, direction, distance, bsdf_density, full_emission);
+        radiance += throughput * rp_emission(light, rp_decode_normal(surface.x), direction, distance, bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
+        rp_finish(status, slot, film, radiance_plane.w, radiance);
+        return false;
+    }
+    const __global rp_material* material = materials + range->material;
+    const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u;
+    const float3 root = (float3)(surface.y >> 8 & 255u, surface.y >> 16 & 255u, surface.y >> 24) / 255.0f;
+    arrival->slot = slot;
+    arrival->material = material;
+    arrival->radiance = radiance;
+    rp_vertex_1* vertex = &arrival->vertex;
+    vertex->direction = rp_vector(direction);
+    vertex->throughput = rp_vector(throughput);
+    vertex->position = rp_vector(as_float3(hit.xyz));
+    vertex->reflectance = rp_vector(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
+    vertex->offset = rp_offset_distance(state >> RP_STATUS_OFFSET_SHIFT);
+    vertex->geometric_normal = surface.x;
+    vertex->shading_normal = colored ? surface.x : surface.y;
+    vertex->pixel = radiance_plane.w;
+    vertex->sample = surface.z;
+    vertex->depth = depth;
+    return true;
+}
+
+// The rays that leave a vertex; the path ends if there is none. mine: counts of bounce rays and shadow rays.
+static inline void rp_depart(uint slot, uint slot_count, float3 radiance, uint pixel, uint sample, uint depth, const rp_departure_1* out,
+                             __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+    if (!out->shadow && !out->go_on) {
         rp_finish(status, slot, film, pixel, radiance);
         return;
     }
-
-    const rp_shading shading = rp_shading_at(ranges + range, material, surface.xy, direction);
-    const float offset = rp_offset_distance(state >> RP_STATUS_OFFSET_SHIFT);
-    const uint4 light_bits = rp_random_bits(pixel, sample, depth + 1u, RP_RANDOM_LIGHT, params->seed);
-    const float4 light_random = rp_unit(light_bits);
-    const float4 bsdf_random = rp_random(pixel, sample, depth + 1u, RP_RANDOM_BSDF, params->seed);
-
-    // Connection. With the paper's roulette (3.3), half of the paths connect and end, the others go on without; each counts double.
-    bool connect = params->light_count != 0u && !rp_is_specular(material), go_on = true;
-    if (params->roulette_connection && connect) {
-        connect = bsdf_random.w < 0.5f;
-        go_on = !connect;
-        throughput *= 2.0f;
-    }
-    float3 light_contribution = (float3)(0.0f), light_direction = (float3)(0.0f);
-    float light_distance = 0.0f;
-    const float3 outside = position + offset * shading.geometric_normal;
-    if (connect) {
-        const uint index = rp_choose_light(light_steps, params->light_count, light_bits.x);
-        const rp_light_sample light = rp_sample_light(lights + index, outside, light_random.yz);
-        float density;
-        const float3 reflected = rp_bsdf_evaluate(material, &shading, light.direction, &density);
-        const float weight = light.density > 0.0f ? rp_mis_weight(light.density, density) : 1.0f;
-        light_contribution = throughput * reflected * light.radiance * weight;
-        light_direction = light.direction;
-        light_distance = light.reach;
-    }
-    const bool shadow = any(isgreater(light_contribution, (float3)(0.0f)));
-
-    // Scattering.
-    rp_scatter scatter;
-    if (go_on) {
-        scatter = rp_bsdf_sample(material, &shading, bsdf_random);
-        throughput *= scatter.weight;
-        const float largest = fmax(fmax(throughput.x, throughput.y), throughput.z);
-        go_on = largest > 0.0f;
-        if (go_on && depth + 1u >= RP_ROULETTE_DEPTH) {
-            const float survival = fmin(0.95f, largest);
-            go_on = light_random.w < survival;
-            throughput /= survival;
-        }
-    }
-    if (!shadow && !go_on) {
-        rp_finish(status, slot, film, pixel, radiance);
-        return;
-    }
-    const float3 start = go_on && scatter.transmitted ? position - offset * shading.geometric_normal : outside;
-    const uint specular = go_on && scatter.density == 0.0f ? RP_PATH_SPECULAR : 0u;
-    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3(throughput), (depth + 1u) | specular | (go_on ? 0u : RP_PATH_ENDS));
+    const uint3 start = as_uint3(rp_float3(out->start));
+    const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
+    const uint density = out->go_on ? as_uint(out->density) : 0u, specular = out->go_on && out->density == 0.0f ? RP_PATH_SPECULAR : 0u;
+    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) =
+        (uint4)(as_uint3(rp_float3(out->throughput)), (depth + 1u) | specular | (out->go_on ? 0u : RP_PATH_ENDS));
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), pixel);
-    const float next_density = go_on ? scatter.density : 0.0f;
-    const float3 next_direction = go_on ? scatter.direction : (float3)(0.0f);
-    if (shadow) {
-        // Both rays of a vertex start at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
-        const uint3 contribution = as_uint3(light_contribution);
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(outside), as_uint(light_distance));
-        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(light_direction), as_uint(next_density));
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(next_direction), contribution.x);
-        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(contribution.yz, sample, RP_NONE);
+    if (out->shadow) {
+        const uint3 light = as_uint3(rp_float3(out->light));
+        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(out->light_reach));
+        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(rp_float3(out->light_direction)), density);
+        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(direction, light.x);
+        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(light.yz, sample, RP_NONE);
         status[slot] = RP_STATUS_SHADOW;
     } else {
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(start), as_uint(INFINITY));
-        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(next_direction), as_uint(next_density));
+        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(INFINITY));
+        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(direction, density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
         status[slot] = RP_STATUS_EXTEND;
     }
-    mine[0] += go_on;
-    mine[1] += shadow;
+    mine[0] += out->go_on ? 1u : 0u;
+    mine[1] += out->shadow ? 1u : 0u;
 }
+
+static inline void rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                const rp_arrival* arrival, __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+    const rp_vertex_1* vertex = &arrival->vertex;
+    rp_departure_1 out;
+    if (arrival->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
+    else rp_scatter_special(params, lights, light_steps, arrival->material, vertex, &out);
+    rp_depart(arrival->slot, params->slot_count, arrival->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, status, paths, film, mine);
+}
+
+#if RP_SHADE_LANES == 16
+// Vertices on diffuse surfaces that wait for their number to come to sixteen.
+typedef struct rp_gathered {
+    uint count;
+    uint slot[16], normal[2][16], path[3][16];  // geometric, shading; pixel, sample, depth
+    float radiance[3][16], vertex[13][16];      // direction, throughput, position, reflectance, offset
+} rp_gathered;
+
+static inline void rp_gather(rp_gathered* g, const rp_arrival* arrival) {
+    const rp_vertex_1* v = &arrival->vertex;
+    const uint k = g->count++;
+    g->slot[k] = arrival->slot;
+    g->normal[0][k] = v->geometric_normal;
+    g->normal[1][k] = v->shading_normal;
+    g->path[0][k] = v->pixel;
+    g->path[1][k] = v->sample;
+    g->path[2][k] = v->depth;
+    g->radiance[0][k] = arrival->radiance.x;
+    g->radiance[1][k] = arrival->radiance.y;
+    g->radiance[2][k] = arrival->radiance.z;
+    const rp_vector_1 of[4] = {v->direction, v->throughput, v->position, v->reflectance};
+    for (uint i = 0u; i < 4u; i++) {
+        g->vertex[3u * i][k] = of[i].x;
+        g->vertex[3u * i + 1u][k] = of[i].y;
+        g->vertex[3u * i + 2u][k] = of[i].z;
+    }
+    g->vertex[12][k] = v->offset;
+}
+
+static inline rp_vector_16 rp_load_vector(float (*rows)[16]) {
+    const rp_vector_16 v = {vload16(0, rows[0]), vload16(0, rows[1]), vload16(0, rows[2])};
+    return v;
+}
+static inline void rp_store_vector(rp_vector_16 v, float (*rows)[16]) {
+    vstore16(v.x, 0, rows[0]);
+    vstore16(v.y, 0, rows[1]);
+    vstore16(v.z, 0, rows[2]);
+}
+static inline rp_vector_1 rp_lane(float (*rows)[16], uint k) {
+    const rp_vector_1 v = {rows[0][k], rows[1][k], rows[2][k]};
+    return v;
+}
+
+static inline void rp_shade_gathered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps, rp_gathered* g,
+                                     __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+    rp_vertex_16 vertex;
+    vertex.direction = rp_load_vector(g->vertex);
+    vertex.throughput = rp_load_vector(g->vertex + 3);
+    vertex.position = rp_load_vector(g->vertex + 6);
+    vertex.reflectance = rp_load_vector(g->vertex + 9);
+    vertex.offset = vload16(0, g->vertex[12]);
+    vertex.geometric_normal = vload16(0, g->normal[0]);
+    vertex.shading_normal = vload16(0, g->normal[1]);
+    vertex.pixel = vload16(0, g->path[0]);
+    vertex.sample = vload16(0, g->path[1]);
+    vertex.depth = vload16(0, g->path[2]);
+    rp_departure_16 all;
+    rp_scatter_diffuse_16(params, lights, light_steps, &vertex, &all);
+    float rows[17][16];  // start, light direction, light, direction, throughput, reach, density
+    int shadow[16], go_on[16];
+    rp_store_vector(all.start, rows);
+    rp_store_vector(all.light_direction, rows + 3);
+    rp_store_vector(all.light, rows + 6);
+    rp_store_vector(all.direction, rows + 9);
+    rp_store_vector(all.throughput, rows + 12);
+    vstore16(all.light_reach, 0, rows[15]);
+    vstore16(all.density, 0, rows[16]);
+    vstore16(all.shadow, 0, shadow);
+    vstore16(all.go_on, 0, go_on);
+    for (uint k = 0u; k < g->count; k++) {
+        rp_departure_1 out;
+        out.start = rp_lane(rows, k);
+        out.light_direction = rp_lane(rows + 3, k);
+        out.light = rp_lane(rows + 6, k);
+        out.direction = rp_lane(rows + 9, k);
+        out.throughput = rp_lane(rows + 12, k);
+        out.light_reach = rows[15][k];
+        out.density = rows[16][k];
+        out.shadow = shadow[k];
+        out.go_on = go_on[k];
+        const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
+        rp_depart(g->slot[k], params->slot_count, radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
+    }
+    g->count = 0u;
+}
+#endif
 
 __kernel void rp_shade(__constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
                        const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
@@ -159,10 +226,40 @@ __kernel void rp_shade(__constant rp_render_params* restrict params, const __glo
     __local uint totals[2];
     uint mine[2] = {0u, 0u};
     rp_begin_totals(totals, 2u);
+    rp_arrival arrival;
+#if RP_SHADE_LANES == 16
+    rp_gathered gathered;
+    gathered.count = 0u;
+    // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
+    for (uint run = 64u * (uint)get_global_id(0); run < count; run += 64u * (uint)get_global_size(0)) {
+        for (uint i = run; i < min(run + 64u, count); i++) {
+            const uint slot = rp_extend_entry(queue, i), state = status[slot];
+            if ((state & RP_STATUS_MASK) != RP_STATUS_SHADE) continue;
+            if (!rp_arrive(params, materials, lights, ranges, slot, state, status, paths, film, &arrival)) continue;
+            if (arrival.material->kind != RP_MATERIAL_DIFFUSE) {
+                rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
+                continue;
+            }
+            rp_gather(&gathered, &arrival);
+            if (gathered.count == 16u) rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
+        }
+    }
+    if (gathered.count != 0u) {
+        // The lanes that are empty do what the first does, to no effect.
+        for (uint k = gathered.count; k < 16u; k++) {
+            for (uint i = 0u; i < 13u; i++) gathered.vertex[i][k] = gathered.vertex[i][0];
+            for (uint i = 0u; i < 3u; i++) gathered.path[i][k] = gathered.path[i][0];
+            for (uint i = 0u; i < 2u; i++) gathered.normal[i][k] = gathered.normal[i][0];
+        }
+        rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
+    }
+#else
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i), state = status[slot];
-        if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE)
-            rp_shade_hit(params, materials, lights, light_steps, ranges, slot, state, status, paths, film, mine);
+        if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE &&
+            rp_arrive(params, materials, lights, ranges, slot, state, status, paths, film, &arrival))
+            rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
     }
+#endif
     rp_add_totals(totals, mine, 2u, counters + RP_COUNT_BOUNCE_RAYS);
 }

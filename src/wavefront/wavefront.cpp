@@ -18,6 +18,7 @@ constexpr uint32_t wake_runs_per_core = 16;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
 constexpr uint32_t items_per_unit = 1 << 12;
+constexpr uint32_t shade_items_per_core = 64;  // of a CPU, each alone in its group
 
 constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1;  // planes; status (two words), queue, free list; share of `again_`
 
@@ -144,12 +145,13 @@ Status Wavefront::allocate_visit_log() {
 
 Status Wavefront::build_kernels() {
     const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
-    const std::string definitions = geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={}", wake_slots);
+    const std::string definitions =
+        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={} -DRP_SHADE_LANES={}", wake_slots, as_on_cpus() ? 16 : 1);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
     };
-    const Part parts[] = {{wake_, "wake", wakes_in_runs() ? "rp_wake_runs" : "rp_wake"},
+    const Part parts[] = {{wake_, "wake", as_on_cpus() ? "rp_wake_runs" : "rp_wake"},
                           {generate_, "generate", "rp_generate"},
                           {advance_, "generate", "rp_advance"},
                           {shade_, "shade", "rp_shade"}};
@@ -170,7 +172,7 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         extend_persistent_ = std::move(*kernel);
     }
-    if (!wakes_in_runs()) RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
+    if (!as_on_cpus()) RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -187,7 +189,7 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
 
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
     const uint32_t slots = params_.slot_count;
-    if (!wakes_in_runs()) return device_.kernels().launch(wake_, (slots + wake_slots - 1) / wake_slots, device_.group_size(), event);
+    if (!as_on_cpus()) return device_.kernels().launch(wake_, (slots + wake_slots - 1) / wake_slots, device_.group_size(), event);
     RAYPAGER_CHECK(visit_settings_.capacity == 0);  // a ray that finds no room in the log waits although its block is there
     const bool named = newly_published.size() <= RP_MOST_NAMED;
     std::array<cl_uint, RP_MOST_NAMED> names;
@@ -222,7 +224,8 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
         RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &flight.stages[2]));
     else
         RAYPAGER_TRY(geometry_.launch(device_, extend, slots, &flight.stages[2]));
-    RAYPAGER_TRY(queue.launch(shade_, items, group, &flight.stages[3]));
+    const uint32_t cores = device_.info().compute_units;
+    RAYPAGER_TRY(queue.launch(shade_, as_on_cpus() ? cores * shade_items_per_core : items, as_on_cpus() ? 1 : group, &flight.stages[3]));
     RAYPAGER_TRY(geometry_.launch(device_, connect_, slots, &flight.stages[4]));
     const std::span<std::byte> results = flight.results.bytes();
     RAYPAGER_TRY(queue.read(counters_, 0, results.first(counters_.bytes()), &flight.read));

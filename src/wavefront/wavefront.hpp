@@ -96,7 +96,7 @@ private:
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     bool on_cpu() const { return device_.info().type == "CPU"; }
     // Where rays are traced one by one, CPUs do as GPUs do: so that they can be tested in place of them.
-    bool wakes_in_runs() const { return geometry_.form() == BlockForm::wide; }
+    bool as_on_cpus() const { return geometry_.form() == BlockForm::wide; }
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();
