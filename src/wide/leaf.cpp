@@ -28,14 +28,6 @@ void strip_vertices(const StoredBlock& block, rp_u32 ref, rp_u32 (&vertices)[RP_
     for (size_t i = 0; i < std::size(vertices); i++) vertices[i] = first + offsets[i];
 }
 
-template <class T>
-void append(std::vector<std::byte>& bytes, const T* items, size_t count) {
-    const auto* begin = reinterpret_cast<const std::byte*>(items);
-    bytes.insert(bytes.end(), begin, begin + count * sizeof(T));
-}
-
-void pad(std::vector<std::byte>& bytes, size_t unit) { bytes.resize((bytes.size() + unit - 1) / unit * unit); }
-
 }  // namespace
 
 StoredBlock::StoredBlock(std::span<const std::byte> bytes) {
@@ -104,8 +96,9 @@ bool WideLeaf::add(const StoredBlock& block, rp_u32 ref) { return ref & RP_LEAF_
 
 uint32_t WideLeaf::number(const Vertex& vertex) {
     // Bits, not values: -0 and 0 stay apart, as they do in the stored block.
-    const auto bits = [](const Vertex& v) { return std::bit_cast<std::array<rp_u32, 4>>(v); };
-    const auto same = [&](const Vertex& other) { return bits(other) == bits(vertex); };
+    const auto bits = [](const Vertex& v) { return std::bit_cast<std::array<uint64_t, 2>>(v); };
+    const std::array<uint64_t, 2> wanted = bits(vertex);
+    const auto same = [&](const Vertex& other) { return ((bits(other)[0] ^ wanted[0]) | (bits(other)[1] ^ wanted[1])) == 0; };
     const auto end = vertices_.begin() + vertex_count_;
     const auto found = std::find_if(vertices_.begin(), end, same);
     if (found == end && vertex_count_ < RP_WIDE_LEAF_VERTICES) vertices_[vertex_count_++] = vertex;
@@ -146,22 +139,33 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
     const rp_wide_leaf head = {static_cast<rp_u8>(triangles ? RP_WIDE_TRIANGLES : RP_WIDE_SPHERES),
                                static_cast<rp_u8>(triangles ? triangles_ : sphere_count_), static_cast<rp_u8>(vertex_count_),
                                static_cast<rp_u8>((has_normals_ ? RP_WIDE_NORMALS : 0) | (are_points_ ? RP_WIDE_POINTS : 0)), block_index};
-    append(bytes, &head, 1);
+    // Room for all of it first, since it is written in very small parts; what is behind the last one stays zero.
+    const size_t begin = bytes.size(), most = sizeof head + vertex_count_ * sizeof(Vertex) + triangles_ * (3 + sizeof(rp_u32)) +
+                                              sphere_count_ * (sizeof spheres_[0] + sizeof(rp_u32)) + 2 * sizeof spheres_[0];
+    bytes.resize(begin + most);
+    size_t end = begin;
+    const auto append = [&](const void* items, size_t size) {
+        std::memcpy(bytes.data() + end, items, size);
+        end += size;
+    };
+    const auto pad = [&](size_t unit) { end = (end + unit - 1) / unit * unit; };
+    append(&head, sizeof head);
     if (triangles) {
         for (float Float3::*axis : {&Float3::x, &Float3::y, &Float3::z})
-            for (uint32_t v = 0; v < vertex_count_; v++) append(bytes, &(vertices_[v].position.*axis), 1);
+            for (uint32_t v = 0; v < vertex_count_; v++) append(&(vertices_[v].position.*axis), sizeof(float));
         for (uint32_t corner = 0; corner < 3; corner++)
-            for (uint32_t k = 0; k < triangles_; k++) append(bytes, &corners_[k][corner], 1);
-        pad(bytes, sizeof(rp_u32));
-        append(bytes, ids_.data(), triangles_);
+            for (uint32_t k = 0; k < triangles_; k++) append(&corners_[k][corner], 1);
+        pad(sizeof(rp_u32));
+        append(ids_.data(), triangles_ * sizeof(rp_u32));
         if (has_normals_)
-            for (uint32_t v = 0; v < vertex_count_; v++) append(bytes, &vertices_[v].normal, 1);
+            for (uint32_t v = 0; v < vertex_count_; v++) append(&vertices_[v].normal, sizeof(rp_u32));
     } else {
-        pad(bytes, sizeof spheres_[0]);
-        append(bytes, spheres_.data(), sphere_count_);
-        append(bytes, ids_.data(), sphere_count_);
+        pad(sizeof spheres_[0]);
+        append(spheres_.data(), sphere_count_ * sizeof spheres_[0]);
+        append(ids_.data(), sphere_count_ * sizeof(rp_u32));
     }
-    pad(bytes, RP_WIDE_UNIT);
+    RAYPAGER_CHECK(end <= begin + most);
+    bytes.resize((end + RP_WIDE_UNIT - 1) / RP_WIDE_UNIT * RP_WIDE_UNIT);
 }
 
 }  // namespace raypager
