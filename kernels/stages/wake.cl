@@ -1,6 +1,7 @@
 // First stage of a round: sorts all slots by what they can do now. Rays whose block is resident go into the queue, rays whose block is
 // absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new camera paths.
 #include "lib/path.cl"
+#include "lib/vector.cl"
 #include "raypager/abi/block.h"
 
 #define RP_KIND_EXTEND 0u
@@ -39,69 +40,111 @@ static inline void rp_list_slots(uint kind, const uint* slots, uint count, uint 
     }
 }
 
-// PoCL's any() takes a vector apart.
-static inline bool rp_any16(int16 v) {
-    const int8 a = v.lo | v.hi;
-    const int4 b = a.lo | a.hi;
-    const int2 c = b.lo | b.hi;
-    return (c.x | c.y) != 0;
-}
-
-// Whether 16 slots have nothing to do; then adds to the counts of those that wait and those that are idle. A ray that has waited for longer
-// than a round waits for a block that was absent in the last one, so only a block that has come since, and is named, can wake it. False only
-// says that it may be otherwise.
-static inline bool rp_nothing_to_do(const __global uint* status, uint slot_count, uint first, uint named, const uint* names, int16* waiting,
-                                    int16* idle) {
-    const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + slot_count + first);
-    const int16 ends = phase == RP_STATUS_IDLE;
-    int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
-    for (uint i = 0u; i < named; i++) waits &= block != names[i];
-    if (rp_any16(~(waits | ends))) return false;
-    *waiting -= waits;
-    *idle -= ends;
-    return true;
-}
-
 static inline uint rp_sum16(int16 v) {
     const int8 a = v.lo + v.hi;
     const int4 b = a.lo + a.hi;
     return (uint)(b.x + b.y + b.z + b.w);
 }
 
-// Beside streams, on CPUs. A work-item looks at a run of slots, most of which wait, and lists the others; many at a time, so that neighbours stay
-// together. named: how many of new_blocks are block numbers, or RP_NONE if not all that came are named.
+// Sixteen slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
+// one, so only a block that has come since, and is named, can wake it, and until then nothing about these slots changes. So that they need
+// not be looked at in each round, a word of theirs says for which blocks they wait, as far as 31 bits can: 0: they do not sleep; otherwise
+// RP_ASLEEP and the bits of the blocks. Another word counts those that wait.
+#define RP_NAP 16u
+#define RP_ASLEEP 0x80000000u
+static inline uint rp_block_bit(uint block) { return 1u << min(block & 31u, 30u); }
+
+// What is found in a run of slots.
 #define RP_LISTED_AT_ONCE 1024u
+typedef struct rp_found {
+    uint waiting, idle, count[3], slots[3][RP_LISTED_AT_ONCE];  // count, slots: of kinds 0 to 2, not yet listed
+} rp_found;
+
+// Lists a slot if there is something to do with it; if not, counts it and returns false.
+static inline bool rp_find_slot(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot, __global uint* queue,
+                                __global uint* free_list, volatile __global uint* counters, rp_found* found, uint* blocks) {
+    const uint kind = rp_slot_kind(status, pages, slot_count, slot);
+    if (kind == RP_KIND_WAITING) {
+        found->waiting++;
+        *blocks |= rp_block_bit(rp_waited_for(status, slot_count, slot));
+        return false;
+    }
+    if (kind == RP_KIND_IDLE) {
+        found->idle++;
+        return false;
+    }
+    found->slots[kind][found->count[kind]++] = slot;
+    if (found->count[kind] < RP_LISTED_AT_ONCE) return true;
+    rp_list_slots(kind, found->slots[kind], RP_LISTED_AT_ONCE, atomic_add(counters + rp_kind_counter(kind), RP_LISTED_AT_ONCE), slot_count, queue,
+                  free_list);
+    found->count[kind] = 0u;
+    return true;
+}
+
+// Looks at slots [first, end), at most RP_NAP of them, of which nobody waits for a block that has come but is not named (named not RP_NONE);
+// returns the word that says whether they sleep.
+static inline uint rp_look_at_slots(const __global uint* status, const __global rp_page* pages, uint slot_count, uint first, uint end,
+                                    __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint named, const uint* names,
+                                    rp_found* found) {
+    uint look = (1u << (end - first)) - 1u, blocks = 0u;
+    bool all = end - first == RP_NAP;
+    if (all && named != RP_NONE) {
+        const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + slot_count + first);
+        const int16 ends = phase == RP_STATUS_IDLE;
+        int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
+        for (uint i = 0u; i < named; i++) waits &= block != names[i];
+        const uint16 last = 30u, bit = block & 31u, bits = waits ? (uint16)(1u) << (bit < last ? bit : last) : (uint16)(0u);
+        const uint8 b8 = bits.lo | bits.hi;
+        const uint4 b4 = b8.lo | b8.hi;
+        blocks = b4.x | b4.y | b4.z | b4.w;
+        look = rp_mask16(~(waits | ends)) & 0xffffu;
+        found->waiting += popcount(rp_mask16(waits));
+        found->idle += popcount(rp_mask16(ends));
+    }
+    for (; look != 0u; look &= look - 1u)
+        all &= !rp_find_slot(status, pages, slot_count, first + rp_lowest(look), queue, free_list, counters, found, &blocks);
+    return all ? RP_ASLEEP | blocks : 0u;
+}
+
+// Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others; many at a time, so that neighbours stay
+// together. naps: the words of whether slots sleep, one for RP_NAP of them, then as many of how many wait; zeros at the beginning of a render.
+// named: how many of new_blocks are block numbers, or RP_NONE if not all that came are named.
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
-                           __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters, uint named,
-                           uint16 new_blocks) {
+                           __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters,
+                           __global uint* restrict naps, uint named, uint16 new_blocks) {
     uint names[RP_MOST_NAMED];
     vstore16(new_blocks, 0, names);
-    const uint each = (slot_count + (uint)get_global_size(0) - 1u) / (uint)get_global_size(0);
-    const uint first = min((uint)get_global_id(0) * each, slot_count), end = min(first + each, slot_count);
-    int16 all_waiting = 0, all_idle = 0;
-    uint waiting = 0u, idle = 0u, slots[3][RP_LISTED_AT_ONCE], count[3] = {0u, 0u, 0u};
-    for (uint slot = first; slot < end; slot++) {
-        if (slot % 16u == 0u && named != RP_NONE) {
-            while (slot + 16u <= end && rp_nothing_to_do(status, slot_count, slot, named, names, &all_waiting, &all_idle)) slot += 16u;
-            if (slot == end) break;
+    uint name_bits = 0u;
+    for (uint i = 0u; named != RP_NONE && i < named; i++) name_bits |= rp_block_bit(names[i]);
+    const uint nap_count = (slot_count + RP_NAP - 1u) / RP_NAP, run_count = (nap_count + 15u) / 16u;
+    __global uint* waiting_of = naps + nap_count;
+    const uint each = (run_count + (uint)get_global_size(0) - 1u) / (uint)get_global_size(0);
+    const uint first = min((uint)get_global_id(0) * each, run_count), end = min(first + each, run_count);
+    rp_found found;
+    found.waiting = found.idle = found.count[0] = found.count[1] = found.count[2] = 0u;
+    int16 sleepers = 0, naps_seen = 0;
+    for (uint run = first; run < end; run++) {
+        const uint nap = 16u * run, nap_end = min(nap + 16u, nap_count);
+        uint woken = (1u << (nap_end - nap)) - 1u;
+        if (named != RP_NONE && nap_end - nap == 16u) {
+            const uint16 words = vload16(0, naps + nap);
+            const int16 wakes = (words == 0u) | ((words & name_bits) != 0u);
+            sleepers += wakes ? (int16)(0) : as_int16(vload16(0, waiting_of + nap));
+            naps_seen -= wakes == 0;
+            woken = rp_mask16(wakes);
         }
-        const uint kind = rp_slot_kind(status, pages, slot_count, slot);
-        if (kind == RP_KIND_WAITING) {
-            waiting++;
-        } else if (kind == RP_KIND_IDLE) {
-            idle++;
-        } else {
-            slots[kind][count[kind]++] = slot;
-            if (count[kind] < RP_LISTED_AT_ONCE) continue;
-            rp_list_slots(kind, slots[kind], count[kind], atomic_add(counters + rp_kind_counter(kind), count[kind]), slot_count, queue, free_list);
-            count[kind] = 0u;
+        for (; woken != 0u; woken &= woken - 1u) {
+            const uint i = nap + rp_lowest(woken), waiting_before = found.waiting;
+            naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), queue, free_list, counters, named,
+                                       names, &found);
+            waiting_of[i] = found.waiting - waiting_before;
         }
     }
     for (uint kind = 0u; kind < 3u; kind++)
-        if (count[kind] != 0u)
-            rp_list_slots(kind, slots[kind], count[kind], atomic_add(counters + rp_kind_counter(kind), count[kind]), slot_count, queue, free_list);
-    waiting += rp_sum16(all_waiting);
-    idle += rp_sum16(all_idle);
+        if (found.count[kind] != 0u)
+            rp_list_slots(kind, found.slots[kind], found.count[kind], atomic_add(counters + rp_kind_counter(kind), found.count[kind]), slot_count, queue,
+                          free_list);
+    const uint asleep = rp_sum16(sleepers), waiting = found.waiting + asleep, idle = found.idle + RP_NAP * rp_sum16(naps_seen) - asleep;
     if (waiting != 0u) atomic_add(counters + RP_COUNT_WAITING, waiting);
     if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);
 }

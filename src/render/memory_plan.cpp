@@ -21,9 +21,9 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
     if (std::min(pool, left) < needs.geometry) {
         const uint64_t beside = left > pool ? left - pool : 0;
-        const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(2 * needs.geometry, beside / 4));
+        const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(needs.most_slot_bytes, beside / 4));
         slots = std::max(
-            {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, most_chosen_slots(slots))});
+            {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, needs.most_chosen_slots)});
     } else {
         slots = std::max(slots, std::min(needs.roomy_slots, (left - needs.geometry) / needs.per_slot));
     }

@@ -19,6 +19,8 @@ struct MemoryNeeds {
     uint64_t requested_slots = 0;       // the user's; 0: choose
     uint64_t default_slots = 0;         // that keep the device busy
     uint64_t roomy_slots = 0;           // that suit it better, where all geometry fits beside them
+    uint64_t most_chosen_slots = 0;     // where blocks must be swapped and there is room: so many at most, ...
+    uint64_t most_slot_bytes = 0;        // ... and so many bytes of them
     uint64_t total_paths = 0;           // of the whole render
     uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer
 };
@@ -28,18 +30,16 @@ struct MemoryPlan {
     uint64_t slots = 0;
 };
 
-// The fewest slots that a plan chooses by itself, and the most, by the ordinary number. With three million instead of one, a scene of 10 M
-// triangles took 14 % less time on two cores at 3 % resident, and 1 % less at 12.5 %.
+// The fewest slots that a plan chooses by itself.
 inline constexpr uint64_t min_slots = 1024;
-constexpr uint64_t most_chosen_slots(uint64_t default_slots) { return std::max(4 * default_slots, uint64_t{1} << 22); }
 
 // Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
 //
 // The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident, and
 // the roomy number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays
 // (bytes moved a ray fall as 1 / slots) and a round fuller, so there may be more: up to a sixth of the scene's bytes and four times the ordinary
-// number where that is taken from the pool; and of room that the pool may not have all up to half of the scene's bytes, or a quarter up to twice the
-// scene's bytes. Always at most half of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths of the
+// number where that is taken from the pool; and of room that the pool may not have all up to half of the scene's bytes, or a quarter up to
+// most_slot_bytes. Always at most half of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths of the
 // render.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 

@@ -20,10 +20,14 @@ constexpr uint32_t wake_runs_per_core = 16;
 constexpr uint32_t items_per_unit = 1 << 12;
 constexpr uint32_t shade_items_per_core = 64;  // of a CPU, each alone in its group
 
-constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1;  // planes; status (two words), queue, free list; share of `again_`
+// Planes; status (two words), queue, free list; shares of `again_` and `naps_`.
+constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 + 1;
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
+
+// Two words for sixteen slots (kernels/stages/wake.cl).
+constexpr uint64_t nap_bytes(uint64_t slots) { return 16 + slots / 16 * 2 * sizeof(uint32_t); }
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 
@@ -58,7 +62,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + nap_bytes(0);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
@@ -116,6 +120,7 @@ Status Wavefront::allocate_state() {
                           {queue_, slots * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
                           {again_, again_bytes(slots), "samples to trace again"},
+                          {naps_, nap_bytes(slots), "sleeping slots"},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
     for (const Part& part : parts) {
         auto buffer = device_.allocate(part.bytes, part.what);
@@ -196,7 +201,7 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* 
     names.fill(RP_NONE);
     if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
     const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, count, names));
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, count, names));
     return device_.kernels().launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, event);
 }
 

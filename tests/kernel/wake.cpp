@@ -76,9 +76,16 @@ protected:
         auto device = Device::open("", 0);
         ASSERT_TRUE(device.ok()) << device.status().message();
         device_ = std::move(*device);
+        SetUpNaps();
     }
 
-    // in_runs: as beside streams, with the new blocks named or not.
+    void SetUpNaps() {
+        auto buffer = device_->allocate((slots + 15) / 16 * 2 * sizeof(uint32_t), "naps");
+        ASSERT_TRUE(buffer.ok());
+        naps_ = std::move(*buffer);
+    }
+
+    // in_runs: as beside streams, with the new blocks named or not. Slots that slept after the last call may sleep on.
     Lists wake(const Slots& s, bool in_runs, bool named) {
         auto kernel = device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake", "-DRP_WAKE_SLOTS=16");
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
@@ -91,7 +98,7 @@ protected:
         const cl_uint count = named ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
         Queue& commands = device_->kernels();
         if (in_runs) {
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, count, names).ok());
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, count, names).ok());
             EXPECT_TRUE(commands.launch(*kernel, 7, 1).ok());
         } else {
             EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters).ok());
@@ -113,6 +120,7 @@ protected:
     }
 
     std::unique_ptr<Device> device_;
+    Buffer naps_;
 };
 
 TEST_F(Wake, lists_every_slot_once_where_it_belongs) {
@@ -127,17 +135,55 @@ TEST_F(Wake, lists_every_slot_once_where_it_belongs) {
         EXPECT_TRUE(wake(s, false, false) == right);
         EXPECT_TRUE(wake(s, true, false) == right);
         if (new_blocks > RP_MOST_NAMED) continue;
+        SetUpNaps();  // nobody sleeps
         EXPECT_TRUE(wake(s, true, true) == right);
     }
 }
 
-// The names are what it goes by: a block that has come and is not named wakes nobody in a run of slots that all wait.
+// Round after round of a render in small: blocks come and go, slots that can go on end up anywhere, and those that slept are not forgotten.
+TEST_F(Wake, nobody_sleeps_too_long) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Slots s = random_slots(random, 0);
+    const auto absent = [&](uint32_t block) { return s.pages[block].address == RP_NONE; };
+    uint32_t woken = 0, most_waiting = 0;
+    for (uint32_t round = 0; round < 200; round++) {
+        SCOPED_TRACE(round);
+        // A ray stops at a block that is absent in this round; all that came since are named in the next, as far as names reach.
+        s.came.clear();
+        for (uint32_t n = random() % (round % 20 == 19 ? 30 : 4); n > 0; n--) {
+            const auto block = static_cast<uint32_t>(random() % blocks), gone = static_cast<uint32_t>(random() % blocks);
+            if (absent(block)) s.came.push_back(block);
+            s.pages[block].address = block;
+            s.pages[gone].address = RP_NONE;
+        }
+        const Lists right = expected(s);
+        ASSERT_TRUE(wake(s, true, s.came.size() <= RP_MOST_NAMED) == right);
+        woken += static_cast<uint32_t>(right.extend.size() + right.shadow.size());
+        most_waiting = std::max(most_waiting, right.waiting);
+        for (const auto* list : {&right.extend, &right.shadow, &right.free})
+            for (const uint32_t slot : *list) {
+                const auto block = static_cast<uint32_t>(random() % blocks);
+                const bool waits = absent(block) && random() % 8 != 0;
+                const uint32_t others[] = {RP_STATUS_FREE, RP_STATUS_EXTEND, RP_STATUS_SHADOW};
+                s.status[slot] = waits ? RP_STATUS_EXTEND_WAITS + random() % 2 : round > 150 && random() % 4 == 0 ? RP_STATUS_IDLE : others[random() % 3];
+                s.status[slots + slot] = block;
+            }
+    }
+    EXPECT_GT(woken, slots);
+    EXPECT_GT(most_waiting, slots / 2);
+}
+
+// The names are what it goes by: a block that has come and is not named wakes nobody who sleeps.
 TEST_F(Wake, only_named_blocks_wake_where_all_wait) {
     Slots s;
     for (uint32_t slot = 0; slot < slots; slot++) {
         s.status[slot] = RP_STATUS_EXTEND_WAITS;
         s.status[slots + slot] = slot / 64 % 2;
     }
+    s.pages.assign(blocks, rp_page{RP_NONE, 0, 0, 0});
+    EXPECT_EQ(wake(s, true, true).waiting, slots);  // they fall asleep
     s.pages.assign(blocks, rp_page{0, 0, 0, 0});
     s.came = {1};
     const Lists lists = wake(s, true, true);

@@ -13,6 +13,8 @@ MemoryNeeds ordinary() {
     needs.geometry = 100 << 20;
     needs.largest_block = 4 << 20;
     needs.default_slots = 1 << 16;
+    needs.most_chosen_slots = 1 << 22;
+    needs.most_slot_bytes = 2 * needs.geometry;
     needs.total_paths = uint64_t{1} << 40;
     return needs;
 }
@@ -82,17 +84,19 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
     needs.default_slots = 1 << 20;
-    // Of room that the pool may not have: a quarter, if that is not more than twice the scene's bytes ...
+    // Of room that the pool may not have: a quarter, if that is not more than what slots may take ...
     EXPECT_EQ(plan_memory(needs)->slots, (200u << 20) / 100);
     needs.limit = 513 << 20;
     needs.largest_block = 1 << 20;
     EXPECT_EQ(plan_memory(needs)->slots, ((513u - 10 - 1 - 25) << 20) / 4 / 100);
-    // ... nor than four million slots or four times the ordinary number.
+    // ... nor than the most slots that are to be chosen.
     needs.per_slot = 10;
     needs.default_slots = 1 << 16;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 22);
-    needs.default_slots = 1 << 21;
+    needs.most_chosen_slots = 1 << 23;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 23);
+    needs.most_slot_bytes = 10 << 20;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 20);
     needs = ordinary();
     needs.geometry_limit_percent = 25;
     // ... or all of it, if that is not more than half of the scene's bytes.
