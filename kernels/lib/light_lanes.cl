@@ -36,30 +36,31 @@ static inline RP_FLOATS RP_NAME(rp_mis_weight_)(RP_FLOATS density, RP_FLOATS oth
     return isinf(a) ? (RP_FLOATS)(1.0f) : a / (a + b);
 }
 
-// Of each lane a light, chosen by bits.x (rp_choose_light), and a point on it.
+// Of each lane a light, chosen by bits.x (rp_choose_light), and a point on it. The words of rp_light are taken as they lie: p and kind, e1 and
+// flags, e2 and area, radiance and probability.
 static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
                                                                   RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
-    uint number[RP_LANES];
-    float fine[RP_LANES], along[RP_LANES], word[16][RP_LANES];
+    uint number[RP_LANES], word[16][RP_LANES];
+    float fine[RP_LANES], along[RP_LANES];
     RP_STORE(bits.x, number);
     RP_STORE(RP_NAME(rp_unit_)(bits.z), fine);
     for (uint k = 0u; k < RP_LANES; k++) {
         const __global rp_light* light = lights + rp_choose_light(steps, light_count, number[k], fine[k], along + k);
-        const float4 row[4] = {vload4(0, light->p), vload4(0, light->e1), vload4(0, light->e2), vload4(0, light->radiance)};
         for (uint i = 0u; i < 4u; i++) {
-            word[4u * i][k] = row[i].x;
-            word[4u * i + 1u][k] = row[i].y;
-            word[4u * i + 2u][k] = row[i].z;
-            word[4u * i + 3u][k] = row[i].w;
+            const uint4 row = vload4(i, (const __global uint*)light);
+            word[4u * i][k] = row.x;
+            word[4u * i + 1u][k] = row.y;
+            word[4u * i + 2u][k] = row.z;
+            word[4u * i + 3u][k] = row.w;
         }
     }
     const RP_FLOATS u = RP_LOAD(along), v = RP_NAME(rp_unit_)(bits.y);
-    const RP_NAME(rp_vector_) p = {RP_LOAD(word[0]), RP_LOAD(word[1]), RP_LOAD(word[2])};
-    const RP_NAME(rp_vector_) e1 = {RP_LOAD(word[4]), RP_LOAD(word[5]), RP_LOAD(word[6])};
-    const RP_NAME(rp_vector_) e2 = {RP_LOAD(word[8]), RP_LOAD(word[9]), RP_LOAD(word[10])};
-    const RP_NAME(rp_vector_) radiance = {RP_LOAD(word[12]), RP_LOAD(word[13]), RP_LOAD(word[14])};
-    const RP_UINTS kind = RP_AS_UINTS(RP_LOAD(word[3])), flags = RP_AS_UINTS(RP_LOAD(word[7]));
-    const RP_FLOATS area = RP_LOAD(word[11]), probability = RP_LOAD(word[15]);
+    const RP_NAME(rp_vector_) p = {RP_AS_FLOATS(RP_LOAD(word[0])), RP_AS_FLOATS(RP_LOAD(word[1])), RP_AS_FLOATS(RP_LOAD(word[2]))};
+    const RP_NAME(rp_vector_) e1 = {RP_AS_FLOATS(RP_LOAD(word[4])), RP_AS_FLOATS(RP_LOAD(word[5])), RP_AS_FLOATS(RP_LOAD(word[6]))};
+    const RP_NAME(rp_vector_) e2 = {RP_AS_FLOATS(RP_LOAD(word[8])), RP_AS_FLOATS(RP_LOAD(word[9])), RP_AS_FLOATS(RP_LOAD(word[10]))};
+    const RP_NAME(rp_vector_) radiance = {RP_AS_FLOATS(RP_LOAD(word[12])), RP_AS_FLOATS(RP_LOAD(word[13])), RP_AS_FLOATS(RP_LOAD(word[14]))};
+    const RP_UINTS kind = RP_LOAD(word[3]), flags = RP_LOAD(word[7]);
+    const RP_FLOATS area = RP_AS_FLOATS(RP_LOAD(word[11])), probability = RP_AS_FLOATS(RP_LOAD(word[15]));
     const RP_INTS triangle = kind == RP_LIGHT_TRIANGLE, sphere = kind == RP_LIGHT_SPHERE, infinite = kind == RP_LIGHT_INFINITE;
     const RP_INTS distant = kind == RP_LIGHT_DISTANT, surface = triangle | sphere;
 

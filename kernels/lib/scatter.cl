@@ -20,10 +20,6 @@
 #endif
 
 static inline float3 rp_float3(rp_vector_1 v) { return (float3)(v.x, v.y, v.z); }
-static inline rp_vector_1 rp_vector(float3 v) {
-    const rp_vector_1 r = {v.x, v.y, v.z};
-    return r;
-}
 
 // As rp_scatter_diffuse_1, at surfaces of other materials.
 static inline void rp_scatter_special(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
@@ -40,7 +36,7 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
     if (out->shadow) {
         const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
         float density;
-        const rp_vector_1 reflected = rp_vector(rp_bsdf_evaluate(material, &shading, rp_float3(light.direction), &density));
+        const rp_vector_1 reflected = rp_vector_of(rp_bsdf_evaluate(material, &shading, rp_float3(light.direction), &density));
         const float weight = light.density > 0.0f ? rp_mis_weight_1(light.density, density) : 1.0f;
         out->light = rp_times_1(rp_product_1(rp_product_1(out->throughput, reflected), light.radiance), weight);
         out->light_direction = light.direction;
@@ -50,9 +46,9 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
     if (!out->go_on) return;
     const float4 numbers = (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), rp_unit_1(bits.z), rp_unit_1(bits.w));
     const rp_scatter scatter = rp_bsdf_sample(material, &shading, numbers);
-    out->direction = rp_vector(scatter.direction);
+    out->direction = rp_vector_of(scatter.direction);
     out->density = scatter.density;
-    out->throughput = rp_product_1(out->throughput, rp_vector(scatter.weight));
+    out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));
     // Both rays of a vertex begin at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
     if (scatter.transmitted) out->start = rp_minus_1(vertex->position, away);
     rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);

@@ -66,10 +66,6 @@ static inline RP_NAME(rp_frame_) RP_NAME(rp_make_frame_at_)(const RP_NAME(rp_ver
     return f;
 }
 
-static inline RP_NAME(rp_vector_) RP_NAME(rp_to_local_)(const RP_NAME(rp_frame_)* f, RP_NAME(rp_vector_) v) {
-    const RP_NAME(rp_vector_) r = {RP_NAME(rp_dot_)(v, f->tangent), RP_NAME(rp_dot_)(v, f->bitangent), RP_NAME(rp_dot_)(v, f->normal)};
-    return r;
-}
 static inline RP_NAME(rp_vector_) RP_NAME(rp_to_world_)(const RP_NAME(rp_frame_)* f, RP_NAME(rp_vector_) v) {
     return RP_NAME(rp_plus_)(RP_NAME(rp_plus_)(RP_NAME(rp_times_)(f->tangent, v.x), RP_NAME(rp_times_)(f->bitangent, v.y)),
                              RP_NAME(rp_times_)(f->normal, v.z));
@@ -79,7 +75,7 @@ static inline RP_NAME(rp_vector_) RP_NAME(rp_to_world_)(const RP_NAME(rp_frame_)
 // surface can be lit by a light that was chosen. number: of the choice.
 static inline void RP_NAME(rp_choose_rays_)(__constant rp_render_params* params, RP_INTS connects, RP_UINTS number, RP_NAME(rp_departure_)* out) {
     out->shadow = connects;
-    out->go_on = connects | (connects == 0);
+    out->go_on = (RP_INTS)(-1);
     if (params->roulette_connection == 0u) return;
     out->shadow = connects & (number < 0x80000000u);
     out->go_on = out->shadow == 0;
@@ -91,7 +87,7 @@ static inline void RP_NAME(rp_survive_)(RP_UINTS depth, RP_FLOATS number, RP_NAM
     const RP_FLOATS largest = rp_max(rp_max(out->throughput.x, out->throughput.y), out->throughput.z);
     const RP_FLOATS survival = depth + 1u >= RP_ROULETTE_DEPTH ? rp_min(0.95f, largest) : (RP_FLOATS)(1.0f);
     out->go_on &= (largest > 0.0f) & (number < survival);
-    out->throughput = RP_NAME(rp_times_)(out->throughput, 1.0f / survival);
+    out->throughput = RP_NAME(rp_times_)(out->throughput, survival > 0.0f ? 1.0f / survival : (RP_FLOATS)(0.0f));
 }
 
 // At a diffuse surface.
@@ -106,6 +102,9 @@ static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* par
     out->throughput = vertex->throughput;
     RP_NAME(rp_choose_rays_)(params, (RP_INTS)(params->light_count != 0u ? -1 : 0), bits.w, out);
     const RP_NAME(rp_vector_) reflected = RP_NAME(rp_product_)(out->throughput, vertex->reflectance);
+    const RP_NAME(rp_vector_) none = {(RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f)};
+    out->light = out->light_direction = none;
+    out->light_reach = (RP_FLOATS)(0.0f);
     if (RP_ANY(out->shadow)) {
         const RP_NAME(rp_light_sample_) light = RP_NAME(rp_sample_light_)(lights, light_steps, params->light_count, out->start, light_bits);
         const RP_FLOATS cosine = RP_NAME(rp_dot_)(light.direction, frame.normal), density = cosine * RP_INV_PI;

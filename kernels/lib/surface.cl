@@ -42,11 +42,6 @@ static inline uint3 rp_strip_corners(uint ref) {
 #include "lib/surface_lanes.cl"
 #undef RP_LANES
 
-static inline rp_vector_1 rp_vector_of(float3 v) {
-    const rp_vector_1 r = {v.x, v.y, v.z};
-    return r;
-}
-
 // A triangle in its true orientation, with the octahedral normals of its corners (RP_NONE: none).
 typedef struct rp_triangle {
     float3 corner[3];

@@ -35,7 +35,6 @@ static inline uint rp_mask16(int16 lanes) {
 static inline int16 rp_lanes16(uint mask) {
     return ((int16)((int)mask) & (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)) != 0;
 }
-static inline int8 rp_lanes8(uint mask) { return ((int8)((int)mask) & (int8)(1, 2, 4, 8, 16, 32, 64, 128)) != 0; }
 
 // Lane k: values[index[k]].
 static inline float16 rp_pick16(float16 values, uint16 index) {

@@ -10,6 +10,13 @@ typedef struct RP_NAME(rp_vector_) {
     RP_FLOATS x, y, z;
 } RP_NAME(rp_vector_);
 
+#if RP_LANES == 1
+static inline rp_vector_1 rp_vector_of(float3 v) {
+    const rp_vector_1 r = {v.x, v.y, v.z};
+    return r;
+}
+#endif
+
 static inline RP_NAME(rp_vector_) RP_NAME(rp_plus_)(RP_NAME(rp_vector_) a, RP_NAME(rp_vector_) b) {
     const RP_NAME(rp_vector_) r = {a.x + b.x, a.y + b.y, a.z + b.z};
     return r;

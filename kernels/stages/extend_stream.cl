@@ -67,8 +67,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     }
 }
 
-// A work-item traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another
-// is on its way from memory.
+// A work-item traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
 __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                volatile __global uint* restrict counters) {

@@ -78,10 +78,10 @@ static inline bool rp_arrive(__constant rp_render_params* params, const __global
     arrival->material = material;
     arrival->radiance = radiance;
     rp_vertex_1* vertex = &arrival->vertex;
-    vertex->direction = rp_vector(direction);
-    vertex->throughput = rp_vector(throughput);
-    vertex->position = rp_vector(as_float3(hit.xyz));
-    vertex->reflectance = rp_vector(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
+    vertex->direction = rp_vector_of(direction);
+    vertex->throughput = rp_vector_of(throughput);
+    vertex->position = rp_vector_of(as_float3(hit.xyz));
+    vertex->reflectance = rp_vector_of(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
     vertex->offset = rp_offset_distance(state >> RP_STATUS_OFFSET_SHIFT);
     vertex->geometric_normal = surface.x;
     vertex->shading_normal = colored ? surface.x : surface.y;
@@ -169,7 +169,7 @@ static inline void rp_store_vector(rp_vector_16 v, float (*rows)[16]) {
     vstore16(v.y, 0, rows[1]);
     vstore16(v.z, 0, rows[2]);
 }
-static inline rp_vector_1 rp_lane(float (*rows)[16], uint k) {
+static inline rp_vector_1 rp_of_lane(float (*rows)[16], uint k) {
     const rp_vector_1 v = {rows[0][k], rows[1][k], rows[2][k]};
     return v;
 }
@@ -202,11 +202,11 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
     vstore16(all.go_on, 0, go_on);
     for (uint k = 0u; k < g->count; k++) {
         rp_departure_1 out;
-        out.start = rp_lane(rows, k);
-        out.light_direction = rp_lane(rows + 3, k);
-        out.light = rp_lane(rows + 6, k);
-        out.direction = rp_lane(rows + 9, k);
-        out.throughput = rp_lane(rows + 12, k);
+        out.start = rp_of_lane(rows, k);
+        out.light_direction = rp_of_lane(rows + 3, k);
+        out.light = rp_of_lane(rows + 6, k);
+        out.direction = rp_of_lane(rows + 9, k);
+        out.throughput = rp_of_lane(rows + 12, k);
         out.light_reach = rows[15][k];
         out.density = rows[16][k];
         out.shadow = shadow[k];

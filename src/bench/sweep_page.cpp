@@ -155,7 +155,8 @@ std::string conditions(const SweepResult& result, const SweepPageFacts& facts) {
         "<p>{}, {}, {}x{} pixels, {} samples a pixel, at most {} scattering events, seed {}.<br>Device: {} ({}, driver {}).<br>"
         "raypager {}, {}. Command: <code>{}</code></p>\n"
         "<p>Error is the root mean square over pixels and channels against a reference of {} samples a pixel with another seed ({}), whose own error "
-        "is about {:.2g} of that of the finished pictures. Time is that of rendering, without the snapshots that the curves are made of. Repeats "
+        "is at most about {:.2g} of that of the finished pictures. Time is that of rendering, without the snapshots that the curves are made of. "
+        "Repeats "
         "were "
         "interleaved; tables hold medians. \"× roomiest\" is the median of the ratios to the same repeat at the largest limit.</p>\n",
         escape_markup(facts.scene), escape_markup(facts.primitives), r.width, r.height, r.spp, r.max_depth, r.seed, escape_markup(r.device.name),

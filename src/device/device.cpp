@@ -111,6 +111,7 @@ cl_int command(const Enqueue& enqueue) {
 // In pieces: NVIDIA's driver (580) never comes back from filling 2^31 words or more with a pattern of four bytes. last: of the last piece.
 cl_int enqueue_zeros(const cl::CommandQueue& queue, const cl::Buffer& buffer, uint64_t offset, uint64_t bytes, cl::Event* last) {
     constexpr uint64_t most = uint64_t{1} << 30;
+    static_assert(most / sizeof(cl_uint) < uint64_t{1} << 31);
     cl_int code = CL_SUCCESS;
     for (const uint64_t end = offset + bytes; offset < end && code == CL_SUCCESS;) {
         const uint64_t piece = std::min(most, end - offset);

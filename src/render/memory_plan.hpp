@@ -20,7 +20,7 @@ struct MemoryNeeds {
     uint64_t default_slots = 0;         // that keep the device busy
     uint64_t roomy_slots = 0;           // that suit it better, where all geometry fits beside them
     uint64_t most_chosen_slots = 0;     // where blocks must be swapped and there is room: so many at most, ...
-    uint64_t most_slot_bytes = 0;        // ... and so many bytes of them
+    uint64_t most_slot_bytes = 0;       // ... and so many bytes of them
     uint64_t total_paths = 0;           // of the whole render
     uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer
 };

@@ -16,7 +16,8 @@ constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 
 // Few work-items, so that short queues cost little, but enough of them for balance (wavefront.cpp): rays differ in length, and a GPU gives
 // its work-groups out as others end.
 constexpr uint32_t ray_items_per_core = 1 << 12, ray_items_per_gpu_unit = 1 << 14;
-// Each alone in its group: it has much private memory. They take their work themselves, so one a core is enough where drivers start all at once.
+// Each alone in its group: it has much private memory. They take their work themselves: one a core would do, where each core starts one
+// at once; a second one finds what is left, where not.
 constexpr uint32_t stream_items_per_core = 2;
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }

@@ -94,7 +94,6 @@ public:
 private:
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
-    bool on_cpu() const { return device_.info().type == "CPU"; }
     // Where rays are traced one by one, CPUs do as GPUs do: so that they can be tested in place of them.
     bool as_on_cpus() const { return geometry_.form() == BlockForm::wide; }
     Status upload_scene(const BakedScene& scene);

@@ -145,6 +145,7 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
     bytes.resize(begin + most);
     size_t end = begin;
     const auto append = [&](const void* items, size_t size) {
+        RAYPAGER_CHECK(end + size <= bytes.size());
         std::memcpy(bytes.data() + end, items, size);
         end += size;
     };
@@ -164,7 +165,6 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
         append(spheres_.data(), sphere_count_ * sizeof spheres_[0]);
         append(ids_.data(), sphere_count_ * sizeof(rp_u32));
     }
-    RAYPAGER_CHECK(end <= begin + most);
     bytes.resize((end + RP_WIDE_UNIT - 1) / RP_WIDE_UNIT * RP_WIDE_UNIT);
 }
 

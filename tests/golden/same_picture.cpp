@@ -167,6 +167,12 @@ TEST_P(SamePicture, roulette_connection_too) {
     const auto resident = run(options);
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     EXPECT_NE(resident->report.film_hash, hash_) << "the option does nothing";
+    for (const Traversal traversal : support::traversals()) {
+        options.traversal = traversal;
+        const auto other = run(options);
+        ASSERT_TRUE(other.ok()) << other.status().message();
+        EXPECT_EQ(other->report.film_hash, resident->report.film_hash);
+    }
     options.geometry_limit_percent = 10;
     options.policy = PolicyKind::most_wanted;
     const auto paged = run(options);

@@ -167,7 +167,9 @@ TEST_F(Wake, nobody_sleeps_too_long) {
                 const auto block = static_cast<uint32_t>(random() % blocks);
                 const bool waits = absent(block) && random() % 8 != 0;
                 const uint32_t others[] = {RP_STATUS_FREE, RP_STATUS_EXTEND, RP_STATUS_SHADOW};
-                s.status[slot] = waits ? RP_STATUS_EXTEND_WAITS + random() % 2 : round > 150 && random() % 4 == 0 ? RP_STATUS_IDLE : others[random() % 3];
+                s.status[slot] = waits                              ? RP_STATUS_EXTEND_WAITS + random() % 2
+                                 : round > 150 && random() % 4 == 0 ? RP_STATUS_IDLE
+                                                                    : others[random() % 3];
                 s.status[slots + slot] = block;
             }
     }

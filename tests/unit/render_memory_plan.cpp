@@ -95,8 +95,8 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 22);
     needs.most_chosen_slots = 1 << 23;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 23);
-    needs.most_slot_bytes = 10 << 20;
-    EXPECT_EQ(plan_memory(needs)->slots, 1u << 20);
+    needs.most_slot_bytes = 60 << 20;
+    EXPECT_EQ(plan_memory(needs)->slots, (60u << 20) / 10);
     needs = ordinary();
     needs.geometry_limit_percent = 25;
     // ... or all of it, if that is not more than half of the scene's bytes.
