@@ -32,7 +32,7 @@ from pathlib import Path
 
 MITSUBA = "mitsuba==3.9.1"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
-SAMPLERS = ("independent", "multijitter")
+SAMPLERS = ("independent", "multijitter", "stratified", "ldsampler")  # those that the exported scene has sensors with
 
 
 def arguments():
@@ -81,19 +81,19 @@ class Raypager:
         return told["seconds"]["render"]
 
 
-class Mitsuba:
-    """Renders the exported scene in one process that stays, so that loading and compiling are done once."""
+class MitsubaProcess:
+    """Mitsuba with the exported scene, loaded once."""
 
-    def __init__(self, options, variant, sampler, scene):
-        self.name = f"{variant}/{sampler}"
+    def __init__(self, options, variant, scene):
+        self.name = variant
         libraries = llvm_libraries() if variant.startswith("llvm") else [None]
         for library in libraries:
             environment = os.environ | ({"DRJIT_LIBLLVM_PATH": library} if library else {})
-            command = [venv_python(options), __file__, "--serve", variant, sampler, str(scene), options.size]
+            command = [venv_python(options), __file__, "--serve", variant, str(scene), options.size]
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                             stderr=subprocess.DEVNULL, text=True, env=environment)
             try:
-                self.ask({"spp": 1, "seed": 0, "picture": None})  # loads and compiles
+                self.ask({"spp": 1, "seed": 0, "sampler": SAMPLERS[0], "picture": None})  # loads and compiles
                 return
             except (RuntimeError, BrokenPipeError):
                 self.process.kill()
@@ -105,10 +105,21 @@ class Mitsuba:
         answer = self.process.stdout.readline()
         if not answer:
             raise RuntimeError(f"Mitsuba's {self.name} ended")
-        return json.loads(answer)["seconds"]
+        return json.loads(answer)
+
+
+class Mitsuba:
+    """Renders the exported scene with one of the samplers."""
+
+    def __init__(self, process, sampler):
+        self.process, self.sampler, self.name = process, sampler, f"{process.name}/{sampler}"
+        process.ask({"spp": 4, "seed": 0, "sampler": sampler, "picture": None})  # compiles
 
     def render(self, picture, spp, share=100.0, seed=1):
-        return self.ask({"spp": spp, "seed": seed, "picture": str(picture)})
+        answer = self.process.ask({"spp": spp, "seed": seed, "sampler": self.sampler, "picture": str(picture)})
+        if answer["spp"] != spp:
+            print(f"  {self.name}: {answer['spp']} samples for {spp}, which it rounds up")
+        return answer["seconds"]
 
 
 def llvm_libraries():
@@ -123,7 +134,7 @@ def llvm_libraries():
     return [path for _, path in sorted(found.items(), reverse=True)]
 
 
-def serve(variant, sampler, scene, size):
+def serve(variant, scene, size):
     """Mitsuba's side: a request a line on standard input, the seconds of rendering a line on standard output."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what libraries print is no answer
@@ -131,23 +142,25 @@ def serve(variant, sampler, scene, size):
     import mitsuba as mi
     mi.set_variant(variant)
     width, height = (int(n) for n in size.split("x"))
-    loaded = mi.load_file(scene, width=width, height=height, sampler=sampler)
+    loaded = mi.load_file(scene, width=width, height=height)
+    sensors = {sensor.id(): sensor for sensor in loaded.sensors()}
     for line in sys.stdin:
         request = json.loads(line)
         # All samples of a pass are in memory at once with llvm_ad_rgb.
         most = max(1, 2**25 // (width * height)) if variant.startswith("llvm") else request["spp"]
+        sensor, used = sensors[request["sampler"]], 0
         left, seed, total, began = request["spp"], request["seed"] * 10007, None, time.monotonic()
         while left > 0:
             spp = min(left, most)
-            picture = mi.render(loaded, spp=spp, seed=seed) * (spp / request["spp"])
+            picture = mi.render(loaded, sensor=sensor, spp=spp, seed=seed) * (spp / request["spp"])
             total = picture if total is None else total + picture
             dr.eval(total)
             dr.sync_thread()
-            left, seed = left - spp, seed + 1
+            left, seed, used = left - spp, seed + 1, used + sensor.sampler().sample_count()
         seconds = time.monotonic() - began
         if request["picture"]:
             mi.util.write_bitmap(request["picture"], total, write_async=False)
-        print(json.dumps({"seconds": seconds}), file=answers, flush=True)
+        print(json.dumps({"seconds": seconds, "spp": used}), file=answers, flush=True)
 
 
 def venv_python(options):
@@ -169,7 +182,7 @@ class Measurement:
 
     def __init__(self, options, tools):
         self.options, self.tools = options, tools
-        self.spp = {}
+        self.spp, self.power = {}, {}  # of each tool: samples to the target, and how its error falls with them
 
     def average_of_two(self, name, tool, seed):
         """A picture at twice the reference's samples, and its mean square error: the two halves tell."""
@@ -201,11 +214,14 @@ class Measurement:
         return self.error(picture)
 
     def find_spp(self, name, tool, target):
-        """In two steps, since the error does not fall with the same power of the samples for all tools."""
-        spp = self.options.target_spp
-        for step in range(2):
-            spp = max(1, round(spp * (self.pilot(tool, spp) / target) ** 2))
-        self.spp[name] = spp
+        """From two pilots, since the error does not fall with the same power of the samples for all tools."""
+        first = self.options.target_spp
+        error = self.pilot(tool, first)
+        second = max(4, round(first * (error / target) ** 2))
+        second = 2 * first if abs(second - first) < first / 4 else second
+        error_then = self.pilot(tool, second)
+        self.power[name] = min(1.0, max(0.4, math.log(error / error_then) / math.log(second / first)))
+        self.spp[name] = max(1, round(second * (error_then / target) ** (1 / self.power[name])))
 
     def timed(self, target):
         """Seconds to the target by (tool, share): of each repeat, corrected by what error it really came to."""
@@ -215,7 +231,7 @@ class Measurement:
                 spp, picture = self.spp[name], self.options.work / "timed.exr"
                 took = tool.render(picture, spp, share, seed=1000 + repeat)
                 reached = self.error(picture)
-                seconds.setdefault((name, share), []).append(took * (reached / target) ** 2)
+                seconds.setdefault((name, share), []).append(took * (reached / target) ** (1 / self.power[name]))
                 print(f"  {name:<24} {share:>5g} %  {spp:>6} spp  {took:>8.2f} s  RMSE {reached:.5g}", flush=True)
         return seconds
 
@@ -245,11 +261,11 @@ def prepare(options):
 def start_mitsubas(options):
     started = []
     for variant in options.variants.split(","):
-        for sampler in options.samplers.split(","):
-            try:
-                started.append(Mitsuba(options, variant, sampler, options.work / "mitsuba/scene.xml"))
-            except RuntimeError as error:
-                print(f"compare.py: {error}; it is left out", file=sys.stderr)
+        try:
+            process = MitsubaProcess(options, variant, options.work / "mitsuba/scene.xml")
+            started += [Mitsuba(process, sampler) for sampler in options.samplers.split(",")]
+        except RuntimeError as error:
+            print(f"compare.py: {error}; it is left out", file=sys.stderr)
     if not started:
         sys.exit("compare.py: no variant of Mitsuba runs")
     return started
@@ -272,7 +288,7 @@ def main():
 
     target = measurement.pilot(raypager, options.target_spp)
     print(f"target: RMSE {target:.4g}")
-    measurement.spp["raypager"] = options.target_spp
+    measurement.spp["raypager"], measurement.power["raypager"] = options.target_spp, 0.5
     for mitsuba in mitsubas:
         measurement.find_spp(mitsuba.name, mitsuba, target)
     seconds = {key: statistics.median(all_of) for key, all_of in measurement.timed(target).items()}

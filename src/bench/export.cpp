@@ -74,18 +74,20 @@ std::string sensor_xml(const BakedScene& scene) {
     const auto reach = [](float low, float high) { return double{high} - low; };
     const double diagonal =
         std::hypot(reach(scene.lower[0], scene.upper[0]), reach(scene.lower[1], scene.upper[1]), reach(scene.lower[2], scene.upper[2]));
-    return fmt::format(
-        "  <default name=\"width\" value=\"{}\"/><default name=\"height\" value=\"{}\"/>\n"
-        "  <default name=\"sampler\" value=\"independent\"/>\n"
-        "  <sensor type=\"perspective\">\n    <string name=\"fov_axis\" value=\"smaller\"/><float name=\"fov\" value=\"{}\"/>\n"
-        "    <float name=\"near_clip\" value=\"{}\"/><float name=\"far_clip\" value=\"{}\"/>\n"
-        "    <transform name=\"to_world\"><matrix value=\"{}{}{}0 0 0 1\"/></transform>\n"
-        "    <sampler type=\"$sampler\"><integer name=\"sample_count\" value=\"{}\"/></sampler>\n"
-        "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"$width\"/><integer name=\"height\" value=\"$height\"/>\n"
-        "      <string name=\"pixel_format\" value=\"rgb\"/><string name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>\n"
-        "  </sensor>\n",
-        scene.width, scene.height, 2 * std::atan(std::min(right, up) / forward) * degrees, 1e-6 * std::max(diagonal, 1e-3),
-        100 * std::max(diagonal, 1e-3), row(&Float3::x), row(&Float3::y), row(&Float3::z), scene.spp);
+    std::string xml = fmt::format("  <default name=\"width\" value=\"{}\"/><default name=\"height\" value=\"{}\"/>\n", scene.width, scene.height);
+    // The same camera with each of the samplers that bench/mitsuba/compare.py tries.
+    for (const char* sampler : {"independent", "multijitter", "stratified", "ldsampler"})
+        xml += fmt::format(
+            "  <sensor type=\"perspective\" id=\"{}\">\n    <string name=\"fov_axis\" value=\"smaller\"/><float name=\"fov\" value=\"{}\"/>\n"
+            "    <float name=\"near_clip\" value=\"{}\"/><float name=\"far_clip\" value=\"{}\"/>\n"
+            "    <transform name=\"to_world\"><matrix value=\"{}{}{}0 0 0 1\"/></transform>\n"
+            "    <sampler type=\"{}\"><integer name=\"sample_count\" value=\"{}\"/></sampler>\n"
+            "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"$width\"/><integer name=\"height\" value=\"$height\"/>\n"
+            "      <string name=\"pixel_format\" value=\"rgb\"/><string name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>\n"
+            "  </sensor>\n",
+            sampler, 2 * std::atan(std::min(right, up) / forward) * degrees, 1e-6 * std::max(diagonal, 1e-3), 100 * std::max(diagonal, 1e-3),
+            row(&Float3::x), row(&Float3::y), row(&Float3::z), sampler, scene.spp);
+    return xml;
 }
 
 std::string shape_xml(const Group& group, const std::string& type, const std::string& inside, const std::string& material) {

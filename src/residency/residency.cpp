@@ -21,7 +21,7 @@ uint32_t page_address(PoolAddress place) {
 }  // namespace
 
 Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block) {
-    // Pages could name 16 GiB, but NVIDIA's driver (580) has access violations when it fills a buffer of that size, even piece by piece.
+    // Pages could name 16 GiB, but NVIDIA's driver (580) has an access violation when it fills a buffer from 8 GiB on.
     constexpr uint64_t most = uint64_t{8} << 30;
     static_assert(most <= (uint64_t{RP_PAGE_OFFSET_MASK} + 1) * RP_BLOCK_ALIGNMENT);
     const uint64_t slab = std::min(max_slab_bytes, most) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
