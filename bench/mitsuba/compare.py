@@ -32,7 +32,7 @@ from pathlib import Path
 
 MITSUBA = "mitsuba==3.9.1"
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
-SAMPLERS = ("independent", "multijitter", "stratified", "ldsampler")  # those that the exported scene has sensors with
+SAMPLERS = ("independent", "multijitter")  # the exported scene has sensors with "stratified" and "ldsampler", too
 
 
 def arguments():
@@ -78,7 +78,7 @@ class Raypager:
         told = json.loads(report.read_text())
         if told["device"]["type"].lower() != "cpu":
             sys.exit(f"compare.py: raypager renders on {told['device']['name']}, which is no CPU; choose one with --device")
-        return told["seconds"]["render"]
+        return told["seconds"]["render"], spp
 
 
 class MitsubaProcess:
@@ -117,9 +117,7 @@ class Mitsuba:
 
     def render(self, picture, spp, share=100.0, seed=1):
         answer = self.process.ask({"spp": spp, "seed": seed, "sampler": self.sampler, "picture": str(picture)})
-        if answer["spp"] != spp:
-            print(f"  {self.name}: {answer['spp']} samples for {spp}, which it rounds up")
-        return answer["seconds"]
+        return answer["seconds"], answer["spp"]  # some samplers round the number up
 
 
 def llvm_libraries():
@@ -148,16 +146,19 @@ def serve(variant, scene, size):
         request = json.loads(line)
         # All samples of a pass are in memory at once with llvm_ad_rgb.
         most = max(1, 2**25 // (width * height)) if variant.startswith("llvm") else request["spp"]
+        if request["sampler"] != "independent" and request["spp"] > most:
+            most = 4 ** int(math.log(most, 4))  # which every sampler takes as it is
         sensor, used = sensors[request["sampler"]], 0
         left, seed, total, began = request["spp"], request["seed"] * 10007, None, time.monotonic()
         while left > 0:
             spp = min(left, most)
-            picture = mi.render(loaded, sensor=sensor, spp=spp, seed=seed) * (spp / request["spp"])
+            picture = mi.render(loaded, sensor=sensor, spp=spp, seed=seed) * sensor.sampler().sample_count()
             total = picture if total is None else total + picture
             dr.eval(total)
             dr.sync_thread()
             left, seed, used = left - spp, seed + 1, used + sensor.sampler().sample_count()
         seconds = time.monotonic() - began
+        total = total / used
         if request["picture"]:
             mi.util.write_bitmap(request["picture"], total, write_async=False)
         print(json.dumps({"seconds": seconds, "spp": used}), file=answers, flush=True)
@@ -210,18 +211,20 @@ class Measurement:
 
     def pilot(self, tool, spp):
         picture = self.options.work / "pilot.exr"
-        tool.render(picture, spp, seed=7)
-        return self.error(picture)
+        _, used = tool.render(picture, spp, seed=7)
+        error = self.error(picture)
+        if error ** 2 < 2 * self.noise:
+            sys.exit("compare.py: the pictures are as good as the reference; raise --reference-spp")
+        return error, used
 
     def find_spp(self, name, tool, target):
         """From two pilots, since the error does not fall with the same power of the samples for all tools."""
-        first = self.options.target_spp
-        error = self.pilot(tool, first)
-        second = max(4, round(first * (error / target) ** 2))
-        second = 2 * first if abs(second - first) < first / 4 else second
-        error_then = self.pilot(tool, second)
+        error, first = self.pilot(tool, self.options.target_spp)
+        factor = (error / target) ** 2
+        error_then, second = self.pilot(tool, max(4, round(first * (factor if factor > 2 else 2 if factor > 1 else min(factor, 0.5)))))
         self.power[name] = min(1.0, max(0.4, math.log(error / error_then) / math.log(second / first)))
         self.spp[name] = max(1, round(second * (error_then / target) ** (1 / self.power[name])))
+        tool.render(self.options.work / "warm.exr", self.spp[name])  # some samplers compile anew for each number
 
     def timed(self, target):
         """Seconds to the target by (tool, share): of each repeat, corrected by what error it really came to."""
@@ -229,7 +232,7 @@ class Measurement:
         for repeat in range(self.options.repeats):
             for name, tool, share in self.tools:
                 spp, picture = self.spp[name], self.options.work / "timed.exr"
-                took = tool.render(picture, spp, share, seed=1000 + repeat)
+                took, spp = tool.render(picture, spp, share, seed=1000 + repeat)
                 reached = self.error(picture)
                 seconds.setdefault((name, share), []).append(took * (reached / target) ** (1 / self.power[name]))
                 print(f"  {name:<24} {share:>5g} %  {spp:>6} spp  {took:>8.2f} s  RMSE {reached:.5g}", flush=True)
@@ -286,7 +289,7 @@ def main():
     print(f"references: relative MSE {apart['relative_mse']:.3g}, RMSE {apart['rmse']:.3g}, of which noise {math.sqrt(noise):.3g}: "
           f"{'the same picture' if agree else 'NOT the same picture'}")
 
-    target = measurement.pilot(raypager, options.target_spp)
+    target, _ = measurement.pilot(raypager, options.target_spp)
     print(f"target: RMSE {target:.4g}")
     measurement.spp["raypager"], measurement.power["raypager"] = options.target_spp, 0.5
     for mitsuba in mitsubas:

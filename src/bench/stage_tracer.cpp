@@ -27,7 +27,8 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     const BlockForm form = tracer->form_ = block_form(traversal, tracer->device_->info());
     ResidencySettings settings;
     settings.form = form;
-    settings.pool_bytes = file.scene().geometry_bytes(form);
+    settings.pool_bytes =
+        pool_for_all(file.scene().geometry_bytes(form), tracer->device_->info().max_allocation_bytes, file.scene().largest_block(form));
     settings.policy = default_settings(PolicyKind::lru);
     auto residency = Residency::create(*tracer->device_, file, settings);
     if (!residency) return residency.status();

@@ -115,8 +115,8 @@ cl_int enqueue_zeros(const cl::CommandQueue& queue, const cl::Buffer& buffer, ui
     cl_int code = CL_SUCCESS;
     for (const uint64_t end = offset + bytes; offset < end && code == CL_SUCCESS;) {
         const uint64_t piece = std::min(most, end - offset);
-        code = piece % sizeof(cl_uint) == 0 ? queue.enqueueFillBuffer(buffer, cl_uint{0}, offset, piece, nullptr, last)
-                                            : queue.enqueueFillBuffer(buffer, cl_uchar{0}, offset, piece, nullptr, last);
+        code = (offset | piece) % sizeof(cl_uint) == 0 ? queue.enqueueFillBuffer(buffer, cl_uint{0}, offset, piece, nullptr, last)
+                                                       : queue.enqueueFillBuffer(buffer, cl_uchar{0}, offset, piece, nullptr, last);
         offset += piece;
     }
     return code;

@@ -7,6 +7,7 @@
 #include "base/memory.hpp"
 #include "device/kernel_sources.hpp"
 #include "raypager/abi/film.h"
+#include "residency/residency.hpp"
 
 namespace raypager {
 namespace {
@@ -25,7 +26,7 @@ uint64_t roomy_slots(BlockForm form, const DeviceInfo& info) {
 }
 
 // Where blocks must be swapped. On two cores, with 10 M triangles, three million instead of one take 14 % less time at 3 % resident, and 1 % less
-// at 12.5 %; on a GPU, with 40 M, 64 M instead of 16 M take 13 to 18 % less at 29, 12.5 and 3 %.
+// at 12.5 %; on a GPU, with 40 M, 64 M instead of 16 M take 13 to 20 % less at 29, 12.5 and 3 %.
 uint64_t most_chosen_slots(const DeviceInfo& info) {
     return info.type == "CPU" ? std::max(4 * default_slots(info), uint64_t{1} << 22) : 16 * default_slots(info);
 }
@@ -132,9 +133,11 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
     needs.per_slot = bytes.per_slot;
     if (options.pool_place == PoolPlace::device) {
-        needs.geometry = scene.geometry_bytes(form);
         needs.largest_block = scene.largest_block(form);
+        needs.geometry = pool_for_all(scene.geometry_bytes(form), device.max_allocation_bytes, needs.largest_block);
         needs.geometry_limit = options.geometry_limit;
+        if (const uint64_t most = largest_pool(device.max_allocation_bytes); needs.geometry > most)
+            needs.geometry_limit = options.geometry_limit ? std::min(options.geometry_limit, most) : most;
         needs.geometry_limit_percent = options.geometry_limit_percent;
     }
     needs.requested_slots = options.paths;
@@ -142,7 +145,9 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.roomy_slots = roomy_slots(form, device);
     needs.most_chosen_slots = most_chosen_slots(device);
     needs.most_slot_bytes = scenes_for_slots(device) * needs.geometry;
-    needs.total_paths = params.sample_limit;
+    // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
+    constexpr uint64_t few_spp = 16;
+    needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
     needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;
 }
@@ -156,8 +161,7 @@ PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const Re
 }
 
 uint64_t mapped_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device) {
-    const uint64_t geometry = scene.geometry_bytes(form), slab = device.max_allocation_bytes;
-    return geometry <= slab ? geometry : geometry + (geometry / slab + 1) * 2 * scene.largest_block(form);
+    return pool_for_all(scene.geometry_bytes(form), device.max_allocation_bytes, scene.largest_block(form));
 }
 
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {

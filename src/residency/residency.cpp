@@ -18,13 +18,22 @@ uint32_t page_address(PoolAddress place) {
     return place.slab << RP_PAGE_SLAB_SHIFT | static_cast<uint32_t>(unit);
 }
 
+uint64_t whole_slab(uint64_t max_slab_bytes) {
+    constexpr uint64_t addressable = (uint64_t{RP_PAGE_OFFSET_MASK} + 1) * RP_BLOCK_ALIGNMENT;
+    return std::min(max_slab_bytes, addressable) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+}
+
 }  // namespace
 
+uint64_t pool_for_all(uint64_t geometry_bytes, uint64_t max_slab_bytes, uint64_t largest_block) {
+    const uint64_t slab = whole_slab(max_slab_bytes);
+    return geometry_bytes <= slab ? geometry_bytes : geometry_bytes + (geometry_bytes / slab + 1) * 2 * largest_block;
+}
+
+uint64_t largest_pool(uint64_t max_slab_bytes) { return RP_MAX_SLABS * whole_slab(max_slab_bytes); }
+
 Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block) {
-    // Pages could name 16 GiB, but NVIDIA's driver (580) has an access violation when it fills a buffer from 8 GiB on.
-    constexpr uint64_t most = uint64_t{8} << 30;
-    static_assert(most <= (uint64_t{RP_PAGE_OFFSET_MASK} + 1) * RP_BLOCK_ALIGNMENT);
-    const uint64_t slab = std::min(max_slab_bytes, most) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+    const uint64_t slab = whole_slab(max_slab_bytes);
     pool_bytes = pool_bytes / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
     if (largest_block > slab)
         return Status::failed(fmt::format(

@@ -29,6 +29,9 @@ struct ResidencySettings {
 
 // Sizes of the slabs for a pool: as few as possible, each large enough for the largest block; what is left over is not used.
 Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
+// Bytes of a pool that holds all geometry, ends of slabs included that no block fits into; and of the largest pool that there can be.
+uint64_t pool_for_all(uint64_t geometry_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
+uint64_t largest_pool(uint64_t max_slab_bytes);
 
 class Residency {
 public:

@@ -88,6 +88,17 @@ TEST(SplitPool, uses_as_few_slabs_as_the_device_allows) {
     EXPECT_EQ(*split_pool(1 << 20, 1 << 30, 1000), (std::vector<uint64_t>{1 << 20}));
     EXPECT_EQ(*split_pool(2500 * 64, 1000 * 64, 1000), (std::vector<uint64_t>{64000, 64000, 32000}));
     EXPECT_FALSE(split_pool(1 << 20, 1000, 1001).ok());
+    // In a pool for all there is room for all, whatever the slabs leave over.
+    for (const uint64_t slab : {uint64_t{64000}, uint64_t{100000}, uint64_t{1} << 20})
+        for (uint64_t count = 1; count < 40; count++) {
+            constexpr uint64_t block = 9984;
+            const auto sizes = split_pool(pool_for_all(count * block, slab, block), slab, block);
+            ASSERT_TRUE(sizes.ok());
+            uint64_t places = 0;
+            for (const uint64_t size : *sizes) places += size / block;
+            EXPECT_GE(places, count) << slab;
+        }
+    EXPECT_EQ(largest_pool(64000), 64000u * RP_MAX_SLABS);
 }
 
 }  // namespace
