@@ -221,7 +221,8 @@ class Measurement:
         """From two pilots, since the error does not fall with the same power of the samples for all tools."""
         error, first = self.pilot(tool, self.options.target_spp)
         factor = (error / target) ** 2
-        error_then, second = self.pilot(tool, max(4, round(first * (factor if factor > 2 else 2 if factor > 1 else min(factor, 0.5)))))
+        factor = max(factor, 2) if factor > 1 else min(factor, 0.5)  # far enough apart to tell a power
+        error_then, second = self.pilot(tool, max(4, round(first * factor)))
         self.power[name] = min(1.0, max(0.4, math.log(error / error_then) / math.log(second / first)))
         self.spp[name] = max(1, round(second * (error_then / target) ** (1 / self.power[name])))
         tool.render(self.options.work / "warm.exr", self.spp[name])  # some samplers compile anew for each number

@@ -1,4 +1,4 @@
-// Names for code that is written once for RP_LANES lanes: 1 (scalars) or 16. Files that begin with this end with end_lanes.cl, and may be
+// Names for code that is written once for RP_LANES lanes: 1 (scalars), 8 or 16. Files that begin with this end with end_lanes.cl, and may be
 // included once for each number of lanes. One lane gets the same results as sixteen, to the bit, as long as only operations are used that
 // every number of lanes does alike. Conditions are RP_INTS, as comparisons make them or -1 for true; they are joined with & and |.
 #define RP_JOIN_(a, b) a##b

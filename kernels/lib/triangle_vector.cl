@@ -1,10 +1,6 @@
 // The triangle test of primitive.cl on RP_LANES lanes, operation by operation the same, so that the results are the same to the bit.
 // Included once for each number of lanes: one ray against eight triangles, or sixteen rays against one.
-#define RP_JOIN_(a, b) a##b
-#define RP_JOIN(a, b) RP_JOIN_(a, b)
-#define RP_FLOATS RP_JOIN(float, RP_LANES)
-#define RP_BOOLS RP_JOIN(int, RP_LANES)
-#define RP_NAME(name) RP_JOIN(name, RP_LANES)
+#include "lib/begin_lanes.cl"
 
 static inline RP_FLOATS RP_NAME(rp_sum3_)(RP_FLOATS a, RP_FLOATS b, RP_FLOATS c) {
     const RP_FLOATS high = rp_max(rp_max(a, b), c), low = rp_min(rp_min(a, b), c);
@@ -17,7 +13,7 @@ static inline RP_FLOATS RP_NAME(rp_edge_remainder_)(RP_FLOATS a, RP_FLOATS b, RP
     return fma(a, b, -ab) - fma(c, d, -cd);
 }
 
-static inline RP_BOOLS RP_NAME(rp_signs_differ_)(RP_FLOATS u, RP_FLOATS v, RP_FLOATS w) {
+static inline RP_INTS RP_NAME(rp_signs_differ_)(RP_FLOATS u, RP_FLOATS v, RP_FLOATS w) {
     return (rp_min(rp_min(u, v), w) < 0.0f) & (rp_max(rp_max(u, v), w) > 0.0f);
 }
 
@@ -71,8 +67,4 @@ static inline uint RP_NAME(rp_distance_)(const RP_NAME(rp_edges_) * edges, const
     return hit;
 }
 
-#undef RP_NAME
-#undef RP_BOOLS
-#undef RP_FLOATS
-#undef RP_JOIN
-#undef RP_JOIN_
+#include "lib/end_lanes.cl"

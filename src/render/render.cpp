@@ -176,7 +176,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
     ResidencySettings settings;
     settings.form = form_;
     settings.place = options_.pool_place;
-    settings.pool_bytes = mapped ? mapped_pool_bytes(scene_, form_, device_->info()) : pool_bytes;
+    settings.pool_bytes = mapped ? whole_pool_bytes(scene_, form_, device_->info()) : pool_bytes;
     settings.slab_bytes = options_.slab_bytes;
     settings.journal = options_.keep_journal;
     host_limit_ = host_limit(options_, device_->info(), planned_bytes_);

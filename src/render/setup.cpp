@@ -134,7 +134,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.per_slot = bytes.per_slot;
     if (options.pool_place == PoolPlace::device) {
         needs.largest_block = scene.largest_block(form);
-        needs.geometry = pool_for_all(scene.geometry_bytes(form), device.max_allocation_bytes, needs.largest_block);
+        needs.geometry = whole_pool_bytes(scene, form, device);
         needs.geometry_limit = options.geometry_limit;
         if (const uint64_t most = largest_pool(device.max_allocation_bytes); needs.geometry > most)
             needs.geometry_limit = options.geometry_limit ? std::min(options.geometry_limit, most) : most;
@@ -160,7 +160,7 @@ PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const Re
     return policy;
 }
 
-uint64_t mapped_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device) {
+uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device) {
     return pool_for_all(scene.geometry_bytes(form), device.max_allocation_bytes, scene.largest_block(form));
 }
 

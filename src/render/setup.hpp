@@ -25,8 +25,8 @@ BlockForm block_form(const RenderOptions& options, const DeviceInfo& device);
 MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
                          const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit);
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);
-// Of a pool in mapped host memory: all geometry, and what slabs leave over at their ends.
-uint64_t mapped_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device);
+// Of a pool that holds all geometry, and what slabs leave over at their ends.
+uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device);
 // The user's, or half of the memory that is free now, for the cache of blocks. planned_bytes: of device memory, which a CPU takes out of it.
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes);
 
