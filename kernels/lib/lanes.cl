@@ -1,7 +1,11 @@
 // Persistent threads: a fixed number of work-items that fetch a new ray when theirs has ended, all lanes of a hardware vector together.
-// That needs votes among lanes, which OpenCL C 1.2 does not have; RP_PERSISTENT is defined where a device's own instructions are known.
+// That needs votes among lanes, which OpenCL C 1.2 does not have; RP_PERSISTENT is defined where a device's own instructions are known: the
+// number of lanes with walks left below which those without fetch new ones. RP_LEAST_INNER, if defined, is the number of lanes at inner
+// nodes below which those that have come to leaves go first.
 #ifndef RP_LANES_CL
 #define RP_LANES_CL
+
+#include "raypager/abi/block.h"
 
 #if defined(RP_PERSISTENT) && defined(RP_NV_PTX)
 // Bit i: condition of lane i. All 32 lanes come together here.
@@ -9,11 +13,6 @@ static inline uint rp_ballot(bool condition) {
     uint r;
     asm volatile("{.reg .pred p; setp.ne.u32 p, %1, 0; vote.sync.ballot.b32 %0, p, 0xffffffff;}" : "=r"(r) : "r"((uint)condition));
     return r;
-}
-static inline uint rp_active_lanes(void) {
-    uint r;
-    asm volatile("activemask.b32 %0;" : "=r"(r));
-    return popcount(r);
 }
 static inline uint rp_lane(void) {
     uint r;
@@ -34,6 +33,30 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
     if (lane == leader) first = atomic_add(counter, popcount(takers));
     return rp_from_lane(first, leader) + popcount(takers & ((1u << lane) - 1u));
 }
+// Lanes that have run ahead wait for the others.
+#define RP_CONVERGE() asm volatile("bar.warp.sync 0xffffffff;")
+// Whether enough walks are left to go on before new rays are fetched. current: a reference as in abi/block.h.
+#define RP_GOES_ON(current) (popcount(rp_ballot((current) != RP_REF_EXIT)) >= RP_PERSISTENT)
+#else
+#define RP_CONVERGE()
+#define RP_GOES_ON(current) ((current) != RP_REF_EXIT)
+#endif
+
+// The loop over inner nodes: all lanes come to it together and leave it together, with RP_LEAST_INNER some of them still at inner nodes.
+#ifdef RP_LEAST_INNER
+static inline bool rp_stays_inner(uint current) {
+    const bool is_inner = !(current & RP_REF_LEAF);
+    const uint inner = rp_ballot(is_inner);
+    if (popcount(inner) >= RP_LEAST_INNER) return true;
+    return inner != 0u && rp_ballot(!is_inner && current != RP_REF_EXIT) == 0u;
+}
+#define RP_WHILE_INNER(current)              \
+    while (rp_stays_inner(current))          \
+        if (!((current) & RP_REF_LEAF))
+#define RP_AT_LEAF(current) (((current) & RP_REF_LEAF) && (current) < RP_REF_PORTAL)
+#else
+#define RP_WHILE_INNER(current) while (!((current) & RP_REF_LEAF))
+#define RP_AT_LEAF(current) ((current) < RP_REF_PORTAL)
 #endif
 
 #endif

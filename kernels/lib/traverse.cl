@@ -9,7 +9,26 @@
 // (bench/results.md).
 //
 // With RP_RECORD, what rays enter is logged as well (lib/visits.cl).
+#include "lib/lanes.cl"
 #include "lib/visits.cl"
+
+// The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: lanes that stand at
+// different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
+// (bench/results.md).
+#undef RP_STACK_PUT
+#undef RP_STACK_GET
+#if defined(RP_SHARED_STACK) && !RP_ANY_HIT
+#define RP_STACK_PUT(entry)                                                           \
+    do {                                                                              \
+        if (w->depth < RP_SHARED_STACK) w->shared[w->depth * RP_GROUP_SIZE] = (entry); \
+        else stack[w->depth] = (entry);                                               \
+        w->depth++;                                                                   \
+    } while (0)
+#define RP_STACK_GET() (w->depth < RP_SHARED_STACK ? w->shared[w->depth * RP_GROUP_SIZE] : stack[w->depth])
+#else
+#define RP_STACK_PUT(entry) stack[w->depth++] = (entry)
+#define RP_STACK_GET() stack[w->depth]
+#endif
 
 #if RP_ANY_HIT
 #define RP_WALK rp_any_walk
@@ -17,8 +36,12 @@
 #define RP_RUN rp_run_any
 #define RP_TO_TOP rp_any_to_top
 #define RP_STACK_ENTRY uint
-#define RP_PUSH(reference, entry) stack[w->depth++] = (reference)
-#define RP_POP() w->current = stack[--w->depth]
+#define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
+#define RP_POP()                     \
+    do {                             \
+        w->depth--;                  \
+        w->current = RP_STACK_GET(); \
+    } while (0)
 #define RP_FAR w->t_max
 #else
 #define RP_WALK rp_closest_walk
@@ -26,13 +49,13 @@
 #define RP_RUN rp_run_closest
 #define RP_TO_TOP rp_closest_to_top
 #define RP_STACK_ENTRY uint2
-#define RP_PUSH(reference, entry) stack[w->depth++] = (uint2)((reference), as_uint(entry))
+#define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
-#define RP_POP()                                                        \
-    do {                                                                \
-        --w->depth;                                                     \
-        w->current = stack[w->depth].x;                                 \
-    } while (as_float(stack[w->depth].y) > RP_FAR * RP_BOX_WIDEN)
+#define RP_POP()                     \
+    do {                             \
+        --w->depth;                  \
+        w->current = RP_STACK_GET().x; \
+    } while (as_float(RP_STACK_GET().y) > RP_FAR * RP_BOX_WIDEN)
 #define RP_FAR w->best.t
 #endif
 
@@ -45,6 +68,9 @@ typedef struct RP_WALK {
     uint leaves_at, vertices_at;  // in the block
     uint current, depth;
     uint portal;  // at the end: the portal to wait at, or RP_NONE if the walk is complete
+#if defined(RP_SHARED_STACK) && !RP_ANY_HIT
+    __local RP_STACK_ENTRY* shared;  // this work-item's column of the stack, set by the kernel
+#endif
 #if RP_ANY_HIT
     float t_max;
     bool hit;  // then portal is RP_NONE
@@ -100,10 +126,11 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     }
 }
 
-// Goes on to the end of the walk; with RP_YIELD() defined, returns before it where that is true.
+// Goes on to the end of the walk. With RP_PERSISTENT, all lanes of a hardware vector come here together, those whose walks have ended as
+// well, and return together when too few have walks left.
 static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
-    while (w->current != RP_REF_EXIT) {
-        while (!(w->current & RP_REF_LEAF)) {
+    do {
+        RP_WHILE_INNER(w->current) {
             const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];
             const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
             const bool hit0 = entry0 <= rp_box_exit(child0, &w->ray, &w->frame, RP_FAR), hit1 = entry1 <= rp_box_exit(child1, &w->ray, &w->frame, RP_FAR);
@@ -122,7 +149,8 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
                 RP_POP();
             }
         }
-        if (w->current < RP_REF_PORTAL) {
+        RP_CONVERGE();
+        if (RP_AT_LEAF(w->current)) {
             const rp_block_view block = {rp_block_of_nodes(w->nodes), w->leaves_at, w->vertices_at};
 #if RP_ANY_HIT
             if (rp_leaf_any(&w->ray, &w->shear, &block, w->current, w->t_max)) {
@@ -137,26 +165,30 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
                 }
 #endif
                 w->current = RP_REF_EXIT;
-                return;
+            } else {
+                RP_POP();
             }
 #else
             rp_leaf_closest(g, &w->ray, &w->shear, &block, w->block_index, w->current, &w->best);
-#endif
             RP_POP();
-        } else if (w->current == RP_REF_RETURN) {
+#endif
+        }
+        RP_CONVERGE();
+        if (w->current == RP_REF_RETURN) {
             RP_TO_TOP(g, w);
 #if !RP_ANY_HIT
             if (w->waits) w->served = w->best.found_in != RP_NONE ? 1u : 2u;
             w->waits = 0u;
 #endif
             RP_POP();
-        } else if (w->current != RP_REF_EXIT) {
+        }
+        if (w->current >= RP_REF_PORTAL && w->current < RP_REF_RETURN) {
             const uint portal = w->current & ~RP_REF_PORTAL;
             const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u], page = g->pages[a.w];
             if (page.x == RP_NONE) {
                 w->portal = portal;
                 w->current = RP_REF_EXIT;
-                break;
+                continue;
             }
 #if !RP_ANY_HIT
             w->block_index = a.w;
@@ -180,10 +212,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             RP_PUSH(RP_REF_RETURN, -1.0f);
             w->current = b.w;
         }
-#ifdef RP_YIELD
-        if (RP_YIELD()) return;
-#endif
-    }
+    } while (RP_GOES_ON(w->current));
 #if defined(RP_RECORD) && RP_ANY_HIT
     if (w->hit) w->portal = RP_NONE;
 #endif

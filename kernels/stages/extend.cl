@@ -3,9 +3,6 @@
 #include "lib/path.cl"
 #include "lib/surface.cl"
 
-#ifdef RP_PERSISTENT
-#define RP_YIELD() (rp_active_lanes() < RP_PERSISTENT)  // too few lanes are left: those that have ended get new rays
-#endif
 #define RP_ANY_HIT 0
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
@@ -26,10 +23,16 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
                                uint slot, __global uint* status, __global uint4* paths, uint* mine) {
     const rp_hit* hit = &walk->best;
     uint offset_exponent = status[slot] >> RP_STATUS_OFFSET_SHIFT;
+    if (hit->found_in != RP_NONE) ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit->t;
+#ifdef RP_SURFACES_LATER
+    if (hit->found_in != RP_NONE && walk->portal == RP_NONE) {
+        // Shading, which comes next, finds the surface: there all lanes do so at once.
+        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(hit->ref, hit->found_in, 0u, RP_HIT_TO_SHADE);
+    } else
+#endif
     if (hit->found_in != RP_NONE) {
         const rp_surface s = rp_hit_surface(geometry, &walk->ray, hit);
         offset_exponent = s.offset_exponent;
-        ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit->t;
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, hit));
         const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, walk->portal);
@@ -58,6 +61,10 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     rp_begin_totals(totals, 2u);
     rp_closest_walk walk;
     uint2 stack[RP_STACK_SIZE];
+#ifdef RP_SHARED_STACK
+    __local uint2 shared[RP_SHARED_STACK * RP_GROUP_SIZE];
+    walk.shared = shared + get_local_id(0);
+#endif
 #ifdef RP_PERSISTENT
     bool more = true, under_way = false;
     uint slot = 0u;

@@ -42,15 +42,38 @@ typedef struct rp_arrival {
     rp_vertex_1 vertex;
 } rp_arrival;
 
+#ifdef RP_SURFACES_LATER
+// Where the stage `extend` has left the surface at a hit to be found here: puts it into the planes' values and the slot's state.
+static inline void rp_find_surface(const rp_geometry* geometry, uint4 origin, float3 direction, uint4* hit, uint4* surface, uint* state) {
+    if (hit->w != RP_HIT_TO_SHADE) return;
+    const rp_ray ray = rp_make_ray(as_float3(origin.xyz), direction);
+    const rp_hit found = {as_float(origin.w), RP_NONE, hit->x, hit->y};
+    const rp_surface s = rp_hit_surface(geometry, &ray, &found);
+    *hit = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, &found));
+    surface->xy = (uint2)(s.geometric_normal, s.shading_normal);
+    *state = RP_STATUS_SHADE | s.offset_exponent << RP_STATUS_OFFSET_SHIFT;
+}
+#define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
+#define RP_SHADE_GEOMETRY const rp_geometry* geometry,
+#define RP_SHADE_FROM &geometry,
+#else
+#define RP_SHADE_PARAMETERS
+#define RP_SHADE_GEOMETRY
+#define RP_SHADE_FROM
+#endif
+
 // Adds what shines at the end of a ray. False: the path has ended.
-static inline bool rp_arrive(__constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
+static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
                              const __global rp_primitive_range* ranges, uint slot, uint state, __global uint* status, __global uint4* paths,
                              __global uint* film, rp_arrival* arrival) {
     const uint slot_count = params->slot_count;
     const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 throughput_plane = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
     const uint4 radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+    uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+#ifdef RP_SURFACES_LATER
+    rp_find_surface(geometry, RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), as_float3(direction_plane.xyz), &hit, &surface, &state);
+#endif
     const float3 direction = as_float3(direction_plane.xyz), throughput = as_float3(throughput_plane.xyz);
     const float bsdf_density = as_float(direction_plane.w);
     float3 radiance = as_float3(radiance_plane.xyz);
@@ -218,7 +241,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
 }
 #endif
 
-__kernel void rp_shade(__constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
+__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
                        const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
                        __global uint* restrict film) {
@@ -254,10 +277,13 @@ __kernel void rp_shade(__constant rp_render_params* restrict params, const __glo
         rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
     }
 #else
+#ifdef RP_SURFACES_LATER
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+#endif
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i), state = status[slot];
         if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE &&
-            rp_arrive(params, materials, lights, ranges, slot, state, status, paths, film, &arrival))
+            rp_arrive(RP_SHADE_FROM params, materials, lights, ranges, slot, state, status, paths, film, &arrival))
             rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
     }
 #endif

@@ -37,17 +37,23 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     auto geometry = GeometryBuffers::create(*tracer->device_, file.scene(), form, tracer->residency_->slabs(), tracer->residency_->page_table());
     if (!geometry) return geometry.status();
     tracer->geometry_ = std::make_unique<GeometryBuffers>(std::move(*geometry));
-    auto extend = tracer->geometry_->kernel(*tracer->device_, "extend");
-    if (!extend) return extend.status();
-    tracer->extend_ = std::move(*extend);
-    if (const uint32_t lanes = form == BlockForm::stored ? tracer->device_->persistent_lanes() : 0) {
-        extend = tracer->geometry_->kernel(*tracer->device_, "extend", fmt::format(" -DRP_PERSISTENT={}", lanes));
-        if (!extend) return extend.status();
-        tracer->extend_persistent_ = std::move(*extend);
+    struct Part {
+        Kernel& kernel;
+        const char* stage;
+        std::string definitions;
+    };
+    const bool stored = form == BlockForm::stored;
+    tracer->persistent_ = stored && tracer->device_->has_persistent_threads();
+    const std::string later = stored ? surfaces_later : "";
+    std::vector<Part> parts = {{tracer->extend_, "extend", later + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
+                               {tracer->extend_surfaces_, "extend", ""},
+                               {tracer->connect_, "connect", ""}};
+    if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", later + tracer->device_->bounce_definitions()});
+    for (const Part& part : parts) {
+        auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.definitions);
+        if (!kernel) return kernel.status();
+        part.kernel = std::move(*kernel);
     }
-    auto connect = tracer->geometry_->kernel(*tracer->device_, "connect");
-    if (!connect) return connect.status();
-    tracer->connect_ = std::move(*connect);
     RAYPAGER_TRY(tracer->make_slots(most_rays));
     return tracer;
 }
@@ -121,8 +127,11 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
 Result<double> StageTracer::trace() {
     const auto slots = static_cast<uint32_t>(slots_);
     const bool shadow = purpose_ == RayPurpose::shadow;
-    const bool persistent = purpose_ == RayPurpose::bounce && form_ == BlockForm::stored && device_->persistent_lanes();
-    Kernel& kernel = shadow ? connect_ : persistent ? extend_persistent_ : extend_;
+    const bool persistent = persistent_ && (purpose_ == RayPurpose::camera || purpose_ == RayPurpose::bounce);
+    Kernel& kernel = shadow                                         ? connect_
+                     : purpose_ == RayPurpose::surfaces             ? extend_surfaces_
+                     : persistent && purpose_ == RayPurpose::bounce ? extend_bounces_
+                                                                    : extend_;
     round_++;
     RAYPAGER_TRY(shadow ? geometry_->set(kernel, round_, slots, queue_, status_, paths_, counters_, film_)
                         : geometry_->set(kernel, round_, slots, queue_, status_, paths_, counters_));
@@ -145,7 +154,7 @@ Status StageTracer::read_plane(uint32_t plane, std::vector<Word4>& values) {
 }
 
 Status StageTracer::hits(std::vector<SurfacePoint>& hits) {
-    RAYPAGER_CHECK(purpose_ != RayPurpose::shadow);
+    RAYPAGER_CHECK(purpose_ == RayPurpose::surfaces);
     std::vector<Word4> origin, hit, surface;
     RAYPAGER_TRY(read_plane(RP_PLANE_ORIGIN, origin));
     RAYPAGER_TRY(read_plane(RP_PLANE_HIT, hit));

@@ -15,7 +15,8 @@
 
 namespace raypager::bench {
 
-enum class RayPurpose { camera, bounce, shadow };
+// surfaces: camera rays or bounces that are traced to learn where they end; a render leaves that to another stage on some devices.
+enum class RayPurpose { camera, bounce, shadow, surfaces };
 
 class StageTracer {
 public:
@@ -29,7 +30,7 @@ public:
     Status fill(const std::vector<Ray>& rays, RayPurpose purpose);
     // Traces what was put there last; returns seconds on the device. Each filling can be traced once.
     Result<double> trace();
-    // What the rays hit. REQUIRES: they were no shadow rays.
+    // What the rays hit. REQUIRES: they were traced for their surfaces.
     Status hits(std::vector<SurfacePoint>& hits);
     // Which shadow rays were blocked.
     Status blocked(std::vector<bool>& blocked);
@@ -44,9 +45,10 @@ private:
 
     std::unique_ptr<Device> device_;
     BlockForm form_ = BlockForm::stored;
+    bool persistent_ = false;  // as in the wavefront
     std::unique_ptr<Residency> residency_;
     std::unique_ptr<GeometryBuffers> geometry_;
-    Kernel extend_, extend_persistent_, connect_;
+    Kernel extend_, extend_bounces_, extend_surfaces_, connect_;
     uint64_t slots_ = 0;
     Buffer status_, paths_, queue_, counters_, film_;
     size_t count_ = 0;

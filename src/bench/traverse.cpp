@@ -21,6 +21,8 @@ Result<RaySetResult> closest(StageTracer& tracer, const std::string& name, const
         if (!seconds) return seconds.status();
         result.seconds.push_back(*seconds);
     }
+    RAYPAGER_TRY(tracer.fill(rays, RayPurpose::surfaces));
+    if (const auto traced = tracer.trace(); !traced) return traced.status();
     RAYPAGER_TRY(tracer.hits(hits));
     for (const SurfacePoint& hit : hits) result.hits += hit.hit;
     return result;

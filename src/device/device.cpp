@@ -304,6 +304,10 @@ std::string Device::build_options(const std::string& definitions) const {
     return options + (definitions.empty() ? "" : " ") + definitions;
 }
 
+std::string Device::bounce_definitions() const {
+    return fmt::format(" -DRP_PERSISTENT=20 -DRP_LEAST_INNER=8 -DRP_SHARED_STACK=12 -DRP_GROUP_SIZE={}", group_size_);
+}
+
 Result<cl::Program> Device::program(const std::string& stage, const std::string& definitions) {
     const std::string options = build_options(definitions), key = stage + " " + options;
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;

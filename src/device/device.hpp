@@ -152,8 +152,12 @@ public:
     // Whether several threads may give commands at a time, as OpenCL promises. oclgrind crashes: its queues share lists without a lock.
     bool thread_safe() const { return info_.platform != "Oclgrind"; }
     uint32_t group_size() const { return group_size_; }
-    // Lanes below which a persistent thread fetches new rays (kernels/lib/lanes.cl); 0: the device cannot.
-    uint32_t persistent_lanes() const { return is_nvidia() ? 20 : 0; }
+    // Whether kernels of persistent threads (kernels/lib/lanes.cl) are to trace extension rays, and the definitions that make them: camera
+    // rays stay together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their
+    // stacks in local memory, and let leaves go first where few are still at inner nodes (measured on an H100: bench/results.md).
+    bool has_persistent_threads() const { return is_nvidia(); }
+    std::string camera_definitions() const { return " -DRP_PERSISTENT=1"; }
+    std::string bounce_definitions() const;
     // Compiler options for kernels that traverse. With fewer registers more of them run at a time: on an H100, 72 instead of the compiler's
     // choice gave 10 % more camera rays a second, 15 % more diffuse and 18 % more shadow rays; 64 and 80 gave less.
     std::string traversal_options() const { return is_nvidia() ? "-cl-nv-maxrregcount=72 " : ""; }

@@ -45,6 +45,9 @@ std::filesystem::path cache_folder() {
     return {};
 }
 
+// PoCL keeps what it compiles itself, and being asked for a binary makes it compile every kernel once more, for work-groups of any size.
+bool caches_programs(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
+
 std::string build_log(const cl::Program& program, const cl::Device& device) {
     std::string log;
     program.getBuildInfo(device, CL_PROGRAM_BUILD_LOG, &log);
@@ -97,7 +100,7 @@ Result<cl::Program> build_program(const cl::Context& context, const cl::Device& 
     auto text = expand_kernel_source(source);
     if (!text) return text.status();
     const std::string identity = fmt::format("{}|{}|{}|{}|{}", info.platform, info.name, info.driver, options, *text);
-    const std::filesystem::path folder = cache_folder();
+    const std::filesystem::path folder = caches_programs(info) ? std::filesystem::path() : cache_folder();
     const std::filesystem::path path = folder.empty() ? folder : folder / (hex64(hash64(identity)) + ".bin");
     cl::Program program;
     const bool fail = device_faults().fail_builds;

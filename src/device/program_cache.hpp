@@ -1,5 +1,6 @@
 // Kernel sources -> built programs, with a cache of binaries in $XDG_CACHE_HOME/raypager/kernels (or ~/.cache). The name of a binary
 // covers everything that it depends on: source text, options, device, driver and platform. A binary that does not load is built anew.
+// Drivers that keep such a cache themselves are left to it.
 #pragma once
 
 #include <CL/opencl.hpp>

@@ -14,6 +14,9 @@
 
 namespace raypager {
 
+// With this definition the stage `extend` leaves the surfaces at hits of complete rays to the stage `shade` (abi/path.h, RP_HIT_TO_SHADE).
+inline constexpr const char* surfaces_later = " -DRP_SURFACES_LATER";
+
 class GeometryBuffers {
 public:
     static uint64_t bytes(const BakedScene& scene, BlockForm form);

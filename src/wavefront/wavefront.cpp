@@ -150,8 +150,10 @@ Status Wavefront::allocate_visit_log() {
 
 Status Wavefront::build_kernels() {
     const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
+    // Streams find surfaces together themselves.
+    const std::string surfaces = as_on_cpus() ? "" : surfaces_later;
     const std::string definitions =
-        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={} -DRP_SHADE_LANES={}", wake_slots, as_on_cpus() ? 16 : 1);
+        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={} -DRP_SHADE_LANES={}", wake_slots, as_on_cpus() ? 16 : 1) + surfaces;
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -165,20 +167,19 @@ Status Wavefront::build_kernels() {
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
-    for (const auto& [kernel, name] : {std::pair(&extend_, "extend"), std::pair(&connect_, "connect")}) {
-        auto traced = geometry_.kernel(device_, name, tracing);
-        if (!traced) return traced.status();
-        *kernel = std::move(*traced);
-    }
     // Persistent threads do not record, and streams need none.
-    persistent_lanes_ = visit_settings_.capacity || geometry_.form() == BlockForm::wide ? 0 : device_.persistent_lanes();
-    if (const uint32_t lanes = persistent_lanes_) {
-        auto kernel = geometry_.kernel(device_, "extend", tracing + fmt::format(" -DRP_PERSISTENT={}", lanes));
-        if (!kernel) return kernel.status();
-        extend_persistent_ = std::move(*kernel);
-    }
+    persistent_ = visit_settings_.capacity == 0 && !as_on_cpus() && device_.has_persistent_threads();
+    const auto trace = [&](Kernel& kernel, const char* stage, const std::string& more) -> Status {
+        auto traced = geometry_.kernel(device_, stage, tracing + more);
+        if (traced) kernel = std::move(*traced);
+        return traced.status();
+    };
+    RAYPAGER_TRY(trace(extend_, "extend", surfaces + (persistent_ ? device_.camera_definitions() : "")));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", surfaces + device_.bounce_definitions()));
+    RAYPAGER_TRY(trace(connect_, "connect", ""));
     if (!as_on_cpus()) RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
-    return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
+    if (as_on_cpus()) return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
+    return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
 Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
@@ -214,9 +215,8 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
     const uint64_t blocks = geometry_.block_count();
     if (count_bounces_) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
-    // Persistent threads pay where rays differ in length: not for camera rays, which are all there is in the first round.
-    const bool persistent = persistent_lanes_ && round > 1;
-    Kernel& extend = persistent ? extend_persistent_ : extend_;
+    // Camera rays are all there is in the first round.
+    Kernel& extend = persistent_ && round > 1 ? extend_bounces_ : extend_;
     RAYPAGER_TRY(set_tracing_arguments(extend, round));
     RAYPAGER_TRY(list_samples_again());
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
@@ -225,7 +225,7 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
     RAYPAGER_TRY(launch_wake(newly_published, &flight.stages[0]));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
-    if (persistent)
+    if (persistent_)
         RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &flight.stages[2]));
     else
         RAYPAGER_TRY(geometry_.launch(device_, extend, slots, &flight.stages[2]));

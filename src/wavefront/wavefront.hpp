@@ -111,13 +111,13 @@ private:
     GeometryBuffers geometry_;
     bool count_bounces_ = false;
     VisitLogSettings visit_settings_;
-    uint32_t persistent_lanes_ = 0;  // as Device::persistent_lanes, if they are used
+    bool persistent_ = false;  // extension rays are traced by persistent threads
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
     Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, counters_, visits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way
-    Kernel wake_, generate_, advance_, extend_, extend_persistent_, shade_, connect_;
+    Kernel wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
     struct Flight {
         std::array<Event, 5> stages;

@@ -14,6 +14,8 @@
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
 //   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
 // The portal is where a waiting ray stands in its order of visits; RP_NONE: it starts at the root of the top tree.
+// With RP_HIT_TO_SHADE for a primitive, the hit plane has the leaf's reference and the block instead of the hit point: a complete extension
+// ray whose surface the stage `shade` finds, in the same round. Its surface plane has nothing but the sample index.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -41,6 +43,8 @@
 #define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
+
+#define RP_HIT_TO_SHADE 0xfffffffeu
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
