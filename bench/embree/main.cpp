@@ -1,8 +1,9 @@
 // The engine's tracing stages against Embree's three interfaces, on the same rays, in one process, interleaved.
 //   raypager-embree FILE.rpb [--size WxH] [--camera ...] [--light BOX] [--repeats N] [--traversal auto|ray|stream]
 // Times are processor time of the whole process, so that other programs on the machine disturb little; both sides use all cores.
-// Ours holds everything that a stage does: reading rays from path slots, the top tree and the hops between blocks, surfaces at hits,
-// writing back. Embree's holds filling its ray structures and reading the hit, nothing of the surface.
+// Ours holds everything that a stage does: reading rays from path slots, the top tree and the hops between blocks, surfaces at hits
+// (in streams; single rays leave them to shading), writing back. Embree's holds filling its ray structures and reading the hit, nothing of the
+// surface.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -73,6 +74,8 @@ Result<Comparison> compare(StageTracer& tracer, const EmbreeTracer& embree, cons
         }
         return result;
     }
+    RAYPAGER_TRY(tracer.fill(rays, RayPurpose::surfaces));
+    if (const auto traced = tracer.trace(); !traced) return traced.status();
     RAYPAGER_TRY(tracer.hits(ours));
     for (size_t i = 0; i < rays.size(); i++) {
         result.hits += ours[i].hit;

@@ -7,6 +7,13 @@
 
 #include "raypager/abi/block.h"
 
+#if defined(RP_PERSISTENT) && defined(RP_RECORD)
+#error "persistent threads do not record: a ray that finds no room in the log leaves its walk alone"
+#endif
+#if (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
+#error "definitions that go together are not"
+#endif
+
 #if defined(RP_PERSISTENT) && defined(RP_NV_PTX)
 // Bit i: condition of lane i. All 32 lanes come together here.
 static inline uint rp_ballot(bool condition) {
@@ -35,6 +42,14 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 }
 // Lanes that have run ahead wait for the others.
 #define RP_CONVERGE() asm volatile("bar.warp.sync 0xffffffff;")
+#elif defined(RP_PERSISTENT)
+// Vectors of one lane, with which tests come by the same loops on any device.
+static inline uint rp_ballot(bool condition) { return condition ? 1u : 0u; }
+static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) { return wanted ? atomic_inc(counter) : 0u; }
+#define RP_CONVERGE()
+#endif
+
+#ifdef RP_PERSISTENT
 // Whether enough walks are left to go on before new rays are fetched. current: a reference as in abi/block.h.
 #define RP_GOES_ON(current) (popcount(rp_ballot((current) != RP_REF_EXIT)) >= RP_PERSISTENT)
 #else

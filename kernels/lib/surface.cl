@@ -19,6 +19,16 @@ static inline uint rp_offset_exponent(float largest_coordinate) {
 }
 static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f, (int)offset_exponent - 150); }
 
+// Without fused operations, so that it makes no difference which kernel a compiler has put these into: on some devices the surface at a hit is
+// found by the stage `shade`, or, if the ray has to wait then, by `extend`.
+static inline float3 rp_scaled(float s, float3 v) { return (float3)(rp_mul(s, v.x), rp_mul(s, v.y), rp_mul(s, v.z)); }
+static inline float3 rp_sum(float3 a, float3 b) { return (float3)(rp_add(a.x, b.x), rp_add(a.y, b.y), rp_add(a.z, b.z)); }
+static inline float rp_squared_length(float3 v) { return rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)); }
+static inline float3 rp_unit(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
+static inline float3 rp_cross(float3 a, float3 b) {
+    return (float3)(rp_edge_function(a.y, b.z, a.z, b.y), rp_edge_function(a.z, b.x, a.x, b.z), rp_edge_function(a.x, b.y, a.y, b.x));
+}
+
 static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
 
 static inline bool rp_comes_before(float3 a, float3 b) {
@@ -101,13 +111,13 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     }
     const rp_shear shear = rp_make_shear(ray);
     const rp_sheared sa = rp_shear_vertex(ray, &shear, a), sb = rp_shear_vertex(ray, &shear, b), sc = rp_shear_vertex(ray, &shear, c);
-    const float u = rp_mul(sc.x, sb.y) - rp_mul(sc.y, sb.x), v = rp_mul(sa.x, sc.y) - rp_mul(sa.y, sc.x);
-    const float w = rp_mul(sb.x, sa.y) - rp_mul(sb.y, sa.x), total = u + v + w;
+    const float u = rp_edge_function(sc.x, sb.y, sc.y, sb.x), v = rp_edge_function(sa.x, sc.y, sa.y, sc.x);
+    const float w = rp_edge_function(sb.x, sa.y, sb.y, sa.x), total = u + v + w;
     const float bb = v / total, bc = w / total;
     rp_surface s;
     const float3 e1 = b - a, e2 = c - a;
-    s.position = a + (bb * e1 + bc * e2);
-    s.geometric_normal = rp_encode_normal(cross(normalize(e1), normalize(e2)));
+    s.position = rp_sum(a, rp_sum(rp_scaled(bb, e1), rp_scaled(bc, e2)));
+    s.geometric_normal = rp_encode_normal(rp_cross(rp_unit(e1), rp_unit(e2)));
     s.shading_normal = s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
     const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
@@ -115,8 +125,9 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
         const __global uint* normals = (const __global uint*)(block->base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
         const uint na = normals[offset.x / 3u], nb = normals[offset.y / 3u], nc = normals[offset.z / 3u];
         if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
-            const float3 n = (1.0f - bb - bc) * rp_decode_normal(na) + bb * rp_decode_normal(nb) + bc * rp_decode_normal(nc);
-            if (dot(n, n) > 1e-12f) s.shading_normal = rp_encode_normal(n);
+            const float3 n = rp_sum(rp_sum(rp_scaled(1.0f - bb - bc, rp_decode_normal(na)), rp_scaled(bb, rp_decode_normal(nb))),
+                                    rp_scaled(bc, rp_decode_normal(nc)));
+            if (rp_squared_length(n) > 1e-12f) s.shading_normal = rp_encode_normal(n);
         }
     }
     return s;
@@ -126,9 +137,9 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 // record: rp_sphere. ref: of its leaf.
 static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint ref, float t) {
     const float4 sphere = rp_decode_sphere(record, ref);
-    const float3 normal = normalize(ray->origin + t * ray->direction - sphere.xyz);
+    const float3 normal = rp_unit(rp_sum(ray->origin, rp_scaled(t, ray->direction)) - sphere.xyz);
     rp_surface s;
-    s.position = sphere.xyz + sphere.w * normal;
+    s.position = rp_sum(sphere.xyz, rp_scaled(sphere.w, normal));
     s.geometric_normal = rp_encode_normal(normal);
     s.shading_normal = ref & RP_LEAF_POINTS ? record.w : s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_largest(sphere.xyz) + sphere.w);

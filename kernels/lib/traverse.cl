@@ -18,11 +18,11 @@
 #undef RP_STACK_PUT
 #undef RP_STACK_GET
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
-#define RP_STACK_PUT(entry)                                                           \
-    do {                                                                              \
+#define RP_STACK_PUT(entry)                                                            \
+    do {                                                                               \
         if (w->depth < RP_SHARED_STACK) w->shared[w->depth * RP_GROUP_SIZE] = (entry); \
-        else stack[w->depth] = (entry);                                               \
-        w->depth++;                                                                   \
+        else stack[w->depth] = (entry);                                                \
+        w->depth++;                                                                    \
     } while (0)
 #define RP_STACK_GET() (w->depth < RP_SHARED_STACK ? w->shared[w->depth * RP_GROUP_SIZE] : stack[w->depth])
 #else
@@ -51,9 +51,9 @@
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
-#define RP_POP()                     \
-    do {                             \
-        --w->depth;                  \
+#define RP_POP()                       \
+    do {                               \
+        --w->depth;                    \
         w->current = RP_STACK_GET().x; \
     } while (as_float(RP_STACK_GET().y) > RP_FAR * RP_BOX_WIDEN)
 #define RP_FAR w->best.t
@@ -127,7 +127,8 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 }
 
 // Goes on to the end of the walk. With RP_PERSISTENT, all lanes of a hardware vector come here together, those whose walks have ended as
-// well, and return together when too few have walks left.
+// well, and return together when too few have walks left. Leaves, returns and portals are looked at in turn, so that a ray that comes from
+// one to the next does not wait for the others to go round the loop.
 static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
     do {
         RP_WHILE_INNER(w->current) {

@@ -51,6 +51,9 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #endif
 }
 
+#ifdef RP_SHARED_STACK
+__attribute__((reqd_work_group_size(RP_GROUP_SIZE, 1, 1)))
+#endif
 __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters
                             RP_VISIT_PARAMETER) {

@@ -1,4 +1,4 @@
-// Third stage on CPUs: does what extend.cl does, with streams of rays over the wide form of the blocks.
+// Third stage on CPUs: does what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included.
 #include "lib/path.cl"
 #include "lib/stream_traverse.cl"
 #include "lib/wide_surface.cl"

@@ -42,6 +42,9 @@ typedef struct rp_arrival {
     rp_vertex_1 vertex;
 } rp_arrival;
 
+#if defined(RP_SURFACES_LATER) && RP_SHADE_LANES == 16
+#error "streams find surfaces themselves"
+#endif
 #ifdef RP_SURFACES_LATER
 // Where the stage `extend` has left the surface at a hit to be found here: puts it into the planes' values and the slot's state.
 static inline void rp_find_surface(const rp_geometry* geometry, uint4 origin, float3 direction, uint4* hit, uint4* surface, uint* state) {
@@ -63,9 +66,9 @@ static inline void rp_find_surface(const rp_geometry* geometry, uint4 origin, fl
 #endif
 
 // Adds what shines at the end of a ray. False: the path has ended.
-static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials, const __global rp_light* lights,
-                             const __global rp_primitive_range* ranges, uint slot, uint state, __global uint* status, __global uint4* paths,
-                             __global uint* film, rp_arrival* arrival) {
+static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
+                             const __global rp_light* lights, const __global rp_primitive_range* ranges, uint slot, uint state,
+                             __global uint* status, __global uint4* paths, __global uint* film, rp_arrival* arrival) {
     const uint slot_count = params->slot_count;
     const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
     const uint4 throughput_plane = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
@@ -241,10 +244,10 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
 }
 #endif
 
-__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials, const __global rp_light* restrict lights,
-                       const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue,
-                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
-                       __global uint* restrict film) {
+__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials,
+                       const __global rp_light* restrict lights, const __global uint* restrict light_steps,
+                       const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
+                       __global uint4* restrict paths, volatile __global uint* restrict counters, __global uint* restrict film) {
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};

@@ -166,6 +166,15 @@ Status StageTracer::hits(std::vector<SurfacePoint>& hits) {
     return {};
 }
 
+Status StageTracer::distances(std::vector<float>& distances) {
+    RAYPAGER_CHECK(purpose_ != RayPurpose::shadow);
+    std::vector<Word4> origin;
+    RAYPAGER_TRY(read_plane(RP_PLANE_ORIGIN, origin));
+    distances.clear();
+    for (const Word4& value : origin) distances.push_back(number(value.w));
+    return {};
+}
+
 Status StageTracer::blocked(std::vector<bool>& blocked) {
     RAYPAGER_CHECK(purpose_ == RayPurpose::shadow);
     std::vector<Word4> radiance;

@@ -32,6 +32,8 @@ public:
     Result<double> trace();
     // What the rays hit. REQUIRES: they were traced for their surfaces.
     Status hits(std::vector<SurfacePoint>& hits);
+    // Distances at which extension rays ended, as far as they hit something; otherwise as far as they may go.
+    Status distances(std::vector<float>& distances);
     // Which shadow rays were blocked.
     Status blocked(std::vector<bool>& blocked);
 

@@ -21,9 +21,13 @@ Result<RaySetResult> closest(StageTracer& tracer, const std::string& name, const
         if (!seconds) return seconds.status();
         result.seconds.push_back(*seconds);
     }
+    std::vector<float> measured, distances;
+    RAYPAGER_TRY(tracer.distances(measured));
     RAYPAGER_TRY(tracer.fill(rays, RayPurpose::surfaces));
     if (const auto traced = tracer.trace(); !traced) return traced.status();
     RAYPAGER_TRY(tracer.hits(hits));
+    RAYPAGER_TRY(tracer.distances(distances));
+    if (measured != distances) return Status::failed("the kernel that was measured has found other hits than the one that finds surfaces as well");
     for (const SurfacePoint& hit : hits) result.hits += hit.hit;
     return result;
 }

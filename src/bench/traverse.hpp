@@ -1,5 +1,6 @@
 // Rays a second of the engine's own tracing stages, on rays that lie on the device: the top tree, the blocks and the hops between them
-// are in; everything is resident. Path slots are filled with the rays, and the stages `extend` and `connect` are launched on them.
+// are in, and surfaces at hits where the stage `extend` finds them (in streams); everything is resident. Path slots are filled with the
+// rays, and the stages `extend` and `connect` are launched on them.
 #pragma once
 
 #include <cstdint>

@@ -205,6 +205,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
     device->group_size_ = static_cast<uint32_t>(std::min<size_t>(64, std::max<size_t>(1, group)));
+    device->persistent_threads_ = device->lanes_can_vote() || device_faults().persistent_threads;
     return device;
 }
 
@@ -304,8 +305,18 @@ std::string Device::build_options(const std::string& definitions) const {
     return options + (definitions.empty() ? "" : " ") + definitions;
 }
 
+// NVIDIA's since Volta: lanes of a vector before it that had gone different ways could not meet in a vote.
+bool Device::lanes_can_vote() const {
+    constexpr cl_device_info compute_capability_major = 0x4000;  // cl_nv_device_attribute_query
+    cl_uint major = 0;
+    return is_nvidia() && clGetDeviceInfo(device_(), compute_capability_major, sizeof major, &major, nullptr) == CL_SUCCESS && major >= 7 &&
+           group_size_ % 32 == 0;
+}
+
 std::string Device::bounce_definitions() const {
-    return fmt::format(" -DRP_PERSISTENT=20 -DRP_LEAST_INNER=8 -DRP_SHARED_STACK=12 -DRP_GROUP_SIZE={}", group_size_);
+    const char* numbers =
+        is_nvidia() ? " -DRP_PERSISTENT=20 -DRP_LEAST_INNER=8 -DRP_SHARED_STACK=12" : " -DRP_PERSISTENT=1 -DRP_LEAST_INNER=1 -DRP_SHARED_STACK=3";
+    return fmt::format("{} -DRP_GROUP_SIZE={}", numbers, group_size_);
 }
 
 Result<cl::Program> Device::program(const std::string& stage, const std::string& definitions) {

@@ -155,7 +155,7 @@ public:
     // Whether kernels of persistent threads (kernels/lib/lanes.cl) are to trace extension rays, and the definitions that make them: camera
     // rays stay together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their
     // stacks in local memory, and let leaves go first where few are still at inner nodes (measured on an H100: bench/results.md).
-    bool has_persistent_threads() const { return is_nvidia(); }
+    bool has_persistent_threads() const { return persistent_threads_; }
     std::string camera_definitions() const { return " -DRP_PERSISTENT=1"; }
     std::string bounce_definitions() const;
     // Compiler options for kernels that traverse. With fewer registers more of them run at a time: on an H100, 72 instead of the compiler's
@@ -179,6 +179,7 @@ public:
 
 private:
     Device() = default;
+    bool lanes_can_vote() const;
     bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
     Status refused(uint64_t bytes, std::string_view what, cl_int code);
     Result<cl::Program> program(const std::string& stage, const std::string& definitions);
@@ -192,6 +193,7 @@ private:
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
     bool refused_memory_ = false;
+    bool persistent_threads_ = false;
     std::map<std::string, cl::Program> programs_;
     double build_seconds_ = 0;
 };

@@ -8,7 +8,7 @@ DeviceFaults& device_faults() {
 }
 
 void DeviceFaults::clear() {
-    no_platform = no_device = fail_builds = lost = hold_uploads = false;
+    no_platform = no_device = fail_builds = lost = hold_uploads = persistent_threads = cache_kernels = false;
     memory_bytes = UINT64_MAX;
     lose_in = fail_pinned_in = 0;
 }

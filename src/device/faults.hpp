@@ -14,6 +14,9 @@ struct DeviceFaults {
     std::atomic<int64_t> fail_pinned_in{0};          // the n-th allocation of pinned memory from now on fails; 0: none
     std::atomic<bool> lost{false};                   // set by lose_in
     std::atomic<bool> hold_uploads{false};           // writes to the upload queue wait for as long as this is set
+    // No faults, but what this device would not do by itself: persistent threads (with vectors of one lane), a cache of kernels although its
+    // driver has one.
+    std::atomic<bool> persistent_threads{false}, cache_kernels{false};
     void clear();
 };
 DeviceFaults& device_faults();

@@ -46,7 +46,7 @@ std::filesystem::path cache_folder() {
 }
 
 // PoCL keeps what it compiles itself, and being asked for a binary makes it compile every kernel once more, for work-groups of any size.
-bool caches_programs(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
+bool caches_programs(const DeviceInfo& info) { return info.platform == "Portable Computing Language" && !device_faults().cache_kernels; }
 
 std::string build_log(const cl::Program& program, const cl::Device& device) {
     std::string log;

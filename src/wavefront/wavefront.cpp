@@ -153,7 +153,7 @@ Status Wavefront::build_kernels() {
     // Streams find surfaces together themselves.
     const std::string surfaces = as_on_cpus() ? "" : surfaces_later;
     const std::string definitions =
-        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={} -DRP_SHADE_LANES={}", wake_slots, as_on_cpus() ? 16 : 1) + surfaces;
+        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={} -DRP_SHADE_LANES={}", wake_slots, as_on_cpus() ? 16 : 1);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -163,7 +163,7 @@ Status Wavefront::build_kernels() {
                           {advance_, "generate", "rp_advance"},
                           {shade_, "shade", "rp_shade"}};
     for (const Part& part : parts) {
-        auto kernel = device_.kernel(part.stage, part.name, definitions);
+        auto kernel = device_.kernel(part.stage, part.name, definitions + (&part.kernel == &shade_ ? surfaces : ""));
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }

@@ -13,6 +13,7 @@
 
 #include "base/fault_plan.hpp"
 #include "cli/program.hpp"
+#include "device/faults.hpp"
 #include "render/checkpoint.hpp"
 #include "support/sheet_scene.hpp"
 #include "support/temporary_folder.hpp"
@@ -49,12 +50,16 @@ bool is_temporary(const std::filesystem::path& path) { return path.filename().st
 class InjectedIo : public testing::Test {
 protected:
     void SetUp() override {
+        device_faults().cache_kernels = true;
         // A cache of kernels of its own, so that faults meet it. One a process: drivers remember where theirs is.
         static const support::TemporaryFolder cache;
         ::setenv("XDG_CACHE_HOME", cache.path().c_str(), 1);
         support::write_sheet_scene(folder_, 40);
     }
-    void TearDown() override { fault_plan().clear(); }
+    void TearDown() override {
+        fault_plan().clear();
+        device_faults().clear();
+    }
 
     std::string at(const std::string& name) const { return (folder_ / name).string(); }
 

@@ -2,6 +2,7 @@
 // never exceeds its limit; and every render ends, with room for just the largest block.
 #include <gtest/gtest.h>
 
+#include "device/faults.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
@@ -146,6 +147,19 @@ TEST_P(SamePicture, ray_by_ray_and_in_streams) {
             options.rounds_under_way = percent < 100 ? 2 : 1;
             expect_same(options, (traversal == Traversal::ray ? "ray by ray at " : "in streams at ") + std::to_string(percent) + " %");
         }
+}
+
+// As on devices whose lanes can vote, with vectors of one lane, and the lowest entries of stacks in local memory.
+TEST_P(SamePicture, by_persistent_threads) {
+    for (const double percent : {100.0, 20.0, 0.001}) {
+        RenderOptions options = base_;
+        options.traversal = Traversal::ray;
+        options.geometry_limit_percent = percent;
+        options.rounds_under_way = percent < 100 ? 2 : 1;
+        device_faults().persistent_threads = true;
+        expect_same(options, "by persistent threads at " + std::to_string(percent) + " %");
+        device_faults().clear();
+    }
 }
 
 TEST_P(SamePicture, for_other_block_sizes) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "device/faults.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
@@ -38,6 +39,13 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
         EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
         EXPECT_EQ(paged->report.clamped_samples, 0u);
     }
+    options.traversal = Traversal::ray;
+    options.slab_bytes = (*file)->scene().largest_block(BlockForm::stored) + 64;
+    device_faults().persistent_threads = true;
+    const auto persistent = render(**file, options, {});
+    device_faults().clear();
+    ASSERT_TRUE(persistent.ok()) << persistent.status().message();
+    EXPECT_EQ(persistent->report.film_hash, resident->report.film_hash);
 }
 
 TEST(SmallRender, records_what_rays_enter) {
@@ -94,6 +102,12 @@ TEST(SmallRender, an_empty_scene_is_its_background) {
     const auto result = render(**file, options, {});
     ASSERT_TRUE(result.ok()) << result.status().message();
     for (const float value : result->image.values) EXPECT_NEAR(value, 0.3f, 1e-6);
+    options.traversal = Traversal::ray;
+    device_faults().persistent_threads = true;  // whose walks end where they begin
+    const auto persistent = render(**file, options, {});
+    device_faults().clear();
+    ASSERT_TRUE(persistent.ok()) << persistent.status().message();
+    EXPECT_EQ(persistent->report.film_hash, result->report.film_hash);
 }
 
 class SmallProbe : public testing::TestWithParam<Traversal> {};

@@ -31,7 +31,8 @@
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
 #define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
 
-// The status word of a slot: what it is about (low bits), and of an extension ray that has a hit the offset exponent there (surface.cl).
+// The status word of a slot: what it is about (low bits), and of an extension ray that has a hit the offset exponent there (surface.cl),
+// unless shading is to find its surface.
 // Behind the words of all slots stands, for each slot that waits, the block that it waits for: waking looks at all slots in every round,
 // and these two words are all that it reads of a slot.
 #define RP_STATUS_FREE 0u
@@ -44,7 +45,7 @@
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
 
-#define RP_HIT_TO_SHADE 0xfffffffeu
+#define RP_HIT_TO_SHADE 0xfffffffeu  // in place of a primitive: see above. Scenes have fewer of them (store/check_scene.cpp)
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
