@@ -51,9 +51,6 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #endif
 }
 
-#ifdef RP_SHARED_STACK
-__attribute__((reqd_work_group_size(RP_GROUP_SIZE, 1, 1)))
-#endif
 __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
                         __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters
                             RP_VISIT_PARAMETER) {
@@ -65,6 +62,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     rp_closest_walk walk;
     uint2 stack[RP_STACK_SIZE];
 #ifdef RP_SHARED_STACK
+    // REQUIRES: groups of RP_GROUP_SIZE. Not said by an attribute, with which NVIDIA's compiler forgets the most registers that it may use.
     __local uint2 shared[RP_SHARED_STACK * RP_GROUP_SIZE];
     walk.shared = shared + get_local_id(0);
 #endif
