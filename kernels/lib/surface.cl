@@ -24,7 +24,7 @@ static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f
 static inline float3 rp_scaled(float s, float3 v) { return (float3)(rp_mul(s, v.x), rp_mul(s, v.y), rp_mul(s, v.z)); }
 static inline float3 rp_sum(float3 a, float3 b) { return (float3)(rp_add(a.x, b.x), rp_add(a.y, b.y), rp_add(a.z, b.z)); }
 static inline float rp_squared_length(float3 v) { return rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)); }
-static inline float3 rp_unit(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
+static inline float3 rp_normalized(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
 static inline float3 rp_cross(float3 a, float3 b) {
     return (float3)(rp_edge_function(a.y, b.z, a.z, b.y), rp_edge_function(a.z, b.x, a.x, b.z), rp_edge_function(a.x, b.y, a.y, b.x));
 }
@@ -117,7 +117,7 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     rp_surface s;
     const float3 e1 = b - a, e2 = c - a;
     s.position = rp_sum(a, rp_sum(rp_scaled(bb, e1), rp_scaled(bc, e2)));
-    s.geometric_normal = rp_encode_normal(rp_cross(rp_unit(e1), rp_unit(e2)));
+    s.geometric_normal = rp_encode_normal(rp_cross(rp_normalized(e1), rp_normalized(e2)));
     s.shading_normal = s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
     const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
@@ -137,7 +137,7 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 // record: rp_sphere. ref: of its leaf.
 static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint ref, float t) {
     const float4 sphere = rp_decode_sphere(record, ref);
-    const float3 normal = rp_unit(rp_sum(ray->origin, rp_scaled(t, ray->direction)) - sphere.xyz);
+    const float3 normal = rp_normalized(rp_sum(ray->origin, rp_scaled(t, ray->direction)) - sphere.xyz);
     rp_surface s;
     s.position = rp_sum(sphere.xyz, rp_scaled(sphere.w, normal));
     s.geometric_normal = rp_encode_normal(normal);

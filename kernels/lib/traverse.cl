@@ -51,6 +51,7 @@
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
+// The entry is read twice: with a copy of it kept, what Mesa's llvmpipe 22.3 compiled crashed.
 #define RP_POP()                       \
     do {                               \
         --w->depth;                    \
