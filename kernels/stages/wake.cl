@@ -46,13 +46,13 @@ static inline uint rp_sum16(int16 v) {
     return (uint)(b.x + b.y + b.z + b.w);
 }
 
-// Sixteen slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
-// one, so only a block that has come since, and is named, can wake it, and until then nothing about these slots changes. So that they need
-// not be looked at in each round, a word of theirs says for which blocks they wait, as far as 31 bits can: 0: they do not sleep; otherwise
-// RP_ASLEEP and the bits of the blocks. Another word counts those that wait.
-#define RP_NAP 16u
-#define RP_ASLEEP 0x80000000u
-static inline uint rp_block_bit(uint block) { return 1u << min(block & 31u, 30u); }
+// RP_NAP slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
+// one, so only a block that has come since can wake it, and until then nothing about these slots changes. So that they need not be looked at
+// in each round, a word of theirs says how many of them wait, and for which blocks, as far as RP_NAP_BITS bits can tell (abi/path.h). It is 0
+// if they do not sleep, as at the beginning of a render.
+static inline ulong rp_block_bit(uint block) { return 1ul << block % RP_NAP_BITS; }
+static inline ulong rp_asleep(uint waiting, ulong blocks) { return (ulong)(waiting + 1u) << RP_NAP_BITS | blocks; }
+static inline uint rp_waiting_asleep(ulong nap) { return (uint)(nap >> RP_NAP_BITS) - 1u; }
 
 // What is found in a run of slots.
 #define RP_LISTED_AT_ONCE 1024u
@@ -62,7 +62,7 @@ typedef struct rp_found {
 
 // Lists a slot if there is something to do with it; if not, counts it and returns false.
 static inline bool rp_find_slot(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot, __global uint* queue,
-                                __global uint* free_list, volatile __global uint* counters, rp_found* found, uint* blocks) {
+                                __global uint* free_list, volatile __global uint* counters, rp_found* found, ulong* blocks) {
     const uint kind = rp_slot_kind(status, pages, slot_count, slot);
     if (kind == RP_KIND_WAITING) {
         found->waiting++;
@@ -82,20 +82,22 @@ static inline bool rp_find_slot(const __global uint* status, const __global rp_p
 }
 
 // Looks at slots [first, end), at most RP_NAP of them, of which nobody waits for a block that has come but is not named (named not RP_NONE);
-// returns the word that says whether they sleep.
-static inline uint rp_look_at_slots(const __global uint* status, const __global rp_page* pages, uint slot_count, uint first, uint end,
+// returns their word.
+static inline ulong rp_look_at_slots(const __global uint* status, const __global rp_page* pages, uint slot_count, uint first, uint end,
                                     __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint named, const uint* names,
                                     rp_found* found) {
-    uint look = (1u << (end - first)) - 1u, blocks = 0u;
+    uint look = (1u << (end - first)) - 1u;
+    const uint waiting_before = found->waiting;
+    ulong blocks = 0ul;
     bool all = end - first == RP_NAP;
     if (all && named != RP_NONE) {
         const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + slot_count + first);
         const int16 ends = phase == RP_STATUS_IDLE;
         int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
         for (uint i = 0u; i < named; i++) waits &= block != names[i];
-        const uint16 last = 30u, bit = block & 31u, bits = waits ? (uint16)(1u) << (bit < last ? bit : last) : (uint16)(0u);
-        const uint8 b8 = bits.lo | bits.hi;
-        const uint4 b4 = b8.lo | b8.hi;
+        const ulong16 bits = convert_ulong16(as_uint16(waits) & 1u) << convert_ulong16(block % RP_NAP_BITS);
+        const ulong8 b8 = bits.lo | bits.hi;
+        const ulong4 b4 = b8.lo | b8.hi;
         blocks = b4.x | b4.y | b4.z | b4.w;
         look = rp_mask16(~(waits | ends)) & 0xffffu;
         found->waiting += popcount(rp_mask16(waits));
@@ -103,21 +105,18 @@ static inline uint rp_look_at_slots(const __global uint* status, const __global 
     }
     for (; look != 0u; look &= look - 1u)
         all &= !rp_find_slot(status, pages, slot_count, first + rp_lowest(look), queue, free_list, counters, found, &blocks);
-    return all ? RP_ASLEEP | blocks : 0u;
+    return all ? rp_asleep(found->waiting - waiting_before, blocks) : 0ul;
 }
 
 // Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others; many at a time, so that neighbours stay
-// together. naps: the words of whether slots sleep, one for RP_NAP of them, then as many of how many wait; zeros at the beginning of a render.
-// named: how many of new_blocks are block numbers, or RP_NONE if not all that came are named.
+// together. naps: a word for each RP_NAP slots. came: the bits of the blocks that have come since the last round, or all. named: how many
+// of new_blocks are their numbers, or RP_NONE if those are not all.
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
                            __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters,
-                           __global uint* restrict naps, uint named, uint16 new_blocks) {
+                           __global ulong* restrict naps, ulong came, uint named, uint16 new_blocks) {
     uint names[RP_MOST_NAMED];
     vstore16(new_blocks, 0, names);
-    uint name_bits = 0u;
-    for (uint i = 0u; named != RP_NONE && i < named; i++) name_bits |= rp_block_bit(names[i]);
     const uint nap_count = (slot_count + RP_NAP - 1u) / RP_NAP, run_count = (nap_count + 15u) / 16u;
-    __global uint* waiting_of = naps + nap_count;
     const uint each = (run_count + (uint)get_global_size(0) - 1u) / (uint)get_global_size(0);
     const uint first = min((uint)get_global_id(0) * each, run_count), end = min(first + each, run_count);
     rp_found found;
@@ -126,18 +125,17 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
     for (uint run = first; run < end; run++) {
         const uint nap = 16u * run, nap_end = min(nap + 16u, nap_count);
         uint woken = (1u << (nap_end - nap)) - 1u;
-        if (named != RP_NONE && nap_end - nap == 16u) {
-            const uint16 words = vload16(0, naps + nap);
-            const int16 wakes = (words == 0u) | ((words & name_bits) != 0u);
-            sleepers += wakes ? (int16)(0) : as_int16(vload16(0, waiting_of + nap));
+        if (nap_end - nap == 16u) {
+            const ulong16 words = vload16(0, naps + nap);
+            const int16 wakes = convert_int16((words == 0ul) | ((words & came) != 0ul)), waiting = convert_int16(words >> RP_NAP_BITS) - 1;
+            sleepers += wakes ? (int16)(0) : waiting;
             naps_seen -= wakes == 0;
             woken = rp_mask16(wakes);
         }
         for (; woken != 0u; woken &= woken - 1u) {
-            const uint i = nap + rp_lowest(woken), waiting_before = found.waiting;
+            const uint i = nap + rp_lowest(woken);
             naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), queue, free_list, counters, named,
                                        names, &found);
-            waiting_of[i] = found.waiting - waiting_before;
         }
     }
     for (uint kind = 0u; kind < 3u; kind++)
@@ -149,31 +147,71 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
     if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);
 }
 
-// Beside rays traced one by one, on GPUs. A work-item looks at RP_WAKE_SLOTS slots (up to 16), a work-group at as many times its size in a row.
+#ifdef RP_WAKE_GROUP
+// Beside rays traced one by one, on GPUs. A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_NAPS times as many naps, and then, each
+// work-item one after the other, at the slots of those that do not sleep.
+#define RP_LISTED 3u  // kinds that are listed: EXTEND, SHADOW, FREE
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
-                      __global uint* restrict free_list, volatile __global uint* restrict counters) {
-    __local uint count[RP_KINDS];
-    __local uint base[RP_KINDS];
-    const uint lane = get_local_id(0), lanes = get_local_size(0), first = get_group_id(0) * lanes * RP_WAKE_SLOTS + lane;
-    for (uint kind = lane; kind < RP_KINDS; kind += lanes) count[kind] = 0u;
+                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, ulong came) {
+    __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_KINDS], base[RP_KINDS];
+    const uint lane = get_local_id(0), nap_count = (slot_count + RP_NAP - 1u) / RP_NAP;
+    for (uint kind = lane; kind < RP_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
+    if (lane == 0u) awake_count = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
-    ulong kinds = 0ul;  // four bits a slot
-    uint mine[RP_KINDS + 1u] = {0u, 0u, 0u, 0u, 0u, 0u};
-    for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
-        const uint kind = rp_slot_kind(status, pages, slot_count, first + k * lanes);
-        kinds |= (ulong)kind << (4u * k);
-        mine[kind]++;
+    uint waiting = 0u, idle = 0u;
+    for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
+        const uint i = (get_group_id(0) * RP_WAKE_NAPS + k) * RP_WAKE_GROUP + lane;
+        if (i >= nap_count) break;
+        const ulong nap = naps[i];
+        if (nap == 0ul || (nap & came) != 0ul) {
+            awake[atomic_inc(&awake_count)] = i;
+        } else {
+            waiting += rp_waiting_asleep(nap);
+            idle += RP_NAP - rp_waiting_asleep(nap);
+        }
     }
-    for (uint kind = 0u; kind < RP_KINDS; kind++)
-        if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint kind = lane; kind < RP_KINDS; kind += lanes)
+    ulong kinds[RP_WAKE_NAPS];  // of the slots of a nap, four bits each
+    uint mine[RP_LISTED] = {0u, 0u, 0u};
+    for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
+        const uint at = k * RP_WAKE_GROUP + lane;
+        kinds[k] = 0ul;
+        if (at >= awake_count) continue;
+        const uint i = awake[at], waiting_before = waiting;
+        ulong blocks = 0ul;
+        bool all = RP_NAP * (i + 1u) <= slot_count;
+        for (uint j = 0u; j < RP_NAP; j++) {
+            const uint kind = rp_slot_kind(status, pages, slot_count, RP_NAP * i + j);
+            kinds[k] |= (ulong)kind << (4u * j);
+            if (kind == RP_KIND_WAITING) {
+                waiting++;
+                blocks |= rp_block_bit(rp_waited_for(status, slot_count, RP_NAP * i + j));
+            } else if (kind == RP_KIND_IDLE) {
+                idle++;
+            } else {
+                all = false;
+                if (kind < RP_LISTED) mine[kind]++;
+            }
+        }
+        naps[i] = all ? rp_asleep(waiting - waiting_before, blocks) : 0ul;
+    }
+    for (uint kind = 0u; kind < RP_LISTED; kind++)
+        if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
+    if (waiting != 0u) atomic_add(&count[RP_KIND_WAITING], waiting);
+    if (idle != 0u) atomic_add(&count[RP_KIND_IDLE], idle);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (uint kind = lane; kind < RP_KINDS; kind += RP_WAKE_GROUP)
         base[kind] = count[kind] != 0u ? atomic_add(counters + rp_kind_counter(kind), count[kind]) : 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint k = 0u; k < RP_WAKE_SLOTS; k++) {
-        const uint kind = (uint)(kinds >> (4u * k)) & 15u, slot = first + k * lanes;
-        if (kind == RP_KIND_EXTEND) queue[base[kind] + mine[kind]++] = slot;
-        if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (base[kind] + mine[kind]++)] = slot;
-        if (kind == RP_KIND_FREE) free_list[base[kind] + mine[kind]++] = slot;
+    for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
+        const uint at = k * RP_WAKE_GROUP + lane;
+        if (at >= awake_count) continue;
+        for (uint j = 0u; j < RP_NAP; j++) {
+            const uint kind = (uint)(kinds[k] >> (4u * j)) & 15u, slot = RP_NAP * awake[at] + j;
+            if (kind == RP_KIND_EXTEND) queue[base[kind] + mine[kind]++] = slot;
+            if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (base[kind] + mine[kind]++)] = slot;
+            if (kind == RP_KIND_FREE) free_list[base[kind] + mine[kind]++] = slot;
+        }
     }
 }
+#endif

@@ -5,16 +5,25 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace raypager {
+
+namespace {
+thread_local bool does_all_alone = false;
+}
+
+DoAllAlone::DoAllAlone() : before_(std::exchange(does_all_alone, true)) {}
+DoAllAlone::~DoAllAlone() { does_all_alone = before_; }
+
+size_t helping_workers() { return does_all_alone ? 1 : worker_count(); }
 
 size_t worker_count() { return std::max<size_t>(1, std::thread::hardware_concurrency()); }
 
 void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work, size_t most) {
     piece = std::max<size_t>(1, piece);
-    thread_local bool is_inside = false;
-    if (is_inside || count <= piece) {
+    if (does_all_alone || count <= piece) {
         for (size_t begin = 0; begin < count; begin += piece) work(begin, std::min(count, begin + piece));
         return;
     }
@@ -22,7 +31,7 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
     std::mutex mutex;
     std::exception_ptr failure;
     auto run = [&] {
-        is_inside = true;
+        const DoAllAlone inside;
         try {
             for (size_t begin; (begin = next.fetch_add(piece)) < count;) work(begin, std::min(count, begin + piece));
         } catch (...) {
@@ -30,7 +39,6 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
             const std::lock_guard lock(mutex);
             if (!failure) failure = std::current_exception();
         }
-        is_inside = false;
     };
     const size_t pieces = (count + piece - 1) / piece;
     {

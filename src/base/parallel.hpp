@@ -8,9 +8,23 @@
 namespace raypager {
 
 size_t worker_count();  // at least 1
-// Calls work(begin, end) for pieces of [0, count) of at most `piece` items, on all cores; returns when all are done. An
-// Within such work there is no more to be spread: an inner call does all of it itself. An
-// exception of one of them ends the work, and is thrown again here. most: threads at work at once.
+// Calls work(begin, end) for pieces of [0, count) of at most `piece` items, on all cores; returns when all are done. Within such work there
+// is no more to be spread: an inner call does all of it itself. An exception of one of them ends the work, and is thrown again here.
+// most: threads at work at once.
 void parallel_for(size_t count, size_t piece, const std::function<void(size_t begin, size_t end)>& work, size_t most = SIZE_MAX);
+
+// While one of these is alive, calls of its thread do all the work themselves: others are busy.
+class DoAllAlone {
+public:
+    DoAllAlone();
+    ~DoAllAlone();
+    DoAllAlone(const DoAllAlone&) = delete;
+    DoAllAlone& operator=(const DoAllAlone&) = delete;
+
+private:
+    bool before_;
+};
+// How many threads would work for a call by this one.
+size_t helping_workers();
 
 }  // namespace raypager

@@ -4,6 +4,7 @@
 #include <mutex>
 
 #include "base/check.hpp"
+#include "base/jitter.hpp"
 #include "base/parallel.hpp"
 #include "blocks/binning.hpp"
 
@@ -13,8 +14,11 @@ namespace {
 // No side of a split gets less than this share of the bytes, so that blocks stay even.
 constexpr uint64_t least_share = 9;  // 1 : 8
 
-// Sets larger than this are binned by all threads together, smaller ones each by one thread.
+// What one thread does of a set at a time, if all work on it together.
 constexpr size_t piece = size_t{1} << 16;
+
+// Where to cut a set is found on so many of it.
+constexpr size_t most_sampled = size_t{1} << 14;
 
 // What is known of a set before it is cut.
 struct Measure {
@@ -45,15 +49,19 @@ Measure measure(std::span<const PrimitiveRef> refs) {
     return sum;
 }
 
-BinSet parallel_bins(std::span<const PrimitiveRef> refs, const BinMapping& mapping) {
+BinSet sampled_bins(std::span<const PrimitiveRef> refs, const BinMapping& mapping) {
     BinSet bins(mapping.count);
-    std::mutex mutex;
-    parallel_for(refs.size(), piece, [&](size_t begin, size_t end) {
-        BinSet part(mapping.count);
-        part.add(refs.subspan(begin, end - begin), mapping);
-        std::lock_guard lock(mutex);
-        bins.merge(part);
-    });
+    if (refs.size() <= 2 * most_sampled) {
+        bins.add(refs, mapping);
+        return bins;
+    }
+    // One from anywhere in each stretch: a fixed place might follow the rows of a regular mesh.
+    std::vector<PrimitiveRef> sample(most_sampled);
+    for (size_t i = 0; i < most_sampled; i++) {
+        const size_t begin = refs.size() * i / most_sampled, end = refs.size() * (i + 1) / most_sampled;
+        sample[i] = refs[begin + jitter(i, end - begin)];
+    }
+    bins.add(sample, mapping);
     return bins;
 }
 
@@ -62,7 +70,7 @@ struct Halves {
     Measure left, right;
 };
 
-Halves partition(std::span<PrimitiveRef> refs, const CutPlane& plane) {
+Halves partition_alone(std::span<PrimitiveRef> refs, const CutPlane& plane) {
     Halves halves;
     // Each ref is looked at once, and measured on the way.
     const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) {
@@ -74,12 +82,49 @@ Halves partition(std::span<PrimitiveRef> refs, const CutPlane& plane) {
     return halves;
 }
 
+// Pieces are partitioned by all threads together. Then what is on the wrong side of the middle of all changes places: the n-th of those on the
+// left with the n-th of those on the right.
+Halves partition(std::span<PrimitiveRef> refs, const CutPlane& plane) {
+    if (refs.size() <= piece) return partition_alone(refs, plane);
+    std::vector<Halves> pieces((refs.size() + piece - 1) / piece);
+    parallel_for(refs.size(), piece,
+                 [&](size_t begin, size_t end) { pieces[begin / piece] = partition_alone(refs.subspan(begin, end - begin), plane); });
+    Halves all;
+    for (const Halves& halves : pieces) {
+        all.middle += halves.middle;
+        all.left.grow(halves.left);
+        all.right.grow(halves.right);
+    }
+    std::vector<Part> wrong_left, wrong_right;
+    for (size_t i = 0; i < pieces.size(); i++) {
+        const size_t begin = i * piece, middle = begin + pieces[i].middle, end = std::min(begin + piece, refs.size());
+        if (middle < std::min(end, all.middle)) wrong_left.push_back({middle, std::min(end, all.middle)});
+        if (std::max(begin, all.middle) < middle) wrong_right.push_back({std::max(begin, all.middle), middle});
+    }
+    struct Exchange {
+        size_t left, right, count;
+    };
+    std::vector<Exchange> exchanges;
+    for (size_t l = 0, r = 0; l < wrong_left.size();) {
+        const size_t count = std::min(wrong_left[l].end - wrong_left[l].begin, wrong_right[r].end - wrong_right[r].begin);
+        exchanges.push_back({wrong_left[l].begin, wrong_right[r].begin, count});
+        if ((wrong_left[l].begin += count) == wrong_left[l].end) l++;
+        if ((wrong_right[r].begin += count) == wrong_right[r].end) r++;
+    }
+    parallel_for(exchanges.size(), 1, [&](size_t i, size_t) {
+        const Exchange& e = exchanges[i];
+        std::swap_ranges(refs.begin() + static_cast<ptrdiff_t>(e.left), refs.begin() + static_cast<ptrdiff_t>(e.left + e.count),
+                         refs.begin() + static_cast<ptrdiff_t>(e.right));
+    });
+    return all;
+}
+
 void cut_below(std::span<PrimitiveRef> refs, size_t offset, const Measure& measured, uint64_t limit, std::vector<Part>& parts) {
     if (refs.size() == 1 || measured.weight <= limit) {
         parts.push_back({offset, offset + refs.size()});
         return;
     }
-    const Halves halves = partition(refs, CutPlane::choose(refs, measured.centroids, measured.weight));
+    const Halves halves = partition(refs, CutPlane::choose(refs, measured.centroids));
     cut_below(refs.first(halves.middle), offset, halves.left, limit, parts);
     cut_below(refs.subspan(halves.middle), offset + halves.middle, halves.right, limit, parts);
 }
@@ -88,13 +133,16 @@ void cut_below(std::span<PrimitiveRef> refs, size_t offset, const Measure& measu
 
 CutPlane CutPlane::choose(std::span<PrimitiveRef> refs) {
     const Measure measured = measure(refs);
-    return choose(refs, measured.centroids, measured.weight);
+    return choose(refs, measured.centroids);
 }
 
-CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const LaneBox& centroids, uint64_t weight) {
+CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const LaneBox& centroids) {
     RAYPAGER_CHECK(refs.size() >= 2);
     const BinMapping mapping(centroids, most_bins);
-    const Split split = best_split(parallel_bins(refs, mapping), weight / least_share, true);
+    const BinSet bins = sampled_bins(refs, mapping);
+    uint64_t weight = 0;
+    for (const BinSet::Bin& bin : bins.axis(0)) weight += bin.weight;
+    const Split split = best_split(bins, weight / least_share, true);
     CutPlane plane;
     if (split.axis >= 0) {
         plane.axis_ = split.axis;
@@ -131,7 +179,7 @@ std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::f
         const auto cut_one = [&](size_t i) {
             const auto [begin, end] = open[i].range;
             const auto range = refs.subspan(begin, end - begin);
-            const Halves cut = partition(range, CutPlane::choose(range, open[i].measured.centroids, open[i].measured.weight));
+            const Halves cut = partition(range, CutPlane::choose(range, open[i].measured.centroids));
             halves[2 * i] = {{begin, begin + cut.middle}, cut.left, {}};
             halves[2 * i + 1] = {{begin + cut.middle, end}, cut.right, {}};
         };

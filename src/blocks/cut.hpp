@@ -17,11 +17,12 @@ struct Part {
 // Where a set is cut in two.
 class CutPlane {
 public:
-    // By the surface area heuristic, no side much lighter than the other; between the primitives in the middle, where there is no such place.
+    // By the surface area heuristic (of many refs on a sample), no side much lighter than the other; between the primitives in the middle, where
+    // there is no such place.
     // Reorders refs, of which there must be two.
     static CutPlane choose(std::span<PrimitiveRef> refs);
-    // The same, where the bounds of twice the centres and the weight of all are known.
-    static CutPlane choose(std::span<PrimitiveRef> refs, const LaneBox& centroids, uint64_t weight);
+    // The same, where the bounds of twice the centres are known.
+    static CutPlane choose(std::span<PrimitiveRef> refs, const LaneBox& centroids);
     // Both sides of the refs that it was chosen for get some. Any other ref belongs to a side too.
     bool is_left(const PrimitiveRef& ref) const {
         const float centroid = ref.centroid(axis_);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "blocks/cloud_stream.hpp"
 #include "blocks/lights.hpp"
@@ -57,6 +58,7 @@ public:
 private:
     void place_positions(const Placement& placement, const TriangleMesh& mesh) {
         const size_t base = world_.positions.size();
+        grow_huge(world_.positions, base + mesh.positions.size());
         world_.positions.resize(base + mesh.positions.size());
         parallel_for(mesh.positions.size(), piece, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++) world_.positions[base + i] = placement.point(mesh.positions[i]);
@@ -118,12 +120,23 @@ private:
             }
             pieces[begin / piece] = {kept - begin, bounds.box()};
         });
+        // What is kept of the only mesh so far stays where it is.
+        const bool only = world_.primitives.empty();
+        if (!only) grow_huge(world_.primitives, world_.primitives.size() + mesh.triangles.size());
+        size_t place = 0;
         for (size_t i = 0; i < pieces.size(); i++) {
             const auto all = std::span(mesh.triangles).subspan(i * piece), kept = all.first(pieces[i].kept);
             issues.degenerate += std::min(piece, all.size()) - kept.size();
-            world_.primitives.insert(world_.primitives.end(), kept.begin(), kept.end());
+            if (!only)
+                world_.primitives.insert(world_.primitives.end(), kept.begin(), kept.end());
+            else if (place != i * piece)
+                std::copy(kept.begin(), kept.end(), mesh.triangles.begin() + static_cast<ptrdiff_t>(place));
+            place += kept.size();
             world_.bounds.grow(pieces[i].bounds);
         }
+        if (!only) return;
+        mesh.triangles.resize(place);
+        world_.primitives = std::move(mesh.triangles);
     }
 
     World& world_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/check.hpp"
+#include "base/huge_pages.hpp"
 
 namespace raypager {
 
@@ -26,8 +27,8 @@ Status MeshIntake::expect(uint64_t vertices, uint64_t triangles) {
     const auto in_memory = hooks_.fits(memory_bytes(vertices, triangles, true));
     if (!in_memory) return in_memory.status();
     if (!*in_memory) return move_to_file();
-    mesh_.positions.reserve(vertices);
-    mesh_.triangles.reserve(triangles);
+    reserve_huge(mesh_.positions, vertices);
+    reserve_huge(mesh_.triangles, triangles);
     return {};
 }
 
@@ -38,7 +39,7 @@ Status MeshIntake::vertices(std::span<const Float3> positions, std::span<const F
         const auto in_memory = stays(positions.size(), 0, !normals.empty());
         if (!in_memory) return in_memory.status();
         if (*in_memory) {
-            if (!normals.empty()) mesh_.normals.reserve(mesh_.positions.capacity());
+            if (!normals.empty()) reserve_huge(mesh_.normals, mesh_.positions.capacity());
             mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
             mesh_.normals.insert(mesh_.normals.end(), normals.begin(), normals.end());
             return {};

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "base/check.hpp"
+#include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "blocks/mesh_intake.hpp"
 #include "scene/clean_mesh.hpp"
@@ -20,8 +21,8 @@ public:
 
     Status expect(uint64_t vertices, uint64_t triangles) override {
         RAYPAGER_TRY(check(vertices, triangles));
-        mesh_.positions.reserve(vertices);
-        mesh_.triangles.reserve(triangles);
+        reserve_huge(mesh_.positions, vertices);
+        reserve_huge(mesh_.triangles, triangles);
         return {};
     }
     Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) override {
@@ -78,8 +79,12 @@ void MeshPrefetch::work() {
         if (ends_ || next_ == order_.size()) return;
         Slot& slot = slots_[next_ % slots_.size()];
         slot = {order_[next_++], false, {}};
+        const bool last = next_ == order_.size();
         lock.unlock();
+        std::optional<DoAllAlone> alone;
+        if (!last) alone.emplace();
         auto loaded = load(*scene_.shapes[slot.shape].mesh);
+        alone.reset();
         lock.lock();
         slot.loaded = std::move(loaded);
         slot.done = true;

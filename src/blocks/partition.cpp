@@ -5,6 +5,7 @@
 #include <queue>
 
 #include "base/check.hpp"
+#include "base/jitter.hpp"
 #include "base/parallel.hpp"
 
 namespace raypager {
@@ -14,14 +15,6 @@ uint64_t weight_of(std::span<const PrimitiveRef> refs) {
     uint64_t sum = 0;
     for (const PrimitiveRef& ref : refs) sum += ref.weight;
     return sum;
-}
-
-// A number below range that looks random and depends on i alone (a step of SplitMix64).
-uint64_t jitter(uint64_t i, uint64_t range) {
-    uint64_t z = (i + 1) * 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (z ^ z >> 31) % range;
 }
 
 }  // namespace

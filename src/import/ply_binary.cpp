@@ -4,7 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 
+#include "base/huge_pages.hpp"
+#include "base/parallel.hpp"
 #include "import/mesh_readers.hpp"
 
 namespace raypager {
@@ -16,9 +19,16 @@ static_assert(std::endian::native == std::endian::little, "binary PLY is decoded
 class ByteStream {
 public:
     ByteStream(const InputFile& file, uint64_t offset) : file_(file), offset_(offset) {}
-    uint64_t left() const { return file_.size() - offset_ + (end_ - at_); }
+    uint64_t left() const { return file_.size() - position(); }
+    uint64_t position() const { return offset_ - (end_ - at_); }
+    // Goes on elsewhere.
+    void move_to(uint64_t position) {
+        offset_ = position;
+        at_ = end_ = 0;
+    }
     // Makes the next count bytes available at data(). REQUIRES: count <= piece.
     Status need(size_t count) { return end_ - at_ >= count ? Status() : refill(count); }
+    const InputFile& file() const { return file_; }
     const std::byte* data() const { return buffer_.data() + at_; }
     void skip(size_t count) { at_ += count; }
     static constexpr size_t piece = size_t{4} << 20;
@@ -108,9 +118,9 @@ public:
     Status read() {
         // The header's counts have been checked against the file's size.
         if (sink_) RAYPAGER_TRY(sink_->expect(layout_.vertices->count, layout_.faces->count));
-        mesh_.positions.reserve(room(layout_.vertices->count));
-        if (layout_.normal) mesh_.normals.reserve(room(layout_.vertices->count));
-        mesh_.triangles.reserve(room(layout_.faces->count));
+        reserve_huge(mesh_.positions, room(layout_.vertices->count));
+        if (layout_.normal) reserve_huge(mesh_.normals, room(layout_.vertices->count));
+        reserve_huge(mesh_.triangles, room(layout_.faces->count));
         for (const PlyElement& element : header_.elements) {
             if (&element == layout_.vertices && !element.has_list())
                 RAYPAGER_TRY(plain_vertices(element));
@@ -145,28 +155,89 @@ private:
 
     static bool is_index_list(const PlyElement& element) { return element.properties.size() == 1 && ply_type_bytes(element.properties[0].type) == 4; }
 
+    // Reads items of stride bytes by all threads, a wave of them after the other: room(n) is asked for n more, decode(bytes, first, n) decodes n of
+    // them from number `first` of the wave on and returns how many it could before one that it could not, which ends it, and keep(n)
+    // hears how many of the wave came before that. Returns how many came in all, of at most so many.
+    template <class Room, class Decode, class Keep>
+    Result<uint64_t> in_waves(size_t stride, uint64_t most, const Room& room, const Decode& decode, const Keep& keep) {
+        constexpr size_t piece_bytes = size_t{1} << 20;
+        const size_t each = std::max<size_t>(1, piece_bytes / stride), pieces_a_wave = std::min<size_t>(4 * helping_workers(), 32);
+        most = std::min(most, stream_.left() / stride);
+        uint64_t done = 0;
+        for (bool whole = true; whole && done < most;) {
+            const auto count = static_cast<size_t>(std::min<uint64_t>(most - done, each * pieces_a_wave));
+            const uint64_t begin = stream_.position();
+            room(count);
+            std::vector<size_t> decoded((count + each - 1) / each);
+            std::mutex mutex;
+            Status failure;
+            parallel_for(count, each, [&](size_t first, size_t end) {
+                std::vector<std::byte> bytes((end - first) * stride);
+                Status status = stream_.file().read(begin + first * stride, bytes);
+                if (status.ok()) {
+                    decoded[first / each] = decode(bytes.data(), first, end - first);
+                    return;
+                }
+                const std::lock_guard lock(mutex);
+                failure = std::move(status);
+            });
+            RAYPAGER_TRY(failure);
+            size_t good = 0;
+            for (size_t i = 0; i < decoded.size() && good == i * each; i++) good += decoded[i];
+            keep(good);
+            RAYPAGER_TRY(hand_on());
+            stream_.move_to(begin + good * stride);
+            done += good;
+            whole = good == count;
+        }
+        return done;
+    }
+
     // Faces that are nothing but a list of 32-bit indices, and nearly all of them triangles, are most of most files.
     Status plain_faces(const PlyElement& element) {
         const PlyProperty& property = element.properties[0];
         const size_t count_bytes = ply_type_bytes(*property.count_type), bytes = count_bytes + 3 * sizeof(uint32_t);
-        for (uint64_t i = 0; i < element.count; ++i) {
-            if (stream_.left() >= bytes) {
-                RAYPAGER_TRY(stream_.need(bytes));
-                const std::byte* face = stream_.data();
-                if (load_integer(face, *property.count_type, swap_) == 3) {
-                    const auto index = [&](size_t k) { return load<uint32_t>(face + count_bytes + 4 * k, swap_); };
-                    // As a signed number it would be negative: no vertex has this number.
-                    const auto known = [](uint32_t v) { return v >> 31 ? RP_NONE : v; };
-                    const bool is_signed = property.type == PlyType::int32;
-                    Triangle t = {index(0), index(1), index(2)};
-                    if (is_signed) t = {known(t[0]), known(t[1]), known(t[2])};
-                    mesh_.triangles.push_back(t);
-                    stream_.skip(bytes);
-                    RAYPAGER_TRY(hand_on_if_many());
-                    continue;
-                }
+        const bool is_signed = property.type == PlyType::int32;
+        const auto is_triangle = [&](const std::byte* face) { return load_integer(face, *property.count_type, swap_) == 3; };
+        const auto triangle = [&](const std::byte* face) {
+            const auto index = [&](size_t k) { return load<uint32_t>(face + count_bytes + 4 * k, swap_); };
+            // As a signed number it would be negative: no vertex has this number.
+            const auto known = [](uint32_t v) { return v >> 31 ? RP_NONE : v; };
+            const Triangle t = {index(0), index(1), index(2)};
+            return is_signed ? Triangle{known(t[0]), known(t[1]), known(t[2])} : t;
+        };
+        for (uint64_t i = 0; i < element.count;) {
+            if (element.count - i > piece) {
+                RAYPAGER_TRY(hand_on());
+                size_t base = 0;
+                const auto done = in_waves(
+                    bytes, element.count - i,
+                    [&](size_t count) {
+                        base = mesh_.triangles.size();
+                        mesh_.triangles.resize(base + count);
+                    },
+                    [&](const std::byte* face, size_t first, size_t count) {
+                        size_t k = 0;
+                        for (; k < count && is_triangle(face + k * bytes); k++) mesh_.triangles[base + first + k] = triangle(face + k * bytes);
+                        return k;
+                    },
+                    [&](size_t count) { mesh_.triangles.resize(base + count); });
+                if (!done) return done.status();
+                i += *done;
             }
-            RAYPAGER_TRY(item(element));
+            // One at a time, up to where it may be worth it again.
+            for (const uint64_t end = std::min(element.count, i + piece); i < end; ++i) {
+                if (stream_.left() >= bytes) {
+                    RAYPAGER_TRY(stream_.need(bytes));
+                    if (is_triangle(stream_.data())) {
+                        mesh_.triangles.push_back(triangle(stream_.data()));
+                        stream_.skip(bytes);
+                        RAYPAGER_TRY(hand_on_if_many());
+                        continue;
+                    }
+                }
+                RAYPAGER_TRY(item(element));
+            }
         }
         return {};
     }
@@ -184,14 +255,28 @@ private:
             const auto value = [&](size_t p) { return load_float(vertex + offsets[p], element.properties[p].type, swap_); };
             return Float3{value(properties[0]), value(properties[1]), value(properties[2])};
         };
-        for (uint64_t i = 0; i < element.count; ++i) {
-            RAYPAGER_TRY(stream_.need(stride));
-            mesh_.positions.push_back(vector(stream_.data(), layout_.position));
-            if (layout_.normal) mesh_.normals.push_back(vector(stream_.data(), {(*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]}));
-            stream_.skip(stride);
-            RAYPAGER_TRY(hand_on_if_many());
-        }
-        return {};
+        const auto place = [&](const std::byte* vertex, size_t at) {
+            mesh_.positions[at] = vector(vertex, layout_.position);
+            if (layout_.normal) mesh_.normals[at] = vector(vertex, {(*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]});
+        };
+        size_t base = 0;
+        const auto resize = [&](size_t count) {
+            mesh_.positions.resize(base + count);
+            if (layout_.normal) mesh_.normals.resize(base + count);
+        };
+        const auto done = in_waves(
+            stride, element.count,
+            [&](size_t count) {
+                base = mesh_.positions.size();
+                resize(count);
+            },
+            [&](const std::byte* vertices, size_t first, size_t count) {
+                for (size_t k = 0; k < count; k++) place(vertices + k * stride, base + first + k);
+                return count;
+            },
+            resize);
+        if (!done) return done.status();
+        return *done == element.count ? Status() : stream_.need(stride);  // which says where the file ends
     }
 
     // One item of any element, property by property.

@@ -13,7 +13,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t wake_slots = 16;  // that one work-item of the stage `wake` looks at; at most 16
+constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
 constexpr uint32_t wake_runs_per_core = 16;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
@@ -26,8 +26,14 @@ constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 +
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
-// Two words for sixteen slots (kernels/stages/wake.cl).
-constexpr uint64_t nap_bytes(uint64_t slots) { return 16 + slots / 16 * 2 * sizeof(uint32_t); }
+constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
+
+// What stands for these blocks in a nap's word.
+uint64_t nap_bits(std::span<const uint32_t> blocks) {
+    uint64_t bits = 0;
+    for (const uint32_t block : blocks) bits |= uint64_t{1} << block % RP_NAP_BITS;
+    return bits;
+}
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 
@@ -62,7 +68,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + nap_bytes(0);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
@@ -120,7 +126,7 @@ Status Wavefront::allocate_state() {
                           {queue_, slots * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
                           {again_, again_bytes(slots), "samples to trace again"},
-                          {naps_, nap_bytes(slots), "sleeping slots"},
+                          {naps_, nap_count(slots) * sizeof(uint64_t), "sleeping slots"},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
     for (const Part& part : parts) {
         auto buffer = device_.allocate(part.bytes, part.what);
@@ -152,8 +158,8 @@ Status Wavefront::build_kernels() {
     const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
     // Streams find surfaces together themselves.
     const std::string surfaces = as_on_cpus() ? "" : surfaces_later;
-    const std::string definitions =
-        geometry_.definitions() + fmt::format(" -DRP_WAKE_SLOTS={} -DRP_SHADE_LANES={}", wake_slots, as_on_cpus() ? 16 : 1);
+    const std::string definitions = geometry_.definitions() + fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES={}",
+                                                                          device_.group_size(), wake_naps, as_on_cpus() ? 16 : 1);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -177,7 +183,6 @@ Status Wavefront::build_kernels() {
     RAYPAGER_TRY(trace(extend_, "extend", surfaces + (persistent_ ? device_.camera_definitions() : "")));
     if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", surfaces + device_.bounce_definitions()));
     RAYPAGER_TRY(trace(connect_, "connect", ""));
-    if (!as_on_cpus()) RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), params_.slot_count, queue_, free_list_, counters_));
     if (as_on_cpus()) return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
     return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
@@ -195,14 +200,18 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
 
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
     const uint32_t slots = params_.slot_count;
-    if (!as_on_cpus()) return device_.kernels().launch(wake_, (slots + wake_slots - 1) / wake_slots, device_.group_size(), event);
-    RAYPAGER_CHECK(visit_settings_.capacity == 0);  // a ray that finds no room in the log waits although its block is there
+    // While visits are recorded, a ray that finds no room in the log waits although its block is there.
+    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published) : ~cl_ulong{0};
+    if (!as_on_cpus()) {
+        RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, came));
+        return device_.kernels().launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), event);
+    }
     const bool named = newly_published.size() <= RP_MOST_NAMED;
     std::array<cl_uint, RP_MOST_NAMED> names;
     names.fill(RP_NONE);
     if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
     const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, count, names));
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, came, count, names));
     return device_.kernels().launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, event);
 }
 

@@ -1,4 +1,5 @@
 // The first stage of a round, both of its kernels, against the rule in plain C++: which slots can go on, which wait, which are free or idle.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,7 +71,8 @@ Lists expected(const Slots& s) {
     return lists;
 }
 
-class Wake : public testing::Test {
+// Whether slots are looked at in runs, as beside streams.
+class Wake : public testing::TestWithParam<bool> {
 protected:
     void SetUp() override {
         auto device = Device::open("", 0);
@@ -80,29 +82,34 @@ protected:
     }
 
     void SetUpNaps() {
-        auto buffer = device_->allocate((slots + 15) / 16 * 2 * sizeof(uint32_t), "naps");
+        auto buffer = device_->allocate((slots + RP_NAP - 1) / RP_NAP * sizeof(uint64_t), "naps");
         ASSERT_TRUE(buffer.ok());
         naps_ = std::move(*buffer);
     }
 
-    // in_runs: as beside streams, with the new blocks named or not. Slots that slept after the last call may sleep on.
-    Lists wake(const Slots& s, bool in_runs, bool named) {
-        auto kernel = device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake", "-DRP_WAKE_SLOTS=16");
+    // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
+    Lists wake(const Slots& s, bool named) {
+        const bool in_runs = GetParam();
+        auto kernel =
+            device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3", device_->group_size()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
         auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
-        std::array<cl_uint, RP_MOST_NAMED> names;
-        names.fill(RP_NONE);
-        if (named) std::copy(s.came.begin(), s.came.end(), names.begin());
-        const cl_uint count = named ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
+        cl_ulong came = named ? 0 : ~cl_ulong{0};
+        for (const uint32_t block : s.came) came |= cl_ulong{1} << block % RP_NAP_BITS;
         Queue& commands = device_->kernels();
         if (in_runs) {
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, count, names).ok());
+            const bool each = named && s.came.size() <= RP_MOST_NAMED;
+            std::array<cl_uint, RP_MOST_NAMED> names;
+            names.fill(RP_NONE);
+            if (each) std::copy(s.came.begin(), s.came.end(), names.begin());
+            const cl_uint count = each ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, came, count, names).ok());
             EXPECT_TRUE(commands.launch(*kernel, 7, 1).ok());
         } else {
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters).ok());
-            EXPECT_TRUE(commands.launch(*kernel, (slots + 15) / 16, device_->group_size()).ok());
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, came).ok());
+            EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
         }
         std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
@@ -123,7 +130,7 @@ protected:
     Buffer naps_;
 };
 
-TEST_F(Wake, lists_every_slot_once_where_it_belongs) {
+TEST_P(Wake, lists_every_slot_once_where_it_belongs) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -132,16 +139,14 @@ TEST_F(Wake, lists_every_slot_once_where_it_belongs) {
         const Slots s = random_slots(random, new_blocks);
         const Lists right = expected(s);
         EXPECT_GT(right.waiting, 0u);
-        EXPECT_TRUE(wake(s, false, false) == right);
-        EXPECT_TRUE(wake(s, true, false) == right);
-        if (new_blocks > RP_MOST_NAMED) continue;
+        EXPECT_TRUE(wake(s, false) == right);
         SetUpNaps();  // nobody sleeps
-        EXPECT_TRUE(wake(s, true, true) == right);
+        EXPECT_TRUE(wake(s, true) == right);
     }
 }
 
 // Round after round of a render in small: blocks come and go, slots that can go on end up anywhere, and those that slept are not forgotten.
-TEST_F(Wake, nobody_sleeps_too_long) {
+TEST_P(Wake, nobody_sleeps_too_long) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -150,7 +155,7 @@ TEST_F(Wake, nobody_sleeps_too_long) {
     uint32_t woken = 0, most_waiting = 0;
     for (uint32_t round = 0; round < 200; round++) {
         SCOPED_TRACE(round);
-        // A ray stops at a block that is absent in this round; all that came since are named in the next, as far as names reach.
+        // A ray stops at a block that is absent in this round; all that came since are named in the next, or nothing is known.
         s.came.clear();
         for (uint32_t n = random() % (round % 20 == 19 ? 30 : 4); n > 0; n--) {
             const auto block = static_cast<uint32_t>(random() % blocks), gone = static_cast<uint32_t>(random() % blocks);
@@ -159,7 +164,7 @@ TEST_F(Wake, nobody_sleeps_too_long) {
             s.pages[gone].address = RP_NONE;
         }
         const Lists right = expected(s);
-        ASSERT_TRUE(wake(s, true, s.came.size() <= RP_MOST_NAMED) == right);
+        ASSERT_TRUE(wake(s, round % 50 != 49) == right);
         woken += static_cast<uint32_t>(right.extend.size() + right.shadow.size());
         most_waiting = std::max(most_waiting, right.waiting);
         for (const auto* list : {&right.extend, &right.shadow, &right.free})
@@ -178,21 +183,23 @@ TEST_F(Wake, nobody_sleeps_too_long) {
 }
 
 // The names are what it goes by: a block that has come and is not named wakes nobody who sleeps.
-TEST_F(Wake, only_named_blocks_wake_where_all_wait) {
+TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
     Slots s;
     for (uint32_t slot = 0; slot < slots; slot++) {
         s.status[slot] = RP_STATUS_EXTEND_WAITS;
         s.status[slots + slot] = slot / 64 % 2;
     }
     s.pages.assign(blocks, rp_page{RP_NONE, 0, 0, 0});
-    EXPECT_EQ(wake(s, true, true).waiting, slots);  // they fall asleep
+    EXPECT_EQ(wake(s, true).waiting, slots);  // they fall asleep
     s.pages.assign(blocks, rp_page{0, 0, 0, 0});
     s.came = {1};
-    const Lists lists = wake(s, true, true);
+    const Lists lists = wake(s, true);
     EXPECT_TRUE(lists.extend.contains(64) && lists.extend.contains(127));
     EXPECT_FALSE(lists.extend.contains(0) || lists.extend.contains(63));
     EXPECT_EQ(lists.waiting + lists.extend.size(), slots);
 }
+
+INSTANTIATE_TEST_SUITE_P(both, Wake, testing::Bool(), [](const auto& mode) { return mode.param ? "in_runs" : "in_groups"; });
 
 }  // namespace
 }  // namespace raypager

@@ -50,6 +50,10 @@
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
 
+// Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: block b for bit b % RP_NAP_BITS.
+#define RP_NAP 16u
+#define RP_NAP_BITS 58u
+
 // What a path is traced for: one sample of one pixel.
 typedef struct rp_path_sample {
     rp_u32 pixel, sample;
