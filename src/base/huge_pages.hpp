@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <span>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace raypager {
@@ -25,5 +28,31 @@ template <class T>
 void grow_huge(std::vector<T>& vector, size_t count) {
     if (count > vector.capacity()) reserve_huge(vector, std::max(count, 2 * vector.capacity()));
 }
+
+// Memory in large pages whose contents are left as they come: resize() does not write what is to be overwritten anyway, by all cores.
+// For types that are copied byte by byte.
+template <class T>
+struct UnwrittenAllocator {
+    static_assert(std::is_trivially_copyable_v<T>);
+    using value_type = T;
+    UnwrittenAllocator() = default;
+    template <class U>
+    UnwrittenAllocator(const UnwrittenAllocator<U>&) {}
+    T* allocate(size_t count) {
+        T* const memory = std::allocator<T>().allocate(count);
+        ask_for_huge_pages(std::as_writable_bytes(std::span(memory, count)));
+        return memory;
+    }
+    void deallocate(T* memory, size_t count) { std::allocator<T>().deallocate(memory, count); }
+    template <class U>
+    void construct(U*) {}
+    template <class U, class... From>
+    void construct(U* place, From&&... from) {
+        std::construct_at(place, std::forward<From>(from)...);
+    }
+    bool operator==(const UnwrittenAllocator&) const { return true; }
+};
+template <class T>
+using UnwrittenVector = std::vector<T, UnwrittenAllocator<T>>;
 
 }  // namespace raypager

@@ -117,7 +117,7 @@ private:
 
     Status build_in_memory(const World& world, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes) {
         report("cut", 0);
-        std::vector<PrimitiveRef> refs = make_refs(world);
+        PrimitiveRefs refs = make_refs(world);
         const auto memory = settle_block_size(total_weight(refs));
         if (!memory) return memory.status();
         const std::vector<Part> parts = cut(refs, options_.block_bytes);
@@ -161,7 +161,7 @@ private:
     Status build_bucket(const Bucket& bucket, BlockBuilder& builder, const std::function<void(double)>& progress) const {
         const auto world = load_bucket(bucket);
         if (!world) return world.status();
-        std::vector<PrimitiveRef> refs = make_unweighed_refs(*world);
+        PrimitiveRefs refs = make_unweighed_refs(*world);
         const std::vector<Part> parts = cut(refs, options_.block_bytes, [&](std::span<PrimitiveRef> part) { weigh(*world, part); });
         return builder.build(*world, refs, parts, progress);
     }

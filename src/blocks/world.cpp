@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 
 namespace raypager {
@@ -11,13 +10,6 @@ namespace {
 // Estimates for the bytes of a primitive in a block. A triangle of a closed mesh has half a vertex for itself, an isolated one three;
 // the fewer neighbours it has, the fewer triangles it will share a leaf with. Too low an estimate costs a second build.
 constexpr float single_leaf_bytes = 56;  // of a leaf with a single triangle: leaf, ids, and one node a leaf
-
-std::vector<PrimitiveRef> room_for_refs(const World& world) {
-    std::vector<PrimitiveRef> refs;
-    reserve_huge(refs, world.primitives.size());
-    refs.resize(world.primitives.size());
-    return refs;
-}
 
 // How many triangles use each vertex, at most 255.
 std::vector<uint8_t> count_uses(const World& world) {
@@ -54,9 +46,9 @@ Box primitive_bounds(const World& world, uint32_t primitive) {
     return box;
 }
 
-std::vector<PrimitiveRef> make_refs(const World& world) {
+PrimitiveRefs make_refs(const World& world) {
     const std::vector<uint8_t> uses = count_uses(world);
-    std::vector<PrimitiveRef> refs = room_for_refs(world);
+    PrimitiveRefs refs(world.primitives.size());
     parallel_for(refs.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             const auto id = static_cast<uint32_t>(i);
@@ -72,10 +64,10 @@ std::vector<PrimitiveRef> make_refs(const World& world) {
     return refs;
 }
 
-std::vector<PrimitiveRef> make_unweighed_refs(const World& world) {
+PrimitiveRefs make_unweighed_refs(const World& world) {
     // Rather too low: a part that is cut too small at first stays too small.
     const uint32_t guess = triangle_weight(0.5f, !world.normals.empty());
-    std::vector<PrimitiveRef> refs = room_for_refs(world);
+    PrimitiveRefs refs(world.primitives.size());
     parallel_for(refs.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             const auto id = static_cast<uint32_t>(i);

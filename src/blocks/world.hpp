@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/huge_pages.hpp"
 #include "blocks/box.hpp"
 #include "blocks/vertex_table.hpp"
 #include "raypager/abi/types.h"
@@ -59,12 +60,13 @@ struct PrimitiveRef {
     }
 };
 static_assert(sizeof(PrimitiveRef) == 32);
+using PrimitiveRefs = UnwrittenVector<PrimitiveRef>;
 
 // One for each primitive, in order. Weights follow from how many triangles share the vertices by index.
-std::vector<PrimitiveRef> make_refs(const World& world);
+PrimitiveRefs make_refs(const World& world);
 // The same for a world whose triangles have vertices of their own: weights are a guess, until weigh() compares the vertices of a
 // part of the refs that lie together.
-std::vector<PrimitiveRef> make_unweighed_refs(const World& world);
+PrimitiveRefs make_unweighed_refs(const World& world);
 void weigh(const World& world, std::span<PrimitiveRef> refs);
 // The estimate itself, for a triangle that has this many vertices for itself: a half in a closed mesh, three if it stands alone.
 inline constexpr uint32_t sphere_weight = 16 + 4 + 6;  // record, id, share of nodes

@@ -89,7 +89,7 @@ struct Share {
 template <class Item>
 struct Buckets {
     std::vector<size_t> first;
-    std::vector<Item> items;
+    UnwrittenVector<Item> items;
 };
 
 // each_item(emit) calls emit(vertex, item) for every item, in the same order each time. Those of a share are filed, under its vertices from 0 on.
@@ -104,7 +104,6 @@ Buckets<Item> file_by_vertex(const Share& share, const EachItem& each_item) {
     };
     each_of_share([&](uint32_t vertex, const Item&) { ++result.first[vertex + 2]; });
     for (size_t v = 2; v < result.first.size(); ++v) result.first[v] += result.first[v - 1];
-    reserve_huge(result.items, result.first.back());
     result.items.resize(result.first.back());
     // first[v + 1] runs from the start of bucket v to its end, where bucket v + 1 starts.
     each_of_share([&](uint32_t vertex, const Item& item) { result.items[result.first[vertex + 1]++] = item; });

@@ -21,7 +21,7 @@ World world_of(const Scene& scene) {
     return std::move(gathered->world);
 }
 
-std::vector<std::set<uint32_t>> ids_of(const std::vector<Part>& parts, const std::vector<PrimitiveRef>& refs) {
+std::vector<std::set<uint32_t>> ids_of(const std::vector<Part>& parts, const PrimitiveRefs& refs) {
     std::vector<std::set<uint32_t>> result;
     for (const Part& part : parts) {
         auto& ids = result.emplace_back();
@@ -33,7 +33,7 @@ std::vector<std::set<uint32_t>> ids_of(const std::vector<Part>& parts, const std
 TEST(Cut, PartsFollowEachOtherAndKeepTheLimit) {
     const World world = world_of(mixed_scene(1));
     for (const uint64_t limit : {uint64_t{1}, uint64_t{5000}, uint64_t{100000}, uint64_t{1} << 30}) {
-        std::vector<PrimitiveRef> refs = make_refs(world);
+        PrimitiveRefs refs = make_refs(world);
         const auto parts = cut(refs, limit);
         size_t end = 0;
         for (const Part& part : parts) {
@@ -52,7 +52,7 @@ TEST(Cut, PartsFollowEachOtherAndKeepTheLimit) {
 TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
     constexpr uint32_t seed = 4;
     const World world = world_of(mixed_scene(2));
-    std::vector<PrimitiveRef> refs = make_refs(world), shuffled = refs;
+    PrimitiveRefs refs = make_refs(world), shuffled = refs;
     std::mt19937 random(seed);
     std::shuffle(shuffled.begin(), shuffled.end(), random);
     const auto parts = cut(refs, 20000), parts_of_shuffled = cut(shuffled, 20000);
@@ -62,7 +62,7 @@ TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
 
 TEST(Cut, BlocksAreEven) {
     const World world = world_of(scene_of({mesh_shape(terrain(200))}));
-    std::vector<PrimitiveRef> refs = make_refs(world);
+    PrimitiveRefs refs = make_refs(world);
     const auto parts = cut(refs, 64 << 10);
     // No split is worse than 1 : 8, so no block is smaller than a ninth of the limit.
     for (const Part& part : parts) EXPECT_GT((part.end - part.begin) * 24, (64u << 10) / 9);
