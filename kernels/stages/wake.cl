@@ -50,7 +50,8 @@ static inline uint rp_sum16(int16 v) {
 // one, so only a block that has come since can wake it, and until then nothing about these slots changes. So that they need not be looked at
 // in each round, a word of theirs says how many of them wait, and for which blocks, as far as RP_NAP_BITS bits can tell (abi/path.h). It is 0
 // if they do not sleep, as at the beginning of a render.
-static inline ulong rp_block_bit(uint block) { return 1ul << block % RP_NAP_BITS; }
+// Blocks that lie together share a bit: they come together, too.
+static inline ulong rp_block_bit(uint block, uint bit_scale) { return 1ul << mul_hi(block, bit_scale); }
 static inline ulong rp_asleep(uint waiting, ulong blocks) { return (ulong)(waiting + 1u) << RP_NAP_BITS | blocks; }
 static inline uint rp_waiting_asleep(ulong nap) { return (uint)(nap >> RP_NAP_BITS) - 1u; }
 
@@ -62,11 +63,11 @@ typedef struct rp_found {
 
 // Lists a slot if there is something to do with it; if not, counts it and returns false.
 static inline bool rp_find_slot(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot, __global uint* queue,
-                                __global uint* free_list, volatile __global uint* counters, rp_found* found, ulong* blocks) {
+                                __global uint* free_list, volatile __global uint* counters, rp_found* found, uint bit_scale, ulong* blocks) {
     const uint kind = rp_slot_kind(status, pages, slot_count, slot);
     if (kind == RP_KIND_WAITING) {
         found->waiting++;
-        *blocks |= rp_block_bit(rp_waited_for(status, slot_count, slot));
+        *blocks |= rp_block_bit(rp_waited_for(status, slot_count, slot), bit_scale);
         return false;
     }
     if (kind == RP_KIND_IDLE) {
@@ -84,8 +85,8 @@ static inline bool rp_find_slot(const __global uint* status, const __global rp_p
 // Looks at slots [first, end), at most RP_NAP of them, of which nobody waits for a block that has come but is not named (named not RP_NONE);
 // returns their word.
 static inline ulong rp_look_at_slots(const __global uint* status, const __global rp_page* pages, uint slot_count, uint first, uint end,
-                                    __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint named, const uint* names,
-                                    rp_found* found) {
+                                    __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint bit_scale, uint named,
+                                    const uint* names, rp_found* found) {
     uint look = (1u << (end - first)) - 1u;
     const uint waiting_before = found->waiting;
     ulong blocks = 0ul;
@@ -95,7 +96,7 @@ static inline ulong rp_look_at_slots(const __global uint* status, const __global
         const int16 ends = phase == RP_STATUS_IDLE;
         int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
         for (uint i = 0u; i < named; i++) waits &= block != names[i];
-        const ulong16 bits = convert_ulong16(as_uint16(waits) & 1u) << convert_ulong16(block % RP_NAP_BITS);
+        const ulong16 bits = convert_ulong16(as_uint16(waits) & 1u) << convert_ulong16(mul_hi(block, (uint16)(bit_scale)));
         const ulong8 b8 = bits.lo | bits.hi;
         const ulong4 b4 = b8.lo | b8.hi;
         blocks = b4.x | b4.y | b4.z | b4.w;
@@ -104,16 +105,16 @@ static inline ulong rp_look_at_slots(const __global uint* status, const __global
         found->idle += popcount(rp_mask16(ends));
     }
     for (; look != 0u; look &= look - 1u)
-        all &= !rp_find_slot(status, pages, slot_count, first + rp_lowest(look), queue, free_list, counters, found, &blocks);
+        all &= !rp_find_slot(status, pages, slot_count, first + rp_lowest(look), queue, free_list, counters, found, bit_scale, &blocks);
     return all ? rp_asleep(found->waiting - waiting_before, blocks) : 0ul;
 }
 
 // Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others; many at a time, so that neighbours stay
-// together. naps: a word for each RP_NAP slots. came: the bits of the blocks that have come since the last round, or all. named: how many
+// together. naps: a word for each RP_NAP slots. bit_scale: see abi/path.h. came: the bits of the blocks that have come since the last round, or all. named: how many
 // of new_blocks are their numbers, or RP_NONE if those are not all.
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
                            __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters,
-                           __global ulong* restrict naps, ulong came, uint named, uint16 new_blocks) {
+                           __global ulong* restrict naps, uint bit_scale, ulong came, uint named, uint16 new_blocks) {
     uint names[RP_MOST_NAMED];
     vstore16(new_blocks, 0, names);
     const uint nap_count = (slot_count + RP_NAP - 1u) / RP_NAP, run_count = (nap_count + 15u) / 16u;
@@ -134,8 +135,8 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
         }
         for (; woken != 0u; woken &= woken - 1u) {
             const uint i = nap + rp_lowest(woken);
-            naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), queue, free_list, counters, named,
-                                       names, &found);
+            naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), queue, free_list, counters,
+                                       bit_scale, named, names, &found);
         }
     }
     for (uint kind = 0u; kind < 3u; kind++)
@@ -152,7 +153,7 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
 // work-item one after the other, at the slots of those that do not sleep.
 #define RP_LISTED 3u  // kinds that are listed: EXTEND, SHADOW, FREE
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
-                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, ulong came) {
+                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, uint bit_scale, ulong came) {
     __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_KINDS], base[RP_KINDS];
     const uint lane = get_local_id(0), nap_count = (slot_count + RP_NAP - 1u) / RP_NAP;
     for (uint kind = lane; kind < RP_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
@@ -185,7 +186,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
             kinds[k] |= (ulong)kind << (4u * j);
             if (kind == RP_KIND_WAITING) {
                 waiting++;
-                blocks |= rp_block_bit(rp_waited_for(status, slot_count, RP_NAP * i + j));
+                blocks |= rp_block_bit(rp_waited_for(status, slot_count, RP_NAP * i + j), bit_scale);
             } else if (kind == RP_KIND_IDLE) {
                 idle++;
             } else {

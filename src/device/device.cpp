@@ -193,7 +193,9 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     device->context_ = cl::Context(chosen->device, nullptr, nullptr, nullptr, &code);
     if (code != CL_SUCCESS) return cl_failed("opening " + device->info_.name, code);
     for (Queue* queue : {&device->kernels_, &device->uploads_, &device->maps_}) {
-        queue->queue_ = cl::CommandQueue(device->context_, chosen->device, cl::QueueProperties::Profiling, &code);
+        // Times are asked of kernels alone, and cost a GPU some microseconds a command.
+        const auto properties = queue == &device->kernels_ ? cl::QueueProperties::Profiling : cl::QueueProperties::None;
+        queue->queue_ = cl::CommandQueue(device->context_, chosen->device, properties, &code);
         if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
     }
     device->uploads_.uploads_ = true;

@@ -28,10 +28,15 @@ constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
 constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
 
+// Of abi/path.h: so that the last block has the last bit, or each its own.
+uint32_t nap_bit_scale(uint64_t blocks) {
+    return static_cast<uint32_t>(std::min((uint64_t{RP_NAP_BITS} << 32) / std::max<uint64_t>(blocks, 1), uint64_t{UINT32_MAX}));
+}
+
 // What stands for these blocks in a nap's word.
-uint64_t nap_bits(std::span<const uint32_t> blocks) {
+uint64_t nap_bits(std::span<const uint32_t> blocks, uint32_t bit_scale) {
     uint64_t bits = 0;
-    for (const uint32_t block : blocks) bits |= uint64_t{1} << block % RP_NAP_BITS;
+    for (const uint32_t block : blocks) bits |= uint64_t{1} << (uint64_t{block} * bit_scale >> 32);
     return bits;
 }
 
@@ -201,9 +206,10 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
     const uint32_t slots = params_.slot_count;
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
-    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published) : ~cl_ulong{0};
+    const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
+    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : ~cl_ulong{0};
     if (!as_on_cpus()) {
-        RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, came));
+        RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));
         return device_.kernels().launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), event);
     }
     const bool named = newly_published.size() <= RP_MOST_NAMED;
@@ -211,7 +217,7 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* 
     names.fill(RP_NONE);
     if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
     const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, came, count, names));
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, count, names));
     return device_.kernels().launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, event);
 }
 

@@ -14,7 +14,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t slots = 5003, blocks = 97;  // not a multiple of anything
+constexpr uint32_t slots = 5003, blocks = 297;  // not a multiple of anything
 
 // What the stage finds on the device.
 struct Slots {
@@ -96,8 +96,9 @@ protected:
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
         auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
+        constexpr auto bit_scale = static_cast<uint32_t>((uint64_t{RP_NAP_BITS} << 32) / blocks);
         cl_ulong came = named ? 0 : ~cl_ulong{0};
-        for (const uint32_t block : s.came) came |= cl_ulong{1} << block % RP_NAP_BITS;
+        for (const uint32_t block : s.came) came |= cl_ulong{1} << (uint64_t{block} * bit_scale >> 32);
         Queue& commands = device_->kernels();
         if (in_runs) {
             const bool each = named && s.came.size() <= RP_MOST_NAMED;
@@ -105,10 +106,10 @@ protected:
             names.fill(RP_NONE);
             if (each) std::copy(s.came.begin(), s.came.end(), names.begin());
             const cl_uint count = each ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, came, count, names).ok());
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, count, names).ok());
             EXPECT_TRUE(commands.launch(*kernel, 7, 1).ok());
         } else {
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, came).ok());
+            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came).ok());
             EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
         }
         std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
@@ -184,15 +185,16 @@ TEST_P(Wake, nobody_sleeps_too_long) {
 
 // The names are what it goes by: a block that has come and is not named wakes nobody who sleeps.
 TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
+    constexpr uint32_t other = blocks / 2;  // far from block 0: they do not share a bit
     Slots s;
     for (uint32_t slot = 0; slot < slots; slot++) {
         s.status[slot] = RP_STATUS_EXTEND_WAITS;
-        s.status[slots + slot] = slot / 64 % 2;
+        s.status[slots + slot] = slot / 64 % 2 * other;
     }
     s.pages.assign(blocks, rp_page{RP_NONE, 0, 0, 0});
     EXPECT_EQ(wake(s, true).waiting, slots);  // they fall asleep
     s.pages.assign(blocks, rp_page{0, 0, 0, 0});
-    s.came = {1};
+    s.came = {other};
     const Lists lists = wake(s, true);
     EXPECT_TRUE(lists.extend.contains(64) && lists.extend.contains(127));
     EXPECT_FALSE(lists.extend.contains(0) || lists.extend.contains(63));

@@ -50,7 +50,8 @@
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
 
-// Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: block b for bit b % RP_NAP_BITS.
+// Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
+// than RP_NAP_BITS, for block b.
 #define RP_NAP 16u
 #define RP_NAP_BITS 58u
 
