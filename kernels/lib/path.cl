@@ -14,10 +14,10 @@ static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, 
 // The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS.
 static inline void rp_wait_for(uint slot, uint block, uint phase, uint offset_exponent, uint slot_count, __global uint* status, volatile __global uint* wants) {
     status[slot] = phase | offset_exponent << RP_STATUS_OFFSET_SHIFT;
-    status[(size_t)slot_count + slot] = block;
+    status[(size_t)RP_STATUS_WORDS(slot_count) + slot] = block;
     atomic_inc(wants + block);
 }
-static inline uint rp_waited_for(const __global uint* status, uint slot_count, uint slot) { return status[(size_t)slot_count + slot]; }
+static inline uint rp_waited_for(const __global uint* status, uint slot_count, uint slot) { return status[(size_t)RP_STATUS_WORDS(slot_count) + slot]; }
 
 // Adds to a counter of 64 bits that is kept as two words.
 static inline void rp_count_add(volatile __global uint* counter, uint amount) {

@@ -12,14 +12,19 @@
 #define RP_KIND_NONE 5u
 #define RP_KINDS 5u
 
+// What a slot in this phase can do, if it does not wait.
+static inline uint rp_kind_of_phase(uint phase) {
+    return phase == RP_STATUS_FREE                                        ? RP_KIND_FREE
+           : phase == RP_STATUS_IDLE                                      ? RP_KIND_IDLE
+           : phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? RP_KIND_SHADOW
+                                                                          : RP_KIND_EXTEND;
+}
+
 // What a slot can do.
 static inline uint rp_slot_kind(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot) {
-    if (slot >= slot_count) return RP_KIND_NONE;
     const uint phase = status[slot] & RP_STATUS_MASK;
-    if (phase == RP_STATUS_FREE) return RP_KIND_FREE;
-    if (phase == RP_STATUS_IDLE) return RP_KIND_IDLE;
-    if (phase >= RP_STATUS_EXTEND_WAITS && pages[rp_waited_for(status, slot_count, slot)].address == RP_NONE) return RP_KIND_WAITING;
-    return phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+    const bool waits = phase >= RP_STATUS_EXTEND_WAITS && pages[rp_waited_for(status, slot_count, slot)].address == RP_NONE;
+    return waits ? RP_KIND_WAITING : rp_kind_of_phase(phase);
 }
 
 static inline uint rp_kind_counter(uint kind) {
@@ -85,14 +90,14 @@ static inline bool rp_find_slot(const __global uint* status, const __global rp_p
 // Looks at slots [first, end), at most RP_NAP of them, of which nobody waits for a block that has come but is not named (named not RP_NONE);
 // returns their word.
 static inline ulong rp_look_at_slots(const __global uint* status, const __global rp_page* pages, uint slot_count, uint first, uint end,
-                                    __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint bit_scale, uint named,
-                                    const uint* names, rp_found* found) {
+                                     __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint bit_scale, uint named,
+                                     const uint* names, rp_found* found) {
     uint look = (1u << (end - first)) - 1u;
     const uint waiting_before = found->waiting;
     ulong blocks = 0ul;
     bool all = end - first == RP_NAP;
     if (all && named != RP_NONE) {
-        const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + slot_count + first);
+        const uint16 phase = vload16(0, status + first) & RP_STATUS_MASK, block = vload16(0, status + RP_STATUS_WORDS(slot_count) + first);
         const int16 ends = phase == RP_STATUS_IDLE;
         int16 waits = phase >= RP_STATUS_EXTEND_WAITS;
         for (uint i = 0u; i < named; i++) waits &= block != names[i];
@@ -110,8 +115,8 @@ static inline ulong rp_look_at_slots(const __global uint* status, const __global
 }
 
 // Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others; many at a time, so that neighbours stay
-// together. naps: a word for each RP_NAP slots. bit_scale: see abi/path.h. came: the bits of the blocks that have come since the last round, or all. named: how many
-// of new_blocks are their numbers, or RP_NONE if those are not all.
+// together. naps: a word for each RP_NAP slots. bit_scale: see abi/path.h. came: the bits of the blocks that have come since the last round, or all.
+// named: how many of new_blocks are their numbers, or RP_NONE if those are not all.
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
                            __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters,
                            __global ulong* restrict naps, uint bit_scale, ulong came, uint named, uint16 new_blocks) {
@@ -141,28 +146,65 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
     }
     for (uint kind = 0u; kind < 3u; kind++)
         if (found.count[kind] != 0u)
-            rp_list_slots(kind, found.slots[kind], found.count[kind], atomic_add(counters + rp_kind_counter(kind), found.count[kind]), slot_count, queue,
-                          free_list);
+            rp_list_slots(kind, found.slots[kind], found.count[kind], atomic_add(counters + rp_kind_counter(kind), found.count[kind]), slot_count,
+                          queue, free_list);
     const uint asleep = rp_sum16(sleepers), waiting = found.waiting + asleep, idle = found.idle + RP_NAP * rp_sum16(naps_seen) - asleep;
     if (waiting != 0u) atomic_add(counters + RP_COUNT_WAITING, waiting);
     if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);
 }
 
 #ifdef RP_WAKE_GROUP
+// Four bits a slot of a nap: what each can do. All loads of a kind are under way together: one after the other they would take most of the time.
+static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_page* pages, uint slot_count, uint nap, uint bit_scale,
+                                 ulong* blocks) {
+    const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_NAP * nap);
+    const __global uint4* const waited_for = at + RP_STATUS_WORDS(slot_count) / 4u;
+    uint phase[RP_NAP], block[RP_NAP], address[RP_NAP];
+#pragma unroll
+    for (uint i = 0u; i < RP_NAP; i += 4u) {
+        const uint4 four = at[i / 4u] & RP_STATUS_MASK;
+        phase[i] = four.x, phase[i + 1u] = four.y, phase[i + 2u] = four.z, phase[i + 3u] = four.w;
+    }
+#pragma unroll
+    for (uint i = 0u; i < RP_NAP; i += 4u) {
+        const uint4 four = waited_for[i / 4u];
+        block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
+    }
+#pragma unroll
+    for (uint i = 0u; i < RP_NAP; i++) address[i] = phase[i] >= RP_STATUS_EXTEND_WAITS ? pages[block[i]].address : 0u;
+    ulong kinds = 0ul;
+#pragma unroll
+    for (uint i = 0u; i < RP_NAP; i++) {
+        const bool waits = address[i] == RP_NONE;
+        if (waits) *blocks |= rp_block_bit(block[i], bit_scale);
+        const uint kind = RP_NAP * nap + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_phase(phase[i]);
+        kinds |= (ulong)kind << (4u * i);
+    }
+    return kinds;
+}
+
+// How many of sixteen numbers of four bits are `kind`.
+static inline uint rp_count_kind(ulong kinds, uint kind) {
+    const ulong ones = 0x1111111111111111ul, other = kinds ^ ones * kind;
+    return RP_NAP - (uint)popcount((other | other >> 1 | other >> 2) & ones);
+}
+
 // Beside rays traced one by one, on GPUs. A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_NAPS times as many naps, and then, each
 // work-item one after the other, at the slots of those that do not sleep.
 #define RP_LISTED 3u  // kinds that are listed: EXTEND, SHADOW, FREE
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
-                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, uint bit_scale, ulong came) {
+                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, uint bit_scale,
+                      ulong came) {
     __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_KINDS], base[RP_KINDS];
     const uint lane = get_local_id(0), nap_count = (slot_count + RP_NAP - 1u) / RP_NAP;
     for (uint kind = lane; kind < RP_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
     if (lane == 0u) awake_count = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     uint waiting = 0u, idle = 0u;
+#pragma unroll
     for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
         const uint i = (get_group_id(0) * RP_WAKE_NAPS + k) * RP_WAKE_GROUP + lane;
-        if (i >= nap_count) break;
+        if (i >= nap_count) continue;
         const ulong nap = naps[i];
         if (nap == 0ul || (nap & came) != 0ul) {
             awake[atomic_inc(&awake_count)] = i;
@@ -172,30 +214,23 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         }
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    ulong kinds[RP_WAKE_NAPS];  // of the slots of a nap, four bits each
+    ulong kinds[RP_WAKE_NAPS];
     uint mine[RP_LISTED] = {0u, 0u, 0u};
+#pragma unroll
     for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
         const uint at = k * RP_WAKE_GROUP + lane;
-        kinds[k] = 0ul;
+        kinds[k] = ~0ul;
         if (at >= awake_count) continue;
-        const uint i = awake[at], waiting_before = waiting;
         ulong blocks = 0ul;
-        bool all = RP_NAP * (i + 1u) <= slot_count;
-        for (uint j = 0u; j < RP_NAP; j++) {
-            const uint kind = rp_slot_kind(status, pages, slot_count, RP_NAP * i + j);
-            kinds[k] |= (ulong)kind << (4u * j);
-            if (kind == RP_KIND_WAITING) {
-                waiting++;
-                blocks |= rp_block_bit(rp_waited_for(status, slot_count, RP_NAP * i + j), bit_scale);
-            } else if (kind == RP_KIND_IDLE) {
-                idle++;
-            } else {
-                all = false;
-                if (kind < RP_LISTED) mine[kind]++;
-            }
-        }
-        naps[i] = all ? rp_asleep(waiting - waiting_before, blocks) : 0ul;
+        kinds[k] = rp_nap_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks);
+        const uint wait = rp_count_kind(kinds[k], RP_KIND_WAITING), end = rp_count_kind(kinds[k], RP_KIND_IDLE);
+        naps[awake[at]] = wait + end == RP_NAP ? rp_asleep(wait, blocks) : 0ul;
+        waiting += wait;
+        idle += end;
+#pragma unroll
+        for (uint kind = 0u; kind < RP_LISTED; kind++) mine[kind] += rp_count_kind(kinds[k], kind);
     }
+#pragma unroll
     for (uint kind = 0u; kind < RP_LISTED; kind++)
         if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     if (waiting != 0u) atomic_add(&count[RP_KIND_WAITING], waiting);
@@ -204,14 +239,17 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
     for (uint kind = lane; kind < RP_KINDS; kind += RP_WAKE_GROUP)
         base[kind] = count[kind] != 0u ? atomic_add(counters + rp_kind_counter(kind), count[kind]) : 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
+    uint extend = base[RP_KIND_EXTEND] + mine[RP_KIND_EXTEND], shadow = slot_count - 1u - (base[RP_KIND_SHADOW] + mine[RP_KIND_SHADOW]),
+         free = base[RP_KIND_FREE] + mine[RP_KIND_FREE];
+#pragma unroll
     for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
-        const uint at = k * RP_WAKE_GROUP + lane;
-        if (at >= awake_count) continue;
-        for (uint j = 0u; j < RP_NAP; j++) {
-            const uint kind = (uint)(kinds[k] >> (4u * j)) & 15u, slot = RP_NAP * awake[at] + j;
-            if (kind == RP_KIND_EXTEND) queue[base[kind] + mine[kind]++] = slot;
-            if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (base[kind] + mine[kind]++)] = slot;
-            if (kind == RP_KIND_FREE) free_list[base[kind] + mine[kind]++] = slot;
+        if (k * RP_WAKE_GROUP + lane >= awake_count) continue;
+        const uint first = RP_NAP * awake[k * RP_WAKE_GROUP + lane];
+        for (uint i = 0u; i < RP_NAP; i++) {
+            const uint kind = (uint)(kinds[k] >> (4u * i)) & 15u;
+            if (kind == RP_KIND_EXTEND) queue[extend++] = first + i;
+            if (kind == RP_KIND_SHADOW) queue[shadow--] = first + i;
+            if (kind == RP_KIND_FREE) free_list[free++] = first + i;
         }
     }
 }

@@ -116,7 +116,7 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     PolicySettings settings = default_settings(kind);
     if (kind == PolicyKind::most_wanted) return settings;
     const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
-    settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 2), 2, on_cpu ? 16 : 256));
+    settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 2), 2, on_cpu ? 16 : 64));
     settings.loads_into_free = 256;
     return settings;
 }

@@ -73,7 +73,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + 2 * RP_NAP * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
@@ -126,7 +126,7 @@ Status Wavefront::allocate_state() {
         const char* what;
     };
     const Part parts[] = {{film_, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
-                          {status_, 2 * slots * sizeof(uint32_t), "path states"},
+                          {status_, 2 * RP_STATUS_WORDS(slots) * sizeof(uint32_t), "path states"},
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
                           {queue_, slots * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
@@ -207,7 +207,7 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* 
     const uint32_t slots = params_.slot_count;
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
-    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : ~cl_ulong{0};
+    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : (cl_ulong{1} << RP_NAP_BITS) - 1;
     if (!as_on_cpus()) {
         RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));
         return device_.kernels().launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), event);

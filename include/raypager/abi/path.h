@@ -31,10 +31,15 @@
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
 #define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
 
+// Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
+// than RP_NAP_BITS, for block b.
+#define RP_NAP 16u
+#define RP_NAP_BITS 58u
+
 // The status word of a slot: what it is about (low bits), and of an extension ray that has a hit the offset exponent there (surface.cl),
 // unless shading is to find its surface.
-// Behind the words of all slots stands, for each slot that waits, the block that it waits for: waking looks at all slots in every round,
-// and these two words are all that it reads of a slot.
+// Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for: waking reads these two words of a slot and
+// no more.
 #define RP_STATUS_FREE 0u
 #define RP_STATUS_EXTEND 1u  // extension ray under way
 #define RP_STATUS_SHADOW 2u  // shadow ray under way
@@ -44,16 +49,12 @@
 #define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
+#define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
 #define RP_HIT_TO_SHADE 0xfffffffeu  // in place of a primitive: see above. Scenes have fewer of them (store/check_scene.cpp)
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
-
-// Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
-// than RP_NAP_BITS, for block b.
-#define RP_NAP 16u
-#define RP_NAP_BITS 58u
 
 // What a path is traced for: one sample of one pixel.
 typedef struct rp_path_sample {
