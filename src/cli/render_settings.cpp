@@ -182,7 +182,7 @@ void add_device_options(OptionParser& parser, RenderSettings& settings) {
 void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("loads-in-flight", "N",
-                  "blocks on their way at once while others must leave for them (default: by pool and blocks, 2 to 16 on CPUs, to 256 on GPUs)",
+                  "blocks on their way at once while others must leave for them (default: by pool and blocks, 2 to 16 on CPUs, to 64 on GPUs)",
                   into_count(options.loads_in_flight, 1, most_loads));
     parser.option("hold", "PERCENT",
                   "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 15% or 100%)",
