@@ -5,6 +5,8 @@
 #include <random>
 #include <set>
 
+#include "base/parallel.hpp"
+#include "blocks/binning.hpp"
 #include "blocks/cut.hpp"
 #include "blocks/gather.hpp"
 #include "blocks/grid.hpp"
@@ -48,7 +50,7 @@ TEST(Cut, PartsFollowEachOtherAndKeepTheLimit) {
     }
 }
 
-// What threads could change is the order in which primitives come: it must not matter.
+// Of sets that are looked at as a whole.
 TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
     constexpr uint32_t seed = 4;
     const World world = world_of(mixed_scene(2));
@@ -58,6 +60,31 @@ TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
     const auto parts = cut(refs, 20000), parts_of_shuffled = cut(shuffled, 20000);
     EXPECT_GT(parts.size(), 10u);
     EXPECT_EQ(ids_of(parts, refs), ids_of(parts_of_shuffled, shuffled));
+}
+
+// Large sets are cut where a sample says, and partitioned by all threads together.
+TEST(Cut, DoesNotDependOnTheNumberOfThreads) {
+    const World world = world_of(scene_of({mesh_shape(terrain(400))}));
+    const PrimitiveRefs refs = make_refs(world);
+    ASSERT_GT(refs.size(), size_t{300000});
+    PrimitiveRefs by_all = refs, by_one = refs, halves = refs;
+    const auto parts = cut(by_all, 64 << 10);
+    const DoAllAlone alone;
+    const auto parts_by_one = cut(by_one, 64 << 10);
+    ASSERT_EQ(parts.size(), parts_by_one.size());
+    for (size_t i = 0; i < parts.size(); i++) EXPECT_TRUE(parts[i].begin == parts_by_one[i].begin && parts[i].end == parts_by_one[i].end) << i;
+    std::vector<bool> seen(refs.size());
+    for (size_t i = 0; i < refs.size(); i++) {
+        EXPECT_EQ(by_all[i].id, by_one[i].id);
+        seen[by_all[i].id] = true;
+    }
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<std::ptrdiff_t>(refs.size()));
+    // Whatever plane it is, all on one side of it come first.
+    const size_t middle = cut_in_two(halves);
+    const Extent left = extent_of(std::span(halves).first(middle)), right = extent_of(std::span(halves).subspan(middle));
+    int apart = 0;
+    for (int axis = 0; axis < 3; axis++) apart += left.centroids.upper[axis] <= right.centroids.lower[axis];
+    EXPECT_GE(apart, 1);
 }
 
 TEST(Cut, BlocksAreEven) {

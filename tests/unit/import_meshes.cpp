@@ -1,9 +1,13 @@
 // Readers of mesh files: what they make of sound files, odd ones, and each other's formats.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <set>
 
+#include "base/parallel.hpp"
 #include "import/import.hpp"
 #include "import/mesh_file.hpp"
 #include "support/temporary_folder.hpp"
@@ -125,6 +129,37 @@ TEST(ImportMeshes, BinaryPlyLargerThanOnePiece) {
     ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
     EXPECT_EQ(loaded.mesh.positions, mesh.positions);
     EXPECT_EQ(loaded.mesh.triangles, mesh.triangles);
+}
+
+// Triangles are read many at a time by all cores, up to the next face that is none.
+TEST(ImportMeshes, BinaryPlyOfTrianglesAndPolygons) {
+    constexpr uint32_t faces = 700000, vertices = 1000;
+    const std::set<uint32_t> polygons = {0, 1, 80000, 87381, 100000, 100001, 699999};
+    for (const bool big : {false, true}) {
+        SCOPED_TRACE(big);
+        std::string text = fmt::format("ply\nformat binary_{}_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n",
+                                       big ? "big" : "little", vertices);
+        text += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", faces);
+        for (uint32_t i = 0; i < vertices; i++)
+            text += bytes_of(float(i * i % 101), big) + bytes_of(float(i), big) + bytes_of(float(i * i % 97), big);
+        std::vector<Triangle> expected;
+        for (uint32_t i = 0; i < faces; i++) {
+            const uint32_t corners = polygons.contains(i) ? 5 : 3, first = i % (vertices - 4);
+            text += bytes_of(static_cast<uint8_t>(corners));
+            for (uint32_t k = 0; k < corners; k++) text += bytes_of(static_cast<int32_t>(first + k), big);
+            for (uint32_t k = 2; k < corners; k++) expected.push_back({first, first + k - 1, first + k});
+        }
+        const TemporaryFolder folder;
+        const auto path = folder.write("a.ply", text);
+        for (const bool alone : {false, true}) {
+            std::optional<DoAllAlone> one_thread;
+            if (alone) one_thread.emplace();
+            const Loaded loaded = load(path);
+            ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
+            EXPECT_TRUE(loaded.mesh.triangles == expected);
+        }
+        expect_error(load_text("b.ply", text.substr(0, text.size() - 1)), "truncated");
+    }
 }
 
 TEST(ImportMeshes, PlyErrorsNameTheCause) {

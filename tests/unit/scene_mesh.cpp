@@ -61,37 +61,66 @@ TEST(SceneCleanMesh, MendsNormals) {
     EXPECT_TRUE(mesh.normals.empty());
 }
 
-// Against sets and maps, on soups with few vertices so that repeats are common.
+// Against sets and maps.
+void expect_as_by_a_plain_model(TriangleMesh mesh) {
+    std::set<Triangle> seen;
+    std::map<std::pair<uint32_t, uint32_t>, int> edges;
+    uint64_t degenerate = 0, duplicate = 0, non_manifold = 0;
+    std::vector<Triangle> kept;
+    for (Triangle t : mesh.triangles) {
+        const Triangle as_it_was = t;
+        std::sort(t.begin(), t.end());
+        if (t[0] == t[1] || t[1] == t[2]) {
+            ++degenerate;
+            continue;
+        }
+        kept.push_back(as_it_was);
+        if (!seen.insert(t).second) ++duplicate;
+        ++edges[{t[0], t[1]}], ++edges[{t[1], t[2]}], ++edges[{t[0], t[2]}];
+    }
+    for (const auto& [edge, count] : edges) non_manifold += count > 2;
+
+    MeshIssues issues;
+    clean_mesh(mesh, issues);
+    EXPECT_EQ(issues.degenerate, degenerate);
+    EXPECT_EQ(issues.duplicate, duplicate);
+    EXPECT_EQ(issues.non_manifold_edges, non_manifold);
+    EXPECT_TRUE(mesh.triangles == kept);
+}
+
+TriangleMesh random_soup(std::mt19937& random, uint32_t vertices) {
+    TriangleMesh mesh;
+    std::uniform_real_distribution<float> coordinate(-1, 1);
+    for (uint32_t i = 0; i < vertices; ++i) mesh.positions.push_back({coordinate(random), coordinate(random), coordinate(random)});
+    return mesh;
+}
+
 TEST(SceneCleanMesh, CountsLikeAPlainModel) {
     for (unsigned seed = 1; seed <= 40; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         std::mt19937 random(seed);
-        TriangleMesh mesh;
-        const auto vertices = static_cast<uint32_t>(3 + random() % 12);
+        const auto vertices = static_cast<uint32_t>(3 + random() % 12);  // few, so that repeats are common
+        TriangleMesh mesh = random_soup(random, vertices);
         const auto any_vertex = [&] { return static_cast<uint32_t>(random() % vertices); };
-        std::uniform_real_distribution<float> coordinate(-1, 1);
-        for (uint32_t i = 0; i < vertices; ++i) mesh.positions.push_back({coordinate(random), coordinate(random), coordinate(random)});
         for (int i = 0; i < 60; ++i) mesh.triangles.push_back({any_vertex(), any_vertex(), any_vertex()});
+        expect_as_by_a_plain_model(std::move(mesh));
+    }
+}
 
-        std::set<Triangle> seen;
-        std::map<std::pair<uint32_t, uint32_t>, int> edges;
-        uint64_t degenerate = 0, duplicate = 0, non_manifold = 0;
-        for (Triangle t : mesh.triangles) {
-            std::sort(t.begin(), t.end());
-            if (t[0] == t[1] || t[1] == t[2]) {
-                ++degenerate;
-                continue;
-            }
-            if (!seen.insert(t).second) ++duplicate;
-            ++edges[{t[0], t[1]}], ++edges[{t[1], t[2]}], ++edges[{t[0], t[2]}];
+// So many triangles and vertices that they are looked at in several pieces and shares.
+TEST(SceneCleanMesh, CountsLikeAPlainModelByAllCores) {
+    for (const bool ordered : {true, false}) {
+        const unsigned seed = std::random_device{}();
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        std::mt19937 random(seed);
+        constexpr uint32_t vertices = 300000, triangles = 250000;
+        TriangleMesh mesh = random_soup(random, vertices);
+        for (uint32_t i = 0; i < triangles; ++i) {
+            const auto first = static_cast<uint32_t>(ordered ? uint64_t{i} * (vertices - 8) / triangles : random() % (vertices - 8));
+            const auto near = [&] { return first + static_cast<uint32_t>(random() % 4); };
+            mesh.triangles.push_back({near(), near(), random() % 50 ? near() : static_cast<uint32_t>(random() % vertices)});
         }
-        for (const auto& [edge, count] : edges) non_manifold += count > 2;
-
-        MeshIssues issues;
-        clean_mesh(mesh, issues);
-        EXPECT_EQ(issues.degenerate, degenerate);
-        EXPECT_EQ(issues.duplicate, duplicate);
-        EXPECT_EQ(issues.non_manifold_edges, non_manifold);
+        expect_as_by_a_plain_model(std::move(mesh));
     }
 }
 
