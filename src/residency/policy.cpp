@@ -13,8 +13,8 @@ double age(const BlockState& block, uint32_t round) { return block.wanted_since 
 double patience(double rounds) { return std::sqrt(std::sqrt(rounds)); }
 
 // Wants that differ by less than about this factor count as the same, so that blocks come in the order in which they lie in space: rays that
-// waited for one of them find the next one beside it. Measured: 2, 4, 16 and 256 are better and better (bench/results.md).
-constexpr double same_wants_bits = 8;  // 2^8
+// waited for one of them find the next one beside it. Measured: 2, 4, 16 and 64 are better and better, 256 is so on clouds alone (bench/results.md).
+constexpr double same_wants_bits = 6;  // 2^6
 
 // How much a block is wanted; the highest comes in first.
 double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
