@@ -67,6 +67,8 @@ public:
     virtual ~MeshSink() = default;
     // Before all else, where the source knows about how many will come.
     virtual Status expect(uint64_t vertices, uint64_t triangles) { return (void)vertices, (void)triangles, Status(); }
+    // How much memory a source may take beside, to read much at a time. It may change after each call.
+    virtual uint64_t buffer_bytes() const { return 0; }
     // normals: as many as positions, or none; the same choice in every call.
     virtual Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) = 0;
     virtual Status triangles(std::span<const Triangle> indices) = 0;  // indices into all vertices that came

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -43,7 +44,10 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
     const size_t pieces = (count + piece - 1) / piece;
     {
         std::vector<std::jthread> helpers;
-        for (size_t i = 1; i < std::min({worker_count(), pieces, most}); i++) helpers.emplace_back(run);
+        try {
+            for (size_t i = 1; i < std::min({worker_count(), pieces, most}); i++) helpers.emplace_back(run);
+        } catch (const std::system_error&) {  // no more threads: then with those that there are
+        }
         run();
     }
     if (failure) std::rethrow_exception(failure);

@@ -64,7 +64,7 @@ Status StageTracer::make_slots(uint64_t count) {
         Buffer& buffer;
         uint64_t bytes;
     };
-    const Part parts[] = {{status_, 2 * count * sizeof(uint32_t)},
+    const Part parts[] = {{status_, 2 * RP_STATUS_WORDS(count) * sizeof(uint32_t)},
                           {paths_, count * RP_PATH_PLANES * sizeof(Word4)},
                           {queue_, count * sizeof(uint32_t)},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t)},

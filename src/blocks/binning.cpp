@@ -81,11 +81,6 @@ void BinSet::add(std::span<const PrimitiveRef> refs, const BinMapping& mapping) 
     }
 }
 
-void BinSet::merge(const BinSet& other) {
-    RAYPAGER_CHECK(count_ == other.count_);
-    for (size_t i = 0; i < 3 * static_cast<size_t>(count_); i++) bins_[i].add(other.bins_[i]);
-}
-
 Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
     Split best;
     const auto count = static_cast<size_t>(bins.count());

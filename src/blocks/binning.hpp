@@ -48,7 +48,6 @@ struct BinSet {
     };
     explicit BinSet(int bins);
     void add(std::span<const PrimitiveRef> refs, const BinMapping& mapping);
-    void merge(const BinSet& other);
     std::span<const Bin> axis(int a) const {
         const auto count = static_cast<size_t>(count_);
         return std::span(bins_).subspan(static_cast<size_t>(a) * count, count);

@@ -11,7 +11,7 @@
 namespace raypager {
 namespace {
 
-// No side of a split gets less than this share of the bytes, so that blocks stay even.
+// No side of a split gets less than this share of the bytes (of a sample's, in large sets), so that blocks stay even.
 constexpr uint64_t least_share = 9;  // 1 : 8
 
 // What one thread does of a set at a time, if all work on it together.
@@ -169,7 +169,9 @@ std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::f
         std::vector<Part> parts;
     };
     std::vector<Task> tasks, open = {{{0, refs.size()}, measure(refs), {}}};
-    const size_t small = std::max(piece, refs.size() / (8 * worker_count()));
+    // Where the weights become exact must not depend on how many threads there are.
+    constexpr size_t most_tasks = 256;
+    const size_t small = std::max(piece, refs.size() / most_tasks);
     while (!open.empty()) {
         const auto is_done = [&](const Task& task) { return task.range.end - task.range.begin <= small || task.measured.weight <= limit; };
         const auto large = std::stable_partition(open.begin(), open.end(), is_done);

@@ -17,9 +17,8 @@ struct Part {
 // Where a set is cut in two.
 class CutPlane {
 public:
-    // By the surface area heuristic (of many refs on a sample), no side much lighter than the other; between the primitives in the middle, where
-    // there is no such place.
-    // Reorders refs, of which there must be two.
+    // By the surface area heuristic (of many refs, on a sample of them), no side much lighter than the other; between the primitives in the middle,
+    // where there is no such place. Reorders refs, of which there must be two.
     static CutPlane choose(std::span<PrimitiveRef> refs);
     // The same, where the bounds of twice the centres are known.
     static CutPlane choose(std::span<PrimitiveRef> refs, const LaneBox& centroids);

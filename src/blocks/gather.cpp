@@ -23,6 +23,7 @@ namespace {
 constexpr uint64_t own_vertices_of_a_soup = 1;
 constexpr uint64_t index_limit = RP_NONE;
 constexpr uint64_t prefetch_share = 4;  // of the limit for meshes that are read ahead
+constexpr uint64_t buffer_share = 32;   // and for reading one that is not
 constexpr size_t piece = size_t{1} << 16;
 
 // Puts meshes and spheres into a world.
@@ -120,9 +121,11 @@ private:
             }
             pieces[begin / piece] = {kept - begin, bounds.box()};
         });
-        // What is kept of the only mesh so far stays where it is.
-        const bool only = world_.primitives.empty();
-        if (!only) grow_huge(world_.primitives, world_.primitives.size() + mesh.triangles.size());
+        size_t count = 0;
+        for (const Piece& part : pieces) count += part.kept;
+        // What is kept of the only mesh so far stays where it is, if that is most of it.
+        const bool only = world_.primitives.empty() && count >= mesh.triangles.capacity() / 8 * 7;
+        if (!only) grow_huge(world_.primitives, world_.primitives.size() + count);
         size_t place = 0;
         for (size_t i = 0; i < pieces.size(); i++) {
             const auto all = std::span(mesh.triangles).subspan(i * piece), kept = all.first(pieces[i].kept);
@@ -151,7 +154,8 @@ public:
           points_(points),
           out_(out),
           prefetch_(scene, limits.memory.gather / prefetch_share, limits.stop),
-          room_(limits.memory.gather - limits.memory.gather / prefetch_share),
+          buffer_(limits.memory.gather / buffer_share),
+          room_(limits.memory.gather - limits.memory.gather / prefetch_share - buffer_),
           store_(out.world) {}
 
     Status add(size_t index) {
@@ -222,7 +226,7 @@ private:
                            [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded) {
                                return spill({shape, placement, indices, corners, shaded}, issues);
                            },
-                           limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }});
+                           limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }, buffer_});
         const uint64_t first = count();
         RAYPAGER_TRY(shape.mesh->stream(intake, issues));
         RAYPAGER_TRY(intake.finish());
@@ -360,6 +364,7 @@ private:
     const PointOptions& points_;
     Gathered& out_;
     MeshPrefetch prefetch_;
+    const uint64_t buffer_;             // for reading a mesh that was not read ahead
     const uint64_t room_;               // for the world and the mesh at hand
     WorldStore store_;                  // until there is too much,
     std::unique_ptr<Spiller> spiller_;  // and from then on

@@ -81,21 +81,21 @@ Status MeshIntake::move_to_file() {
     file_ = std::move(*file);
     TriangleMesh mesh = std::move(mesh_);
     mesh_ = {};
-    constexpr size_t piece = size_t{1} << 16;
-    for (size_t i = 0; i < mesh.positions.size(); i += piece) {
-        const size_t count = std::min(piece, mesh.positions.size() - i);
-        const std::span<const Float3> positions(mesh.positions), normals(mesh.normals);
-        RAYPAGER_TRY(append_to_file(positions.subspan(i, count), normals.empty() ? normals : normals.subspan(i, count)));
-    }
+    RAYPAGER_TRY(append_to_file(mesh.positions, mesh.normals));
     std::vector<Float3>().swap(mesh.positions);
     mesh_.triangles.reserve(hooks_.chunk);
     return triangles(mesh.triangles);
 }
 
 Status MeshIntake::append_to_file(std::span<const Float3> positions, std::span<const Float3> normals) {
-    std::vector<VertexBits> bits(positions.size());
-    for (size_t i = 0; i < bits.size(); i++) bits[i] = {positions[i], normals.empty() ? RP_NONE : placement_.normal(normals[i])};
-    return file_->append(bits);
+    constexpr size_t piece = size_t{1} << 16;
+    std::vector<VertexBits> bits;
+    for (size_t first = 0; first < positions.size(); first += piece) {
+        bits.resize(std::min(piece, positions.size() - first));
+        for (size_t i = 0; i < bits.size(); i++) bits[i] = {positions[first + i], normals.empty() ? RP_NONE : placement_.normal(normals[first + i])};
+        RAYPAGER_TRY(file_->append(bits));
+    }
+    return {};
 }
 
 Status MeshIntake::take_chunk() {

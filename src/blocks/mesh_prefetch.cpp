@@ -36,16 +36,18 @@ public:
         mesh_.triangles.insert(mesh_.triangles.end(), indices.begin(), indices.end());
         return {};
     }
+    uint64_t buffer_bytes() const override { return limit_ / buffer_share; }
     bool too_large() const { return too_large_; }
 
 private:
     Status check(uint64_t vertices, uint64_t triangles) {
         if (stop_ && *stop_) return Status::failed("stopped by a signal");
-        if (MeshIntake::memory_bytes(vertices, triangles, true) <= limit_) return {};
+        if (MeshIntake::memory_bytes(vertices, triangles, true) <= limit_ - buffer_bytes()) return {};
         too_large_ = true;
         return Status::failed("too large to be read ahead");
     }
 
+    static constexpr uint64_t buffer_share = 16;
     TriangleMesh& mesh_;
     const uint64_t limit_;
     const std::atomic<bool>* const stop_;

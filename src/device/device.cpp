@@ -1,13 +1,13 @@
 #include "device/device.hpp"
 
 #include <fmt/format.h>
-#include <sys/mman.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <thread>
 
 #include "base/check.hpp"
+#include "base/huge_pages.hpp"
 #include "base/memory.hpp"
 #include "device/faults.hpp"
 #include "device/program_cache.hpp"
@@ -224,7 +224,7 @@ cl::Buffer in_huge_pages(const cl::Context& context, size_t bytes, cl_int* code)
         *code = CL_OUT_OF_HOST_MEMORY;
         return {};
     }
-    (void)::madvise(memory, rounded, MADV_HUGEPAGE);  // a wish, no more
+    ask_for_huge_pages({static_cast<std::byte*>(memory), rounded});
     cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory, code);
     if (*code == CL_SUCCESS)
         *code = buffer.setDestructorCallback([](cl_mem, void* host) { std::free(host); }, memory);

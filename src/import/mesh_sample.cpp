@@ -2,18 +2,11 @@
 
 #include <algorithm>
 
+#include "base/jitter.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {
 namespace {
-
-// A number below range that looks random and depends on i alone (a step of SplitMix64).
-uint64_t jitter(uint64_t i, uint64_t range) {
-    uint64_t z = (i + 1) * 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return (z ^ z >> 31) % range;
-}
 
 // Takes one triangle from anywhere in each stretch of so many: a fixed place might follow the rows of a regular mesh.
 class TrianglePicker final : public MeshSink {

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <mutex>
 
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
@@ -155,42 +154,51 @@ private:
 
     static bool is_index_list(const PlyElement& element) { return element.properties.size() == 1 && ply_type_bytes(element.properties[0].type) == 4; }
 
+    // Items that may be read at a time by all threads, in the memory that the sink allows; 0: too few for it to be worth it.
+    uint64_t most_at_once(size_t stride, size_t decoded_bytes) const {
+        constexpr uint64_t most_bytes = uint64_t{64} << 20;
+        if (helping_workers() < 2) return 0;
+        const uint64_t items = (sink_ ? std::min(sink_->buffer_bytes(), most_bytes) : most_bytes / 4) / (stride + decoded_bytes);
+        return items < 2 * piece ? 0 : items;
+    }
+
     // Reads items of stride bytes by all threads, a wave of them after the other: room(n) is asked for n more, decode(bytes, first, n) decodes n of
     // them from number `first` of the wave on and returns how many it could before one that it could not, which ends it, and keep(n)
     // hears how many of the wave came before that. Returns how many came in all, of at most so many.
     template <class Room, class Decode, class Keep>
-    Result<uint64_t> in_waves(size_t stride, uint64_t most, const Room& room, const Decode& decode, const Keep& keep) {
-        constexpr size_t piece_bytes = size_t{1} << 20;
-        const size_t each = std::max<size_t>(1, piece_bytes / stride), pieces_a_wave = std::min<size_t>(4 * helping_workers(), 32);
+    Result<uint64_t> in_waves(size_t stride, size_t decoded_bytes, uint64_t most, const Room& room, const Decode& decode, const Keep& keep) {
         most = std::min(most, stream_.left() / stride);
         uint64_t done = 0;
-        for (bool whole = true; whole && done < most;) {
-            const auto count = static_cast<size_t>(std::min<uint64_t>(most - done, each * pieces_a_wave));
+        // Not many at first: it may end soon.
+        for (uint64_t wave = 2 * piece;; wave *= 2) {
+            wave = std::min(wave, most_at_once(stride, decoded_bytes));
+            const auto count = static_cast<size_t>(std::min(most - done, wave));
+            if (count == 0) return done;
             const uint64_t begin = stream_.position();
+            const size_t each = (count + 4 * helping_workers() - 1) / (4 * helping_workers());
+            struct Piece {
+                size_t decoded = 0;
+                Status status;
+            };
+            std::vector<Piece> pieces((count + each - 1) / each);
             room(count);
-            std::vector<size_t> decoded((count + each - 1) / each);
-            std::mutex mutex;
-            Status failure;
             parallel_for(count, each, [&](size_t first, size_t end) {
+                Piece& mine = pieces[first / each];
                 std::vector<std::byte> bytes((end - first) * stride);
-                Status status = stream_.file().read(begin + first * stride, bytes);
-                if (status.ok()) {
-                    decoded[first / each] = decode(bytes.data(), first, end - first);
-                    return;
-                }
-                const std::lock_guard lock(mutex);
-                failure = std::move(status);
+                mine.status = stream_.file().read(begin + first * stride, bytes);
+                if (mine.status.ok()) mine.decoded = decode(bytes.data(), first, end - first);
             });
-            RAYPAGER_TRY(failure);
             size_t good = 0;
-            for (size_t i = 0; i < decoded.size() && good == i * each; i++) good += decoded[i];
+            for (size_t i = 0; i < pieces.size() && good == i * each; i++) {
+                RAYPAGER_TRY(pieces[i].status);
+                good += pieces[i].decoded;
+            }
             keep(good);
             RAYPAGER_TRY(hand_on());
             stream_.move_to(begin + good * stride);
             done += good;
-            whole = good == count;
+            if (good < count) return done;
         }
-        return done;
     }
 
     // Faces that are nothing but a list of 32-bit indices, and nearly all of them triangles, are most of most files.
@@ -206,12 +214,14 @@ private:
             const Triangle t = {index(0), index(1), index(2)};
             return is_signed ? Triangle{known(t[0]), known(t[1]), known(t[2])} : t;
         };
+        const auto next_is_triangle = [&] { return stream_.left() >= bytes && stream_.need(bytes).ok() && is_triangle(stream_.data()); };
+        uint64_t alone = piece;  // faces that are read one at a time before many are tried again: the more, the more often that was in vain
         for (uint64_t i = 0; i < element.count;) {
-            if (element.count - i > piece) {
+            if (element.count - i > piece && next_is_triangle()) {
                 RAYPAGER_TRY(hand_on());
                 size_t base = 0;
                 const auto done = in_waves(
-                    bytes, element.count - i,
+                    bytes, sizeof(Triangle), element.count - i,
                     [&](size_t count) {
                         base = mesh_.triangles.size();
                         mesh_.triangles.resize(base + count);
@@ -224,9 +234,10 @@ private:
                     [&](size_t count) { mesh_.triangles.resize(base + count); });
                 if (!done) return done.status();
                 i += *done;
+                alone = *done > alone ? piece : 2 * alone;
             }
             // One at a time, up to where it may be worth it again.
-            for (const uint64_t end = std::min(element.count, i + piece); i < end; ++i) {
+            for (const uint64_t end = std::min(element.count, i + alone); i < end; ++i) {
                 if (stream_.left() >= bytes) {
                     RAYPAGER_TRY(stream_.need(bytes));
                     if (is_triangle(stream_.data())) {
@@ -264,19 +275,26 @@ private:
             mesh_.positions.resize(base + count);
             if (layout_.normal) mesh_.normals.resize(base + count);
         };
+        const auto room = [&](size_t count) {
+            base = mesh_.positions.size();
+            resize(count);
+        };
         const auto done = in_waves(
-            stride, element.count,
-            [&](size_t count) {
-                base = mesh_.positions.size();
-                resize(count);
-            },
+            stride, 2 * sizeof(Float3), element.count, room,
             [&](const std::byte* vertices, size_t first, size_t count) {
                 for (size_t k = 0; k < count; k++) place(vertices + k * stride, base + first + k);
                 return count;
             },
             resize);
         if (!done) return done.status();
-        return *done == element.count ? Status() : stream_.need(stride);  // which says where the file ends
+        for (uint64_t i = *done; i < element.count; ++i) {
+            RAYPAGER_TRY(stream_.need(stride));
+            room(1);
+            place(stream_.data(), base);
+            stream_.skip(stride);
+            RAYPAGER_TRY(hand_on_if_many());
+        }
+        return {};
     }
 
     // One item of any element, property by property.

@@ -9,6 +9,7 @@
 #include "base/check.hpp"
 #include "raypager/abi/film.h"
 #include "raypager/abi/visits.h"
+#include "wavefront/naps.hpp"
 
 namespace raypager {
 namespace {
@@ -27,18 +28,6 @@ constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 +
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
 constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
-
-// Of abi/path.h: so that the last block has the last bit, or each its own.
-uint32_t nap_bit_scale(uint64_t blocks) {
-    return static_cast<uint32_t>(std::min((uint64_t{RP_NAP_BITS} << 32) / std::max<uint64_t>(blocks, 1), uint64_t{UINT32_MAX}));
-}
-
-// What stands for these blocks in a nap's word.
-uint64_t nap_bits(std::span<const uint32_t> blocks, uint32_t bit_scale) {
-    uint64_t bits = 0;
-    for (const uint32_t block : blocks) bits |= uint64_t{1} << (uint64_t{block} * bit_scale >> 32);
-    return bits;
-}
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 
@@ -207,7 +196,7 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* 
     const uint32_t slots = params_.slot_count;
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
-    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : (cl_ulong{1} << RP_NAP_BITS) - 1;
+    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
     if (!as_on_cpus()) {
         RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));
         return device_.kernels().launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), event);

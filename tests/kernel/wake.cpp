@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <random>
 #include <set>
 
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
+#include "wavefront/naps.hpp"
 
 namespace raypager {
 namespace {
@@ -96,9 +98,8 @@ protected:
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
         auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
-        constexpr auto bit_scale = static_cast<uint32_t>((uint64_t{RP_NAP_BITS} << 32) / blocks);
-        cl_ulong came = named ? 0 : (cl_ulong{1} << RP_NAP_BITS) - 1;
-        for (const uint32_t block : s.came) came |= cl_ulong{1} << (uint64_t{block} * bit_scale >> 32);
+        const uint32_t bit_scale = nap_bit_scale(blocks);
+        const cl_ulong came = named ? nap_bits(s.came, bit_scale) : all_nap_bits;
         Queue& commands = device_->kernels();
         if (in_runs) {
             const bool each = named && s.came.size() <= RP_MOST_NAMED;
@@ -200,6 +201,21 @@ TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
     EXPECT_TRUE(lists.extend.contains(64) && lists.extend.contains(127));
     EXPECT_FALSE(lists.extend.contains(0) || lists.extend.contains(63));
     EXPECT_EQ(lists.waiting + lists.extend.size(), slots);
+}
+
+TEST(Naps, every_block_has_a_bit_below_the_count) {
+    for (const uint32_t count : {1u, 2u, 57u, 58u, 59u, 116u, 297u, 1303u, 1u << 20, RP_NONE}) {
+        SCOPED_TRACE(count);
+        const uint32_t scale = nap_bit_scale(count), last = count - 1;
+        EXPECT_EQ(nap_bits(std::span(&last, 1), scale) & ~all_nap_bits, 0u);
+        uint64_t all = 0;
+        for (uint32_t i = 0; i < std::min(count, 5000u); i++) {
+            const auto block = static_cast<uint32_t>(uint64_t{i} * last / std::max(std::min(count, 5000u) - 1, 1u));
+            all |= nap_bits(std::span(&block, 1), scale);
+        }
+        EXPECT_GE(std::popcount(all), std::min<int>(static_cast<int>(count) - 1, RP_NAP_BITS - 1));
+        EXPECT_EQ(all & ~all_nap_bits, 0u);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(both, Wake, testing::Bool(), [](const auto& mode) { return mode.param ? "in_runs" : "in_groups"; });

@@ -67,18 +67,25 @@ TEST(Cut, DoesNotDependOnTheNumberOfThreads) {
     const World world = world_of(scene_of({mesh_shape(terrain(400))}));
     const PrimitiveRefs refs = make_refs(world);
     ASSERT_GT(refs.size(), size_t{300000});
-    PrimitiveRefs by_all = refs, by_one = refs, halves = refs;
-    const auto parts = cut(by_all, 64 << 10);
-    const DoAllAlone alone;
-    const auto parts_by_one = cut(by_one, 64 << 10);
-    ASSERT_EQ(parts.size(), parts_by_one.size());
-    for (size_t i = 0; i < parts.size(); i++) EXPECT_TRUE(parts[i].begin == parts_by_one[i].begin && parts[i].end == parts_by_one[i].end) << i;
-    std::vector<bool> seen(refs.size());
-    for (size_t i = 0; i < refs.size(); i++) {
-        EXPECT_EQ(by_all[i].id, by_one[i].id);
-        seen[by_all[i].id] = true;
+    PrimitiveRefs halves = refs;
+    for (const bool weighs : {false, true}) {
+        SCOPED_TRACE(weighs);
+        const auto weigh_part = [&](std::span<PrimitiveRef> part) { weigh(world, part); };
+        const std::function<void(std::span<PrimitiveRef>)> none;
+        const auto all_parts = [&](PrimitiveRefs& copy) { return cut(copy, 64 << 10, weighs ? weigh_part : none); };
+        PrimitiveRefs by_all = refs, by_one = refs;
+        const auto parts = all_parts(by_all);
+        const DoAllAlone alone;
+        const auto parts_by_one = all_parts(by_one);
+        ASSERT_EQ(parts.size(), parts_by_one.size());
+        for (size_t i = 0; i < parts.size(); i++) EXPECT_TRUE(parts[i].begin == parts_by_one[i].begin && parts[i].end == parts_by_one[i].end) << i;
+        std::vector<bool> seen(refs.size());
+        for (size_t i = 0; i < refs.size(); i++) {
+            EXPECT_EQ(by_all[i].id, by_one[i].id);
+            seen[by_all[i].id] = true;
+        }
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<std::ptrdiff_t>(refs.size()));
     }
-    EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<std::ptrdiff_t>(refs.size()));
     // Whatever plane it is, all on one side of it come first.
     const size_t middle = cut_in_two(halves);
     const Extent left = extent_of(std::span(halves).first(middle)), right = extent_of(std::span(halves).subspan(middle));

@@ -126,6 +126,7 @@ TEST(Policy, loads_in_flight_follow_the_pool) {
     EXPECT_EQ(loads(PolicyKind::aged_wants, 80000), 5u);
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000000), 16u);
     EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, false).loads_in_flight, 40u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, false).loads_in_flight, 64u);
     EXPECT_EQ(loads(PolicyKind::most_wanted, 1000000), 1u);                        // the paper's one swap
     EXPECT_EQ(default_settings(PolicyKind::lru, 0, 0, true).loads_in_flight, 2u);  // an empty scene
 }

@@ -1,0 +1,26 @@
+// What the host says of blocks to slots that sleep (abi/path.h, kernels/stages/wake.cl).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "raypager/abi/path.h"
+
+namespace raypager {
+
+inline constexpr uint64_t all_nap_bits = (uint64_t{1} << RP_NAP_BITS) - 1;
+
+// So that blocks are spread evenly over the bits, those that follow each other together.
+inline uint32_t nap_bit_scale(uint64_t blocks) {
+    return static_cast<uint32_t>(std::min((uint64_t{RP_NAP_BITS} << 32) / std::max<uint64_t>(blocks, 1), uint64_t{UINT32_MAX}));
+}
+
+// What stands for these blocks in a nap's word.
+inline uint64_t nap_bits(std::span<const uint32_t> blocks, uint32_t bit_scale) {
+    uint64_t bits = 0;
+    for (const uint32_t block : blocks) bits |= uint64_t{1} << (uint64_t{block} * bit_scale >> 32);
+    return bits;
+}
+
+}  // namespace raypager
