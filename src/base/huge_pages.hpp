@@ -14,11 +14,15 @@ namespace raypager {
 // Asks the system to make memory that nobody has used yet of large pages. A wish, no more.
 void ask_for_huge_pages(std::span<std::byte> memory);
 
+// Below this a vector is left as it is: a page that is used in part takes memory as a whole.
+inline constexpr size_t least_in_huge_pages = size_t{8} << 20;
+
 // Like reserve(), in large pages.
 template <class T>
 void reserve_huge(std::vector<T>& vector, size_t count) {
     if (count <= vector.capacity()) return;
     vector.reserve(count);
+    if (count * sizeof(T) < least_in_huge_pages) return;
     auto* const begin = reinterpret_cast<std::byte*>(vector.data());
     ask_for_huge_pages({begin + vector.size() * sizeof(T), begin + vector.capacity() * sizeof(T)});
 }
@@ -40,7 +44,7 @@ struct UnwrittenAllocator {
     UnwrittenAllocator(const UnwrittenAllocator<U>&) {}
     T* allocate(size_t count) {
         T* const memory = std::allocator<T>().allocate(count);
-        ask_for_huge_pages(std::as_writable_bytes(std::span(memory, count)));
+        if (count * sizeof(T) >= least_in_huge_pages) ask_for_huge_pages(std::as_writable_bytes(std::span(memory, count)));
         return memory;
     }
     void deallocate(T* memory, size_t count) { std::allocator<T>().deallocate(memory, count); }
