@@ -218,6 +218,36 @@ Scene same_triangle() {
     return scene_of({mesh_shape(std::move(mesh))});
 }
 
+// Far from the origin small triangles lose their area. What is left keeps its order, however much of the mesh it is.
+TEST(Gather, KeepsWhatHasAreaWhereItIsPlaced) {
+    for (const uint32_t one_in : {2u, 20u, 1000000u}) {
+        SCOPED_TRACE(one_in);
+        std::mt19937 random(one_in);
+        constexpr double away = 1e6;
+        TriangleMesh mesh;
+        std::vector<std::array<Float3, 3>> expected;
+        for (uint32_t i = 0; i < 200000; i++) {
+            const bool small = random() % one_in == 0;
+            const auto x = static_cast<float>(i % 1000), z = static_cast<float>(i / 1000), size = small ? 0.001f : 0.5f;
+            const std::array<Float3, 3> corners = {Float3{x, 0, z}, Float3{x + size, 0, z}, Float3{x, 0, z + size}};
+            for (uint32_t k = 0; k < 3; k++) mesh.positions.push_back(corners[k]);
+            mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+            if (small) continue;
+            const auto placed = [&](const Float3& p) { return Float3{static_cast<float>(p.x + away), p.y, p.z}; };
+            expected.push_back({placed(corners[0]), placed(corners[1]), placed(corners[2])});
+        }
+        Shape shape = mesh_shape(std::move(mesh));
+        shape.to_world = Transform::translate(away, 0, 0);
+        const auto gathered = gather(scene_of({shape, mesh_shape(soup(10, 1))}), [](double) {});
+        ASSERT_TRUE(gathered.ok()) << gathered.status().message();
+        EXPECT_EQ(gathered->issues.degenerate, 200000 - expected.size());
+        const World& world = gathered->world;
+        ASSERT_EQ(world.primitives.size(), expected.size() + 10);
+        for (size_t i = 0; i < expected.size(); i++)
+            for (size_t k = 0; k < 3; k++) ASSERT_EQ(world.positions[world.primitives[i][k]], expected[i][k]) << i;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                          testing::Values(Case{"empty", [] { return scene_of({}); }, 1 << 20, 64},
                                          Case{"one_triangle", [] { return scene_of({mesh_shape(soup(1, seed))}); }, 1 << 20, 64},

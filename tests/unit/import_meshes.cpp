@@ -131,6 +131,30 @@ TEST(ImportMeshes, BinaryPlyLargerThanOnePiece) {
     EXPECT_EQ(loaded.mesh.triangles, mesh.triangles);
 }
 
+// By all cores.
+TEST(ImportMeshes, ManyBinaryVerticesWithNormals) {
+    constexpr uint32_t vertices = 700000;
+    for (const bool big : {false, true}) {
+        SCOPED_TRACE(big);
+        std::string text = fmt::format("ply\nformat binary_{}_endian 1.0\nelement vertex {}\nproperty short x\nproperty char nx\nproperty double y\n",
+                                       big ? "big" : "little", vertices);
+        text += "property uchar ny\nproperty char nz\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+        for (uint32_t i = 0; i < vertices; i++)
+            text += bytes_of(static_cast<int16_t>(i % 30011), big) + bytes_of(static_cast<int8_t>(i % 120)) + bytes_of(double(i), big) +
+                    bytes_of(static_cast<uint8_t>(i % 250)) + bytes_of(static_cast<int8_t>(1)) + bytes_of(float(i % 77), big);
+        text += bytes_of(static_cast<uint8_t>(3));
+        for (const int32_t v : {0, 1, 2}) text += bytes_of(v, big);
+        const Loaded loaded = load_text("a.ply", text);
+        ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
+        ASSERT_EQ(loaded.mesh.positions.size(), vertices);
+        ASSERT_EQ(loaded.mesh.normals.size(), vertices);
+        for (uint32_t i = 0; i < vertices; i++) {
+            ASSERT_EQ(loaded.mesh.positions[i], (Float3{float(i % 30011), float(i), float(i % 77)})) << i;
+            ASSERT_EQ(loaded.mesh.normals[i], (Float3{float(i % 120), float(i % 250), 1})) << i;
+        }
+    }
+}
+
 // Triangles are read many at a time by all cores, up to the next face that is none.
 TEST(ImportMeshes, BinaryPlyOfTrianglesAndPolygons) {
     constexpr uint32_t faces = 700000, vertices = 1000;
