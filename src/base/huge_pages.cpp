@@ -2,15 +2,15 @@
 
 #include <sys/mman.h>
 
-#include <cstdint>
+#include <memory>
 
 namespace raypager {
 
 void ask_for_huge_pages(std::span<std::byte> memory) {
-    constexpr uintptr_t huge_page = uintptr_t{2} << 20;
-    const auto begin = (reinterpret_cast<uintptr_t>(memory.data()) + huge_page - 1) / huge_page * huge_page;
-    const auto end = reinterpret_cast<uintptr_t>(memory.data() + memory.size()) / huge_page * huge_page;
-    if (begin < end) (void)::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+    constexpr size_t huge_page = size_t{2} << 20;
+    void* begin = memory.data();
+    size_t bytes = memory.size();
+    if (std::align(huge_page, huge_page, begin, bytes)) (void)::madvise(begin, bytes / huge_page * huge_page, MADV_HUGEPAGE);
 }
 
 }  // namespace raypager
