@@ -14,8 +14,8 @@ namespace raypager {
 // Asks the system to make memory that nobody has used yet of large pages. A wish, no more.
 void ask_for_huge_pages(std::span<std::byte> memory);
 
-// Below this a vector is left as it is: a page that is used in part takes memory as a whole.
-inline constexpr size_t least_in_huge_pages = size_t{8} << 20;
+// Below this a vector is left as it is. With 8 MB instead, baking 10 to 15 M triangles takes 7 to 15 % longer.
+inline constexpr size_t least_in_huge_pages = size_t{2} << 20;
 
 // Like reserve(), in large pages.
 template <class T>
