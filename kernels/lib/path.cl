@@ -2,10 +2,16 @@
 #ifndef RP_PATH_CL
 #define RP_PATH_CL
 
+#include "lib/prefetch.cl"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 
 #define RP_PLANE(paths, plane, slot_count, slot) (paths)[RP_PLANE_INDEX(plane, (size_t)(slot_count), slot)]
+
+// Asks for a slot's planes, which are about to be read.
+static inline void rp_fetch_path(const __global uint4* paths, uint slot_count, uint slot) {
+    for (uint plane = 0u; plane < RP_PATH_PLANES; plane += 2u) rp_fetch_early(&RP_PLANE(paths, plane, slot_count, slot));
+}
 
 // One queue of slots serves both kinds of rays: extension rays from the front, shadow rays from the back.
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }

@@ -133,12 +133,13 @@ static inline uint rp_hit_number(const rp_stream* s, uint r) { return (uint)rp_h
 // with them: some streams are a hundred times as dear as others, and drivers give half of all work-items to the first of two cores at once.
 #define RP_STREAMS_TAKEN 8u
 typedef struct rp_share {
-    uint next, end, streams, each;
+    uint next, end, streams, each, rays;
 } rp_share;
 
 static inline rp_share rp_share_of(uint rays) {
     rp_share share;
     share.next = share.end = 0u;
+    share.rays = rays;
     share.streams = (rays + RP_STREAM_RAYS - 1u) / RP_STREAM_RAYS;
     share.each = clamp(share.streams / (16u * (uint)get_global_size(0)), 1u, RP_STREAMS_TAKEN);
     return share;
@@ -146,14 +147,21 @@ static inline rp_share rp_share_of(uint rays) {
 
 // How many rays the next stream has, and where in the queue it begins; 0: there is none. taken: streams of the queue that work-items have
 // taken.
-static inline uint rp_next_stream(rp_share* share, uint rays, volatile __global uint* taken, uint* first) {
+static inline uint rp_next_stream(rp_share* share, volatile __global uint* taken, uint* first) {
     if (share->next == share->end) {
         share->next = min(atomic_add(taken, share->each), share->streams);
         share->end = min(share->next + share->each, share->streams);
         if (share->next == share->end) return 0u;
     }
     *first = share->next++ * RP_STREAM_RAYS;
-    return min(rays - *first, RP_STREAM_RAYS);
+    return min(share->rays - *first, RP_STREAM_RAYS);
+}
+
+// The stream that the work-item will take next, as rp_next_stream; 0: not known yet.
+static inline uint rp_expected_stream(const rp_share* share, uint* first) {
+    if (share->next == share->end) return 0u;
+    *first = share->next * RP_STREAM_RAYS;
+    return min(share->rays - *first, RP_STREAM_RAYS);
 }
 
 #endif

@@ -10,6 +10,7 @@
 #define RP_STREAM_TRAVERSE_CL
 
 #include "lib/geometry.cl"
+#include "lib/prefetch.cl"
 #include "lib/wide_leaf.cl"
 #include "lib/wide_node.cl"
 

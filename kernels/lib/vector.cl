@@ -71,13 +71,6 @@ static inline float rp_least8(float8 v) {
 static inline float rp_least16(float16 v) { return rp_least8(rp_min(v.lo, v.hi)); }
 static inline float rp_greatest16(float16 v) { return -rp_least16(-v); }
 
-// Asks for the cache line at an address that will be read soon.
-#if defined(RP_AVX2) && !defined(RP_NO_PREFETCH)
-#define rp_fetch_early(address) __builtin_prefetch((const void*)(ulong)(address))
-#else
-#define rp_fetch_early(address)
-#endif
-
 // Index of the lowest bit that is set. REQUIRES: mask is not 0.
 static inline uint rp_lowest(ulong mask) { return (uint)popcount(~mask & (mask - 1ul)); }
 

@@ -8,9 +8,12 @@ typedef struct rp_connect_rays {
 } rp_connect_rays;
 
 static inline void rp_load_connect_stream(const rp_geometry* g, const __global uint4* paths, uint slot_count, const __global uint* queue,
-                                          rp_stream* s, rp_connect_rays* c) {
+                                          rp_stream* s, rp_connect_rays* c, const rp_share* share) {
     const uint count = c->count;
+    uint next;
+    const uint next_count = rp_expected_stream(share, &next);
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        if (r < next_count) rp_fetch_path(paths, slot_count, rp_shadow_entry(queue, slot_count, next + r));
         const uint slot = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
         const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
         rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w), RP_NONE);
@@ -38,15 +41,14 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
                                 const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                 volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const uint count = counters[RP_COUNT_SHADOW];
-    rp_share share = rp_share_of(count);
+    rp_share share = rp_share_of(counters[RP_COUNT_SHADOW]);
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];
     uint running = 0u;
     for (uint w = 0u; w < RP_WALKS; w++) {
-        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) continue;
-        rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w]);
+        rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w], &share);
         rp_begin_walk(&walks[w], wide_top);
         running |= 1u << w;
     }
@@ -58,11 +60,11 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
         }
         for (uint r = 0u; r < rays[w].count; r++)
             rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths, film);
-        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w]);
+            rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
         }
     }

@@ -10,9 +10,12 @@ typedef struct rp_extend_rays {
 } rp_extend_rays;
 
 static inline void rp_load_extend_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
-                                         const __global uint* queue, rp_stream* s, rp_extend_rays* e) {
+                                         const __global uint* queue, rp_stream* s, rp_extend_rays* e, const rp_share* share) {
     const uint count = e->count;
+    uint next;
+    const uint next_count = rp_expected_stream(share, &next);
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        if (r < next_count) rp_fetch_path(paths, slot_count, rp_extend_entry(queue, next + r));
         const uint slot = rp_extend_entry(queue, e->first + min(r, count - 1u));
         const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
         rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w),
@@ -72,16 +75,15 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const uint count = counters[RP_COUNT_EXTEND];
-    rp_share share = rp_share_of(count);
+    rp_share share = rp_share_of(counters[RP_COUNT_EXTEND]);
     rp_extend_counts counts = {0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
     uint running = 0u;
     for (uint w = 0u; w < RP_WALKS; w++) {
-        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) continue;
-        rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+        rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
         rp_begin_walk(&walks[w], wide_top);
         running |= 1u << w;
     }
@@ -95,11 +97,11 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
         rp_find_surfaces(&walks[w].stream, &surfaces);
         for (uint r = 0u; r < rays[w].count; r++)
             rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, slot_count, block_count, demand, status, paths, &counts);
-        rays[w].count = rp_next_stream(&share, count, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
+        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w]);
+            rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
         }
     }

@@ -158,6 +158,8 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
 }
 
 #if RP_SHADE_LANES == 16
+#define RP_FETCHED_AHEAD 12u  // entries of the queue: some hundred nanoseconds
+
 // Vertices on diffuse surfaces that wait for their number to come to sixteen.
 typedef struct rp_gathered {
     uint count;
@@ -259,6 +261,9 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
     for (uint run = 64u * (uint)get_global_id(0); run < count; run += 64u * (uint)get_global_size(0)) {
         for (uint i = run; i < min(run + 64u, count); i++) {
+            const uint later = rp_extend_entry(queue, min(i + RP_FETCHED_AHEAD, count - 1u));
+            rp_fetch_early(status + later);
+            rp_fetch_path(paths, params->slot_count, later);
             const uint slot = rp_extend_entry(queue, i), state = status[slot];
             if ((state & RP_STATUS_MASK) != RP_STATUS_SHADE) continue;
             if (!rp_arrive(params, materials, lights, ranges, slot, state, status, paths, film, &arrival)) continue;
