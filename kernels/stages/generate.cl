@@ -1,26 +1,8 @@
 // Second stage: free slots take the next samples and become camera paths.
 #include "lib/path.cl"
 #include "lib/random.cl"
+#include "lib/sample_order.cl"
 #include "raypager/abi/block.h"
-
-// Pixel at place `i` of a pass: tiles of tile x tile pixels, row by row, and rows of pixels within a tile.
-static inline uint2 rp_tile_pixel(uint i, uint width, uint height, uint tile) {
-    const uint band = i / (width * tile), in_band = i - band * width * tile;
-    const uint tile_height = min(tile, height - band * tile);
-    const uint column = in_band / (tile * tile_height), in_tile = in_band - column * tile * tile_height;
-    const uint tile_width = min(tile, width - column * tile);
-    return (uint2)(column * tile + in_tile % tile_width, band * tile + in_tile / tile_width);
-}
-
-// Sample `number` of the render.
-static inline rp_path_sample rp_numbered_sample(__constant rp_render_params* params, ulong number) {
-    const uint pixels = params->width * params->height;
-    rp_path_sample result;
-    result.sample = (uint)(number / pixels);
-    const uint2 xy = rp_tile_pixel((uint)(number - (ulong)result.sample * pixels), params->width, params->height, params->tile_size);
-    result.pixel = xy.y * params->width + xy.x;
-    return result;
-}
 
 // A new camera path in a slot.
 static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, __global uint4* paths) {
@@ -58,7 +40,7 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
         }
         rp_path_sample taken;
         if (i < listed) taken = again[i];
-        else taken = rp_numbered_sample(params, number);
+        else taken = rp_numbered_sample(params->order, params->width, params->height, number);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
         status[slot] = RP_STATUS_EXTEND;
         queue[counters[RP_COUNT_EXTEND] + i] = slot;

@@ -2,6 +2,7 @@
 #include "lib/light.cl"
 #include "lib/path.cl"
 #include "lib/random.cl"
+#include "lib/sample_order.cl"
 #include "lib/surface.cl"
 #include "raypager/abi/film.h"
 #include "raypager/abi/wide.h"
@@ -83,6 +84,13 @@ __kernel void rp_probe_random(const __global uint4* restrict purposes, uint samp
     const uint4 p = purposes[i / samples];
     const rp_numbers_1 n = rp_random_bits_1(p.x, i % samples, p.y, p.z, p.w);
     results[i] = (uint4)(n.x, n.y, n.z, n.w);
+}
+
+// For tests of the order of samples (its words): those with the numbers first to first + count - 1.
+__kernel void rp_probe_order(uint4 words, uint width, uint height, ulong first, uint count, __global rp_path_sample* restrict results) {
+    const uint i = get_global_id(0);
+    const rp_sample_order order = {words.x, words.y, words.z, words.w};
+    if (i < count) results[i] = rp_numbered_sample(order, width, height, first + i);
 }
 
 // For tests of the choice of a light. results: which light number i chooses, and the rest of the number.

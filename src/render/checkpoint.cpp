@@ -10,6 +10,7 @@
 #include "base/hash.hpp"
 #include "raypager/abi/film.h"
 #include "render/checkpoint_format.hpp"
+#include "wavefront/sample_order.hpp"
 
 namespace raypager {
 namespace {
@@ -47,6 +48,7 @@ Header make_header(const CheckpointState& state) {
     store_text(header.device, state.device);
     header.identity = state.identity;
     header.spp = state.spp;
+    header.order = state.order;
     header.next_sample = state.next_sample;
     header.sample_count = state.samples.size();
     header.samples_checksum = hash64(std::as_bytes(std::span(state.samples)));
@@ -113,6 +115,7 @@ Status check_header(const InputFile& file, const Header& header) {
     if (header.checksum != header_checksum(header)) return damaged("the checksum is wrong");
     const uint64_t pixels = pixels_of(header.identity);
     if (pixels == 0 || pixels > UINT64_MAX / 64 || header.film_words != pixels * RP_FILM_WORDS) return damaged("the size of the film is wrong");
+    if (!valid_order(header.order, pixels)) return damaged("the order of samples is wrong");
     if (header.sample_count > header.next_sample || header.sample_count > file.size() / sizeof(rp_path_sample))
         return damaged("the number of samples is wrong");
     if (header.file_bytes != film_offset(header.sample_count) + header.film_words * sizeof(uint32_t)) return damaged("the size is wrong");
@@ -138,6 +141,7 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
     state.identity = header.identity;
     state.device = load_text(header.device);
     state.spp = header.spp;
+    state.order = header.order;
     state.next_sample = header.next_sample;
     state.work = header.work;
     if (const std::string program = load_text(header.program); program != RAYPAGER_VERSION)
@@ -149,9 +153,9 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
     RAYPAGER_TRY(opened.file_.read(page, std::as_writable_bytes(std::span(state.samples))));
     if (hash64(std::as_bytes(std::span(state.samples))) != header.samples_checksum)
         return opened.damaged(fmt::format("samples at byte {}: the checksum is wrong", page));
-    const uint64_t pixels = pixels_of(state.identity), passes = state.next_sample / pixels;
+    const uint64_t pixels = pixels_of(state.identity), passes = passes_begun(state.order, state.next_sample, pixels);
     for (const rp_path_sample& sample : state.samples)
-        if (sample.pixel >= pixels || sample.sample > passes) return opened.damaged("it names a sample that was never begun");
+        if (sample.pixel >= pixels || sample.sample >= passes) return opened.damaged("it names a sample that was never begun");
     opened.film_offset_ = film_offset(header.sample_count);
     opened.film_words_ = header.film_words;
     opened.film_checksum_ = header.film_checksum;
@@ -176,7 +180,7 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     using CameraWords = std::array<uint32_t, sizeof(rp_camera) / sizeof(uint32_t)>;
     if (std::bit_cast<CameraWords>(mine.camera) != std::bit_cast<CameraWords>(identity.camera)) return differs("its --camera is another one");
     if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
-    const uint64_t pixels = pixels_of(mine), begun = (state_.next_sample + pixels - 1) / pixels;
+    const uint64_t pixels = pixels_of(mine), begun = passes_begun(state_.order, state_.next_sample, pixels);
     if (begun > spp) return differs(fmt::format("it has {} samples a pixel already, more than --spp {}", begun, spp));
     return {};
 }

@@ -36,8 +36,9 @@ struct WorkDone {
 
 struct CheckpointState {
     RenderIdentity identity;
-    std::string device;        // name and driver
-    uint32_t spp = 0;          // that the render was to have
+    std::string device;  // name and driver
+    uint32_t spp = 0;    // that the render was to have
+    rp_sample_order order = {1, 1, 0, 0};
     uint64_t next_sample = 0;  // all before it are in the film or in samples
     WorkDone work;
     std::vector<rp_path_sample> samples;  // begun, but not in the film

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include "base/log.hpp"
+#include "wavefront/sample_order.hpp"
 
 namespace raypager {
 
-Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, std::string device) {
-    Checkpointer checkpointer(options, identity, spp, std::move(device));
+Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp,
+                                          const rp_sample_order& order, std::string device) {
+    Checkpointer checkpointer(options, identity, spp, order, std::move(device));
     if (options.file.empty()) return checkpointer;
     std::error_code ignored;
     const bool there = std::filesystem::exists(options.file, ignored);
@@ -21,6 +23,7 @@ Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, cons
     auto file = CheckpointFile::open(options.file);
     if (!file) return file.status();
     RAYPAGER_TRY(file->check(identity, spp));
+    checkpointer.order_ = continue_order(file->state().order, file->state().next_sample, spp, uint64_t{identity.width} * identity.height);
     checkpointer.kept_samples_ = file->state().next_sample - file->state().samples.size();
     checkpointer.resumed_ = std::move(*file);
     return checkpointer;
@@ -40,6 +43,7 @@ Status Checkpointer::write(Wavefront& wavefront, uint64_t next_sample, const Wor
     state.identity = identity_;
     state.device = device_;
     state.spp = spp_;
+    state.order = order_;
     state.next_sample = next_sample;
     state.work = work;
     Status status = wavefront.read_samples_under_way(state.samples);

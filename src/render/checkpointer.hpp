@@ -15,12 +15,15 @@ class Checkpointer {
 public:
     // Reads the checkpoint to go on from, if that is asked for and there is one; an error says why this render cannot. No other file is
     // overwritten than one that the render went on from. Without a file in options, nothing is ever written.
-    // device: name and driver; the picture may differ in the last bits between two.
-    static Result<Checkpointer> create(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, std::string device);
+    // order: of a render that starts anew. device: name and driver; the picture may differ in the last bits between two.
+    static Result<Checkpointer> create(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, const rp_sample_order& order,
+                                       std::string device);
 
     bool enabled() const { return !options_.file.empty(); }
     bool resumed() const { return resumed_.has_value(); }
     uint64_t first_sample() const { return resumed_ ? resumed_->state().next_sample : 0; }
+    // That of the render which it goes on from: `next_sample` tells which samples have begun in no other.
+    const rp_sample_order& order() const { return order_; }
     WorkDone earlier_work() const { return resumed_ ? resumed_->state().work : WorkDone(); }
     bool other_device() const { return resumed_ && resumed_->state().device != device_; }
     // What the wavefront must hold before its first round, in one that was created with first_sample.
@@ -37,12 +40,13 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
-    Checkpointer(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, std::string device)
-        : options_(options), identity_(identity), spp_(spp), device_(std::move(device)) {}
+    Checkpointer(const CheckpointOptions& options, const RenderIdentity& identity, uint32_t spp, const rp_sample_order& order, std::string device)
+        : options_(options), identity_(identity), spp_(spp), order_(order), device_(std::move(device)) {}
 
     CheckpointOptions options_;
     RenderIdentity identity_;
     uint32_t spp_ = 0, written_ = 0;
+    rp_sample_order order_;
     std::string device_;
     std::optional<CheckpointFile> resumed_;
     std::optional<uint64_t> kept_samples_;  // that the file holds: begun ones

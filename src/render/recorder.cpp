@@ -7,7 +7,7 @@ namespace raypager {
 void RenderRecorder::begin(const RenderOptions& options, const rp_render_params& params) {
     journal_ = options.keep_journal;
     wait_for_loads_ = options.wait_for_loads;
-    if (options.record_paths) visits_.emplace(params.width, params.height, params.tile_size);
+    if (options.record_paths) visits_.emplace(params.width, params.height, params.order);
 }
 
 Status RenderRecorder::round_ended(Wavefront& wavefront, double seconds) {

@@ -14,6 +14,7 @@
 #include "render/setup.hpp"
 #include "render/watchdog.hpp"
 #include "residency/residency.hpp"
+#include "wavefront/sample_order.hpp"
 #include "wavefront/wavefront.hpp"
 
 namespace raypager {
@@ -98,7 +99,7 @@ private:
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
     BlockForm form_ = BlockForm::stored;
     uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
-    bool ending_ = false, stopped_ = false;  // with the pass under way; at once
+    bool ending_ = false, stopped_ = false;  // with the passes under way; at once
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
     RenderRecorder recorder_;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
@@ -115,12 +116,13 @@ Status Renderer::prepare() {
     if (!device) return device.status();
     device_ = std::move(*device);
     RAYPAGER_TRY(check_picture_size(*params, device_->info()));
-    auto checkpointer =
-        Checkpointer::create(options_.checkpoint, identity_of(scene_, *params), params->spp, device_->info().name + ", " + device_->info().driver);
+    auto checkpointer = Checkpointer::create(options_.checkpoint, identity_of(scene_, *params), params->spp, params->order,
+                                             device_->info().name + ", " + device_->info().driver);
     if (!checkpointer) return checkpointer.status();
     checkpointer_ = std::move(*checkpointer);
     if (checkpointer_->other_device()) warn("the checkpoint was written on another device or driver: the last bits of the picture may differ");
     params->first_sample = checkpointer_->first_sample();
+    params->order = checkpointer_->order();
     earlier_ = checkpointer_->earlier_work();
 
     const uint64_t allowed = device_->budget().limit();
@@ -222,7 +224,7 @@ Status Renderer::wait_for_block() {
         fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_, describe(round_state())));
 }
 
-// With a checkpoint, a stop from outside ends the render here and now. Otherwise it ends with the pass that is under way, as it does
+// With a checkpoint, a stop from outside ends the render here and now. Otherwise it ends with the group of passes that is under way, as it does
 // when time is up: no more camera paths after it, all paths finish.
 Status Renderer::end_early() {
     const bool stop = options_.stop && options_.stop->load();
@@ -231,8 +233,9 @@ Status Renderer::end_early() {
     if (ending_ || stopped_ || !(stop || late)) return {};
     ending_ = true;
     RAYPAGER_TRY(settle());
-    const uint64_t passes = std::max<uint64_t>(1, (counters_.next_sample() + pixels_ - 1) / pixels_);
-    return wavefront_->set_sample_limit(std::min(wavefront_->params().sample_limit, passes * pixels_));
+    const rp_render_params& params = wavefront_->params();
+    const uint64_t passes = passes_begun(params.order, std::max<uint64_t>(1, counters_.next_sample()), pixels_);
+    return wavefront_->set_sample_limit(std::min(params.sample_limit, passes * pixels_));
 }
 
 // A checkpoint that cannot be written is no reason to end: the disk may have room again the next time.
@@ -351,6 +354,8 @@ Result<RenderResult> Renderer::result() {
     report.max_depth = params.max_depth;
     report.paths = params.slot_count;
     report.seed = params.seed;
+    report.tile_size = params.order.tile_size;
+    report.together = params.order.together;
     report.policy = policy_name(options_.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = form_;

@@ -37,7 +37,7 @@ struct RenderOptions {
     uint64_t host_limit = 0;                  // cache of stored blocks in host memory; 0: half of the free memory
     uint32_t spp = 0, width = 0, height = 0;  // 0: as the scene says
     std::optional<uint32_t> max_depth;
-    double time_seconds = 0;  // stop after about so long, at the end of a pass; 0: no limit
+    double time_seconds = 0;  // stop after about so long, at the end of a pass or a group of them; 0: no limit
     uint32_t seed = 0;
     uint32_t paths = 0;  // path slots; 0: chosen from the limits
     PolicyKind policy = PolicyKind::aged_wants;
@@ -52,6 +52,9 @@ struct RenderOptions {
     std::optional<double> hold_above_ready;  // PolicySettings::hold_above_ready, 0 to 1
     bool wait_for_loads = false;             // every round waits for the loads that were started before it, as in the paper
     uint32_t tile_size = 16;                 // camera paths start in tiles of so many pixels a side, 1 to 1024
+    // So many samples of a pixel are begun one after the other, at most, 1 to 64; 0: up to 16, but 1 if the time decides how many there are, or
+    // pictures are looked at before the end.
+    uint32_t together = 0;
     PoolPlace pool_place = PoolPlace::device;
     bool keep_journal = false;  // fill RenderResult::journal and round_seconds
     uint64_t record_paths = 0;  // about so many paths are recorded in RenderResult::trace; 0: none
@@ -61,7 +64,7 @@ struct RenderOptions {
     uint32_t rounds_under_way = 0;  // 1 or 2; 0: what suits the device
     CheckpointOptions checkpoint;
     double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never
-    // Set from outside: with a checkpoint, end after the round under way; without, after the pass under way, so that no work is lost.
+    // Set from outside: with a checkpoint, end after the round under way; without, after the passes under way, so that no work is lost.
     const std::atomic<bool>* stop = nullptr;
 };
 
@@ -86,6 +89,7 @@ struct RenderReport {
         uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
     } limits, peak;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
+    uint32_t tile_size = 0, together = 0;  // as RenderOptions has them; those of its checkpoint, if the render went on from one
     std::string policy, connection;
     BlockForm form = BlockForm::stored;  // of the blocks on the device
     uint64_t film_hash = 0;

@@ -8,6 +8,7 @@
 #include "device/kernel_sources.hpp"
 #include "raypager/abi/film.h"
 #include "residency/residency.hpp"
+#include "wavefront/sample_order.hpp"
 
 namespace raypager {
 namespace {
@@ -35,8 +36,6 @@ uint64_t scenes_for_slots(const DeviceInfo& info) { return info.type == "CPU" ? 
 
 // A film pixel holds so many samples of any radiance (abi/film.h).
 constexpr uint32_t max_spp = 65535;
-
-constexpr uint32_t max_tile = 1024;
 
 void set3(float (&target)[4], const Float3& value) {
     target[0] = value.x;
@@ -66,7 +65,6 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     for (uint32_t i = 0; i < scene.lights.size(); i++)
         if (scene.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
     params.roulette_connection = options.connection == Connection::roulette;
-    params.tile_size = options.tile_size;
     const uint64_t pixels = uint64_t{params.width} * params.height;
     constexpr uint32_t longest_side = 1 << 24;
     if (params.width > longest_side || params.height > longest_side)
@@ -74,7 +72,12 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (pixels == 0 || pixels > uint64_t{1} << 31)
         return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
     if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
-    if (params.tile_size < 1 || params.tile_size > max_tile) return Status::usage(fmt::format("--tile {}: from 1 to {}", params.tile_size, max_tile));
+    if (options.tile_size < 1 || options.tile_size > largest_tile)
+        return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tile_size, largest_tile));
+    if (options.together > most_together) return Status::usage(fmt::format("--together {}: from 1 to {}", options.together, most_together));
+    const bool as_it_grows = options.time_seconds > 0 || options.snapshot_seconds > 0;
+    const uint32_t together = options.together ? options.together : as_it_grows ? 1 : default_together(pixels);
+    params.order = make_order(options.tile_size, together, params.spp, pixels);
     if (options.record_paths && !options.spp && options.time_seconds > 0)
         return Status::usage("--record-trace needs --spp beside --time: the share of paths to record follows from how many there can be");
     if (options.record_paths && options.checkpoint.resume)

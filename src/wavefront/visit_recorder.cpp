@@ -4,6 +4,7 @@
 
 #include "base/check.hpp"
 #include "raypager/abi/visits.h"
+#include "wavefront/sample_order.hpp"
 
 namespace raypager {
 namespace {
@@ -76,23 +77,12 @@ private:
 
 }  // namespace
 
-uint64_t place_in_tiles(uint32_t x, uint32_t y, uint32_t width, uint32_t height, uint32_t tile_size) {
-    const uint64_t band = y / tile_size, column = x / tile_size;
-    const uint64_t tile_height = std::min<uint64_t>(tile_size, height - band * tile_size);
-    const uint64_t tile_width = std::min<uint64_t>(tile_size, width - column * tile_size);
-    return band * tile_size * width + column * tile_size * tile_height + y % tile_size * tile_width + x % tile_size;
-}
-
-uint64_t VisitRecorder::number_of(uint32_t pixel, uint32_t sample) const {
-    return uint64_t{sample} * width_ * height_ + place_in_tiles(pixel % width_, pixel / width_, width_, height_, tile_size_);
-}
-
 void VisitRecorder::take(std::span<const uint32_t> events) {
     RAYPAGER_CHECK(events.size() % RP_VISIT_WORDS == 0);
     for (size_t at = 0; at < events.size(); at += RP_VISIT_WORDS) {
         const uint32_t pixel = events[at], sample = events[at + 1];
         const auto [found, inserted] = index_.try_emplace(uint64_t{sample} << 32 | pixel, static_cast<uint32_t>(paths_.size()));
-        if (inserted) paths_.push_back({number_of(pixel, sample), {}});
+        if (inserted) paths_.push_back({sample_number(order_, width_, height_, pixel, sample), {}});
         paths_[found->second].events.push_back(events[at + 2]);
     }
 }

@@ -98,7 +98,7 @@ TEST_F(CheckpointFiles, of_another_render_are_refused_with_the_reason) {
 
 TEST_F(CheckpointFiles, of_another_program_are_refused) {
     ASSERT_TRUE(put(with_header([](Header& h) { h.version++; })).ok());
-    expect_refused(options_, "version 2");
+    expect_refused(options_, "version 3");
     ASSERT_TRUE(put(with_header([](Header& h) { std::memcpy(h.program, "99.1", 5); })).ok());
     expect_refused(options_, "99.1");
     ASSERT_TRUE(put(with_header([](Header& h) { h.identity.kernels ^= 1; })).ok());
@@ -123,6 +123,12 @@ TEST_F(CheckpointFiles, with_absurd_headers_are_refused) {
     };
     refused([](Header& h) { h.sample_count = UINT64_MAX; });
     refused([](Header& h) { h.sample_count = h.next_sample + 1; });
+    refused([](Header& h) { h.order.together = 0; });
+    refused([](Header& h) { h.order.tile_size = 0; });
+    refused([](Header& h) {
+        h.order.together = 3;
+        h.order.grouped_passes = 7;
+    });
     refused([](Header& h) {
         h.sample_count = UINT64_MAX / 8;
         h.next_sample = UINT64_MAX;

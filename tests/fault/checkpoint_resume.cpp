@@ -147,6 +147,31 @@ TEST_F(CheckpointResume, after_a_time_limit) {
     EXPECT_EQ(second->report.film_hash, hash_);
 }
 
+// The number of the next sample says which have begun in the order of the first run alone.
+TEST_F(CheckpointResume, in_the_order_in_which_it_began) {
+    struct Order {
+        uint32_t tile, together;
+    };
+    for (const Order& first : {Order{16, 1}, Order{5, 1}, Order{16, 4}, Order{3, 8}})
+        for (const Order& then : {Order{16, 1}, Order{4, 8}}) {
+            std::filesystem::remove(base_.checkpoint.file);
+            RenderOptions options = base_;
+            options.tile_size = first.tile;
+            options.together = first.together;
+            const auto stopped = render_rounds(*file_, options, 4);
+            ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+            ASSERT_FALSE(stopped->report.complete);
+            options.tile_size = then.tile;
+            options.together = then.together;
+            options.checkpoint.resume = true;
+            const auto result = render(*file_, options, {});
+            ASSERT_TRUE(result.ok()) << result.status().message();
+            EXPECT_EQ(result->report.film_hash, hash_) << "tiles of " << first.tile << ", groups of " << first.together;
+            EXPECT_EQ(result->report.tile_size, first.tile);
+            EXPECT_EQ(result->report.together, first.together);
+        }
+}
+
 TEST_F(CheckpointResume, from_any_checkpoint_of_a_render) {
     RenderOptions options = base_;
     options.paths = 64;

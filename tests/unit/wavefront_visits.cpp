@@ -30,7 +30,7 @@ std::vector<uint32_t> blocks_of(const DemandTrace& trace, size_t ray) {
 }
 
 TEST(VisitRecorder, puts_rays_together_over_rounds) {
-    VisitRecorder recorder(4, 1, 16);
+    VisitRecorder recorder(4, 1, {16, 1, 0, 0});
     Log first, second;
     first.add(2, RP_VISIT_BEGIN_EXTEND, none);
     first.add(1, RP_VISIT_BEGIN_EXTEND, 7);  // between the events of another path
@@ -56,7 +56,7 @@ TEST(VisitRecorder, puts_rays_together_over_rounds) {
 }
 
 TEST(VisitRecorder, a_shadow_ray_that_begins_anew_counts_once) {
-    VisitRecorder recorder(1, 1, 16);
+    VisitRecorder recorder(1, 1, {16, 1, 0, 0});
     Log log;
     log.add(0, RP_VISIT_BEGIN_EXTEND, 1);
     log.add(0, RP_VISIT_ENTER, 1);
@@ -79,7 +79,7 @@ TEST(VisitRecorder, a_shadow_ray_that_begins_anew_counts_once) {
 }
 
 TEST(VisitRecorder, paths_come_pass_by_pass_and_tile_by_tile) {
-    VisitRecorder recorder(5, 3, 2);
+    VisitRecorder recorder(5, 3, {2, 1, 0, 0});
     Log log;
     for (const uint32_t sample : {1u, 0u})
         for (uint32_t pixel = 0; pixel < 15; pixel++) log.add(pixel, RP_VISIT_BEGIN_EXTEND, pixel, sample);
@@ -92,16 +92,6 @@ TEST(VisitRecorder, paths_come_pass_by_pass_and_tile_by_tile) {
     std::vector<uint32_t> expected = pass;
     expected.insert(expected.end(), pass.begin(), pass.end());
     EXPECT_EQ(pixels, expected);
-}
-
-TEST(VisitRecorder, tiles_number_every_pixel_once) {
-    for (const uint32_t tile : {1u, 3u, 16u, 100u}) {
-        std::set<uint64_t> places;
-        for (uint32_t y = 0; y < 23; y++)
-            for (uint32_t x = 0; x < 37; x++) places.insert(place_in_tiles(x, y, 37, 23, tile));
-        EXPECT_EQ(places.size(), 37u * 23);
-        EXPECT_EQ(*places.rbegin(), 37u * 23 - 1);
-    }
 }
 
 }  // namespace

@@ -50,13 +50,21 @@ typedef struct rp_camera {
     float eye[4], right[4], up[4], forward[4];
 } rp_camera;
 
+// The samples of a picture are numbered in the order in which they are begun: pass by pass, one sample of each pixel, tile by tile of tile_size x
+// tile_size pixels; but of the first grouped_passes passes, `together` at a time form one, in which the samples of a pixel follow each other:
+// rays that begin together then meet more of the same. grouped_passes is a multiple of `together`, and together * pixels < 2^32.
+typedef struct rp_sample_order {
+    rp_u32 tile_size, together, grouped_passes, pad;
+} rp_sample_order;
+
 // Scalars of the scene and the render, one copy on the device.
 typedef struct rp_render_params {
     rp_camera camera;
     rp_u32 width, height, spp, max_depth;
     rp_u32 seed, light_count, range_count, infinite_light;  // infinite_light: index of the infinite light or RP_NONE
-    rp_u32 roulette_connection, tile_size, slot_count, pad1;
-    rp_u64 first_sample, sample_limit;  // samples are numbered pass by pass: index = pass * width * height + position in tile order
+    rp_sample_order order;
+    rp_u32 roulette_connection, slot_count;
+    rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 
 #endif

@@ -1,0 +1,55 @@
+#include "wavefront/sample_order.hpp"
+
+#include <algorithm>
+
+namespace raypager {
+namespace {
+
+// Kernels number the samples of a group with 32 bits.
+uint32_t most_numbered(uint64_t pixels) { return static_cast<uint32_t>(std::clamp<uint64_t>(UINT32_MAX / pixels, 1, most_together)); }
+
+}  // namespace
+
+rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels) {
+    const uint32_t most = std::clamp<uint32_t>(together, 1, most_numbered(pixels)), groups = (spp + most - 1) / most;
+    const uint32_t each = std::max<uint32_t>(1, spp / std::max<uint32_t>(groups, 1));
+    return {tile_size, each, spp / each * each, 0};
+}
+
+uint32_t default_together(uint64_t pixels) {
+    // Rays of 16 samples lie so close together that more gain nothing (bench/results.md), and a render that is stopped ends with a group.
+    constexpr uint64_t enough = 16, most_samples = uint64_t{1} << 25;
+    return static_cast<uint32_t>(std::clamp<uint64_t>(most_samples / pixels, 1, enough));
+}
+
+rp_sample_order continue_order(rp_sample_order order, uint64_t begun, uint32_t spp, uint64_t pixels) {
+    // Passes behind the groups come one by one; where none of them has begun yet, there can be as many groups as the new number allows.
+    if (begun <= order.grouped_passes * pixels) order.grouped_passes = spp / order.together * order.together;
+    return order;
+}
+
+bool valid_order(const rp_sample_order& order, uint64_t pixels) {
+    return order.tile_size >= 1 && order.tile_size <= largest_tile && order.together >= 1 && order.together <= most_numbered(pixels) &&
+           order.grouped_passes % order.together == 0;
+}
+
+uint64_t sample_number(const rp_sample_order& order, uint32_t width, uint32_t height, uint32_t pixel, uint32_t sample) {
+    const uint64_t pixels = uint64_t{width} * height, place = place_in_tiles(pixel % width, pixel / width, width, height, order.tile_size);
+    if (sample >= order.grouped_passes) return sample * pixels + place;
+    const uint32_t in_group = sample % order.together;
+    return (sample - in_group) * pixels + place * order.together + in_group;
+}
+
+uint64_t passes_begun(const rp_sample_order& order, uint64_t next_sample, uint64_t pixels) {
+    const uint64_t each = next_sample <= order.grouped_passes * pixels ? order.together : 1, group = each * pixels;
+    return (next_sample / group + (next_sample % group != 0)) * each;
+}
+
+uint64_t place_in_tiles(uint32_t x, uint32_t y, uint32_t width, uint32_t height, uint32_t tile_size) {
+    const uint64_t band = y / tile_size, column = x / tile_size;
+    const uint64_t tile_height = std::min<uint64_t>(tile_size, height - band * tile_size);
+    const uint64_t tile_width = std::min<uint64_t>(tile_size, width - column * tile_size);
+    return band * tile_size * width + column * tile_size * tile_height + y % tile_size * tile_width + x % tile_size;
+}
+
+}  // namespace raypager

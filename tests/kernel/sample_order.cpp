@@ -1,0 +1,65 @@
+// The order of samples: kernels number them as the host does.
+#include "wavefront/sample_order.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "raypager/abi/path.h"
+#include "support/device_scene.hpp"
+
+namespace raypager {
+namespace {
+
+TEST(SampleOrder, kernels_number_samples_as_the_host_does) {
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    auto kernel = (*device)->kernel("probe", "rp_probe_order", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    ASSERT_TRUE(kernel.ok()) << kernel.status().message();
+    struct Picture {
+        uint32_t width, height, tile, together, spp;
+    };
+    for (const Picture& p : {Picture{37, 23, 16, 1, 3}, Picture{37, 23, 16, 16, 17}, Picture{5, 3, 2, 4, 10}, Picture{64, 32, 8, 16, 16},
+                             Picture{1, 40, 7, 3, 5}, Picture{16, 16, 100, 64, 70}}) {
+        const rp_sample_order order = make_order(p.tile, p.together, p.spp, uint64_t{p.width} * p.height);
+        const uint64_t total = uint64_t{p.width} * p.height * p.spp;
+        std::vector<rp_path_sample> samples(total);
+        auto out = (*device)->allocate(total * sizeof(rp_path_sample), "samples");
+        ASSERT_TRUE(out.ok());
+        const std::array<cl_uint, 4> words = {order.tile_size, order.together, order.grouped_passes, 0};
+        ASSERT_TRUE(kernel->set(words, p.width, p.height, cl_ulong{0}, static_cast<cl_uint>(total), *out).ok());
+        ASSERT_TRUE((*device)->kernels().launch(*kernel, total, 1).ok());
+        ASSERT_TRUE((*device)->kernels().read_now(*out, 0, std::as_writable_bytes(std::span(samples))).ok());
+        for (uint64_t number = 0; number < total; number++) {
+            ASSERT_LT(samples[number].pixel, p.width * p.height);
+            ASSERT_LT(samples[number].sample, p.spp);
+            ASSERT_EQ(sample_number(order, p.width, p.height, samples[number].pixel, samples[number].sample), number)
+                << p.width << "x" << p.height << ", groups of " << order.together;
+        }
+    }
+}
+
+TEST(SampleOrder, of_large_pictures_too) {
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    auto kernel = (*device)->kernel("probe", "rp_probe_order", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    ASSERT_TRUE(kernel.ok()) << kernel.status().message();
+    constexpr uint32_t width = 40000, height = 30000, count = 1000;  // 1.2e9 pixels: groups of at most three
+    const rp_sample_order order = make_order(16, 64, 6, uint64_t{width} * height);
+    EXPECT_EQ(order.together, 3u);
+    std::vector<rp_path_sample> samples(count);
+    auto out = (*device)->allocate(count * sizeof(rp_path_sample), "samples");
+    ASSERT_TRUE(out.ok());
+    const std::array<cl_uint, 4> words = {order.tile_size, order.together, order.grouped_passes, 0};
+    const uint64_t group = 3 * uint64_t{width} * height;
+    for (const uint64_t first : {group - count, group, 2 * group - count}) {
+        ASSERT_TRUE(kernel->set(words, width, height, cl_ulong{first}, count, *out).ok());
+        ASSERT_TRUE((*device)->kernels().launch(*kernel, count, 1).ok());
+        ASSERT_TRUE((*device)->kernels().read_now(*out, 0, std::as_writable_bytes(std::span(samples))).ok());
+        for (uint32_t i = 0; i < count; i++) ASSERT_EQ(sample_number(order, width, height, samples[i].pixel, samples[i].sample), first + i);
+    }
+}
+
+}  // namespace
+}  // namespace raypager
