@@ -60,6 +60,8 @@ MeshPrefetch::MeshPrefetch(const Scene& scene, uint64_t bytes, const std::atomic
     for (size_t i = 0; i < scene.shapes.size(); i++)
         if (scene.shapes[i].mesh) order_.push_back(i);
     if (order_.size() < 2) return;  // nothing to read while the only one is placed
+    left_.resize(order_.size() + 1);
+    for (size_t n = order_.size(); n-- > 0;) left_[n] = left_[n + 1] + scene.shapes[order_[n]].mesh->bytes_to_read();
     const size_t threads = std::min(worker_count(), order_.size());
     slots_.resize(2 * threads);
     bytes_each_ = bytes / slots_.size();
@@ -81,10 +83,11 @@ void MeshPrefetch::work() {
         if (ends_ || next_ == order_.size()) return;
         Slot& slot = slots_[next_ % slots_.size()];
         slot = {order_[next_++], false, {}};
-        const bool last = next_ == order_.size();
+        // Where the meshes behind this one do not keep the other cores busy for as long, they help.
+        const uint64_t behind = left_[next_], mine = left_[next_ - 1] - behind;
         lock.unlock();
         std::optional<DoAllAlone> alone;
-        if (!last) alone.emplace();
+        if (behind >= mine * (worker_count() - 1)) alone.emplace();
         auto loaded = load(*scene_.shapes[slot.shape].mesh);
         alone.reset();
         lock.lock();

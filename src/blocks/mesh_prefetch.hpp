@@ -46,6 +46,7 @@ private:
     std::condition_variable changed_;
     std::vector<Slot> slots_;      // a ring: the n-th mesh is in slot n modulo their number
     std::vector<size_t> order_;    // shapes that have a mesh
+    std::vector<uint64_t> left_;   // bytes to read from the n-th mesh on, to the last
     size_t next_ = 0, taken_ = 0;  // meshes that were begun, and that were taken
     bool ends_ = false;
     std::vector<std::jthread> threads_;

@@ -108,6 +108,12 @@ Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
     return {};
 }
 
+uint64_t MeshFile::bytes_to_read() const {
+    std::error_code error;
+    const uint64_t bytes = std::filesystem::file_size(path_, error);
+    return error ? 0 : bytes;
+}
+
 Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
     const auto hand_on = [&sink](const TriangleMesh& mesh) -> Status {
         RAYPAGER_TRY(sink.expect(mesh.positions.size(), mesh.triangles.size()));

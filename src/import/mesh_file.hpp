@@ -23,6 +23,7 @@ public:
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
     std::vector<std::string> files() const override { return {path_.string()}; }
+    uint64_t bytes_to_read() const override;
     // What the file's header declares; 0 where only reading it tells.
     uint64_t declared_triangles() const { return declared_triangles_; }
     // Saves the next load() or stream() from reading the file again: it takes this mesh, as an earlier load() gave it.
