@@ -183,10 +183,27 @@ static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_
     return kinds;
 }
 
-// How many of sixteen numbers of four bits are `kind`.
-static inline uint rp_count_kind(ulong kinds, uint kind) {
+// Of sixteen numbers of four bits, those that are `kind`: the lowest bit of each.
+static inline ulong rp_of_kind(ulong kinds, uint kind) {
     const ulong ones = 0x1111111111111111ul, other = kinds ^ ones * kind;
-    return RP_NAP - (uint)popcount((other | other >> 1 | other >> 2) & ones);
+    return ~(other | other >> 1 | other >> 2) & ones;
+}
+static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
+
+// Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together, RP_FILLED_TOGETHER
+// (2, 4 or 8), stay together, so that the stages find their states side by side. RP_FILLED_TOGETHER = 1: each slot is given out at once.
+static inline ulong rp_keep_together(ulong kinds) {
+#if RP_FILLED_TOGETHER > 1
+    const ulong free = rp_of_kind(kinds, RP_KIND_FREE);
+    const ulong unused = free | rp_of_kind(kinds, RP_KIND_IDLE) | rp_of_kind(kinds, RP_KIND_NONE);
+    const ulong first = 0x1111111111111111ul & ((1ul << 4 * RP_FILLED_TOGETHER) - 1ul);
+#pragma unroll
+    for (uint i = 0u; i < RP_NAP / RP_FILLED_TOGETHER; i++) {
+        const ulong together = first << (4u * RP_FILLED_TOGETHER * i);
+        if ((unused & together) != together) kinds ^= (free & together) * (RP_KIND_FREE ^ RP_KIND_IDLE);
+    }
+#endif
+    return kinds;
 }
 
 // Beside rays traced one by one, on GPUs. A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_NAPS times as many naps, and then, each
@@ -222,7 +239,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         kinds[k] = ~0ul;
         if (at >= awake_count) continue;
         ulong blocks = 0ul;
-        kinds[k] = rp_nap_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks);
+        kinds[k] = rp_keep_together(rp_nap_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks));
         const uint wait = rp_count_kind(kinds[k], RP_KIND_WAITING), end = rp_count_kind(kinds[k], RP_KIND_IDLE);
         naps[awake[at]] = wait + end == RP_NAP ? rp_asleep(wait, blocks) : 0ul;
         waiting += wait;

@@ -167,7 +167,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
     auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(),
-                                       options_.policy == PolicyKind::most_wanted, visits);
+                                       plan->pool_bytes >= needs.geometry, options_.policy == PolicyKind::most_wanted, visits);
     if (!wavefront) return wavefront.status();
     wavefront_ = std::move(*wavefront);
     return {};

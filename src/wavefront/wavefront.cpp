@@ -16,6 +16,8 @@ namespace {
 
 constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
 constexpr uint32_t wake_runs_per_core = 16;
+// On GPUs, where no ray waits for long: slots that wait keep their neighbours from being used.
+constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
 constexpr uint32_t items_per_unit = 1 << 12;
@@ -70,13 +72,14 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
 }
 
 Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
-                                                     const VisitLogSettings& visits) {
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool all_resident,
+                                                     bool count_bounces, const VisitLogSettings& visits) {
     RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
     auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table);
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
+    wavefront->all_resident_ = all_resident;
     wavefront->count_bounces_ = count_bounces && !scene.blocks.empty();
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     wavefront->visit_settings_ = visits;
@@ -152,8 +155,9 @@ Status Wavefront::build_kernels() {
     const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
     // Streams find surfaces together themselves.
     const std::string surfaces = as_on_cpus() ? "" : surfaces_later;
-    const std::string definitions = geometry_.definitions() + fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES={}",
-                                                                          device_.group_size(), wake_naps, as_on_cpus() ? 16 : 1);
+    const std::string definitions =
+        geometry_.definitions() + fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_FILLED_TOGETHER={} -DRP_SHADE_LANES={}",
+                                              device_.group_size(), wake_naps, all_resident_ ? filled_together : 1, as_on_cpus() ? 16 : 1);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;

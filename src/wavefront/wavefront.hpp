@@ -56,10 +56,11 @@ private:
 class Wavefront {
 public:
     // slabs, with blocks in that form, and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces,
-    // RP_DEMAND_BOUNCES stays 0. REQUIRES: blocks are in their stored form if visits are recorded.
+    // RP_DEMAND_BOUNCES stays 0. all_resident: the slabs have room for all blocks; it decides about speed alone.
+    // REQUIRES: blocks are in their stored form if visits are recorded.
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool count_bounces,
-                                                     const VisitLogSettings& visits = {});
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool all_resident,
+                                                     bool count_bounces, const VisitLogSettings& visits = {});
     // Waits for what is in the kernel queue: results under way have their place here.
     ~Wavefront() { (void)device_.kernels().finish(); }
     // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way. newly_published: at least those blocks
@@ -109,7 +110,7 @@ private:
     Device& device_;
     rp_render_params params_;
     GeometryBuffers geometry_;
-    bool count_bounces_ = false;
+    bool all_resident_ = false, count_bounces_ = false;
     VisitLogSettings visit_settings_;
     bool persistent_ = false;  // extension rays are traced by persistent threads
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;

@@ -55,14 +55,25 @@ Slots random_slots(std::mt19937& random, uint32_t new_blocks) {
     return s;
 }
 
-Lists expected(const Slots& s) {
+// together: so many free slots are given out together or not at all.
+Lists expected(const Slots& s, uint32_t together) {
     Lists lists;
+    const auto unused = [&](uint32_t slot) {
+        const uint32_t phase = s.status[slot] & RP_STATUS_MASK;
+        return phase == RP_STATUS_FREE || phase == RP_STATUS_IDLE;
+    };
+    const auto kept = [&](uint32_t slot) {
+        const uint32_t first = slot / together * together;
+        for (uint32_t other = first; other < std::min(first + together, slots); other++)
+            if (!unused(other)) return true;
+        return false;
+    };
     for (uint32_t slot = 0; slot < slots; slot++) {
         const uint32_t phase = s.status[slot] & RP_STATUS_MASK;
         const bool waits = phase == RP_STATUS_EXTEND_WAITS || phase == RP_STATUS_SHADOW_WAITS;
         if (waits && s.pages[s.status[RP_STATUS_WORDS(slots) + slot]].address == RP_NONE)
             lists.waiting++;
-        else if (phase == RP_STATUS_IDLE)
+        else if (phase == RP_STATUS_IDLE || (phase == RP_STATUS_FREE && kept(slot)))
             lists.idle++;
         else
             (phase == RP_STATUS_FREE                                        ? lists.free
@@ -73,8 +84,8 @@ Lists expected(const Slots& s) {
     return lists;
 }
 
-// Whether slots are looked at in runs, as beside streams.
-class Wake : public testing::TestWithParam<bool> {
+// 0: slots are looked at in runs, as beside streams; otherwise in groups, and so many free ones are given out together.
+class Wake : public testing::TestWithParam<uint32_t> {
 protected:
     void SetUp() override {
         auto device = Device::open("", 0);
@@ -91,9 +102,9 @@ protected:
 
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
     Lists wake(const Slots& s, bool named) {
-        const bool in_runs = GetParam();
-        auto kernel =
-            device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3", device_->group_size()));
+        const bool in_runs = GetParam() == 0;
+        auto kernel = device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake",
+                                      fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3 -DRP_FILLED_TOGETHER={}", device_->group_size(), together()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
@@ -128,6 +139,8 @@ protected:
         return lists;
     }
 
+    static uint32_t together() { return std::max(GetParam(), 1u); }
+
     std::unique_ptr<Device> device_;
     Buffer naps_;
 };
@@ -139,7 +152,7 @@ TEST_P(Wake, lists_every_slot_once_where_it_belongs) {
     for (const uint32_t new_blocks : {0u, 1u, 3u, RP_MOST_NAMED, 40u}) {
         SCOPED_TRACE(new_blocks);
         const Slots s = random_slots(random, new_blocks);
-        const Lists right = expected(s);
+        const Lists right = expected(s, together());
         EXPECT_GT(right.waiting, 0u);
         SetUpNaps();  // nobody sleeps
         EXPECT_TRUE(wake(s, false) == right);
@@ -166,7 +179,7 @@ TEST_P(Wake, nobody_sleeps_too_long) {
             s.pages[block].address = block;
             s.pages[gone].address = RP_NONE;
         }
-        const Lists right = expected(s);
+        const Lists right = expected(s, together());
         ASSERT_TRUE(wake(s, round % 50 != 49) == right);
         woken += static_cast<uint32_t>(right.extend.size() + right.shadow.size());
         most_waiting = std::max(most_waiting, right.waiting);
@@ -218,7 +231,8 @@ TEST(Naps, every_block_has_a_bit_below_the_count) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(both, Wake, testing::Bool(), [](const auto& mode) { return mode.param ? "in_runs" : "in_groups"; });
+INSTANTIATE_TEST_SUITE_P(both, Wake, testing::Values(0u, 1u, 2u, 8u),
+                         [](const auto& mode) { return mode.param == 0 ? "in_runs" : fmt::format("in_groups_{}_together", mode.param); });
 
 }  // namespace
 }  // namespace raypager
