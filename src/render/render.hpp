@@ -53,7 +53,7 @@ struct RenderOptions {
     bool wait_for_loads = false;             // every round waits for the loads that were started before it, as in the paper
     uint32_t tile_size = 16;                 // camera paths start in tiles of so many pixels a side, 1 to 1024
     // So many samples of a pixel are begun one after the other, at most, 1 to 64; 0: up to 16, but 1 if the time decides how many there are, or
-    // pictures are looked at before the end.
+    // pictures are looked at before the end, as with snapshots and checkpoints.
     uint32_t together = 0;
     PoolPlace pool_place = PoolPlace::device;
     bool keep_journal = false;  // fill RenderResult::journal and round_seconds

@@ -75,7 +75,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (options.tile_size < 1 || options.tile_size > largest_tile)
         return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tile_size, largest_tile));
     if (options.together > most_together) return Status::usage(fmt::format("--together {}: from 1 to {}", options.together, most_together));
-    const bool as_it_grows = options.time_seconds > 0 || options.snapshot_seconds > 0;
+    // Renders with a checkpoint are there to be stopped and looked at.
+    const bool as_it_grows = options.time_seconds > 0 || options.snapshot_seconds > 0 || !options.checkpoint.file.empty();
     const uint32_t together = options.together ? options.together : as_it_grows ? 1 : default_together(pixels);
     params.order = make_order(options.tile_size, together, params.spp, pixels);
     if (options.record_paths && !options.spp && options.time_seconds > 0)
