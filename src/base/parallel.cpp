@@ -9,22 +9,26 @@
 #include <utility>
 #include <vector>
 
+#include "base/check.hpp"
+
 namespace raypager {
-
 namespace {
-thread_local bool does_all_alone = false;
-}
 
-DoAllAlone::DoAllAlone() : before_(std::exchange(does_all_alone, true)) {}
-DoAllAlone::~DoAllAlone() { does_all_alone = before_; }
+thread_local size_t workers_at_most = SIZE_MAX;  // for calls by this thread
 
-size_t helping_workers() { return does_all_alone ? 1 : worker_count(); }
+}  // namespace
+
+WorkersAtMost::WorkersAtMost(size_t threads) : before_(std::exchange(workers_at_most, threads)) { RAYPAGER_CHECK(threads >= 1); }
+WorkersAtMost::~WorkersAtMost() { workers_at_most = before_; }
+
+size_t helping_workers() { return std::min(worker_count(), workers_at_most); }
 
 size_t worker_count() { return std::max<size_t>(1, std::thread::hardware_concurrency()); }
 
 void parallel_for(size_t count, size_t piece, const std::function<void(size_t, size_t)>& work, size_t most) {
     piece = std::max<size_t>(1, piece);
-    if (does_all_alone || count <= piece) {
+    const size_t pieces = (count + piece - 1) / piece, threads = std::min({helping_workers(), pieces, most});
+    if (threads <= 1) {
         for (size_t begin = 0; begin < count; begin += piece) work(begin, std::min(count, begin + piece));
         return;
     }
@@ -32,7 +36,7 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
     std::mutex mutex;
     std::exception_ptr failure;
     auto run = [&] {
-        const DoAllAlone inside;
+        const WorkersAtMost inside(1);
         try {
             for (size_t begin; (begin = next.fetch_add(piece)) < count;) work(begin, std::min(count, begin + piece));
         } catch (...) {
@@ -41,11 +45,10 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
             if (!failure) failure = std::current_exception();
         }
     };
-    const size_t pieces = (count + piece - 1) / piece;
     {
         std::vector<std::jthread> helpers;
         try {
-            for (size_t i = 1; i < std::min({worker_count(), pieces, most}); i++) helpers.emplace_back(run);
+            for (size_t i = 1; i < threads; i++) helpers.emplace_back(run);
         } catch (const std::system_error&) {  // no more threads: then with those that there are
         }
         run();

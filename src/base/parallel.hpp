@@ -13,18 +13,18 @@ size_t worker_count();  // at least 1
 // most: threads at work at once.
 void parallel_for(size_t count, size_t piece, const std::function<void(size_t begin, size_t end)>& work, size_t most = SIZE_MAX);
 
-// While one of these is alive, calls of its thread do all the work themselves: others are busy.
-class DoAllAlone {
+// While one of these is alive, so many threads at most work for a call by its thread, itself included: the others are busy.
+class WorkersAtMost {
 public:
-    DoAllAlone();
-    ~DoAllAlone();
-    DoAllAlone(const DoAllAlone&) = delete;
-    DoAllAlone& operator=(const DoAllAlone&) = delete;
+    explicit WorkersAtMost(size_t threads);  // REQUIRES: threads >= 1
+    ~WorkersAtMost();
+    WorkersAtMost(const WorkersAtMost&) = delete;
+    WorkersAtMost& operator=(const WorkersAtMost&) = delete;
 
 private:
-    bool before_;
+    size_t before_;
 };
-// How many threads would work for a call by this one.
+// How many threads would work for a call by this one, at least 1.
 size_t helping_workers();
 
 }  // namespace raypager

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "base/check.hpp"
@@ -56,6 +57,11 @@ private:
 
 }  // namespace
 
+size_t workers_for_mesh(size_t workers, uint64_t bytes, uint64_t other_bytes) {
+    const double share = (1.0 + static_cast<double>(bytes)) / (1.0 + static_cast<double>(bytes) + static_cast<double>(other_bytes));
+    return std::clamp<size_t>(static_cast<size_t>(std::lround(share * static_cast<double>(workers))), 1, workers);
+}
+
 MeshPrefetch::MeshPrefetch(const Scene& scene, uint64_t bytes, const std::atomic<bool>* stop) : scene_(scene), stop_(stop) {
     for (size_t i = 0; i < scene.shapes.size(); i++)
         if (scene.shapes[i].mesh) order_.push_back(i);
@@ -83,21 +89,21 @@ void MeshPrefetch::work() {
         if (ends_ || next_ == order_.size()) return;
         Slot& slot = slots_[next_ % slots_.size()];
         slot = {order_[next_++], false, {}};
-        // Where the meshes behind this one do not keep the other cores busy for as long, they help.
         const uint64_t behind = left_[next_], mine = left_[next_ - 1] - behind;
+        const size_t workers = workers_for_mesh(worker_count(), mine, behind + under_way_);
+        under_way_ += mine;
         lock.unlock();
-        std::optional<DoAllAlone> alone;
-        if (behind >= mine * (worker_count() - 1)) alone.emplace();
-        auto loaded = load(*scene_.shapes[slot.shape].mesh);
-        alone.reset();
+        auto loaded = load(*scene_.shapes[slot.shape].mesh, workers);
         lock.lock();
+        under_way_ -= mine;
         slot.loaded = std::move(loaded);
         slot.done = true;
         changed_.notify_all();
     }
 }
 
-std::optional<MeshPrefetch::Loaded> MeshPrefetch::load(const MeshSource& source) const {
+std::optional<MeshPrefetch::Loaded> MeshPrefetch::load(const MeshSource& source, size_t workers) const {
+    const WorkersAtMost helpers(workers);
     Loaded loaded;
     SmallMeshSink sink(loaded.mesh, bytes_each_, stop_);
     try {

@@ -13,6 +13,10 @@
 
 namespace raypager {
 
+// How many of the workers read a mesh while others are being read or will be: its share of all the bytes, and one at least. So all of them have
+// something to do, and each mesh has about the threads that there are for it.
+size_t workers_for_mesh(size_t workers, uint64_t bytes, uint64_t other_bytes);
+
 class MeshPrefetch {
 public:
     struct Loaded {
@@ -31,7 +35,7 @@ public:
 
 private:
     void work();
-    std::optional<Loaded> load(const MeshSource& source) const;
+    std::optional<Loaded> load(const MeshSource& source, size_t workers) const;
 
     struct Slot {
         size_t shape = 0;
@@ -48,6 +52,7 @@ private:
     std::vector<size_t> order_;    // shapes that have a mesh
     std::vector<uint64_t> left_;   // bytes to read from the n-th mesh on, to the last
     size_t next_ = 0, taken_ = 0;  // meshes that were begun, and that were taken
+    uint64_t under_way_ = 0;       // bytes of the meshes that are being read
     bool ends_ = false;
     std::vector<std::jthread> threads_;
 };

@@ -191,7 +191,7 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
     parser.option("tile", "PIXELS", "camera paths start in tiles of so many pixels a side (default: 16)", into_count(options.tile_size, 1, 1024));
     parser.option("together", "N",
                   "samples of a pixel that are begun one after the other, 1 to 64 (default: up to 16; 1 with --time, --snapshots, --log or "
-                  "--checkpoint); a resumed render keeps its order",
+                  "--checkpoint, and in bench sweep); a resumed render keeps its order",
                   into_count(options.together, 1, 64));
 }
 

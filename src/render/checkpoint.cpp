@@ -153,9 +153,11 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
     RAYPAGER_TRY(opened.file_.read(page, std::as_writable_bytes(std::span(state.samples))));
     if (hash64(std::as_bytes(std::span(state.samples))) != header.samples_checksum)
         return opened.damaged(fmt::format("samples at byte {}: the checksum is wrong", page));
-    const uint64_t pixels = pixels_of(state.identity), passes = passes_begun(state.order, state.next_sample, pixels);
-    for (const rp_path_sample& sample : state.samples)
-        if (sample.pixel >= pixels || sample.sample >= passes) return opened.damaged("it names a sample that was never begun");
+    const auto begun = [&state](const rp_path_sample& s) {
+        return s.pixel < pixels_of(state.identity) &&
+               sample_number(state.order, state.identity.width, state.identity.height, s.pixel, s.sample) < state.next_sample;
+    };
+    if (!std::all_of(state.samples.begin(), state.samples.end(), begun)) return opened.damaged("it names a sample that was never begun");
     opened.film_offset_ = film_offset(header.sample_count);
     opened.film_words_ = header.film_words;
     opened.film_checksum_ = header.film_checksum;

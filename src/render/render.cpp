@@ -68,6 +68,8 @@ private:
     Status finish_round();
     Status settle();
     uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
+    uint64_t samples_begun() const { return counters_.next_sample() + renumbered_; }
+    uint64_t samples_to_begin() const { return wavefront_->params().sample_limit + renumbered_; }
     bool finished() const { return counters_.idle_slots() == slots(); }
     // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
@@ -99,7 +101,8 @@ private:
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
     BlockForm form_ = BlockForm::stored;
     uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
-    bool ending_ = false, stopped_ = false;  // with the passes under way; at once
+    bool ending_ = false, stopped_ = false;  // few samples begin any more; none
+    uint64_t renumbered_ = 0;                // by so much is the number of the next sample less than how many have begun (early_end)
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
     RenderRecorder recorder_;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
@@ -224,8 +227,8 @@ Status Renderer::wait_for_block() {
         fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_, describe(round_state())));
 }
 
-// With a checkpoint, a stop from outside ends the render here and now. Otherwise it ends with the group of passes that is under way, as it does
-// when time is up: no more camera paths after it, all paths finish.
+// With a checkpoint, a stop from outside ends the render here and now. Otherwise it ends as it does when time is up: few camera paths begin any
+// more (wavefront/sample_order.hpp), all paths finish.
 Status Renderer::end_early() {
     const bool stop = options_.stop && options_.stop->load();
     stopped_ = stop && checkpointer_->enabled() && !finished();
@@ -234,8 +237,10 @@ Status Renderer::end_early() {
     ending_ = true;
     RAYPAGER_TRY(settle());
     const rp_render_params& params = wavefront_->params();
-    const uint64_t passes = passes_begun(params.order, std::max<uint64_t>(1, counters_.next_sample()), pixels_);
-    return wavefront_->set_sample_limit(std::min(params.sample_limit, passes * pixels_));
+    const uint64_t begun = counters_.next_sample();
+    const EarlyEnd end = early_end(params.order, begun, params.sample_limit, pixels_, checkpointer_->enabled());
+    renumbered_ = begun - end.next_sample;
+    return wavefront_->set_samples(end, counters_);
 }
 
 // A checkpoint that cannot be written is no reason to end: the disk may have room again the next time.
@@ -283,8 +288,8 @@ RenderProgress Renderer::progress() const {
     RenderProgress p;
     p.seconds = done.render_seconds;
     p.snapshot_seconds = snapshot_seconds_;
-    p.spp = static_cast<double>(counters_.next_sample()) / static_cast<double>(pixels_);
-    const double by_samples = static_cast<double>(counters_.next_sample()) / static_cast<double>(wavefront_->params().sample_limit);
+    p.spp = static_cast<double>(samples_begun()) / static_cast<double>(pixels_);
+    const double by_samples = static_cast<double>(samples_begun()) / static_cast<double>(samples_to_begin());
     const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;
     p.fraction = std::min(1.0, std::max(by_samples, by_time));
     p.rays = done.camera_rays + done.bounce_rays + done.shadow_rays;
@@ -326,6 +331,7 @@ Status Renderer::snapshot(double now) {
     auto film = read_film();
     if (!film) return film.status();
     p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
+    p.empty_pixels = film->empty_pixels();
     RAYPAGER_TRY(callbacks_.snapshot(film->take_image(), p));
     const double end = seconds_since(render_start_);
     snapshot_seconds_ += end - now;
@@ -348,14 +354,14 @@ Result<RenderResult> Renderer::result() {
     report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
     report.width = params.width;
     report.height = params.height;
-    report.complete = film->samples() == params.sample_limit;
+    report.complete = film->samples() == samples_to_begin();
     report.average_spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
     report.spp = static_cast<uint32_t>(film->samples() / pixels_);
     report.max_depth = params.max_depth;
     report.paths = params.slot_count;
     report.seed = params.seed;
     report.tile_size = params.order.tile_size;
-    report.together = params.order.together;
+    report.together = checkpointer_->order().together;
     report.policy = policy_name(options_.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = form_;
@@ -375,7 +381,7 @@ Result<RenderResult> Renderer::result() {
     report.paging = {done.loads, done.evictions, done.bytes_loaded, done.rounds, done.wants_without_hit};
     // Every sample that was begun has ended up in the film.
     if (!stopped_ && !report.complete)
-        return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), params.sample_limit));
+        return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin()));
     recorder_.finish(scene_, *residency_, wavefront_->params(), result);
     return result;
 }

@@ -66,7 +66,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         if (scene.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
     params.roulette_connection = options.connection == Connection::roulette;
     const uint64_t pixels = uint64_t{params.width} * params.height;
-    constexpr uint32_t longest_side = 1 << 24;
+    constexpr uint32_t longest_side = 1 << 20;  // kernels multiply it by the size of a tile
     if (params.width > longest_side || params.height > longest_side)
         return Status::usage(fmt::format("--size: at most {} pixels a side", longest_side));
     if (pixels == 0 || pixels > uint64_t{1} << 31)

@@ -17,9 +17,21 @@ rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, 
 }
 
 uint32_t default_together(uint64_t pixels) {
-    // Rays of 16 samples lie so close together that more gain nothing (bench/results.md), and a render that is stopped ends with a group.
+    // Rays of 16 samples lie so close together that more gain nothing (bench/results.md).
     constexpr uint64_t enough = 16, most_samples = uint64_t{1} << 25;
     return static_cast<uint32_t>(std::clamp<uint64_t>(most_samples / pixels, 1, enough));
+}
+
+EarlyEnd early_end(const rp_sample_order& order, uint64_t begun, uint64_t sample_limit, uint64_t pixels, bool keep_order) {
+    const uint64_t begins = std::max<uint64_t>(begun, 1);  // a render that has not begun yet makes one pass
+    const bool in_group = order.together > 1 && begins < order.grouped_passes * pixels;
+    if (in_group && begins >= order.together * pixels) return {order, begun, std::min(sample_limit, begun)};
+    if (in_group && !keep_order) {
+        // Pixels before this place have all samples of the group, or some. The others get their first one: a pass whose beginning has been.
+        const uint64_t place = (begun + order.together - 1) / order.together;
+        return {{order.tile_size, 1, 0, 0}, place, std::min(sample_limit, pixels)};
+    }
+    return {order, begun, std::min(sample_limit, passes_begun(order, begins, pixels) * pixels)};
 }
 
 rp_sample_order continue_order(rp_sample_order order, uint64_t begun, uint32_t spp, uint64_t pixels) {

@@ -15,6 +15,7 @@
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
 #include "wavefront/geometry_buffers.hpp"
+#include "wavefront/sample_order.hpp"
 
 namespace raypager {
 
@@ -73,8 +74,8 @@ public:
     static constexpr uint32_t most_rounds = 2;
     // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
     Status read_visits(std::vector<uint32_t>& words);
-    // No samples from this number on.
-    Status set_sample_limit(uint64_t limit);
+    // Goes on with other samples. counters: of the round that has ended last. REQUIRES: no other is under way.
+    Status set_samples(const EarlyEnd& end, RoundCounters& counters);
 
     // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
     // number of the next sample. A render that starts with these three ends in the same film as the one that they were taken from.

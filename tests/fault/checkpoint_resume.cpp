@@ -51,6 +51,40 @@ protected:
     uint64_t hash_ = 0;
 };
 
+// Samples of a pixel that begin together, stopped in any group; with other samples a pixel later, as far as those begun allow.
+TEST_F(CheckpointResume, goes_on_in_groups_with_other_samples_a_pixel) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    RenderOptions plain = base_;
+    plain.checkpoint.file.clear();
+    uint32_t went_on = 0;
+    for (const uint32_t later_spp : {5u, 8u, 11u, 16u}) {
+        plain.spp = later_spp;
+        const auto whole = render(*file_, plain, {});
+        ASSERT_TRUE(whole.ok()) << whole.status().message();
+        for (int trial = 0; trial < 3; trial++) {
+            RenderOptions options = base_;
+            options.together = 4;
+            std::filesystem::remove(options.checkpoint.file);
+            const auto stopped = render_rounds(*file_, options, 2 + random() % 30);
+            ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+            options.checkpoint.resume = true;
+            options.spp = later_spp;
+            options.together = 1 + random() % 16;
+            const auto resumed = render(*file_, options, {});
+            if (!resumed.ok()) {
+                EXPECT_NE(resumed.status().message().find("more than --spp"), std::string::npos) << resumed.status().message();
+                continue;
+            }
+            went_on++;
+            EXPECT_EQ(resumed->report.film_hash, whole->report.film_hash) << later_spp << " samples a pixel";
+            EXPECT_TRUE(stopped->report.complete || resumed->report.together == 4u);
+        }
+    }
+    EXPECT_GT(went_on, 4u);
+}
+
 TEST_F(CheckpointResume, ends_in_the_same_film_after_stops_at_random_rounds) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE("seed " + std::to_string(seed));

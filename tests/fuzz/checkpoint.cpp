@@ -40,13 +40,17 @@ void seal(std::string& bytes) {
 
 }  // namespace
 
-std::vector<std::string> seeds() {
+namespace {
+
+// In groups of so many samples a pixel, or pass by pass.
+std::string seed(uint32_t together) {
     CheckpointState state;
     state.identity.width = 3;
     state.identity.height = 2;
     state.device = "a device";
     state.spp = 4;
-    state.samples = {{2, 1}, {5, 1}};
+    state.order = {16, together, 4, 0};
+    state.samples = {{0, 1}, {1, 1}};
     state.next_sample = 8;
     const std::filesystem::path path = scratch_path("seed.ckpt");
     const Status written = write_checkpoint(path, state, [](uint64_t, std::span<uint32_t> words) {
@@ -54,8 +58,12 @@ std::vector<std::string> seeds() {
         return Status();
     });
     RAYPAGER_CHECK(written.ok());
-    return {squeeze(support::read_file(path))};
+    return squeeze(support::read_file(path));
 }
+
+}  // namespace
+
+std::vector<std::string> seeds() { return {seed(1), seed(4)}; }
 
 void run(std::string_view input) {
     std::string bytes = support::spread_pages(input);

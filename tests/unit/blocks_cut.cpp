@@ -75,7 +75,7 @@ TEST(Cut, DoesNotDependOnTheNumberOfThreads) {
         const auto all_parts = [&](PrimitiveRefs& copy) { return cut(copy, 64 << 10, weighs ? weigh_part : none); };
         PrimitiveRefs by_all = refs, by_one = refs;
         const auto parts = all_parts(by_all);
-        const DoAllAlone alone;
+        const WorkersAtMost alone(1);
         const auto parts_by_one = all_parts(by_one);
         ASSERT_EQ(parts.size(), parts_by_one.size());
         for (size_t i = 0; i < parts.size(); i++) EXPECT_TRUE(parts[i].begin == parts_by_one[i].begin && parts[i].end == parts_by_one[i].end) << i;

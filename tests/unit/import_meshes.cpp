@@ -176,8 +176,8 @@ TEST(ImportMeshes, BinaryPlyOfTrianglesAndPolygons) {
         const TemporaryFolder folder;
         const auto path = folder.write("a.ply", text);
         for (const bool alone : {false, true}) {
-            std::optional<DoAllAlone> one_thread;
-            if (alone) one_thread.emplace();
+            std::optional<WorkersAtMost> one_thread;
+            if (alone) one_thread.emplace(1);
             const Loaded loaded = load(path);
             ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
             EXPECT_TRUE(loaded.mesh.triangles == expected);

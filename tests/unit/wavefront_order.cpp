@@ -1,7 +1,9 @@
 // The order in which samples are begun.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
+#include <vector>
 
 #include "wavefront/sample_order.hpp"
 
@@ -81,6 +83,44 @@ TEST(SampleOrder, goes_on_as_it_began) {
                     }
                 ASSERT_EQ(numbers.size(), later_spp * pixels);
                 ASSERT_EQ(*numbers.rbegin(), later_spp * pixels - 1);
+            }
+        }
+}
+
+// However a render ends before its time: no sample is taken twice, every pixel has one, and no more are begun than that asks for.
+TEST(SampleOrder, ends_early_with_every_pixel_seen) {
+    constexpr uint64_t pixels = 35;
+    constexpr uint32_t spp = 11;
+    for (const uint32_t together : {1u, 2u, 4u, 16u})
+        for (const bool keep_order : {false, true}) {
+            const rp_sample_order order = make_order(2, together, spp, pixels);
+            for (uint64_t begun = 0; begun <= spp * pixels; begun++) {
+                const EarlyEnd end = early_end(order, begun, spp * pixels, pixels, keep_order);
+                ASSERT_TRUE(valid_order(end.order, pixels));
+                ASSERT_GE(end.sample_limit, end.next_sample);
+                const uint64_t more = end.sample_limit - end.next_sample;
+                std::vector<uint32_t> of_pixel(pixels);
+                uint64_t taken = 0;
+                for (uint32_t pixel = 0; pixel < pixels; pixel++)
+                    for (uint32_t sample = 0; sample < spp; sample++) {
+                        const bool before = sample_number(order, 7, 5, pixel, sample) < begun;
+                        const uint64_t number = sample_number(end.order, 7, 5, pixel, sample);
+                        const bool after = number >= end.next_sample && number < end.sample_limit;
+                        ASSERT_FALSE(before && after) << "twice: groups of " << order.together << ", stopped at " << begun;
+                        of_pixel[pixel] += before || after;
+                        taken += before || after;
+                    }
+                ASSERT_EQ(taken, begun + more);
+                ASSERT_GE(*std::min_element(of_pixel.begin(), of_pixel.end()), 1u) << "groups of " << order.together << ", stopped at " << begun;
+                if (keep_order) {
+                    ASSERT_EQ(end.order.together, order.together);
+                    ASSERT_EQ(end.next_sample, begun);
+                } else {
+                    ASSERT_LE(more, pixels) << "a pass at most";
+                }
+                if (order.together > 1 && begun >= order.together * pixels && begun < order.grouped_passes * pixels) {
+                    ASSERT_EQ(more, 0u);
+                }
             }
         }
 }

@@ -1,0 +1,95 @@
+// Renders that are stopped without a checkpoint: what they have done so far is a picture, soon, and nothing of it is wrong.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "support/device_scene.hpp"
+#include "support/interrupted_render.hpp"
+#include "support/small_scene.hpp"
+
+namespace raypager {
+namespace {
+
+using support::render_rounds;
+
+class StoppedRenders : public testing::Test {
+protected:
+    void SetUp() override {
+        BakeOptions bake_options;
+        bake_options.block_bytes = 16 << 10;
+        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        file_ = *file;
+        options_.spp = 12;
+        options_.together = 4;
+        options_.width = 24;
+        options_.height = 16;
+        options_.paths = 64;
+        options_.geometry_limit_percent = 50;
+    }
+
+    Image whole(uint32_t spp) const {
+        RenderOptions options = options_;
+        options.spp = spp;
+        auto result = render(*file_, options, {});
+        EXPECT_TRUE(result.ok()) << result.status().message();
+        return std::move(result->image);
+    }
+
+    support::TemporaryFolder folder_;
+    std::shared_ptr<const BlockFile> file_;
+    RenderOptions options_;
+};
+
+// Samples of a pixel are the same in every render. So each pixel of a stopped one is that of a whole render with fewer samples.
+TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::vector<Image> images;
+    for (uint32_t spp = 1; spp <= options_.spp; spp++) images.push_back(whole(spp));
+    const size_t pixels = images[0].values.size() / 3;
+    const auto all = render_rounds(*file_, options_, 0);
+    ASSERT_TRUE(all.ok());
+    const auto rounds = static_cast<uint32_t>(all->report.paging.rounds);
+    uint32_t in_first_group = 0, in_later_group = 0;
+    for (int trial = 0; trial < 12; trial++) {
+        // Both groups of samples are met: the first trials stop early.
+        const uint32_t stop_at = 1 + random() % (trial < 6 ? rounds / 4 : rounds);
+        options_.rounds_under_way = 1 + trial % 2;
+        const auto stopped = render_rounds(*file_, options_, stop_at);
+        ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+        EXPECT_TRUE(stopped->report.complete) << "all that was begun has ended";
+        std::vector<size_t> with_samples(images.size() + 1);
+        double sum = 0;
+        for (size_t pixel = 0; pixel < pixels; pixel++) {
+            const float* const value = &stopped->image.values[3 * pixel];
+            uint32_t first = 0, last = 0;  // numbers of samples with which a whole render has this value: several, where a pixel is dark
+            for (uint32_t spp = 1; spp <= images.size(); spp++)
+                if (std::equal(value, value + 3, &images[spp - 1].values[3 * pixel])) {
+                    if (first == 0) first = spp;
+                    last = spp;
+                }
+            ASSERT_GT(first, 0u) << "pixel " << pixel << " of a render stopped in round " << stop_at << " of " << rounds;
+            sum += first;
+            with_samples[last]++;
+        }
+        EXPECT_LE(sum / static_cast<double>(pixels), stopped->report.average_spp + 1e-9);
+        const double spp = stopped->report.average_spp;
+        in_first_group += spp > 1 && spp < 4;
+        in_later_group += spp > 4 && spp < 12 && spp != 8;
+    }
+    EXPECT_GT(in_first_group, 0u) << "nothing was stopped in the first group";
+    EXPECT_GT(in_later_group, 0u) << "nothing was stopped in a later group";
+}
+
+TEST_F(StoppedRenders, in_their_first_round_make_one_pass) {
+    const auto stopped = render_rounds(*file_, options_, 1);
+    ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+    const double pixels = 24 * 16, begun = 64;  // of 16 pixels
+    EXPECT_EQ(stopped->report.average_spp, (begun + pixels - begun / 4) / pixels);
+}
+
+}  // namespace
+}  // namespace raypager
