@@ -19,6 +19,9 @@
 #undef RP_LANES
 #endif
 
+// Logarithm of the square of an index of refraction, in steps of about 1/256: exponent and mantissa of a float, read as one number.
+static inline int rp_refraction(float ior) { return clamp((as_int(ior * ior) - 0x3f800000) >> 15, -2048, 2048); }
+
 static inline float3 rp_float3(rp_vector_1 v) { return (float3)(v.x, v.y, v.z); }
 
 // As rp_scatter_diffuse_1, at surfaces of other materials.
@@ -49,8 +52,13 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
     out->direction = rp_vector_of(scatter.direction);
     out->density = scatter.density;
     out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));
-    // Both rays of a vertex begin at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
-    if (scatter.transmitted) out->start = rp_minus_1(vertex->position, away);
+    out->refraction = vertex->refraction;
+    if (scatter.transmitted) {
+        // Both rays of a vertex begin at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
+        out->start = rp_minus_1(vertex->position, away);
+        const int change = rp_refraction(material->ior);
+        out->refraction = clamp(vertex->refraction + (frame.inside ? -change : change), -RP_PATH_MOST_REFRACTION, RP_PATH_MOST_REFRACTION);
+    }
     rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
 }
 

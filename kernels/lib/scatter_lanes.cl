@@ -10,6 +10,7 @@ typedef struct RP_NAME(rp_vertex_) {
     RP_FLOATS offset;                               // how far from `position` rays begin
     RP_UINTS geometric_normal, shading_normal;      // octahedral
     RP_UINTS pixel, sample, depth;                  // depth: scattering events before this one
+    RP_INTS refraction;                             // abi/path.h
 } RP_NAME(rp_vertex_);
 
 // The rays that leave it: a shadow ray, an extension ray, both or none.
@@ -20,6 +21,7 @@ typedef struct RP_NAME(rp_departure_) {
     RP_FLOATS light_reach;
     RP_NAME(rp_vector_) direction, throughput;  // of the extension ray
     RP_FLOATS density;                          // of its direction, by solid angle; 0: specular
+    RP_INTS refraction;                         // as rp_vertex has it, of the extension ray
 } RP_NAME(rp_departure_);
 
 // A shading frame on the side of the surface that the ray came from.
@@ -82,10 +84,12 @@ static inline void RP_NAME(rp_choose_rays_)(__constant rp_render_params* params,
     out->throughput = RP_NAME(rp_times_)(out->throughput, connects ? (RP_FLOATS)(2.0f) : (RP_FLOATS)(1.0f));
 }
 
-// After the extension ray's weight is in its throughput: Russian roulette on that. number: in [0, 1).
+// After the extension ray's weight is in its throughput: Russian roulette on that, without what refraction has changed and will change back when
+// the path comes out again. Else paths end in glass for nothing, and what is left of its caustics is noise. number: in [0, 1).
 static inline void RP_NAME(rp_survive_)(RP_UINTS depth, RP_FLOATS number, RP_NAME(rp_departure_)* out) {
     const RP_FLOATS largest = rp_max(rp_max(out->throughput.x, out->throughput.y), out->throughput.z);
-    const RP_FLOATS survival = depth + 1u >= RP_ROULETTE_DEPTH ? rp_min(0.95f, largest) : (RP_FLOATS)(1.0f);
+    const RP_FLOATS unrefracted = largest * RP_AS_FLOATS(0x3f800000 + (out->refraction << 15));  // rp_refraction
+    const RP_FLOATS survival = depth + 1u >= RP_ROULETTE_DEPTH ? rp_min(0.95f, unrefracted) : (RP_FLOATS)(1.0f);
     out->go_on &= (largest > 0.0f) & (number < survival);
     out->throughput = RP_NAME(rp_times_)(out->throughput, survival > 0.0f ? 1.0f / survival : (RP_FLOATS)(0.0f));
 }
@@ -123,6 +127,7 @@ static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* par
     out->direction = RP_NAME(rp_times_)(direction, 1.0f / sqrt(RP_NAME(rp_dot_)(direction, direction)));
     out->density = upward.z * RP_INV_PI;
     out->throughput = reflected;
+    out->refraction = vertex->refraction;
     out->go_on &= faces & (upward.z > 0.0f) & (RP_NAME(rp_dot_)(out->direction, frame.geometric_normal) > 0.0f);
     RP_NAME(rp_survive_)(vertex->depth, RP_NAME(rp_unit_)(light_bits.w), out);
 }

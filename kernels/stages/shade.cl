@@ -114,6 +114,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     vertex->pixel = radiance_plane.w;
     vertex->sample = surface.z;
     vertex->depth = depth;
+    vertex->refraction = (int)flags >> RP_PATH_REFRACTION_SHIFT;
     return true;
 }
 
@@ -128,7 +129,7 @@ static inline void rp_depart(uint slot, uint slot_count, float3 radiance, uint p
     const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
     const uint density = out->go_on ? as_uint(out->density) : 0u, specular = out->go_on && out->density == 0.0f ? RP_PATH_SPECULAR : 0u;
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) =
-        (uint4)(as_uint3(rp_float3(out->throughput)), (depth + 1u) | specular | (out->go_on ? 0u : RP_PATH_ENDS));
+        (uint4)(as_uint3(rp_float3(out->throughput)), (depth + 1u) | specular | (out->go_on ? (uint)out->refraction << RP_PATH_REFRACTION_SHIFT : RP_PATH_ENDS));
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), pixel);
     if (out->shadow) {
         const uint3 light = as_uint3(rp_float3(out->light));
@@ -163,7 +164,7 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
 // Vertices on diffuse surfaces that wait for their number to come to sixteen.
 typedef struct rp_gathered {
     uint count;
-    uint slot[16], normal[2][16], path[3][16];  // geometric, shading; pixel, sample, depth
+    uint slot[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
     float radiance[3][16], vertex[13][16];      // direction, throughput, position, reflectance, offset
 } rp_gathered;
 
@@ -176,6 +177,7 @@ static inline void rp_gather(rp_gathered* g, const rp_arrival* arrival) {
     g->path[0][k] = v->pixel;
     g->path[1][k] = v->sample;
     g->path[2][k] = v->depth;
+    g->path[3][k] = (uint)v->refraction;
     g->radiance[0][k] = arrival->radiance.x;
     g->radiance[1][k] = arrival->radiance.y;
     g->radiance[2][k] = arrival->radiance.z;
@@ -215,6 +217,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
     vertex.pixel = vload16(0, g->path[0]);
     vertex.sample = vload16(0, g->path[1]);
     vertex.depth = vload16(0, g->path[2]);
+    vertex.refraction = as_int16(vload16(0, g->path[3]));
     rp_departure_16 all;
     rp_scatter_diffuse_16(params, lights, light_steps, &vertex, &all);
     float rows[17][16];  // start, light direction, light, direction, throughput, reach, density
@@ -239,6 +242,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
         out.density = rows[16][k];
         out.shadow = shadow[k];
         out.go_on = go_on[k];
+        out.refraction = (int)g->path[3][k];
         const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
         rp_depart(g->slot[k], params->slot_count, radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
     }
@@ -279,7 +283,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
         // The lanes that are empty do what the first does, to no effect.
         for (uint k = gathered.count; k < 16u; k++) {
             for (uint i = 0u; i < 13u; i++) gathered.vertex[i][k] = gathered.vertex[i][0];
-            for (uint i = 0u; i < 3u; i++) gathered.path[i][k] = gathered.path[i][0];
+            for (uint i = 0u; i < 4u; i++) gathered.path[i][k] = gathered.path[i][0];
             for (uint i = 0u; i < 2u; i++) gathered.normal[i][k] = gathered.normal[i][0];
         }
         rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);

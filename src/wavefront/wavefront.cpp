@@ -198,8 +198,8 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
 
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
     const uint32_t slots = params_.slot_count;
-    // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
+    // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
     if (!as_on_cpus()) {
         RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));

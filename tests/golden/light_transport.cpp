@@ -77,6 +77,15 @@ INSTANTIATE_TEST_SUITE_P(kinds, Furnaces,
                                          FurnaceCase{"glass", reference::FurnaceKind::glass, 0}),
                          [](const auto& param) { return std::string(param.param.name); });
 
+// Radiance is compressed in glass, by the square of its index of refraction, and the throughput less by as much: no reason to end paths. Pixels of
+// light that comes through four balls deviate by 0.036 (rms); by 0.096 when roulette ended paths for that.
+TEST(Furnace, roulette_lets_paths_through_glass) {
+    const Image image = render_scene(reference::glass_row(), 64, 1, Connection::queue, 0);
+    const double mean = mean_of(image), pixels = static_cast<double>(image.values.size()) / 3;
+    EXPECT_NEAR(mean, 1, 4 * standard_error(image) + 2e-4);
+    EXPECT_LT(standard_error(image) * std::sqrt(pixels), 0.06);
+}
+
 TEST(LitPlane, point_and_distant_light_have_known_irradiance) {
     for (const auto lights : {reference::PlaneLights::point, reference::PlaneLights::distant, reference::PlaneLights::both}) {
         const reference::LitPlane plane = reference::two_lights_plane(lights);

@@ -81,6 +81,18 @@ Furnace furnace(FurnaceKind kind, double albedo, double alpha, uint32_t subdivis
     return result;
 }
 
+Scene glass_row(PictureSize size) {
+    SceneBuilder scene(size);
+    const uint32_t material = scene.material(glass(1.5));
+    // Light is bent towards the axis and away from it in turn, so that paths near it go through all of them.
+    for (int i = 0; i < 4; i++) scene.add_sphere("ball " + std::to_string(i), {0, 0, -8.0 * i}, 1, material);
+    scene.camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1);
+    scene.infinite_light(grey(1));
+    Scene result = scene.finish();
+    result.max_depth = 64;
+    return result;
+}
+
 namespace {
 
 // The plane is y = 0.

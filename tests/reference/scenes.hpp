@@ -36,6 +36,8 @@ struct Furnace {
 };
 // albedo: of closed and diffuse. alpha: of rough_conductor. subdivisions: 0 for a SpherePrimitive, else an icosphere. Flat normals.
 Furnace furnace(FurnaceKind kind, double albedo = 0.5, double alpha = 0.3, uint32_t subdivisions = 0, PictureSize size = {32, 32});
+// Four balls of glass one behind the other, seen along their axis, under an even sky: radiance 1.
+Scene glass_row(PictureSize size = {32, 32});
 
 enum class PlaneLights { both, point, distant };
 struct LitPlane {

@@ -30,6 +30,10 @@
 #define RP_PATH_DEPTH_MASK 0xffffu   // scattering events so far
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
 #define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
+// Above: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
+// began), as a signed binary logarithm in steps of about 1/256 (kernels/lib/scatter.cl). Russian roulette must not end paths for that.
+#define RP_PATH_REFRACTION_SHIFT 18
+#define RP_PATH_MOST_REFRACTION 7680
 
 // Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
 // than RP_NAP_BITS, for block b.
