@@ -43,7 +43,7 @@ Result<SweepRun> run_one(const BlockFile& file, const RenderOptions& options, co
     SweepRun run;
     RenderCallbacks callbacks;
     callbacks.snapshot = [&](const Image& image, const RenderProgress& progress) {
-        if (progress.empty_pixels > 0) return Status();  // a picture with black pixels is no stage of convergence
+        if (progress.spp < 1) return Status();  // a picture with black pixels is no stage of convergence
         return add_point(run, image, reference, progress.seconds - progress.snapshot_seconds, progress.spp, progress.bytes_loaded);
     };
     auto result = render(file, options, callbacks);

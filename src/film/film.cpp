@@ -66,7 +66,6 @@ void FilmResolver::add(std::span<const uint32_t> words) {
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
         append_mean(pixel, image_.values);
         samples_ += pixel[RP_FILM_COUNT];
-        empty_pixels_ += pixel[RP_FILM_COUNT] == 0;
         clamped_ += pixel[RP_FILM_CLAMPED];
     });
     hash_.add(std::as_bytes(words));

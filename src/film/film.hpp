@@ -30,12 +30,11 @@ public:
     // REQUIRES from here on: every pixel was added.
     Image take_image();
     uint64_t hash() const;
-    uint64_t samples() const { return samples_; }            // finished, in all pixels together
-    uint64_t empty_pixels() const { return empty_pixels_; }  // without a finished sample: black
+    uint64_t samples() const { return samples_; }  // finished, in all pixels together
     uint64_t clamped() const { return clamped_; }
 
 private:
-    uint64_t pixels_ = 0, added_ = 0, samples_ = 0, empty_pixels_ = 0, clamped_ = 0;
+    uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0;
     Image image_;
     Hash64Stream hash_;
 };

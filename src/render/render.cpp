@@ -331,7 +331,6 @@ Status Renderer::snapshot(double now) {
     auto film = read_film();
     if (!film) return film.status();
     p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
-    p.empty_pixels = film->empty_pixels();
     RAYPAGER_TRY(callbacks_.snapshot(film->take_image(), p));
     const double end = seconds_since(render_start_);
     snapshot_seconds_ += end - now;

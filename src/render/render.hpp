@@ -73,7 +73,6 @@ struct RenderProgress {
     double seconds = 0;           // of rendering, snapshots included
     double snapshot_seconds = 0;  // of these: spent on snapshots by this run
     double spp = 0;               // samples a pixel, on average: begun (progress), finished (snapshot)
-    uint64_t empty_pixels = 0;    // without a finished sample (snapshot)
     double fraction = 0;          // of the job
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval
