@@ -65,6 +65,7 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[13] = sizeof(rp_wide_leaf);
     sizes[14] = sizeof(rp_wide_header);
     sizes[15] = sizeof(rp_wide_portal);
+    sizes[16] = sizeof(rp_page_changes);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.

@@ -12,6 +12,9 @@
 namespace raypager {
 namespace {
 
+// More entries of the page table than these are not worth a launch for each few of them.
+constexpr size_t most_changes = 8 * RP_PAGE_CHANGES;
+
 uint32_t page_address(PoolAddress place) {
     const uint64_t unit = place.offset / RP_BLOCK_ALIGNMENT;
     RAYPAGER_CHECK(unit <= RP_PAGE_OFFSET_MASK && place.slab < RP_MAX_SLABS);
@@ -65,6 +68,9 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
         if (!pages) return pages.status();
         copy.pages = std::move(*pages);
     }
+    auto publish = device.kernel("publish", "rp_publish", "");
+    if (!publish) return publish.status();
+    residency->publish_ = std::move(*publish);
     // Where the pool holds everything, each block passes through the cache once.
     constexpr uint64_t passage = uint64_t{128} << 20;
     const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
@@ -91,12 +97,36 @@ Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& si
 
 Status Residency::publish(Queue& queue) {
     newly_published_ = std::exchange(came_, {});
-    if (!pages_changed_) return {};
-    pages_changed_ = false;
+    if (changed_.empty() && !nothing_published_) return {};
+    std::sort(changed_.begin(), changed_.end());
+    changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+    const Status status = nothing_published_ || changed_.size() > most_changes ? publish_all(queue) : publish_changes(queue);
+    nothing_published_ = false;
+    changed_.clear();
+    return status;
+}
+
+Status Residency::publish_all(Queue& queue) {
     Published& copy = published_[next_published_++ % published_.size()];
     RAYPAGER_TRY(copy.written.wait());
     std::memcpy(copy.pages.bytes().data(), pages_.data(), page_table_.bytes());
     return queue.write(page_table_, 0, copy.pages.bytes().first(page_table_.bytes()), &copy.written);
+}
+
+// As arguments of a kernel. A write of more than some KB takes the way that uploads take, and would keep the next round waiting until all
+// that have been given before it are done: 0.4 ms for each 24 blocks of 640 KB on an H100.
+Status Residency::publish_changes(Queue& queue) {
+    for (size_t first = 0; first < changed_.size(); first += RP_PAGE_CHANGES) {
+        rp_page_changes changes;
+        for (rp_page& page : changes.pages) page = {RP_NONE, 0, 0, RP_NONE};
+        for (size_t i = first; i < std::min(changed_.size(), first + RP_PAGE_CHANGES); i++) {
+            changes.pages[i - first] = pages_[changed_[i]];
+            changes.pages[i - first].unused = changed_[i];
+        }
+        RAYPAGER_TRY(publish_.set(page_table_, changes));
+        RAYPAGER_TRY(queue.launch(publish_, RP_PAGE_CHANGES, 1));
+    }
+    return {};
 }
 
 Status Residency::take_arrivals(uint32_t round, bool wait) {
@@ -105,7 +135,7 @@ Status Residency::take_arrivals(uint32_t round, bool wait) {
     for (const Arrival& arrival : *arrived) {
         table_.arrive(round, arrival.block);
         pages_[arrival.block] = {page_address(blocks()[arrival.block].address), arrival.leaves_at, arrival.vertices_at, 0};
-        pages_changed_ = true;
+        changed_.push_back(arrival.block);
         came_.push_back(arrival.block);
     }
     if (!arrived->empty()) last_arrival_round_ = round;
@@ -118,7 +148,7 @@ Status Residency::after_round(uint32_t round, uint32_t last_started, const Event
     RAYPAGER_TRY(take_arrivals(last_started, false));
     const Plan plan = table_.plan(round, ready_rays, slots);
     for (const uint32_t block : plan.evict) pages_[block] = {RP_NONE, 0, 0, 0};
-    pages_changed_ = pages_changed_ || !plan.evict.empty();
+    changed_.insert(changed_.end(), plan.evict.begin(), plan.evict.end());
     loader_->start(plan.load, last_end);
     return {};
 }

@@ -68,22 +68,26 @@ public:
 private:
     explicit Residency(BlockTable table) : table_(std::move(table)) {}
     Status allocate_slabs(Device& device, const std::vector<uint64_t>& sizes, PoolPlace place);
+    Status publish_all(Queue& queue);
+    Status publish_changes(Queue& queue);
     Status take_arrivals(uint32_t round, bool wait);
 
     BlockTable table_;
     std::unique_ptr<HostCache> cache_;
     std::vector<Buffer> slabs_;
     Buffer page_table_;
-    std::vector<rp_page> pages_;  // what the device shall see
+    std::vector<rp_page> pages_;     // what the device shall see
+    std::vector<uint32_t> changed_;  // entries that the device does not have yet
+    bool nothing_published_ = true;
     std::vector<uint32_t> came_, newly_published_;
-    // Copies of it on their way to the device.
+    Kernel publish_;
+    // Copies of the whole table on their way to the device.
     struct Published {
         PinnedBuffer pages;
         Event written;
     };
     std::array<Published, 2> published_;
     size_t next_published_ = 0;
-    bool pages_changed_ = true;
     std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
     uint64_t mapped_bytes_ = 0;
     uint32_t last_arrival_round_ = 0;

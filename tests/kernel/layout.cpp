@@ -20,7 +20,7 @@ TEST(Layout, struct_sizes_agree) {
         sizeof(rp_node),          sizeof(rp_leaf),        sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
         sizeof(rp_page),          sizeof(rp_material),    sizeof(rp_light),        sizeof(rp_primitive_range), sizeof(rp_camera),
         sizeof(rp_render_params), sizeof(rp_path_sample), sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header),
-        sizeof(rp_wide_portal)};
+        sizeof(rp_wide_portal),   sizeof(rp_page_changes)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());
@@ -41,7 +41,8 @@ TEST(Layout, offsets_that_kernels_rely_on) {
 }
 
 TEST(KernelSources, every_stage_expands_without_includes) {
-    for (const char* stage : {"wake", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream", "probe_stream"}) {
+    for (const char* stage :
+         {"publish", "wake", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream", "probe_stream"}) {
         auto text = expand_kernel_source(std::string("stages/") + stage + ".cl");
         ASSERT_TRUE(text.ok()) << text.status().message();
         EXPECT_EQ(text->find("#include \""), std::string::npos) << stage;

@@ -123,6 +123,12 @@ typedef struct rp_top_grid {
 typedef struct rp_page {
     rp_u32 address, leaves_at, vertices_at, unused;
 } rp_page;
+
+// Entries that change together, as one argument of a kernel. `unused` is the entry's number here, RP_NONE behind the last one.
+#define RP_PAGE_CHANGES 60  // with the table's address less than the 1024 bytes of arguments that every device takes
+typedef struct rp_page_changes {
+    rp_page pages[RP_PAGE_CHANGES];
+} rp_page_changes;
 #define RP_PAGE_SLAB_SHIFT 28
 #define RP_PAGE_OFFSET_MASK 0x0fffffffu
 #define RP_MAX_SLABS 8
