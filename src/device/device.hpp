@@ -54,18 +54,13 @@ private:
     std::shared_ptr<void> reservation_;
 };
 
-// Host memory that the device can copy from and to at full speed, mapped for as long as it lives.
+// Host memory that the device can copy from and to at full speed. REQUIRES: no such copy is under way when it is destroyed.
 class PinnedBuffer {
 public:
-    PinnedBuffer() = default;
-    PinnedBuffer(PinnedBuffer&& other) noexcept { *this = std::move(other); }
-    PinnedBuffer& operator=(PinnedBuffer&& other) noexcept;
-    ~PinnedBuffer();
     std::span<std::byte> bytes() const { return bytes_; }
 
 private:
     friend class Device;
-    cl::CommandQueue queue_;
     cl::Buffer handle_;
     std::span<std::byte> bytes_;
 };
@@ -189,7 +184,6 @@ private:
     cl::Device device_;
     cl::Context context_;
     Queue kernels_, uploads_;
-    Queue maps_;  // of pinned memory: mapping waits for what is in its queue
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
     bool refused_memory_ = false;

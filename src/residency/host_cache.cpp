@@ -8,9 +8,9 @@
 namespace raypager {
 namespace {
 
-// Pinned memory is had in pieces as it is needed: pinning takes time (about 0.3 s a GiB), and a driver launches nothing meanwhile. So the
-// pieces are small, but not so small that much is lost at their ends, where no block fits.
-constexpr uint64_t blocks_a_chunk = 8, least_chunk_bytes = uint64_t{4} << 20, most_chunk_bytes = uint64_t{64} << 20;
+// Pinned memory is had in pieces as it is needed: a driver launches nothing while it pins. So the pieces are small, but not so small that
+// much is lost at their ends, where no block fits.
+constexpr uint64_t blocks_a_chunk = 32, least_chunk_bytes = uint64_t{4} << 20, most_chunk_bytes = uint64_t{64} << 20;
 
 // Room for a block while it is read and transcoded in place.
 uint64_t room_for(const BlockRecord& record, BlockForm form) {
