@@ -6,7 +6,9 @@
 
 #include "lib/bsdf.cl"
 
-#define RP_ROULETTE_DEPTH 3u  // Russian roulette on throughput begins after so many scattering events
+// Russian roulette begins after so many scattering events; a path goes on with this times its throughput as probability (bench/results.md).
+#define RP_ROULETTE_DEPTH 2u
+#define RP_ROULETTE_SCALE 1.5f
 
 #define RP_LANES 1
 #include "lib/scatter_lanes.cl"
@@ -59,7 +61,8 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
         const int change = rp_refraction(material->ior);
         out->refraction = clamp(vertex->refraction + (frame.inside ? -change : change), -RP_PATH_MOST_REFRACTION, RP_PATH_MOST_REFRACTION);
     }
-    rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
+    // Specular surfaces make no connection: what comes next is all that a path brings from there.
+    if (!rp_is_specular(material)) rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
 }
 
 #endif

@@ -89,7 +89,7 @@ static inline void RP_NAME(rp_choose_rays_)(__constant rp_render_params* params,
 static inline void RP_NAME(rp_survive_)(RP_UINTS depth, RP_FLOATS number, RP_NAME(rp_departure_)* out) {
     const RP_FLOATS largest = rp_max(rp_max(out->throughput.x, out->throughput.y), out->throughput.z);
     const RP_FLOATS unrefracted = largest * RP_AS_FLOATS(0x3f800000 + (out->refraction << 15));  // rp_refraction
-    const RP_FLOATS survival = depth + 1u >= RP_ROULETTE_DEPTH ? rp_min(0.95f, unrefracted) : (RP_FLOATS)(1.0f);
+    const RP_FLOATS survival = depth + 1u >= RP_ROULETTE_DEPTH ? rp_min(0.95f, RP_ROULETTE_SCALE * unrefracted) : (RP_FLOATS)(1.0f);
     out->go_on &= (largest > 0.0f) & (number < survival);
     out->throughput = RP_NAME(rp_times_)(out->throughput, survival > 0.0f ? 1.0f / survival : (RP_FLOATS)(0.0f));
 }

@@ -93,6 +93,17 @@ Scene glass_row(PictureSize size) {
     return result;
 }
 
+Scene ball_in_glass(PictureSize size) {
+    SceneBuilder scene(size);
+    scene.add_sphere("glass", {0, 0, 0}, 1, scene.material(glass(1.5)));
+    scene.add_sphere("ball", {0, 0, 0}, 0.5, scene.material(diffuse(grey(1))));
+    scene.camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 4);
+    scene.infinite_light(grey(1));
+    Scene result = scene.finish();
+    result.max_depth = 64;
+    return result;
+}
+
 namespace {
 
 // The plane is y = 0.

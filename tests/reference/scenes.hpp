@@ -38,6 +38,8 @@ struct Furnace {
 Furnace furnace(FurnaceKind kind, double albedo = 0.5, double alpha = 0.3, uint32_t subdivisions = 0, PictureSize size = {32, 32});
 // Four balls of glass one behind the other, seen along their axis, under an even sky: radiance 1.
 Scene glass_row(PictureSize size = {32, 32});
+// A white ball in a ball of glass, which fills the picture, under the same sky.
+Scene ball_in_glass(PictureSize size = {32, 32});
 
 enum class PlaneLights { both, point, distant };
 struct LitPlane {
