@@ -5,8 +5,9 @@ Measures: how long each takes to bring a picture to the same root mean square er
 resident in raypager and for parts of it. What counts is the ratio raypager / Mitsuba; below 1, raypager is faster.
 
 Same for both: geometry, camera, materials and lights (raypager bench export writes them), path tracing with next-event estimation and multiple
-importance sampling, depth, box filter, float32, cores. Samples are each tool's own: raypager's are Sobol's, scrambled; Mitsuba's are tried with
-each of --samplers, and the fastest counts. So is Russian roulette: Mitsuba's begins at its third scattering event, which suits it best.
+importance sampling, depth, Russian roulette from the second scattering event on (of 2, 3 and 5 the best for either; by which chance a path goes
+on is each tool's own), box filter, float32, cores. Samples are each tool's own: raypager's are Sobol's, scrambled; Mitsuba's are tried with each
+of --samplers, and the fastest counts.
 Times are those of rendering alone: no loading, baking, building of hierarchies or compiling of kernels, for either.
 The reference is the mean of two pictures of each tool at many samples. How far the tools are apart is printed: were it more than their noise
 explains (how much that is, the two pictures of each tell), they would not render the same scene, and the comparison would be void (exit

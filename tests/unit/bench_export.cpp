@@ -99,7 +99,7 @@ TEST_F(BenchExport, NamesEverything) {
     ASSERT_TRUE(made.ok()) << made.status().message();
     const std::string text = *read_text(folder / "out/scene.xml");
     for (const char* part :
-         {"<integer name=\"max_depth\" value=\"5\"/>", "<integer name=\"rr_depth\" value=\"3\"/>", "<rfilter type=\"box\"/>",
+         {"<integer name=\"max_depth\" value=\"5\"/>", "<integer name=\"rr_depth\" value=\"2\"/>", "<rfilter type=\"box\"/>",
           "<default name=\"width\" value=\"64\"/>", "<emitter type=\"constant\"><rgb name=\"radiance\" value=\"0 0 0.25\"/>",
           "<vector name=\"direction\" x=\"-0\" y=\"-1\" z=\"-0\"/><rgb name=\"irradiance\" value=\"3 0 0\"/>",
           "<emitter type=\"area\"><rgb name=\"radiance\" value=\"4 5 6\"/>", "<float name=\"alpha\" value=\"0.25\"/>",
