@@ -1,6 +1,5 @@
 // An OpenCL device as the engine uses it: buffers that are counted against a limit, an in-order queue for kernels, a second one for
-// uploads, a third to map pinned memory, kernels from the embedded sources. The only place where buffers are created, and the only user of
-// OpenCL's headers.
+// uploads, kernels from the embedded sources. The only place where buffers are created, and the only user of OpenCL's headers.
 #pragma once
 
 #include <CL/opencl.hpp>
