@@ -124,7 +124,7 @@ Status Residency::publish_changes(Queue& queue) {
             changes.pages[i - first].unused = changed_[i];
         }
         RAYPAGER_TRY(publish_.set(page_table_, changes));
-        RAYPAGER_TRY(queue.launch(publish_, RP_PAGE_CHANGES, 1));
+        RAYPAGER_TRY(queue.launch(publish_, 1, 1));
     }
     return {};
 }
