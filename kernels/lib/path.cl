@@ -17,13 +17,19 @@ static inline void rp_fetch_path(const __global uint4* paths, uint slot_count, u
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
 static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }
 
-// The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS.
-static inline void rp_wait_for(uint slot, uint block, uint phase, uint offset_exponent, uint slot_count, __global uint* status, volatile __global uint* wants) {
-    status[slot] = phase | offset_exponent << RP_STATUS_OFFSET_SHIFT;
+// The block in which a path is (abi/path.h).
+static inline uint rp_place_of(const __global uint* status, uint slot_count, uint slot) { return status[(size_t)RP_STATUS_WORDS(slot_count) + slot]; }
+static inline void rp_set_place(__global uint* status, uint slot_count, uint slot, uint block) {
     status[(size_t)RP_STATUS_WORDS(slot_count) + slot] = block;
+}
+
+// The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS.
+static inline void rp_wait_for(uint slot, uint block, uint phase, uint offset_exponent, uint slot_count, __global uint* status,
+                               volatile __global uint* wants) {
+    status[slot] = phase | offset_exponent << RP_STATUS_OFFSET_SHIFT;
+    rp_set_place(status, slot_count, slot, block);
     atomic_inc(wants + block);
 }
-static inline uint rp_waited_for(const __global uint* status, uint slot_count, uint slot) { return status[(size_t)RP_STATUS_WORDS(slot_count) + slot]; }
 
 // Adds to a counter of 64 bits that is kept as two words.
 static inline void rp_count_add(volatile __global uint* counter, uint amount) {

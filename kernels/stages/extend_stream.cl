@@ -61,6 +61,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     }
     if (portal == RP_NONE) {
         status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
+        if (hit) rp_set_place(status, slot_count, slot, rp_hit_leaf(s, r)->block);
 #ifdef RP_COUNT_BOUNCES
         if (hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif

@@ -23,7 +23,7 @@ static inline uint rp_kind_of_phase(uint phase) {
 // What a slot can do.
 static inline uint rp_slot_kind(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot) {
     const uint phase = status[slot] & RP_STATUS_MASK;
-    const bool waits = phase >= RP_STATUS_EXTEND_WAITS && pages[rp_waited_for(status, slot_count, slot)].address == RP_NONE;
+    const bool waits = phase >= RP_STATUS_EXTEND_WAITS && pages[rp_place_of(status, slot_count, slot)].address == RP_NONE;
     return waits ? RP_KIND_WAITING : rp_kind_of_phase(phase);
 }
 
@@ -33,16 +33,6 @@ static inline uint rp_kind_counter(uint kind) {
            : kind == RP_KIND_FREE   ? RP_COUNT_FREE
            : kind == RP_KIND_IDLE   ? RP_COUNT_IDLE
                                     : RP_COUNT_WAITING;
-}
-
-// Puts slots of one kind where they belong, from place `first` on.
-static inline void rp_list_slots(uint kind, const uint* slots, uint count, uint first, uint slot_count, __global uint* queue,
-                                 __global uint* free_list) {
-    for (uint i = 0u; i < count; i++) {
-        if (kind == RP_KIND_EXTEND) queue[first + i] = slots[i];
-        if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - (first + i)] = slots[i];
-        if (kind == RP_KIND_FREE) free_list[first + i] = slots[i];
-    }
 }
 
 static inline uint rp_sum16(int16 v) {
@@ -60,38 +50,81 @@ static inline ulong rp_block_bit(uint block, uint bit_scale) { return 1ul << mul
 static inline ulong rp_asleep(uint waiting, ulong blocks) { return (ulong)(waiting + 1u) << RP_NAP_BITS | blocks; }
 static inline uint rp_waiting_asleep(ulong nap) { return (uint)(nap >> RP_NAP_BITS) - 1u; }
 
-// What is found in a run of slots.
-#define RP_LISTED_AT_ONCE 1024u
+// What is found in a run of slots. Rays that can go on are noted in a part of memory that has room for the whole run: extension rays from its
+// beginning, shadow rays from its end.
+#define RP_FREE_AT_ONCE 1024u
 typedef struct rp_found {
-    uint waiting, idle, count[3], slots[3][RP_LISTED_AT_ONCE];  // count, slots: of kinds 0 to 2, not yet listed
+    __global uint *extend, *shadow_end;
+    uint extend_count, shadow_count, waiting, idle;
+    uint free_count, free[RP_FREE_AT_ONCE];  // not yet listed
 } rp_found;
 
-// Lists a slot if there is something to do with it; if not, counts it and returns false.
-static inline bool rp_find_slot(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot, __global uint* queue,
-                                __global uint* free_list, volatile __global uint* counters, rp_found* found, uint bit_scale, ulong* blocks) {
+static inline void rp_list_free(rp_found* found, __global uint* free_list, volatile __global uint* counters) {
+    if (found->free_count == 0u) return;
+    const uint first = atomic_add(counters + RP_COUNT_FREE, found->free_count);
+    for (uint i = 0u; i < found->free_count; i++) free_list[first + i] = found->free[i];
+    found->free_count = 0u;
+}
+
+// Notes a slot if there is something to do with it; if not, counts it and returns false.
+static inline bool rp_find_slot(const __global uint* status, const __global rp_page* pages, uint slot_count, uint slot, __global uint* free_list,
+                                volatile __global uint* counters, rp_found* found, uint bit_scale, ulong* blocks) {
     const uint kind = rp_slot_kind(status, pages, slot_count, slot);
     if (kind == RP_KIND_WAITING) {
         found->waiting++;
-        *blocks |= rp_block_bit(rp_waited_for(status, slot_count, slot), bit_scale);
+        *blocks |= rp_block_bit(rp_place_of(status, slot_count, slot), bit_scale);
         return false;
     }
     if (kind == RP_KIND_IDLE) {
         found->idle++;
         return false;
     }
-    found->slots[kind][found->count[kind]++] = slot;
-    if (found->count[kind] < RP_LISTED_AT_ONCE) return true;
-    rp_list_slots(kind, found->slots[kind], RP_LISTED_AT_ONCE, atomic_add(counters + rp_kind_counter(kind), RP_LISTED_AT_ONCE), slot_count, queue,
-                  free_list);
-    found->count[kind] = 0u;
+    if (kind == RP_KIND_EXTEND) {
+        found->extend[found->extend_count++] = slot;
+    } else if (kind == RP_KIND_SHADOW) {
+        found->shadow_end[-(int)++found->shadow_count] = slot;
+    } else {
+        found->free[found->free_count++] = slot;
+        if (found->free_count == RP_FREE_AT_ONCE) rp_list_free(found, free_list, counters);
+    }
     return true;
+}
+
+// Bundles: rays that are in the same block, or in blocks that lie together. They stand in the queue one bundle after the other, each in the order
+// in which it was found, so that the rays of a stream have much in common, although those that go on are few and far between.
+#define RP_LEAST_BUNDLED 128u  // fewer rays are two streams at most
+
+static inline uint rp_bundle_of(const __global uint* status, uint slot_count, uint slot, uint bundle_scale) {
+    return mul_hi(rp_place_of(status, slot_count, slot), bundle_scale);
+}
+
+// Puts the slots found[0], found[step], ... into queue[0], queue[step], ...: step is 1 for extension rays and -1 for shadow rays.
+static inline void rp_list_in_bundles(const __global uint* status, uint slot_count, const __global uint* found, uint count, int step,
+                                      uint bundle_scale, __global uint* queue) {
+    if (count < RP_LEAST_BUNDLED) {
+        for (int i = 0; i < (int)count; i++) queue[step * i] = found[step * i];
+        return;
+    }
+    uint place[RP_BUNDLES];
+    for (uint b = 0u; b < RP_BUNDLES; b++) place[b] = 0u;
+    for (int i = 0; i < (int)count; i++) place[rp_bundle_of(status, slot_count, found[step * i], bundle_scale)]++;
+    uint before = 0u;
+    for (uint b = 0u; b < RP_BUNDLES; b++) {
+        const uint size = place[b];
+        place[b] = before;
+        before += size;
+    }
+    for (int i = 0; i < (int)count; i++) {
+        const uint slot = found[step * i];
+        queue[step * (int)place[rp_bundle_of(status, slot_count, slot, bundle_scale)]++] = slot;
+    }
 }
 
 // Looks at slots [first, end), at most RP_NAP of them, of which nobody waits for a block that has come but is not named (named not RP_NONE);
 // returns their word.
 static inline ulong rp_look_at_slots(const __global uint* status, const __global rp_page* pages, uint slot_count, uint first, uint end,
-                                     __global uint* queue, __global uint* free_list, volatile __global uint* counters, uint bit_scale, uint named,
-                                     const uint* names, rp_found* found) {
+                                     __global uint* free_list, volatile __global uint* counters, uint bit_scale, uint named, const uint* names,
+                                     rp_found* found) {
     uint look = (1u << (end - first)) - 1u;
     const uint waiting_before = found->waiting;
     ulong blocks = 0ul;
@@ -110,23 +143,26 @@ static inline ulong rp_look_at_slots(const __global uint* status, const __global
         found->idle += popcount(rp_mask16(ends));
     }
     for (; look != 0u; look &= look - 1u)
-        all &= !rp_find_slot(status, pages, slot_count, first + rp_lowest(look), queue, free_list, counters, found, bit_scale, &blocks);
+        all &= !rp_find_slot(status, pages, slot_count, first + rp_lowest(look), free_list, counters, found, bit_scale, &blocks);
     return all ? rp_asleep(found->waiting - waiting_before, blocks) : 0ul;
 }
 
-// Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others; many at a time, so that neighbours stay
-// together. naps: a word for each RP_NAP slots. bit_scale: see abi/path.h. came: the bits of the blocks that have come since the last round, or all.
-// named: how many of new_blocks are their numbers, or RP_NONE if those are not all.
+// Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others. naps: a word for each RP_NAP slots.
+// bit_scale: see abi/path.h; bundle_scale: the same with RP_BUNDLES. came: the bits of the blocks that have come since the last round, or all.
+// named: how many of new_blocks are their numbers, or RP_NONE if those are not all. room: a word for each slot.
 __kernel void rp_wake_runs(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count,
                            __global uint* restrict queue, __global uint* restrict free_list, volatile __global uint* restrict counters,
-                           __global ulong* restrict naps, uint bit_scale, ulong came, uint named, uint16 new_blocks) {
+                           __global ulong* restrict naps, uint bit_scale, ulong came, uint named, uint16 new_blocks, uint bundle_scale,
+                           __global uint* restrict room) {
     uint names[RP_MOST_NAMED];
     vstore16(new_blocks, 0, names);
     const uint nap_count = (slot_count + RP_NAP - 1u) / RP_NAP, run_count = (nap_count + 15u) / 16u;
     const uint each = (run_count + (uint)get_global_size(0) - 1u) / (uint)get_global_size(0);
     const uint first = min((uint)get_global_id(0) * each, run_count), end = min(first + each, run_count);
     rp_found found;
-    found.waiting = found.idle = found.count[0] = found.count[1] = found.count[2] = 0u;
+    found.extend = room + min(16u * RP_NAP * first, slot_count);
+    found.shadow_end = room + min(16u * RP_NAP * end, slot_count);
+    found.extend_count = found.shadow_count = found.waiting = found.idle = found.free_count = 0u;
     int16 sleepers = 0, naps_seen = 0;
     for (uint run = first; run < end; run++) {
         const uint nap = 16u * run, nap_end = min(nap + 16u, nap_count);
@@ -140,14 +176,17 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
         }
         for (; woken != 0u; woken &= woken - 1u) {
             const uint i = nap + rp_lowest(woken);
-            naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), queue, free_list, counters,
-                                       bit_scale, named, names, &found);
+            naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), free_list, counters, bit_scale,
+                                       named, names, &found);
         }
     }
-    for (uint kind = 0u; kind < 3u; kind++)
-        if (found.count[kind] != 0u)
-            rp_list_slots(kind, found.slots[kind], found.count[kind], atomic_add(counters + rp_kind_counter(kind), found.count[kind]), slot_count,
-                          queue, free_list);
+    rp_list_free(&found, free_list, counters);
+    if (found.extend_count != 0u)
+        rp_list_in_bundles(status, slot_count, found.extend, found.extend_count, 1, bundle_scale,
+                           queue + atomic_add(counters + RP_COUNT_EXTEND, found.extend_count));
+    if (found.shadow_count != 0u)
+        rp_list_in_bundles(status, slot_count, found.shadow_end - 1, found.shadow_count, -1, bundle_scale,
+                           queue + (slot_count - 1u - atomic_add(counters + RP_COUNT_SHADOW, found.shadow_count)));
     const uint asleep = rp_sum16(sleepers), waiting = found.waiting + asleep, idle = found.idle + RP_NAP * rp_sum16(naps_seen) - asleep;
     if (waiting != 0u) atomic_add(counters + RP_COUNT_WAITING, waiting);
     if (idle != 0u) atomic_add(counters + RP_COUNT_IDLE, idle);

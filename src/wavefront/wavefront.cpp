@@ -15,7 +15,8 @@ namespace raypager {
 namespace {
 
 constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
-constexpr uint32_t wake_runs_per_core = 16;
+// Each puts what it finds into bundles of its own.
+constexpr uint32_t wake_runs_per_core = 1;
 // On GPUs, where no ray waits for long: slots that wait keep their neighbours from being used.
 constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
@@ -66,7 +67,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + 2 * RP_NAP * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = path_bytes;
+    bytes.per_slot = path_bytes + (form == BlockForm::wide ? sizeof(uint32_t) : 0);
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
     return bytes;
 }
@@ -124,8 +125,10 @@ Status Wavefront::allocate_state() {
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
                           {again_, again_bytes(slots), "samples to trace again"},
                           {naps_, nap_count(slots) * sizeof(uint64_t), "sleeping slots"},
-                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
+                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"},
+                          {found_, as_on_cpus() ? slots * sizeof(uint32_t) : 0, "rays that were found"}};
     for (const Part& part : parts) {
+        if (part.bytes == 0) continue;
         auto buffer = device_.allocate(part.bytes, part.what);
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
@@ -210,7 +213,8 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* 
     names.fill(RP_NONE);
     if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
     const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, count, names));
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, count, names,
+                           block_scale(geometry_.block_count(), RP_BUNDLES), found_));
     return device_.kernels().launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, event);
 }
 

@@ -115,7 +115,7 @@ private:
     VisitLogSettings visit_settings_;
     bool persistent_ = false;  // extension rays are traced by persistent threads
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
-    Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, counters_, visits_;
+    Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, counters_, found_, visits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way

@@ -17,6 +17,7 @@ namespace raypager {
 namespace {
 
 constexpr uint32_t slots = 5003, blocks = 297;  // not a multiple of anything
+constexpr uint32_t listed_in_parts = 5;         // by so many work-items, where slots are looked at in runs
 
 // What the stage finds on the device.
 struct Slots {
@@ -98,6 +99,9 @@ protected:
         auto buffer = device_->allocate((slots + RP_NAP - 1) / RP_NAP * sizeof(uint64_t), "naps");
         ASSERT_TRUE(buffer.ok());
         naps_ = std::move(*buffer);
+        buffer = device_->allocate(slots * sizeof(uint32_t), "rays that were found");
+        ASSERT_TRUE(buffer.ok());
+        room_ = std::move(*buffer);
     }
 
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
@@ -109,7 +113,7 @@ protected:
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
         auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
-        const uint32_t bit_scale = nap_bit_scale(blocks);
+        const uint32_t bit_scale = nap_bit_scale(blocks), bundle_scale = block_scale(blocks, RP_BUNDLES);
         const cl_ulong came = named ? nap_bits(s.came, bit_scale) : all_nap_bits;
         Queue& commands = device_->kernels();
         if (in_runs) {
@@ -118,8 +122,9 @@ protected:
             names.fill(RP_NONE);
             if (each) std::copy(s.came.begin(), s.came.end(), names.begin());
             const cl_uint count = each ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, count, names).ok());
-            EXPECT_TRUE(commands.launch(*kernel, 7, 1).ok());
+            EXPECT_TRUE(
+                kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, count, names, bundle_scale, room_).ok());
+            EXPECT_TRUE(commands.launch(*kernel, listed_in_parts, 1).ok());
         } else {
             EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came).ok());
             EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
@@ -128,9 +133,11 @@ protected:
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
         EXPECT_TRUE(commands.read_now(*free_list, 0, std::as_writable_bytes(std::span(listed))).ok());
         EXPECT_TRUE(commands.read_now(*counters, 0, std::as_writable_bytes(std::span(counts))).ok());
+        extend_.assign(queued.begin(), queued.begin() + counts[RP_COUNT_EXTEND]);
+        shadow_.assign(queued.rbegin(), queued.rbegin() + counts[RP_COUNT_SHADOW]);
         Lists lists;
-        lists.extend.insert(queued.begin(), queued.begin() + counts[RP_COUNT_EXTEND]);
-        lists.shadow.insert(queued.end() - counts[RP_COUNT_SHADOW], queued.end());
+        lists.extend.insert(extend_.begin(), extend_.end());
+        lists.shadow.insert(shadow_.begin(), shadow_.end());
         lists.free.insert(listed.begin(), listed.begin() + counts[RP_COUNT_FREE]);
         EXPECT_EQ(lists.extend.size() + lists.shadow.size() + lists.free.size(),
                   counts[RP_COUNT_EXTEND] + counts[RP_COUNT_SHADOW] + counts[RP_COUNT_FREE]);
@@ -142,7 +149,8 @@ protected:
     static uint32_t together() { return std::max(GetParam(), 1u); }
 
     std::unique_ptr<Device> device_;
-    Buffer naps_;
+    Buffer naps_, room_;
+    std::vector<uint32_t> extend_, shadow_;  // of the last call, in the order of the queue
 };
 
 TEST_P(Wake, lists_every_slot_once_where_it_belongs) {
@@ -216,6 +224,33 @@ TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
     EXPECT_EQ(lists.waiting + lists.extend.size(), slots);
 }
 
+class WakeInRuns : public Wake {};
+
+// Each work-item lists its rays by bundles, each in the order of their slots.
+TEST_P(WakeInRuns, lists_the_rays_of_a_block_together) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Slots s = random_slots(random, 0);
+    for (uint32_t slot = 0; slot < slots; slot++) {
+        const bool waits = random() % 4 == 0;
+        s.status[slot] = waits ? RP_STATUS_EXTEND_WAITS + random() % 2 : RP_STATUS_EXTEND + random() % 2;
+        s.status[RP_STATUS_WORDS(slots) + slot] = static_cast<uint32_t>(random() % blocks);
+    }
+    const Lists right = expected(s, 1);
+    EXPECT_TRUE(wake(s, false) == right);
+    for (const auto* list : {&extend_, &shadow_}) {
+        EXPECT_GT(list->size(), slots / 4);
+        const auto place = [&](size_t i) {
+            const uint64_t block = s.status[RP_STATUS_WORDS(slots) + (*list)[i]];
+            return std::pair(block * block_scale(blocks, RP_BUNDLES) >> 32, (*list)[i]);
+        };
+        uint32_t falls = 0;
+        for (size_t i = 1; i < list->size(); i++) falls += place(i) < place(i - 1) ? 1 : 0;
+        EXPECT_LT(falls, listed_in_parts);
+    }
+}
+
 TEST(Naps, every_block_has_a_bit_below_the_count) {
     for (const uint32_t count : {1u, 2u, 57u, 58u, 59u, 116u, 297u, 1303u, 1u << 20, RP_NONE}) {
         SCOPED_TRACE(count);
@@ -231,6 +266,7 @@ TEST(Naps, every_block_has_a_bit_below_the_count) {
     }
 }
 
+INSTANTIATE_TEST_SUITE_P(streams, WakeInRuns, testing::Values(0u));
 INSTANTIATE_TEST_SUITE_P(both, Wake, testing::Values(0u, 1u, 2u, 8u),
                          [](const auto& mode) { return mode.param == 0 ? "in_runs" : fmt::format("in_groups_{}_together", mode.param); });
 

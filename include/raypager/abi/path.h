@@ -40,10 +40,14 @@
 #define RP_NAP 16u
 #define RP_NAP_BITS 58u
 
+// Beside streams, rays that can go on are queued in bundles of those that are in the same block or in blocks that lie together: bundle
+// b * bundle_scale / 2^32, less than this, for block b (stages/wake.cl).
+#define RP_BUNDLES 2048u
+
 // The status word of a slot: what it is about (low bits), and of an extension ray that has a hit the offset exponent there (surface.cl),
 // unless shading is to find its surface.
-// Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for: waking reads these two words of a slot and
-// no more.
+// Behind RP_STATUS_WORDS of these words stands, for each slot, the block in which its path is: while it waits, the one that it waits for, and
+// beside streams, otherwise, the one that it met last. Waking reads these two words of a slot and no more.
 #define RP_STATUS_FREE 0u
 #define RP_STATUS_EXTEND 1u  // extension ray under way
 #define RP_STATUS_SHADOW 2u  // shadow ray under way
