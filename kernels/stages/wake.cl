@@ -1,6 +1,7 @@
 // First stage of a round: sorts all slots by what they can do now. Rays whose block is resident go into the queue, rays whose block is
 // absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new camera paths.
 #include "lib/path.cl"
+#include "lib/prefetch.cl"
 #include "lib/vector.cl"
 #include "raypager/abi/block.h"
 
@@ -147,6 +148,9 @@ static inline ulong rp_look_at_slots(const __global uint* status, const __global
     return all ? rp_asleep(found->waiting - waiting_before, blocks) : 0ul;
 }
 
+#define RP_RUNS_AT_ONCE 64u  // of sixteen naps each
+#define RP_NAPS_AHEAD 12u    // so early a nap's slots are asked for
+
 // Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others. naps: a word for each RP_NAP slots.
 // bit_scale: see abi/path.h; bundle_scale: the same with RP_BUNDLES. came: the bits of the blocks that have come since the last round, or all.
 // named: how many of new_blocks are their numbers, or RP_NONE if those are not all. room: a word for each slot.
@@ -164,20 +168,29 @@ __kernel void rp_wake_runs(const __global uint* restrict status, const __global 
     found.shadow_end = room + min(16u * RP_NAP * end, slot_count);
     found.extend_count = found.shadow_count = found.waiting = found.idle = found.free_count = 0u;
     int16 sleepers = 0, naps_seen = 0;
-    for (uint run = first; run < end; run++) {
-        const uint nap = 16u * run, nap_end = min(nap + 16u, nap_count);
-        uint woken = (1u << (nap_end - nap)) - 1u;
-        if (nap_end - nap == 16u) {
-            const ulong16 words = vload16(0, naps + nap);
-            const int16 wakes = convert_int16((words == 0ul) | ((words & came) != 0ul)), waiting = convert_int16(words >> RP_NAP_BITS) - 1;
-            sleepers += wakes ? (int16)(0) : waiting;
-            naps_seen -= wakes == 0;
-            woken = rp_mask16(wakes);
+    uint woken[16u * RP_RUNS_AT_ONCE];
+    for (uint part = first; part < end; part += RP_RUNS_AT_ONCE) {
+        uint count = 0u;
+        for (uint run = part; run < min(part + RP_RUNS_AT_ONCE, end); run++) {
+            const uint nap = 16u * run, nap_end = min(nap + 16u, nap_count);
+            uint wake_up = (1u << (nap_end - nap)) - 1u;
+            if (nap_end - nap == 16u) {
+                const ulong16 words = vload16(0, naps + nap);
+                const int16 wakes = convert_int16((words == 0ul) | ((words & came) != 0ul)), waiting = convert_int16(words >> RP_NAP_BITS) - 1;
+                sleepers += wakes ? (int16)(0) : waiting;
+                naps_seen -= wakes == 0;
+                wake_up = rp_mask16(wakes);
+            }
+            for (; wake_up != 0u; wake_up &= wake_up - 1u) woken[count++] = nap + rp_lowest(wake_up);
         }
-        for (; woken != 0u; woken &= woken - 1u) {
-            const uint i = nap + rp_lowest(woken);
-            naps[i] = rp_look_at_slots(status, pages, slot_count, RP_NAP * i, min(RP_NAP * (i + 1u), slot_count), free_list, counters, bit_scale,
-                                       named, names, &found);
+        for (uint i = 0u; i < count; i++) {
+            if (i + RP_NAPS_AHEAD < count) {
+                rp_fetch_early(status + RP_NAP * woken[i + RP_NAPS_AHEAD]);
+                rp_fetch_early(status + RP_STATUS_WORDS(slot_count) + RP_NAP * woken[i + RP_NAPS_AHEAD]);
+            }
+            const uint slot = RP_NAP * woken[i];
+            naps[woken[i]] = rp_look_at_slots(status, pages, slot_count, slot, min(slot + RP_NAP, slot_count), free_list, counters, bit_scale, named,
+                                              names, &found);
         }
     }
     rp_list_free(&found, free_list, counters);
