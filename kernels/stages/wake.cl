@@ -148,8 +148,10 @@ static inline ulong rp_look_at_slots(const __global uint* status, const __global
     return all ? rp_asleep(found->waiting - waiting_before, blocks) : 0ul;
 }
 
+#ifndef RP_RUNS_AT_ONCE
 #define RP_RUNS_AT_ONCE 64u  // of sixteen naps each
-#define RP_NAPS_AHEAD 12u    // so early a nap's slots are asked for
+#endif
+#define RP_NAPS_AHEAD 12u  // so early a nap's slots are asked for
 
 // Beside streams, on CPUs. A work-item looks at a run of slots, most of which sleep, and lists the others. naps: a word for each RP_NAP slots.
 // bit_scale: see abi/path.h; bundle_scale: the same with RP_BUNDLES. came: the bits of the blocks that have come since the last round, or all.

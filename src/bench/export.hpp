@@ -15,7 +15,7 @@ struct ExportSummary {
     uint64_t bytes = 0;  // of all files
 };
 
-// Light transport is the same: path tracing with next-event estimation, as many scattering events, Russian roulette from the third on, a box
+// Light transport is the same: path tracing with next-event estimation, as many scattering events, Russian roulette from the second on, a box
 // filter, RGB. What differs: Mitsuba's rough conductors shadow and mask separately, ours height-correlated. Triangles become one mesh for
 // each material, without shared vertices. Memory is bounded. progress: fraction done.
 // An error for what Mitsuba has not: triangles that shine to both sides.

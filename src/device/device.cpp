@@ -217,19 +217,22 @@ struct HostBuffer {
 };
 
 HostBuffer in_huge_pages(const cl::Context& context, size_t bytes, bool touched, cl_int* code) {
-    void* memory = nullptr;
-    if (posix_memalign(&memory, bytes < huge_page ? page : huge_page, bytes) != 0) {
+    void* allocated = nullptr;
+    if (posix_memalign(&allocated, bytes < huge_page ? page : huge_page, bytes) != 0) {
         *code = CL_OUT_OF_HOST_MEMORY;
         return {};
     }
-    const std::span<std::byte> whole(static_cast<std::byte*>(memory), bytes);
+    std::unique_ptr<void, decltype(&std::free)> memory(allocated, &std::free);
+    const std::span<std::byte> whole(static_cast<std::byte*>(allocated), bytes);
     ask_for_huge_pages(whole);
     if (touched) touch(whole);
-    cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory, code);
-    if (*code == CL_SUCCESS)
-        *code = buffer.setDestructorCallback([](cl_mem, void* host) { std::free(host); }, memory);
-    else
-        std::free(memory);
+    cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, allocated, code);
+    if (*code == CL_SUCCESS) *code = buffer.setDestructorCallback([](cl_mem, void* host) { std::free(host); }, allocated);
+    if (*code != CL_SUCCESS) {
+        buffer = {};  // before its memory
+        return {};
+    }
+    (void)memory.release();  // the callback's now
     return {std::move(buffer), whole};
 }
 

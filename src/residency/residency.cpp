@@ -80,6 +80,11 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     return residency;
 }
 
+// Copies of the page table may be on their way from memory of ours.
+Residency::~Residency() {
+    for (const Published& copy : published_) (void)copy.written.wait();
+}
+
 Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& sizes, PoolPlace place) {
     for (size_t i = 0; i < sizes.size(); i++) {
         const std::string what = fmt::format("slab {} of the geometry pool", i);

@@ -36,6 +36,7 @@ uint64_t largest_pool(uint64_t max_slab_bytes);
 class Residency {
 public:
     static Result<std::unique_ptr<Residency>> create(Device& device, const BlockFile& file, const ResidencySettings& settings);
+    ~Residency();
 
     const std::vector<Buffer>& slabs() const { return slabs_; }
     const Buffer& page_table() const { return page_table_; }

@@ -13,7 +13,7 @@
 namespace raypager {
 namespace {
 
-Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
+RenderResult render_with_report(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
     const support::TemporaryFolder folder;
     BakeOptions bake_options;
     bake_options.block_bytes = 16 << 10;
@@ -26,7 +26,11 @@ Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection c
     options.geometry_limit_percent = geometry_percent;
     auto result = render(**file, options, {});
     if (!result.ok()) throw std::runtime_error(result.status().message());
-    return result->image;
+    return std::move(*result);
+}
+
+Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
+    return render_with_report(scene, spp, seed, connection, geometry_percent).image;
 }
 
 double mean_of(const Image& image) {
@@ -83,6 +87,16 @@ TEST(Furnace, roulette_lets_paths_through_glass) {
     const double mean = mean_of(image), pixels = static_cast<double>(image.values.size()) / 3;
     EXPECT_NEAR(mean, 1, 4 * standard_error(image) + 2e-4);
     EXPECT_LT(standard_error(image) * std::sqrt(pixels), 1e-3);
+}
+
+// What only shines reflects nothing, so no path goes on from it.
+TEST(Furnace, no_ray_leaves_a_surface_that_absorbs_everything) {
+    Scene scene = reference::furnace(reference::FurnaceKind::diffuse, 0.5, 0.3, 3).scene;
+    for (rp_material& material : scene.materials) material.kind = RP_MATERIAL_NONE;
+    const RenderReport report = render_with_report(scene, 4, 1, Connection::queue, 0).report;
+    EXPECT_GT(report.rays.camera, 0u);
+    EXPECT_EQ(report.rays.bounce, 0u);
+    EXPECT_EQ(report.rays.shadow, 0u);
 }
 
 // Radiance is compressed in glass, by the square of its index of refraction, and the throughput less by as much: no reason to end paths at what

@@ -107,8 +107,9 @@ protected:
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
     Lists wake(const Slots& s, bool named) {
         const bool in_runs = GetParam() == 0;
-        auto kernel = device_->kernel("wake", in_runs ? "rp_wake_runs" : "rp_wake",
-                                      fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3 -DRP_FILLED_TOGETHER={}", device_->group_size(), together()));
+        auto kernel = device_->kernel(
+            "wake", in_runs ? "rp_wake_runs" : "rp_wake",
+            fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3 -DRP_FILLED_TOGETHER={} -DRP_RUNS_AT_ONCE=3u", device_->group_size(), together()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
