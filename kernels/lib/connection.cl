@@ -6,13 +6,6 @@
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
-// wants: of all blocks.
-static inline void rp_wait_to_connect(uint slot, uint portal, uint block, uint slot_count, __global uint* status, __global uint4* paths,
-                                      volatile __global uint* wants) {
-    ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
-    rp_wait_for(slot, block, RP_STATUS_SHADOW_WAITS, 0u, slot_count, status, wants);
-}
-
 // Adds the light that arrives; the path ends, or its extension ray begins.
 static inline void rp_finish_connection(uint slot, bool occluded, uint slot_count, __global uint* status, __global uint4* paths,
                                         __global uint* film) {
@@ -31,7 +24,7 @@ static inline void rp_finish_connection(uint slot, bool occluded, uint slot_coun
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(hit.xyz, density);
     RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, surface.z, RP_NONE);
-    status[slot] = RP_STATUS_EXTEND;
+    status[slot] = RP_STATUS_EXTEND | (status[slot] & RP_STATUS_BLOCK_MASK);
 }
 
 #endif

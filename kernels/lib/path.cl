@@ -17,10 +17,19 @@ static inline void rp_fetch_path(const __global uint4* paths, uint slot_count, u
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
 static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }
 
-// The block in which a path is (abi/path.h).
+static inline uint rp_state_offset(uint state) { return state >> RP_STATUS_OFFSET_SHIFT & RP_STATUS_OFFSET_MASK; }
+// Beside streams: of a block in the status word.
+static inline uint rp_block_state(uint block) { return min(block, ~0u >> RP_STATUS_BLOCK_SHIFT) << RP_STATUS_BLOCK_SHIFT; }
+
+// See abi/path.h.
 static inline uint rp_place_of(const __global uint* status, uint slot_count, uint slot) { return status[(size_t)RP_STATUS_WORDS(slot_count) + slot]; }
-static inline void rp_set_place(__global uint* status, uint slot_count, uint slot, uint block) {
-    status[(size_t)RP_STATUS_WORDS(slot_count) + slot] = block;
+static inline void rp_set_place(__global uint* status, uint slot_count, uint slot, uint place) {
+    status[(size_t)RP_STATUS_WORDS(slot_count) + slot] = place;
+}
+
+// Where a ray will go on.
+static inline void rp_set_portal(uint slot, uint portal, uint slot_count, __global uint4* paths) {
+    ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
 }
 
 // The ray of a slot waits for a block. wants: of all blocks. phase: RP_STATUS_*_WAITS.

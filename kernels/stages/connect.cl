@@ -26,10 +26,12 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
-    if (walk.portal != RP_NONE)
-        rp_wait_to_connect(slot, walk.portal, rp_portal_block(geometry, walk.portal), slot_count, status, paths, wants);
-    else
+    if (walk.portal != RP_NONE) {
+        rp_set_portal(slot, walk.portal, slot_count, paths);
+        rp_wait_for(slot, rp_portal_block(geometry, walk.portal), RP_STATUS_SHADOW_WAITS, 0u, slot_count, status, wants);
+    } else {
         rp_finish_connection(slot, walk.hit, slot_count, status, paths, film);
+    }
 }
 
 __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,

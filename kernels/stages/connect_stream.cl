@@ -1,6 +1,7 @@
 // Fifth stage on CPUs: does what connect.cl does, with streams of rays over the wide form of the blocks.
 #include "lib/connection.cl"
 #include "lib/stream_traverse.cl"
+#include "lib/waiting_lists.cl"
 
 typedef struct rp_connect_rays {
     uint first, count;  // in the queue
@@ -26,14 +27,19 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const __global u
         if (c->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, c->portal[r]);
 }
 
-static inline void rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint slot_count,
-                                        volatile __global uint* wants, __global uint* status, __global uint4* paths, __global uint* film) {
+// Returns whether the ray waits from now on.
+static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint slot_count,
+                                        uint block_count, volatile __global uint* demand, __global uint* status,
+                                        __global uint4* paths, __global uint* film) {
     const bool occluded = !(s->active >> r & 1ul);
     const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
-    if (portal != RP_NONE)
-        rp_wait_to_connect(c->slot[r], portal, rp_portal_block(g, portal), slot_count, status, paths, wants);
-    else
+    if (portal == RP_NONE) {
         rp_finish_connection(c->slot[r], occluded, slot_count, status, paths, film);
+        return false;
+    }
+    rp_set_portal(c->slot[r], portal, slot_count, paths);
+    rp_wait_in_list(c->slot[r], c->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_SHADOW_WAITS, 0u, slot_count, status, demand, block_count);
+    return true;
 }
 
 // As rp_extend_stream.
@@ -44,7 +50,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
     rp_share share = rp_share_of(counters[RP_COUNT_SHADOW]);
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];
-    uint running = 0u;
+    uint running = 0u, waiting = 0u;
     for (uint w = 0u; w < RP_WALKS; w++) {
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) continue;
@@ -59,7 +65,9 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
             continue;
         }
         for (uint r = 0u; r < rays[w].count; r++)
-            rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, demand + RP_DEMAND_WANTS * block_count, status, paths, film);
+            waiting += rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, block_count, demand, status, paths, film)
+                           ? 1u
+                           : 0u;
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
@@ -68,4 +76,5 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
             rp_begin_walk(&walks[w], wide_top);
         }
     }
+    if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);
 }

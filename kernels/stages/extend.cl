@@ -22,7 +22,7 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand, uint slot_count,
                                uint slot, __global uint* status, __global uint4* paths, uint* mine) {
     const rp_hit* hit = &walk->best;
-    uint offset_exponent = status[slot] >> RP_STATUS_OFFSET_SHIFT;
+    uint offset_exponent = rp_state_offset(status[slot]);
     if (hit->found_in != RP_NONE) ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit->t;
 #ifdef RP_SURFACES_LATER
     if (hit->found_in != RP_NONE && walk->portal == RP_NONE) {
@@ -37,7 +37,7 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, walk->portal);
     } else {
-        ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = walk->portal;
+        rp_set_portal(slot, walk->portal, slot_count, paths);
     }
     mine[0] += walk->served != 0u;
     mine[1] += walk->served == 2u;

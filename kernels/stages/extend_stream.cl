@@ -1,6 +1,7 @@
 // Third stage on CPUs: does what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included.
 #include "lib/path.cl"
 #include "lib/stream_traverse.cl"
+#include "lib/waiting_lists.cl"
 #include "lib/wide_surface.cl"
 
 // What is known of the rays of a stream beside their paths through space.
@@ -32,9 +33,10 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
         if (e->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, e->portal[r]);
 }
 
-// Counts of one work-item: extension rays that had waited, and those of them that hit nothing in the block they had waited for.
+// Counts of one work-item: extension rays that had waited, those of them that hit nothing in the block they had waited for, and rays that wait
+// from now on.
 typedef struct rp_extend_counts {
-    uint served, no_hit;
+    uint served, no_hit, waiting;
 } rp_extend_counts;
 
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
@@ -43,7 +45,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     const uint slot = e->slot[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
     const uint portal = rp_waits_at(s, r);
-    uint offset_exponent = e->state[r] >> RP_STATUS_OFFSET_SHIFT;
+    uint offset_exponent = rp_state_offset(e->state[r]);
     const bool hit = rp_hit_in_launch(s, r);
     if (hit) {
         offset_exponent = surfaces->offset_exponent[r];
@@ -53,21 +55,21 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) =
             (uint4)(surfaces->geometric_normal[r], surfaces->shading_normal[r], e->sample[r], portal);
     } else if (portal != waited_at) {
-        ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
+        rp_set_portal(slot, portal, slot_count, paths);
     }
     if (waited_at != RP_NONE) {
         counts->served++;
         if (!hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
     }
     if (portal == RP_NONE) {
-        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
-        if (hit) rp_set_place(status, slot_count, slot, rp_hit_leaf(s, r)->block);
+        const uint block = hit ? rp_block_state(rp_hit_leaf(s, r)->block) : e->state[r] & RP_STATUS_BLOCK_MASK;
+        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT | block;
 #ifdef RP_COUNT_BOUNCES
         if (hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
-        rp_wait_for(slot, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status,
-                    demand + RP_DEMAND_WANTS * block_count);
+        counts->waiting++;
+        rp_wait_in_list(slot, e->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status, demand, block_count);
     }
 }
 
@@ -77,7 +79,7 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     rp_share share = rp_share_of(counters[RP_COUNT_EXTEND]);
-    rp_extend_counts counts = {0u, 0u};
+    rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
     uint running = 0u;
@@ -97,7 +99,8 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
         rp_wide_surfaces surfaces;
         rp_find_surfaces(&walks[w].stream, &surfaces);
         for (uint r = 0u; r < rays[w].count; r++)
-            rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, slot_count, block_count, demand, status, paths, &counts);
+            rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, slot_count, block_count, demand, status, paths,
+                                &counts);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
@@ -108,4 +111,5 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
     }
     rp_count_add(counters + RP_COUNT_WANTS_SERVED, counts.served);
     rp_count_add(counters + RP_COUNT_WANTS_NO_HIT, counts.no_hit);
+    if (counts.waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, counts.waiting);
 }

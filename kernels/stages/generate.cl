@@ -48,7 +48,7 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
 }
 
 // After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
-// given out are accounted for.
+// given out are accounted for. Beside streams one work-item is enough, waking sees to the wants.
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
                          uint block_count, __global uint* restrict demand, uint listed) {
     const uint block = get_global_id(0);
@@ -62,6 +62,9 @@ __kernel void rp_advance(__constant rp_render_params* restrict params, __global 
     const uint started = again + (uint)(next - number);
     counters[RP_COUNT_NEXT_SAMPLE] = (uint)next;
     counters[RP_COUNT_NEXT_SAMPLE + 1u] = (uint)(next >> 32);
+    counters[RP_COUNT_WAITING] += counters[RP_COUNT_IN_LISTS];
+    counters[RP_COUNT_IDLE] =
+        params->slot_count - counters[RP_COUNT_EXTEND] - counters[RP_COUNT_SHADOW] - counters[RP_COUNT_FREE] - counters[RP_COUNT_WAITING];
     counters[RP_COUNT_EXTEND] += started;
     const uint before = counters[RP_COUNT_CAMERA_RAYS];
     counters[RP_COUNT_CAMERA_RAYS] = before + started;

@@ -36,7 +36,7 @@ static inline void rp_finish(__global uint* status, uint slot, __global uint* fi
 
 // A path that has come to a surface from which it may go on.
 typedef struct rp_arrival {
-    uint slot;
+    uint slot, state;
     const __global rp_material* material;
     float3 radiance;
     rp_vertex_1 vertex;
@@ -101,6 +101,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u;
     const float3 root = (float3)(surface.y >> 8 & 255u, surface.y >> 16 & 255u, surface.y >> 24) / 255.0f;
     arrival->slot = slot;
+    arrival->state = state;
     arrival->material = material;
     arrival->radiance = radiance;
     rp_vertex_1* vertex = &arrival->vertex;
@@ -108,7 +109,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     vertex->throughput = rp_vector_of(throughput);
     vertex->position = rp_vector_of(as_float3(hit.xyz));
     vertex->reflectance = rp_vector_of(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
-    vertex->offset = rp_offset_distance(state >> RP_STATUS_OFFSET_SHIFT);
+    vertex->offset = rp_offset_distance(rp_state_offset(state));
     vertex->geometric_normal = surface.x;
     vertex->shading_normal = colored ? surface.x : surface.y;
     vertex->pixel = radiance_plane.w;
@@ -118,8 +119,8 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     return true;
 }
 
-// The rays that leave a vertex; the path ends if there is none. mine: counts of bounce rays and shadow rays.
-static inline void rp_depart(uint slot, uint slot_count, float3 radiance, uint pixel, uint sample, uint depth, const rp_departure_1* out,
+// The rays that leave a vertex; the path ends if there is none. state: of the slot so far. mine: counts of bounce rays and shadow rays.
+static inline void rp_depart(uint slot, uint state, uint slot_count, float3 radiance, uint pixel, uint sample, uint depth, const rp_departure_1* out,
                              __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
     if (!out->shadow && !out->go_on) {
         rp_finish(status, slot, film, pixel, radiance);
@@ -137,13 +138,13 @@ static inline void rp_depart(uint slot, uint slot_count, float3 radiance, uint p
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(rp_float3(out->light_direction)), density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(direction, light.x);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(light.yz, sample, RP_NONE);
-        status[slot] = RP_STATUS_SHADOW;
+        status[slot] = RP_STATUS_SHADOW | (state & RP_STATUS_BLOCK_MASK);
     } else {
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(INFINITY));
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(direction, density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
-        status[slot] = RP_STATUS_EXTEND;
+        status[slot] = RP_STATUS_EXTEND | (state & RP_STATUS_BLOCK_MASK);
     }
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
@@ -155,7 +156,7 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
     rp_departure_1 out;
     if (arrival->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
     else rp_scatter_special(params, lights, light_steps, arrival->material, vertex, &out);
-    rp_depart(arrival->slot, params->slot_count, arrival->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, status, paths, film, mine);
+    rp_depart(arrival->slot, arrival->state, params->slot_count, arrival->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, status, paths, film, mine);
 }
 
 #if RP_SHADE_LANES == 16
@@ -164,7 +165,7 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
 // Vertices on diffuse surfaces that wait for their number to come to sixteen.
 typedef struct rp_gathered {
     uint count;
-    uint slot[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
+    uint slot[16], state[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
     float radiance[3][16], vertex[13][16];      // direction, throughput, position, reflectance, offset
 } rp_gathered;
 
@@ -172,6 +173,7 @@ static inline void rp_gather(rp_gathered* g, const rp_arrival* arrival) {
     const rp_vertex_1* v = &arrival->vertex;
     const uint k = g->count++;
     g->slot[k] = arrival->slot;
+    g->state[k] = arrival->state;
     g->normal[0][k] = v->geometric_normal;
     g->normal[1][k] = v->shading_normal;
     g->path[0][k] = v->pixel;
@@ -244,7 +246,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
         out.go_on = go_on[k];
         out.refraction = (int)g->path[3][k];
         const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
-        rp_depart(g->slot[k], params->slot_count, radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
+        rp_depart(g->slot[k], g->state[k], params->slot_count, radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
     }
     g->count = 0u;
 }

@@ -21,7 +21,10 @@ constexpr uint32_t ray_items_per_core = 1 << 12, ray_items_per_gpu_unit = 1 << 1
 constexpr uint32_t stream_items_per_core = 2;
 
 uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
-uint64_t demand_bytes(const BakedScene& scene) { return at_least_16(scene.blocks.size() * RP_DEMAND_ARRAYS * sizeof(uint32_t)); }
+uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
+    const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
+    return at_least_16(scene.blocks.size() * arrays * sizeof(uint32_t));
+}
 
 WideTop wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots); }
 
@@ -31,7 +34,7 @@ uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t tree = form == BlockForm::wide
                               ? wide_top(scene).bytes.size() + 2 * at_least_16(0)
                               : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t));
-    return tree + at_least_16(sizeof(rp_top_grid)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) + demand_bytes(scene);
+    return tree + at_least_16(sizeof(rp_top_grid)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) + demand_bytes(scene, form);
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
@@ -65,7 +68,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
         if (!tree) return tree.status();
         result.wide_top_ = std::move(*tree);
     }
-    auto demand = device.allocate(demand_bytes(scene), "demand counters");
+    auto demand = device.allocate(demand_bytes(scene, form), "demand counters");
     if (!demand) return demand.status();
     result.demand_ = std::move(*demand);
     RAYPAGER_TRY(device.kernels().fill_zero(result.demand_, 0, result.demand_.bytes()));

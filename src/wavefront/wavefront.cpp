@@ -15,8 +15,8 @@ namespace raypager {
 namespace {
 
 constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
-// Each puts what it finds into bundles of its own.
-constexpr uint32_t wake_runs_per_core = 1;
+// On CPUs. Each puts what it finds into bundles of its own.
+constexpr uint32_t wake_items_per_core = 1;
 // On GPUs, where no ray waits for long: slots that wait keep their neighbours from being used.
 constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
@@ -24,7 +24,7 @@ constexpr uint32_t filled_together = 8;
 constexpr uint32_t items_per_unit = 1 << 12;
 constexpr uint32_t shade_items_per_core = 64;  // of a CPU, each alone in its group
 
-// Planes; status (two words), queue, free list; shares of `again_` and `naps_`.
+// Planes; status (two words), queue, free list; shares of `again_` and of `naps_` or `awake_`.
 constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 + 1;
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
@@ -65,9 +65,9 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + 2 * RP_NAP * sizeof(uint32_t);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + (2 * RP_NAP + 1) * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = path_bytes + (form == BlockForm::wide ? sizeof(uint32_t) : 0);
+    bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
     return bytes;
 }
@@ -121,12 +121,12 @@ Status Wavefront::allocate_state() {
     const Part parts[] = {{film_, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
                           {status_, 2 * RP_STATUS_WORDS(slots) * sizeof(uint32_t), "path states"},
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
-                          {queue_, slots * sizeof(uint32_t), "the ray queue"},
+                          {queue_, (slots + 1) * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
                           {again_, again_bytes(slots), "samples to trace again"},
-                          {naps_, nap_count(slots) * sizeof(uint64_t), "sleeping slots"},
-                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"},
-                          {found_, as_on_cpus() ? slots * sizeof(uint32_t) : 0, "rays that were found"}};
+                          {naps_, as_on_cpus() ? 0 : nap_count(slots) * sizeof(uint64_t), "sleeping slots"},
+                          {awake_, as_on_cpus() ? RP_AWAKE_WORDS(slots) * sizeof(uint64_t) : 0, "slots that are awake"},
+                          {counters_, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
     for (const Part& part : parts) {
         if (part.bytes == 0) continue;
         auto buffer = device_.allocate(part.bytes, part.what);
@@ -135,9 +135,14 @@ Status Wavefront::allocate_state() {
     }
     for (const Buffer* buffer : {&film_, &status_, &counters_}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
     for (Flight& flight : flights_) {
-        auto results = device_.allocate_pinned(counters_.bytes() + geometry_.demand().bytes());
+        auto results = device_.allocate_pinned(counters_.bytes() + uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS * sizeof(uint32_t));
         if (!results) return results.status();
         flight.results = std::move(*results);
+    }
+    if (as_on_cpus()) {
+        std::vector<uint64_t> awake(RP_AWAKE_WORDS(slots), ~uint64_t{0});
+        if (slots % RP_AWAKE_SLOTS != 0) awake.back() >>= RP_AWAKE_SLOTS - slots % RP_AWAKE_SLOTS;
+        RAYPAGER_TRY(device_.kernels().write_now(awake_, 0, bytes_of(awake)));
     }
     const uint64_t first = params_.first_sample;
     const uint32_t words[2] = {static_cast<uint32_t>(first), static_cast<uint32_t>(first >> 32)};
@@ -165,10 +170,11 @@ Status Wavefront::build_kernels() {
         Kernel& kernel;
         const char *stage, *name;
     };
-    const Part parts[] = {{wake_, "wake", as_on_cpus() ? "rp_wake_runs" : "rp_wake"},
-                          {generate_, "generate", "rp_generate"},
-                          {advance_, "generate", "rp_advance"},
-                          {shade_, "shade", "rp_shade"}};
+    std::vector<Part> parts = {{wake_, as_on_cpus() ? "wake_stream" : "wake", as_on_cpus() ? "rp_wake_stream" : "rp_wake"},
+                               {generate_, "generate", "rp_generate"},
+                               {advance_, "generate", "rp_advance"},
+                               {shade_, "shade", "rp_shade"}};
+    if (as_on_cpus()) parts.push_back({rouse_, "wake_stream", "rp_rouse"});
     for (const Part& part : parts) {
         auto kernel = device_.kernel(part.stage, part.name, definitions + (&part.kernel == &shade_ ? surfaces : ""));
         if (!kernel) return kernel.status();
@@ -199,23 +205,27 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
     return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_, visits_);
 }
 
-Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Event* event) {
-    const uint32_t slots = params_.slot_count;
-    const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
+Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Flight& flight) {
+    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count();
+    Queue& queue = device_.kernels();
+    flight.roused = as_on_cpus() && !newly_published.empty();
+    if (flight.roused) {
+        const bool named = newly_published.size() <= RP_MOST_NAMED;
+        std::array<cl_uint, RP_MOST_NAMED> names{};
+        if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
+        const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
+        RAYPAGER_TRY(rouse_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), count, names));
+        RAYPAGER_TRY(queue.launch(rouse_, device_.info().compute_units * wake_items_per_core, 1, &flight.rouse));
+    }
+    if (as_on_cpus()) {
+        RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
+        return queue.launch(wake_, device_.info().compute_units * wake_items_per_core, 1, &flight.stages[0]);
+    }
+    const uint32_t bit_scale = nap_bit_scale(blocks);
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
-    if (!as_on_cpus()) {
-        RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));
-        return device_.kernels().launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), event);
-    }
-    const bool named = newly_published.size() <= RP_MOST_NAMED;
-    std::array<cl_uint, RP_MOST_NAMED> names;
-    names.fill(RP_NONE);
-    if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
-    const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, count, names,
-                           block_scale(geometry_.block_count(), RP_BUNDLES), found_));
-    return device_.kernels().launch(wake_, device_.info().compute_units * wake_runs_per_core, 1, event);
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));
+    return queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), &flight.stages[0]);
 }
 
 Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_published) {
@@ -234,9 +244,9 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
-    RAYPAGER_TRY(launch_wake(newly_published, &flight.stages[0]));
+    RAYPAGER_TRY(launch_wake(newly_published, flight));
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
-    RAYPAGER_TRY(queue.launch(advance_, std::max<uint64_t>(blocks, 1), group));
+    RAYPAGER_TRY(queue.launch(advance_, as_on_cpus() ? 1 : std::max<uint64_t>(blocks, 1), group));
     if (persistent_)
         RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &flight.stages[2]));
     else
@@ -259,6 +269,7 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     demand = {reinterpret_cast<const uint32_t*>(results.data() + counters_.bytes()), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
     begun_again_ += std::min(listed_again_, counters.free_slots());
     for (size_t i = 0; i < flight.stages.size(); i++) stage_ns_[i] += flight.stages[i].duration_ns();
+    if (flight.roused) stage_ns_[0] += flight.rouse.duration_ns();
     return {};
 }
 

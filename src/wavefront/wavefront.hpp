@@ -94,6 +94,14 @@ public:
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
 
 private:
+    // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
+    struct Flight {
+        std::array<Event, 5> stages;
+        Event rouse, read;
+        bool roused = false;
+        PinnedBuffer results;  // counters, then demand
+    };
+
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     // Where rays are traced one by one, CPUs do as GPUs do: so that they can be tested in place of them.
@@ -101,7 +109,7 @@ private:
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();
-    Status launch_wake(std::span<const uint32_t> newly_published, Event* event);
+    Status launch_wake(std::span<const uint32_t> newly_published, Flight& flight);
     Status set_tracing_arguments(Kernel& extend, uint32_t round);
     Status build_kernels();
     Status list_samples_again();
@@ -115,17 +123,11 @@ private:
     VisitLogSettings visit_settings_;
     bool persistent_ = false;  // extension rays are traced by persistent threads
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
-    Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, counters_, found_, visits_;
+    Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, awake_, counters_, visits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way
-    Kernel wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
-    // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
-    struct Flight {
-        std::array<Event, 5> stages;
-        Event read;
-        PinnedBuffer results;  // counters, then demand
-    };
+    Kernel rouse_, wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
     std::array<Flight, most_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};

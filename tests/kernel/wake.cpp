@@ -1,12 +1,12 @@
-// The first stage of a round, both of its kernels, against the rule in plain C++: which slots can go on, which wait, which are free or idle.
+// The first stage of a round, beside rays traced one by one, against the rule in plain C++: which slots can go on, which wait, which are free.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <random>
 #include <set>
+#include <string>
 
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
@@ -17,7 +17,6 @@ namespace raypager {
 namespace {
 
 constexpr uint32_t slots = 5003, blocks = 297;  // not a multiple of anything
-constexpr uint32_t listed_in_parts = 5;         // by so many work-items, where slots are looked at in runs
 
 // What the stage finds on the device.
 struct Slots {
@@ -28,7 +27,7 @@ struct Slots {
 
 struct Lists {
     std::set<uint32_t> extend, shadow, free;
-    uint32_t waiting = 0, idle = 0;
+    uint32_t waiting = 0;
     bool operator==(const Lists&) const = default;
 };
 
@@ -74,9 +73,7 @@ Lists expected(const Slots& s, uint32_t together) {
         const bool waits = phase == RP_STATUS_EXTEND_WAITS || phase == RP_STATUS_SHADOW_WAITS;
         if (waits && s.pages[s.status[RP_STATUS_WORDS(slots) + slot]].address == RP_NONE)
             lists.waiting++;
-        else if (phase == RP_STATUS_IDLE || (phase == RP_STATUS_FREE && kept(slot)))
-            lists.idle++;
-        else
+        else if (phase != RP_STATUS_IDLE && (phase != RP_STATUS_FREE || !kept(slot)))
             (phase == RP_STATUS_FREE                                        ? lists.free
              : phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? lists.shadow
                                                                             : lists.extend)
@@ -85,7 +82,7 @@ Lists expected(const Slots& s, uint32_t together) {
     return lists;
 }
 
-// 0: slots are looked at in runs, as beside streams; otherwise in groups, and so many free ones are given out together.
+// So many free slots are given out together.
 class Wake : public testing::TestWithParam<uint32_t> {
 protected:
     void SetUp() override {
@@ -99,69 +96,47 @@ protected:
         auto buffer = device_->allocate((slots + RP_NAP - 1) / RP_NAP * sizeof(uint64_t), "naps");
         ASSERT_TRUE(buffer.ok());
         naps_ = std::move(*buffer);
-        buffer = device_->allocate(slots * sizeof(uint32_t), "rays that were found");
-        ASSERT_TRUE(buffer.ok());
-        room_ = std::move(*buffer);
     }
 
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
     Lists wake(const Slots& s, bool named) {
-        const bool in_runs = GetParam() == 0;
-        auto kernel = device_->kernel(
-            "wake", in_runs ? "rp_wake_runs" : "rp_wake",
-            fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3 -DRP_FILLED_TOGETHER={} -DRP_RUNS_AT_ONCE=3u", device_->group_size(), together()));
+        auto kernel = device_->kernel("wake", "rp_wake",
+                                      fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3 -DRP_FILLED_TOGETHER={}", device_->group_size(), GetParam()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
         auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
-        const uint32_t bit_scale = nap_bit_scale(blocks), bundle_scale = block_scale(blocks, RP_BUNDLES);
+        const uint32_t bit_scale = nap_bit_scale(blocks);
         const cl_ulong came = named ? nap_bits(s.came, bit_scale) : all_nap_bits;
         Queue& commands = device_->kernels();
-        if (in_runs) {
-            const bool each = named && s.came.size() <= RP_MOST_NAMED;
-            std::array<cl_uint, RP_MOST_NAMED> names;
-            names.fill(RP_NONE);
-            if (each) std::copy(s.came.begin(), s.came.end(), names.begin());
-            const cl_uint count = each ? static_cast<cl_uint>(s.came.size()) : RP_NONE;
-            EXPECT_TRUE(
-                kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, count, names, bundle_scale, room_).ok());
-            EXPECT_TRUE(commands.launch(*kernel, listed_in_parts, 1).ok());
-        } else {
-            EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came).ok());
-            EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
-        }
+        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came).ok());
+        EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
         std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
         EXPECT_TRUE(commands.read_now(*free_list, 0, std::as_writable_bytes(std::span(listed))).ok());
         EXPECT_TRUE(commands.read_now(*counters, 0, std::as_writable_bytes(std::span(counts))).ok());
-        extend_.assign(queued.begin(), queued.begin() + counts[RP_COUNT_EXTEND]);
-        shadow_.assign(queued.rbegin(), queued.rbegin() + counts[RP_COUNT_SHADOW]);
         Lists lists;
-        lists.extend.insert(extend_.begin(), extend_.end());
-        lists.shadow.insert(shadow_.begin(), shadow_.end());
+        lists.extend.insert(queued.begin(), queued.begin() + counts[RP_COUNT_EXTEND]);
+        lists.shadow.insert(queued.rbegin(), queued.rbegin() + counts[RP_COUNT_SHADOW]);
         lists.free.insert(listed.begin(), listed.begin() + counts[RP_COUNT_FREE]);
         EXPECT_EQ(lists.extend.size() + lists.shadow.size() + lists.free.size(),
                   counts[RP_COUNT_EXTEND] + counts[RP_COUNT_SHADOW] + counts[RP_COUNT_FREE]);
         lists.waiting = counts[RP_COUNT_WAITING];
-        lists.idle = counts[RP_COUNT_IDLE];
         return lists;
     }
 
-    static uint32_t together() { return std::max(GetParam(), 1u); }
-
     std::unique_ptr<Device> device_;
-    Buffer naps_, room_;
-    std::vector<uint32_t> extend_, shadow_;  // of the last call, in the order of the queue
+    Buffer naps_;
 };
 
 TEST_P(Wake, lists_every_slot_once_where_it_belongs) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    for (const uint32_t new_blocks : {0u, 1u, 3u, RP_MOST_NAMED, 40u}) {
+    for (const uint32_t new_blocks : {0u, 1u, 3u, 16u, 40u}) {
         SCOPED_TRACE(new_blocks);
         const Slots s = random_slots(random, new_blocks);
-        const Lists right = expected(s, together());
+        const Lists right = expected(s, GetParam());
         EXPECT_GT(right.waiting, 0u);
         SetUpNaps();  // nobody sleeps
         EXPECT_TRUE(wake(s, false) == right);
@@ -188,7 +163,7 @@ TEST_P(Wake, nobody_sleeps_too_long) {
             s.pages[block].address = block;
             s.pages[gone].address = RP_NONE;
         }
-        const Lists right = expected(s, together());
+        const Lists right = expected(s, GetParam());
         ASSERT_TRUE(wake(s, round % 50 != 49) == right);
         woken += static_cast<uint32_t>(right.extend.size() + right.shadow.size());
         most_waiting = std::max(most_waiting, right.waiting);
@@ -225,33 +200,6 @@ TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
     EXPECT_EQ(lists.waiting + lists.extend.size(), slots);
 }
 
-class WakeInRuns : public Wake {};
-
-// Each work-item lists its rays by bundles, each in the order of their slots.
-TEST_P(WakeInRuns, lists_the_rays_of_a_block_together) {
-    const uint32_t seed = std::random_device{}();
-    SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    Slots s = random_slots(random, 0);
-    for (uint32_t slot = 0; slot < slots; slot++) {
-        const bool waits = random() % 4 == 0;
-        s.status[slot] = waits ? RP_STATUS_EXTEND_WAITS + random() % 2 : RP_STATUS_EXTEND + random() % 2;
-        s.status[RP_STATUS_WORDS(slots) + slot] = static_cast<uint32_t>(random() % blocks);
-    }
-    const Lists right = expected(s, 1);
-    EXPECT_TRUE(wake(s, false) == right);
-    for (const auto* list : {&extend_, &shadow_}) {
-        EXPECT_GT(list->size(), slots / 4);
-        const auto place = [&](size_t i) {
-            const uint64_t block = s.status[RP_STATUS_WORDS(slots) + (*list)[i]];
-            return std::pair(block * block_scale(blocks, RP_BUNDLES) >> 32, (*list)[i]);
-        };
-        uint32_t falls = 0;
-        for (size_t i = 1; i < list->size(); i++) falls += place(i) < place(i - 1) ? 1 : 0;
-        EXPECT_LT(falls, listed_in_parts);
-    }
-}
-
 TEST(Naps, every_block_has_a_bit_below_the_count) {
     for (const uint32_t count : {1u, 2u, 57u, 58u, 59u, 116u, 297u, 1303u, 1u << 20, RP_NONE}) {
         SCOPED_TRACE(count);
@@ -267,9 +215,7 @@ TEST(Naps, every_block_has_a_bit_below_the_count) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(streams, WakeInRuns, testing::Values(0u));
-INSTANTIATE_TEST_SUITE_P(both, Wake, testing::Values(0u, 1u, 2u, 8u),
-                         [](const auto& mode) { return mode.param == 0 ? "in_runs" : fmt::format("in_groups_{}_together", mode.param); });
+INSTANTIATE_TEST_SUITE_P(together, Wake, testing::Values(1u, 2u, 8u), [](const auto& together) { return std::to_string(together.param); });
 
 }  // namespace
 }  // namespace raypager

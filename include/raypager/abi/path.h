@@ -40,14 +40,18 @@
 #define RP_NAP 16u
 #define RP_NAP_BITS 58u
 
+// Beside streams a bit of each slot says whether it is awake: to be looked at in this round. Those that wait are in lists (RP_DEMAND_LISTS).
+#define RP_AWAKE_SLOTS 64u  // in a word
+#define RP_AWAKE_WORDS(slot_count) (((slot_count) + (RP_AWAKE_SLOTS - 1u)) / RP_AWAKE_SLOTS)
+
 // Beside streams, rays that can go on are queued in bundles of those that are in the same block or in blocks that lie together: bundle
-// b * bundle_scale / 2^32, less than this, for block b (stages/wake.cl).
+// b * bundle_scale / 2^32, less than this, for block b (stages/wake_stream.cl).
 #define RP_BUNDLES 2048u
 
-// The status word of a slot: what it is about (low bits), and of an extension ray that has a hit the offset exponent there (surface.cl),
-// unless shading is to find its surface.
-// Behind RP_STATUS_WORDS of these words stands, for each slot, the block in which its path is: while it waits, the one that it waits for, and
-// beside streams, otherwise, the one that it met last. Waking reads these two words of a slot and no more.
+// The status word of a slot: what it is about (low bits); of an extension ray that has a hit the offset exponent there (surface.cl), unless shading
+// is to find its surface; and beside streams the block that its path met last, or the greatest number that there is room for: waking reads no more.
+// Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, beside streams, the next slot of a list
+// of that block's (RP_DEMAND_LISTS).
 #define RP_STATUS_FREE 0u
 #define RP_STATUS_EXTEND 1u  // extension ray under way
 #define RP_STATUS_SHADOW 2u  // shadow ray under way
@@ -57,6 +61,9 @@
 #define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
+#define RP_STATUS_OFFSET_MASK 0xffu
+#define RP_STATUS_BLOCK_SHIFT 11
+#define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
 #define RP_HIT_TO_SHADE 0xfffffffeu  // in place of a primitive: see above. Scenes have fewer of them (store/check_scene.cpp)
@@ -74,7 +81,7 @@ typedef struct rp_path_sample {
 #define RP_COUNT_SHADOW 1u   // shadow rays that can go on
 #define RP_COUNT_FREE 2u     // free slots
 #define RP_COUNT_WAITING 4u  // rays that wait for an absent block
-#define RP_COUNT_IDLE 5u
+#define RP_COUNT_IDLE 5u     // slots that are none of these, before new camera paths begin
 #define RP_COUNT_EXTEND_TAKEN 6u  // what work-items have taken from the queue of extension rays: rays, on CPUs streams of them
 #define RP_COUNT_SHADOW_TAKEN 7u  // the same of shadow rays, on CPUs
 #define RP_COUNTERS_PER_ROUND 8u
@@ -84,12 +91,24 @@ typedef struct rp_path_sample {
 #define RP_COUNT_SHADOW_RAYS 14u
 #define RP_COUNT_WANTS_SERVED 16u   // times that a waiting extension ray entered the portal that it had waited for
 #define RP_COUNT_WANTS_NO_HIT 18u   // of these: nothing was hit behind it
-#define RP_COUNTER_WORDS 20u
+#define RP_COUNT_IN_LISTS 20u       // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
+#define RP_COUNTER_WORDS 21u
 
 // Demand: arrays of one word a block, one after the other.
 #define RP_DEMAND_WANTS 0u    // rays that wait for the block
 #define RP_DEMAND_BOUNCES 1u  // with RP_COUNT_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
 #define RP_DEMAND_USED 2u     // last round in which a ray entered the block
 #define RP_DEMAND_ARRAYS 3u
+// Beside streams there are more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
+// their places (RP_STATUS_WORDS): extension rays and shadow rays each for themselves, and either in RP_LISTS of them, which are gone through
+// together, since the next link has to come from far each time. Rays of a stream are in one list, so that they stay neighbours.
+#define RP_LISTS 8u
+#define RP_DEMAND_LISTS 3u  // rp_list, for each block RP_LISTS of extension rays, then RP_LISTS of shadow rays
+#define RP_DEMAND_ARRAYS_OF_STREAMS (3u + 4u * RP_LISTS)
+
+typedef struct rp_list {
+    rp_u32 link;  // to the slot that came last: its number plus one; 0: to none
+    rp_u32 count;
+} rp_list;
 
 #endif

@@ -1,0 +1,190 @@
+// The first stage of a round, beside streams, against the rule in plain C++: which slots can go on, which wait, which are free.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <set>
+#include <utility>
+
+#include "device/device.hpp"
+#include "raypager/abi/block.h"
+#include "raypager/abi/path.h"
+#include "wavefront/naps.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint32_t slots = 5003, blocks = 297;  // not a multiple of anything
+constexpr uint32_t work_items = 5;
+
+// A render in small: what the other stages do to slots, without rays.
+class WakeStream : public testing::Test {
+protected:
+    void SetUp() override {
+        auto device = Device::open("", 0);
+        ASSERT_TRUE(device.ok()) << device.status().message();
+        device_ = std::move(*device);
+        for (rp_page& page : pages_) page = {RP_NONE, 0, 0, 0};
+        awake_.back() >>= RP_AWAKE_SLOTS - slots % RP_AWAKE_SLOTS;
+    }
+
+    uint32_t phase(uint32_t slot) const { return status_[slot] & RP_STATUS_MASK; }
+    bool waits(uint32_t slot) const { return phase(slot) >= RP_STATUS_EXTEND_WAITS; }
+    bool absent(uint32_t block) const { return pages_[block].address == RP_NONE; }
+
+    // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_in_list has it.
+    void set(uint32_t slot, uint32_t phase, uint32_t block) {
+        status_[slot] = phase | static_cast<uint32_t>(random_() % 200) << RP_STATUS_OFFSET_SHIFT;
+        block_of_[slot] = block;
+        if (!waits(slot)) {
+            status_[slot] |= block << RP_STATUS_BLOCK_SHIFT;
+            return;
+        }
+        const size_t list = 2 * RP_LISTS * block + (phase == RP_STATUS_SHADOW_WAITS ? RP_LISTS : 0) + random_() % RP_LISTS;
+        uint32_t* const words = &demand_[RP_DEMAND_LISTS * blocks + 2 * list];  // rp_list
+        status_[RP_STATUS_WORDS(slots) + slot] = words[0];
+        words[0] = slot + 1;
+        words[1]++;
+        demand_[RP_DEMAND_WANTS * blocks + block]++;
+        counters_[RP_COUNT_IN_LISTS]++;
+    }
+
+    // Lists what can be done, and checks that it is what has to be. Returns the slots that are to do something. named: whether it is told which
+    // blocks have come.
+    std::vector<uint32_t> wake(bool named) {
+        std::set<uint32_t> extend, shadow, free;
+        uint32_t waiting = 0, wants = 0;
+        for (uint32_t slot = 0; slot < slots; slot++) {
+            const uint32_t now = phase(slot);
+            if (waits(slot) && absent(block_of_[slot]))
+                waiting++;
+            else if (now == RP_STATUS_FREE)
+                free.insert(slot);
+            else if (now == RP_STATUS_SHADOW || now == RP_STATUS_SHADOW_WAITS)
+                shadow.insert(slot);
+            else if (now != RP_STATUS_IDLE)
+                extend.insert(slot);
+        }
+        launch(named);
+        const std::vector<uint32_t> extend_list(queue_.begin(), queue_.begin() + counters_[RP_COUNT_EXTEND]);
+        const std::vector<uint32_t> shadow_list(queue_.rbegin() + 1, queue_.rbegin() + 1 + counters_[RP_COUNT_SHADOW]);
+        std::vector<uint32_t> listed(free_.begin(), free_.begin() + counters_[RP_COUNT_FREE]);
+        EXPECT_EQ(extend_list.size(), extend.size());
+        EXPECT_EQ(shadow_list.size(), shadow.size());
+        EXPECT_EQ(listed.size(), free.size());
+        EXPECT_EQ(std::set<uint32_t>(extend_list.begin(), extend_list.end()), extend);
+        EXPECT_EQ(std::set<uint32_t>(shadow_list.begin(), shadow_list.end()), shadow);
+        EXPECT_EQ(std::set<uint32_t>(listed.begin(), listed.end()), free);
+        EXPECT_EQ(counters_[RP_COUNT_IN_LISTS], waiting);
+        for (uint32_t block = 0; block < blocks; block++) wants += demand_[RP_DEMAND_WANTS * blocks + block];
+        EXPECT_EQ(wants, waiting);
+        for (const auto* list : {&extend_list, &shadow_list}) {
+            // Every work-item lists its rays by bundles, each in the order of their slots.
+            uint32_t falls = 0;
+            std::pair<uint64_t, uint32_t> last;
+            for (const uint32_t slot : *list) {
+                EXPECT_EQ(status_[slot] >> RP_STATUS_BLOCK_SHIFT, block_of_[slot]);
+                const std::pair<uint64_t, uint32_t> now(uint64_t{block_of_[slot]} * block_scale(blocks, RP_BUNDLES) >> 32, slot);
+                falls += now < last ? 1 : 0;
+                last = now;
+            }
+            EXPECT_LT(falls, work_items);
+            listed.insert(listed.end(), list->begin(), list->end());
+        }
+        std::fill_n(counters_.begin(), RP_COUNTERS_PER_ROUND, 0);
+        return listed;
+    }
+
+    std::mt19937 random_;
+    std::vector<uint32_t> status_ = std::vector<uint32_t>(2 * RP_STATUS_WORDS(slots)), block_of_ = std::vector<uint32_t>(slots);
+    std::vector<rp_page> pages_ = std::vector<rp_page>(blocks);
+    std::set<uint32_t> came_;  // blocks since the round before, some of which may have left again
+
+private:
+    void launch(bool named) {
+        auto rouse = device_->kernel("wake_stream", "rp_rouse", ""), wake = device_->kernel("wake_stream", "rp_wake_stream", "");
+        ASSERT_TRUE(rouse.ok()) << rouse.status().message();
+        ASSERT_TRUE(wake.ok()) << wake.status().message();
+        auto status = device_->upload(bytes_of(status_), "status"), pages = device_->upload(bytes_of(pages_), "pages");
+        auto awake = device_->upload(bytes_of(awake_), "awake"), counters = device_->upload(bytes_of(counters_), "counters");
+        auto demand = device_->upload(bytes_of(demand_), "demand");
+        auto queue = device_->allocate(queue_.size() * sizeof(uint32_t), "queue"), free = device_->allocate(slots * sizeof(uint32_t), "free slots");
+        std::array<cl_uint, RP_MOST_NAMED> names{};
+        named = named && came_.size() <= names.size();
+        if (named) std::copy(came_.begin(), came_.end(), names.begin());
+        const cl_uint count = named ? static_cast<cl_uint>(came_.size()) : RP_NONE;
+        Queue& commands = device_->kernels();
+        ASSERT_TRUE(rouse->set(*status, *pages, blocks, slots, *awake, *counters, *demand, count, names).ok());
+        ASSERT_TRUE(commands.launch(*rouse, work_items, 1).ok());
+        ASSERT_TRUE(wake->set(*status, slots, *awake, *queue, *free, *counters, block_scale(blocks, RP_BUNDLES)).ok());
+        ASSERT_TRUE(commands.launch(*wake, work_items, 1).ok());
+        const auto read = [&](const Buffer& buffer, auto& words) {
+            ASSERT_TRUE(commands.read_now(buffer, 0, std::as_writable_bytes(std::span(words))).ok());
+        };
+        read(*status, status_);
+        read(*awake, awake_);
+        read(*counters, counters_);
+        read(*demand, demand_);
+        read(*queue, queue_);
+        read(*free, free_);
+    }
+
+    std::unique_ptr<Device> device_;
+    std::vector<uint32_t> demand_ = std::vector<uint32_t>(RP_DEMAND_ARRAYS_OF_STREAMS * blocks), counters_ = std::vector<uint32_t>(RP_COUNTER_WORDS);
+    std::vector<uint64_t> awake_ = std::vector<uint64_t>(RP_AWAKE_WORDS(slots), ~uint64_t{0});
+    std::vector<uint32_t> queue_ = std::vector<uint32_t>(slots + 1), free_ = std::vector<uint32_t>(slots);
+};
+
+// Blocks come and go, also without having been seen; paths begin, wait, go on and end.
+TEST_F(WakeStream, nobody_is_forgotten_or_listed_twice) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    random_.seed(seed);
+    uint32_t most_waiting = 0, left_free = 0, woken = 0;
+    for (uint32_t round = 0; round < 300; round++) {
+        SCOPED_TRACE(round);
+        came_.clear();
+        for (uint32_t n = random_() % (round % 20 == 19 ? 30 : 4); n > 0; n--) {
+            const auto block = static_cast<uint32_t>(random_() % blocks);
+            if (absent(block)) came_.insert(block);
+            pages_[block].address = block;
+            pages_[random_() % blocks].address = RP_NONE;
+        }
+        std::vector<bool> waited(slots);
+        for (uint32_t slot = 0; slot < slots; slot++) waited[slot] = waits(slot);
+        most_waiting = std::max(most_waiting, static_cast<uint32_t>(std::count(waited.begin(), waited.end(), true)));
+        const std::vector<uint32_t> listed = wake(round % 2 == 0);
+        ASSERT_FALSE(HasFailure());
+        for (const uint32_t slot : listed) {
+            woken += waited[slot] ? 1 : 0;
+            const auto block = static_cast<uint32_t>(random_() % blocks);
+            if (phase(slot) == RP_STATUS_FREE && random_() % 8 == 0) {
+                // No sample is left, or none in this round.
+                if (round > 250) set(slot, RP_STATUS_IDLE, block);
+                left_free++;
+                continue;
+            }
+            const uint32_t others[] = {RP_STATUS_FREE, RP_STATUS_EXTEND, RP_STATUS_SHADOW};
+            const bool stops = absent(block) && random_() % 8 != 0;
+            set(slot, stops ? RP_STATUS_EXTEND_WAITS + random_() % 2 : others[random_() % 3], block);
+        }
+    }
+    EXPECT_GT(woken, slots);
+    EXPECT_GT(most_waiting, slots / 2);
+    EXPECT_GT(left_free, 0u);
+}
+
+// Many rays of each block, so that bundles are long.
+TEST_F(WakeStream, rays_of_a_block_stand_together) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    random_.seed(seed);
+    for (uint32_t slot = 0; slot < slots; slot++)
+        set(slot, random_() % 4 == 0 ? RP_STATUS_EXTEND_WAITS + random_() % 2 : RP_STATUS_EXTEND + random_() % 2, random_() % 7 * 40);
+    for (rp_page& page : pages_) page.address = 0;
+    EXPECT_EQ(wake(false).size(), slots);
+}
+
+}  // namespace
+}  // namespace raypager
