@@ -139,7 +139,7 @@ Result<double> StageTracer::trace() {
     if (persistent)
         RAYPAGER_TRY(device_->kernels().launch(kernel, std::min<uint64_t>(count_, device_->persistent_items()), device_->group_size(), &event));
     else
-        RAYPAGER_TRY(geometry_->launch(*device_, kernel, count_, &event));
+        RAYPAGER_TRY(geometry_->launch(*device_, device_->kernels(), kernel, count_, &event));
     RAYPAGER_TRY(event.wait());
     return static_cast<double>(event.duration_ns()) * 1e-9;
 }

@@ -121,6 +121,13 @@ Status Queue::launch(const Kernel& kernel, uint64_t items, uint32_t group_size, 
     return code == CL_SUCCESS ? Status() : cl_failed("launching " + kernel.name(), code);
 }
 
+Status Queue::wait_for(const Event& event) {
+    if (event.empty()) return {};
+    const std::vector<cl::Event> before = {event.handle()};
+    const cl_int code = command([&] { return queue_.enqueueBarrierWithWaitList(&before, nullptr); });
+    return code == CL_SUCCESS ? Status() : cl_failed("making a queue wait", code);
+}
+
 Status Queue::fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes) {
     RAYPAGER_CHECK(offset + bytes <= buffer.bytes());
     const cl_int code = command([&] { return enqueue_zeros(queue_, buffer.handle(), offset, bytes, nullptr); });
@@ -180,9 +187,9 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     cl_int code = CL_SUCCESS;
     device->context_ = cl::Context(chosen->device, nullptr, nullptr, nullptr, &code);
     if (code != CL_SUCCESS) return cl_failed("opening " + device->info_.name, code);
-    for (Queue* queue : {&device->kernels_, &device->uploads_}) {
+    for (Queue* queue : {&device->kernels_, &device->uploads_, &device->beside_}) {
         // Times are asked of kernels alone, and cost a GPU some microseconds a command.
-        const auto properties = queue == &device->kernels_ ? cl::QueueProperties::Profiling : cl::QueueProperties::None;
+        const auto properties = queue != &device->uploads_ ? cl::QueueProperties::Profiling : cl::QueueProperties::None;
         queue->queue_ = cl::CommandQueue(device->context_, chosen->device, properties, &code);
         if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
     }

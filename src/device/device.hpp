@@ -118,6 +118,8 @@ public:
     Status read(const Buffer& buffer, uint64_t offset, std::span<std::byte> target, Event* event);
     Status write_now(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source);
     Status read_now(const Buffer& buffer, uint64_t offset, std::span<std::byte> target);
+    // What follows begins after this event of another queue.
+    Status wait_for(const Event& event);
     Status flush();
     Status finish();
 
@@ -143,6 +145,8 @@ public:
     bool refused_memory() const { return refused_memory_; }
     Queue& kernels() { return kernels_; }
     Queue& uploads() { return uploads_; }
+    // For kernels that run beside those of kernels().
+    Queue& beside() { return beside_; }
     // Whether several threads may give commands at a time, as OpenCL promises. oclgrind crashes: its queues share lists without a lock.
     bool thread_safe() const { return info_.platform != "Oclgrind"; }
     uint32_t group_size() const { return group_size_; }
@@ -182,7 +186,7 @@ private:
     DeviceInfo info_;
     cl::Device device_;
     cl::Context context_;
-    Queue kernels_, uploads_;
+    Queue kernels_, uploads_, beside_;
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
     bool refused_memory_ = false;

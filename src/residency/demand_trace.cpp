@@ -27,7 +27,8 @@ struct Header {
     uint64_t path_count, ray_count, visit_count;
     uint32_t block_count, name_bytes;
     // of the recorded render
-    uint32_t policy, loads_in_flight, loads_into_free, max_age;
+    uint16_t policy, evict_ahead;
+    uint32_t loads_in_flight, loads_into_free, max_age;
     double hold_above_ready;
     uint64_t pool_bytes, slab_bytes;
     uint32_t slots, wait_for_loads, on_cpu, rounds_under_way;
@@ -97,7 +98,8 @@ Header make_header(const DemandTrace& trace) {
     header.visit_count = trace.visits.size();
     header.block_count = static_cast<uint32_t>(trace.block_bytes.size());
     header.name_bytes = static_cast<uint32_t>(std::min<size_t>(r.device.size(), longest_name));
-    header.policy = static_cast<uint32_t>(r.policy.kind);
+    header.policy = static_cast<uint16_t>(r.policy.kind);
+    header.evict_ahead = static_cast<uint16_t>(r.policy.evict_ahead);
     header.loads_in_flight = r.policy.loads_in_flight;
     header.loads_into_free = r.policy.loads_into_free;
     header.max_age = r.policy.max_age;
@@ -115,6 +117,7 @@ RecordedRender recorded_from(const Header& header, std::string device) {
     RecordedRender r;
     r.device = std::move(device);
     r.policy.kind = static_cast<PolicyKind>(header.policy);
+    r.policy.evict_ahead = header.evict_ahead;
     r.policy.loads_in_flight = header.loads_in_flight;
     r.policy.loads_into_free = header.loads_into_free;
     r.policy.max_age = header.max_age;

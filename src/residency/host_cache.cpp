@@ -38,11 +38,7 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
     for (;;) {
         const auto found = entries_.find(block);
         if (found == entries_.end()) break;
-        if (found->second.ready) {
-            found->second.holders++;
-            by_age_.splice(by_age_.end(), by_age_, found->second.age);
-            return std::span<const std::byte>(bytes_at(found->second.place, record.bytes(form_)));
-        }
+        if (found->second.ready) return hold(block, found->second);
         if (closed_) return Status::failed("the cache of blocks was closed");
         changed_.wait(lock);
     }
@@ -70,6 +66,19 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
     changed_.notify_all();
     if (!status.ok()) return status;
     return std::span<const std::byte>(target.first(record.bytes(form_)));
+}
+
+std::optional<std::span<const std::byte>> HostCache::acquire_if_there(uint32_t block) {
+    const Lock lock(mutex_);
+    const auto found = entries_.find(block);
+    if (found == entries_.end() || !found->second.ready) return std::nullopt;
+    return hold(block, found->second);
+}
+
+std::span<const std::byte> HostCache::hold(uint32_t block, Entry& entry) {
+    entry.holders++;
+    by_age_.splice(by_age_.end(), by_age_, entry.age);
+    return bytes_at(entry.place, file_.scene().blocks[block].bytes(form_));
 }
 
 void HostCache::release(uint32_t block) {

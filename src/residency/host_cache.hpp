@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <list>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -27,6 +28,8 @@ public:
     // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release
     // without this call).
     Result<std::span<const std::byte>> acquire(uint32_t block);
+    // The same without waiting or reading; nothing if the block is not there.
+    std::optional<std::span<const std::byte>> acquire_if_there(uint32_t block);
     void release(uint32_t block);
     // Ends all waiting: calls of acquire() that have to wait fail from now on.
     void close();
@@ -53,6 +56,7 @@ private:
     bool evict_oldest();
     Status add_chunk(Lock& lock);
     Status read(uint32_t block, std::span<std::byte> target) const;
+    std::span<const std::byte> hold(uint32_t block, Entry& entry);
     std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].memory.bytes().subspan(place.offset, bytes); }
 
     Device& device_;

@@ -12,6 +12,9 @@
 namespace raypager {
 namespace {
 
+// Loads that are submitted together: one event tells of all.
+constexpr size_t most_together = 8;
+
 // A thread reads and verifies some GB/s; a few of them keep up with a fast disk and with the bus, where there are cores to spare.
 size_t thread_count() { return std::clamp<size_t>(std::thread::hardware_concurrency() / 4, 1, 4); }
 
@@ -35,11 +38,12 @@ Loader::~Loader() {
     (void)device_.uploads().finish();  // they read the cache's memory
 }
 
-void Loader::start(std::span<const PlannedLoad> loads, const Event& free) {
+void Loader::start(std::span<const PlannedLoad> loads, const Event& free, const Event& free_before) {
     if (loads.empty()) return;
     {
         const std::lock_guard lock(mutex_);
-        for (const PlannedLoad& load : loads) waiting_.push_back({load.block, load.address, free, {}, {}});
+        for (const PlannedLoad& load : loads)
+            waiting_.push_back({load.block, load.address, load.was_free ? free_before : free, {}, {load.block, 0, 0}, {}});
     }
     changed_.notify_all();
 }
@@ -70,22 +74,25 @@ Result<std::vector<Arrival>> Loader::arrived(bool wait) {
             lock.lock();
         }
         size_t done = 0;
-        for (; done < submitted_.size(); done++) {
-            auto finished = submitted_[done].upload.finished();
+        const Load* last_done = nullptr;
+        const Load* under_way = nullptr;
+        for (size_t i = 0; i < submitted_.size() && under_way == nullptr; i++) {
+            if (!submitted_[i].upload) continue;
+            auto finished = submitted_[i].upload->finished();
             if (!finished) return finished.status();
-            if (!*finished) break;
+            (*finished ? last_done : under_way) = &submitted_[i];
+            if (*finished) done = i + 1;
         }
         // Done already; but only a wait makes what was written visible to kernels of another queue (OpenCL 1.2, 5.9). The queue is in order.
-        if (done > 0) RAYPAGER_TRY(submitted_[done - 1].upload.wait());
+        if (last_done) RAYPAGER_TRY(last_done->upload->wait());
         for (; done > 0; done--) {
             blocks.push_back(submitted_.front().arrival);
             cache_.release(submitted_.front().block);
             submitted_.pop_front();
         }
         if (!blocks.empty() || !wait) return blocks;
-        if (!submitted_.empty()) {
-            // Only this thread takes uploads off the list, so the event stays valid without the lock.
-            const Event upload = submitted_.front().upload;
+        if (under_way) {
+            const Event upload = *under_way->upload;
             lock.unlock();
             RAYPAGER_TRY(upload.wait());
             lock.lock();
@@ -97,45 +104,66 @@ Result<std::vector<Arrival>> Loader::arrived(bool wait) {
     }
 }
 
-// Gets a block and starts its upload.
-Status Loader::bring(Load& load) {
+// Gets the blocks that are not held yet and starts the uploads.
+Status Loader::bring(std::vector<Load>& loads) {
     try {
-        const auto bytes = cache_.acquire(load.block);
-        if (!bytes) return bytes.status();
-        load.arrival = {load.block, 0, 0};
-        if (cache_.form() == BlockForm::stored) {
-            rp_block_header header;
-            std::memcpy(&header, bytes->data(), sizeof header);
-            load.arrival = {load.block, header.leaves_at, header.vertices_at};
+        for (Load& load : loads) {
+            if (load.bytes.empty()) {
+                const auto bytes = cache_.acquire(load.block);
+                if (!bytes) return bytes.status();
+                load.bytes = *bytes;
+            }
+            if (cache_.form() == BlockForm::stored) {
+                rp_block_header header;
+                std::memcpy(&header, load.bytes.data(), sizeof header);
+                load.arrival = {load.block, header.leaves_at, header.vertices_at};
+            }
+            inject_delay();
         }
-        inject_delay();
-        // Not under the lock that the render loop needs: drivers take their time. So as few calls as will do: the queue is in order, so it
-        // waits for an event once; and it is flushed once for all loads that are there.
-        const std::lock_guard order(submitting_);
-        const bool waits_already = load.free.handle()() == last_free_.handle()();
-        last_free_ = load.free;
-        RAYPAGER_TRY(
-            device_.uploads().write(slabs_[load.address.slab], load.address.offset, *bytes, &load.upload, waits_already ? nullptr : &load.free));
-        {
-            const std::lock_guard lock(mutex_);
-            submitted_.push_back(load);
-            unflushed_ = !waiting_.empty();
-            if (unflushed_) return {};
-        }
-        return device_.uploads().flush();
+        return submit(loads);
     } catch (const std::bad_alloc&) {
         return Status::failed("not enough host memory to load a block; give a smaller --host-limit");
     }
 }
 
+// Not under the lock that the render loop needs: drivers take their time, and while one thread asks, others wait. So as few calls as will do: the
+// queue is in order, so it waits for an event once, and one event tells of all uploads before it; and it is flushed once for all that are there.
+Status Loader::submit(std::vector<Load>& loads) {
+    const std::lock_guard order(submitting_);
+    for (Load& load : loads) {
+        const bool waits_already = load.free.handle()() == last_free_.handle()(), last = &load == &loads.back();
+        last_free_ = load.free;
+        if (last) load.upload.emplace();
+        RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, load.bytes, last ? &*load.upload : nullptr,
+                                             waits_already ? nullptr : &load.free));
+    }
+    {
+        const std::lock_guard lock(mutex_);
+        submitted_.insert(submitted_.end(), loads.begin(), loads.end());
+        unflushed_ = !waiting_.empty();
+        if (unflushed_) return {};
+    }
+    return device_.uploads().flush();
+}
+
 void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
-    Load load = waiting_.front();
-    waiting_.pop_front();
-    reading_[load.block] = std::chrono::steady_clock::now();
+    std::vector<Load> loads;
+    const auto take = [&](std::optional<std::span<const std::byte>> bytes) {
+        loads.push_back(waiting_.front());
+        if (bytes) loads.back().bytes = *bytes;
+        waiting_.pop_front();
+        reading_[loads.back().block] = std::chrono::steady_clock::now();
+        return bytes.has_value();
+    };
+    // Who waits for room in the cache must not hold blocks that are not submitted: a block that is not there is brought alone.
+    for (bool there = take(cache_.acquire_if_there(waiting_.front().block)); there && !waiting_.empty() && loads.size() < most_together;) {
+        const auto bytes = cache_.acquire_if_there(waiting_.front().block);
+        there = bytes && take(bytes);
+    }
     lock.unlock();
-    const Status status = bring(load);
+    const Status status = bring(loads);
     lock.lock();
-    reading_.erase(load.block);
+    for (const Load& load : loads) reading_.erase(load.block);
     if (!status.ok() && failure_.ok()) failure_ = status;
 }
 

@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -28,8 +29,8 @@ public:
     // cache and slabs outlive the loader. threads 0: as many as the processor has cores for.
     static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads = 0);
     ~Loader();
-    // The places are written after `free`: when no kernel reads them any more.
-    void start(std::span<const PlannedLoad> loads, const Event& free);
+    // The places are written after `free`, when no kernel reads them any more; those that were free before after `free_before`.
+    void start(std::span<const PlannedLoad> loads, const Event& free, const Event& free_before);
     // Blocks whose upload has finished since the last call. With wait set, and loads under way, returns at least one.
     Result<std::vector<Arrival>> arrived(bool wait);
     uint32_t under_way() const;
@@ -40,14 +41,17 @@ private:
     struct Load {
         uint32_t block;
         PoolAddress address;
-        Event free, upload;
+        Event free;
+        std::span<const std::byte> bytes;  // held in the cache from when a thread works on it
         Arrival arrival;
+        std::optional<Event> upload;  // of the last of those that are submitted together: the queue is in order
     };
     Loader(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) : device_(device), cache_(cache), slabs_(slabs) {}
     void work();
-    // Holds the lock before and after, not meanwhile.
+    // Brings the first that waits, and those that follow as far as they are in the cache. Holds the lock before and after, not meanwhile.
     void carry_out_first(std::unique_lock<std::mutex>& lock);
-    Status bring(Load& load);
+    Status bring(std::vector<Load>& loads);
+    Status submit(std::vector<Load>& loads);
 
     Device& device_;
     HostCache& cache_;

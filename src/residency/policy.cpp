@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace raypager {
 namespace {
@@ -95,6 +96,49 @@ std::vector<uint32_t> eviction_order(const PolicySettings& settings, const Polic
     return order;
 }
 
+// Blocks that may go, the least needed first, sorted when the first is asked for.
+class Victims {
+public:
+    Victims(const PolicySettings& settings, const PolicyInput& input) : settings_(settings), input_(input) {}
+    // The one behind the last that is to go, and how many are behind that one; nullptr: there is none.
+    const BlockState* next(size_t behind = 0) {
+        if (!sorted_) order_ = eviction_order(settings_, input_);
+        sorted_ = true;
+        return taken_ + behind < order_.size() ? &input_.blocks[order_[taken_ + behind]] : nullptr;
+    }
+    // The next ones go.
+    void take(size_t count, std::vector<uint32_t>& evict) {
+        const auto first = order_.begin() + static_cast<std::ptrdiff_t>(taken_);
+        evict.insert(evict.end(), first, first + static_cast<std::ptrdiff_t>(count));
+        taken_ += count;
+    }
+
+private:
+    const PolicySettings& settings_;
+    const PolicyInput& input_;
+    std::vector<uint32_t> order_;
+    bool sorted_ = false;
+    size_t taken_ = 0;
+};
+
+// Evicts as few as make room for so many bytes in one piece. Nothing if that cannot be: the rest of the pool is being loaded, or has not been seen by
+// a round.
+std::optional<PoolAddress> evict_for(uint64_t bytes, SlabAllocator& pool, Victims& victims, std::vector<uint32_t>& evict) {
+    size_t count = 0;
+    for (bool room = pool.fits(bytes); !room; count++) {
+        const BlockState* victim = victims.next(count);
+        if (!victim) break;
+        room = pool.release(victim->address, victim->bytes) >= bytes;
+    }
+    const auto place = pool.allocate(bytes);
+    if (place) {
+        if (count > 0) victims.take(count, evict);
+    } else {
+        while (count-- > 0) pool.take_back(victims.next(count)->address, victims.next(count)->bytes);
+    }
+    return place;
+}
+
 }  // namespace
 
 PolicySettings default_settings(PolicyKind kind) {
@@ -118,6 +162,7 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
     settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 2), 2, on_cpu ? 16 : 64));
     settings.loads_into_free = 256;
+    if (!on_cpu) settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / 2, 16));
     return settings;
 }
 
@@ -130,9 +175,7 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
     std::vector<Candidate> wanted = load_candidates(settings, input);
     std::make_heap(wanted.begin(), wanted.end());
     const bool hold = input.ready_rays > settings.hold_above_ready * input.slots;
-    std::vector<uint32_t> victims;
-    size_t next_victim = 0;
-    bool victims_known = false;
+    Victims victims(settings, input);
     for (; !wanted.empty(); wanted.pop_back()) {
         std::pop_heap(wanted.begin(), wanted.end());
         const uint32_t block = wanted.back().block;
@@ -141,22 +184,21 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
         if (in_flight < settings.loads_into_free) place = pool.allocate(bytes);
         if (!place) {
             if (hold || in_flight >= settings.loads_in_flight) break;
-            if (!victims_known) victims = eviction_order(settings, input);
-            victims_known = true;
-            size_t last = next_victim;
-            for (bool room = pool.fits(bytes); !room && last < victims.size(); last++)
-                room = pool.release(input.blocks[victims[last]].address, input.blocks[victims[last]].bytes) >= bytes;
-            place = pool.allocate(bytes);
-            if (!place) {  // the rest of the pool is being loaded, or has not been seen by a round: nothing is evicted then
-                while (last-- > next_victim) pool.take_back(input.blocks[victims[last]].address, input.blocks[victims[last]].bytes);
-                break;
-            }
-            plan.evict.insert(plan.evict.end(), victims.begin() + static_cast<std::ptrdiff_t>(next_victim),
-                              victims.begin() + static_cast<std::ptrdiff_t>(last));
-            next_victim = last;
+            place = evict_for(bytes, pool, victims, plan.evict);
+            if (!place) break;
         }
-        plan.load.push_back({block, *place});
+        plan.load.push_back({block, *place, plan.evict.empty()});
         in_flight++;
+    }
+    // The next one is as large as any other, so that as many bytes as that are room for it and those behind it.
+    if (!wanted.empty() && !hold) {
+        const uint64_t room = settings.evict_ahead * uint64_t{input.blocks[wanted.front().block].bytes};
+        while (pool.free_bytes() < room) {
+            const BlockState* victim = victims.next();
+            if (!victim) break;
+            pool.release(victim->address, victim->bytes);
+            victims.take(1, plan.evict);
+        }
     }
     return plan;
 }

@@ -29,13 +29,15 @@ struct PolicySettings {
     PolicyKind kind = PolicyKind::aged_wants;
     uint32_t loads_in_flight = 2;    // while blocks must be evicted for them
     uint32_t loads_into_free = 8;    // while there is free space
+    uint32_t evict_ahead = 0;        // so many of those that are wanted next are to find free space: they need not wait for rounds under way
     double hold_above_ready = 0.15;  // no load that evicts starts while more than this share of the slots is ready; 1: never held back
     uint32_t max_age = 0;            // rounds after which the longest wanted block comes first whatever the policy says; 0: never
 };
 PolicySettings default_settings(PolicyKind kind);
 // The same for a pool and blocks of these sizes. Each round has a cost of its own, so small blocks come several at a time; but no more
 // than a part of the pool (two are always allowed), for what is on its way serves no ray yet. A GPU's rounds are short beside their fixed
-// cost, and its bus is wide: more at a time than on a CPU. The paper's policy swaps one block a round.
+// cost, and its bus is wide: more at a time than on a CPU, and some without waiting for the round that has begun meanwhile. The paper's policy swaps
+// one block a round.
 PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, bool on_cpu);
 
 struct PolicyInput {
@@ -49,6 +51,7 @@ struct PolicyInput {
 struct PlannedLoad {
     uint32_t block;
     PoolAddress address;
+    bool was_free = false;  // the place was free before this plan
 };
 
 struct Plan {

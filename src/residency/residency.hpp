@@ -92,6 +92,7 @@ private:
     std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
     uint64_t mapped_bytes_ = 0;
     uint32_t last_arrival_round_ = 0;
+    Event last_plan_end_;  // when the rounds that had been started at the last plan have ended
 };
 
 }  // namespace raypager

@@ -84,11 +84,11 @@ Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, 
     return device.kernel(stage, "rp_" + stage, definitions() + more_definitions);
 }
 
-Status GeometryBuffers::launch(Device& device, const Kernel& kernel, uint64_t rays, Event* event) const {
+Status GeometryBuffers::launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const {
     const uint64_t cores = device.info().compute_units;
-    if (form_ == BlockForm::wide) return device.kernels().launch(kernel, cores * stream_items_per_core, 1, event);
+    if (form_ == BlockForm::wide) return queue.launch(kernel, cores * stream_items_per_core, 1, event);
     rays = std::min(rays, cores * (device.info().type == "CPU" ? ray_items_per_core : ray_items_per_gpu_unit));
-    return device.kernels().launch(kernel, rays, device.group_size(), event);
+    return queue.launch(kernel, rays, device.group_size(), event);
 }
 
 }  // namespace raypager

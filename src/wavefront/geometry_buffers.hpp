@@ -34,7 +34,7 @@ public:
     // more_definitions: " -D..." beside definitions().
     Result<Kernel> kernel(Device& device, const std::string& name, const std::string& more_definitions = {}) const;
     // Launches such a kernel for a queue of up to `rays` rays; each work-item loops over its share of them.
-    Status launch(Device& device, const Kernel& kernel, uint64_t rays, Event* event) const;
+    Status launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const;
     // Sets RP_GEOMETRY_PARAMETERS, the wide top tree if the blocks are wide, and block_count, then the rest.
     template <class... Rest>
     Status set(Kernel& kernel, const Rest&... rest) const {

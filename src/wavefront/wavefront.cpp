@@ -245,15 +245,26 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
     RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
     RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
     RAYPAGER_TRY(launch_wake(newly_published, flight));
+    // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
+    // not read: their slots are different ones.
+    if (connects_beside()) {
+        RAYPAGER_TRY(queue.flush());
+        RAYPAGER_TRY(device_.beside().wait_for(flight.stages[0]));
+        RAYPAGER_TRY(geometry_.launch(device_, device_.beside(), connect_, slots, &flight.stages[4]));
+        RAYPAGER_TRY(device_.beside().flush());
+    }
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
     RAYPAGER_TRY(queue.launch(advance_, as_on_cpus() ? 1 : std::max<uint64_t>(blocks, 1), group));
     if (persistent_)
         RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &flight.stages[2]));
     else
-        RAYPAGER_TRY(geometry_.launch(device_, extend, slots, &flight.stages[2]));
+        RAYPAGER_TRY(geometry_.launch(device_, queue, extend, slots, &flight.stages[2]));
     const uint32_t cores = device_.info().compute_units;
     RAYPAGER_TRY(queue.launch(shade_, as_on_cpus() ? cores * shade_items_per_core : items, as_on_cpus() ? 1 : group, &flight.stages[3]));
-    RAYPAGER_TRY(geometry_.launch(device_, connect_, slots, &flight.stages[4]));
+    if (connects_beside())
+        RAYPAGER_TRY(queue.wait_for(flight.stages[4]));
+    else
+        RAYPAGER_TRY(geometry_.launch(device_, queue, connect_, slots, &flight.stages[4]));
     const std::span<std::byte> results = flight.results.bytes();
     RAYPAGER_TRY(queue.read(counters_, 0, results.first(counters_.bytes()), &flight.read));
     RAYPAGER_TRY(queue.read(geometry_.demand(), 0, results.subspan(counters_.bytes()), &flight.read));

@@ -63,7 +63,10 @@ public:
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool all_resident,
                                                      bool count_bounces, const VisitLogSettings& visits = {});
     // Waits for what is in the kernel queue: results under way have their place here.
-    ~Wavefront() { (void)device_.kernels().finish(); }
+    ~Wavefront() {
+        (void)device_.kernels().finish();
+        (void)device_.beside().finish();
+    }
     // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way. newly_published: at least those blocks
     // that are in the page table now and were not in the round before.
     Status start_round(uint32_t round, std::span<const uint32_t> newly_published);
@@ -90,7 +93,7 @@ public:
     bool begins_again() const { return begun_again_ < again_list_.size(); }
 
     const rp_render_params& params() const { return params_; }
-    // Time on the device so far: wake, generate, extend, shade, connect.
+    // Time on the device so far: wake, generate, extend, shade, connect. On GPUs the last and the three before it run beside one another.
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
 
 private:
@@ -106,6 +109,8 @@ private:
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     // Where rays are traced one by one, CPUs do as GPUs do: so that they can be tested in place of them.
     bool as_on_cpus() const { return geometry_.form() == BlockForm::wide; }
+    // Whether shadow rays are traced while extension rays are. What is recorded stays in the order of the stages.
+    bool connects_beside() const { return !as_on_cpus() && visit_settings_.capacity == 0; }
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();

@@ -233,7 +233,7 @@ protected:
         EXPECT_TRUE(ray_buffer.ok() && before_buffer.ok() && after_buffer.ok());
         const auto count = static_cast<uint32_t>(which.size());
         EXPECT_TRUE(scene_->geometry().set(kernel_, *ray_buffer, *before_buffer, count, *after_buffer).ok());
-        EXPECT_TRUE(scene_->geometry().launch(device, kernel_, count, nullptr).ok());
+        EXPECT_TRUE(scene_->geometry().launch(device, device.kernels(), kernel_, count, nullptr).ok());
         EXPECT_TRUE(queue().read_now(*after_buffer, 0, std::as_writable_bytes(std::span(after))).ok());
         return after;
     }

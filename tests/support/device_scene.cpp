@@ -74,7 +74,7 @@ Result<std::vector<ProbeHit>> DeviceScene::trace(const std::vector<ProbeRay>& ra
     if (!output) return output.status();
     RAYPAGER_TRY(geometry_->set(*kernel, *input, static_cast<uint32_t>(rays.size()), *output));
     if (geometry_->form() == BlockForm::wide)
-        RAYPAGER_TRY(geometry_->launch(*device_, *kernel, rays.size(), nullptr));
+        RAYPAGER_TRY(geometry_->launch(*device_, device_->kernels(), *kernel, rays.size(), nullptr));
     else
         RAYPAGER_TRY(device_->kernels().launch(*kernel, rays.size(), device_->group_size()));
     std::vector<ProbeHit> hits(rays.size());

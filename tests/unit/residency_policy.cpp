@@ -120,6 +120,27 @@ TEST(Policy, sweep_loads_in_turn_whatever_is_wanted) {
     EXPECT_TRUE(plan_paging(settings, {blocks, 10, 0, 100, 4}, pool).load.empty());  // nobody waits
 }
 
+TEST(Policy, room_is_made_ahead_for_those_that_come_next) {
+    SlabAllocator pool({640});
+    std::vector<BlockState> blocks;
+    for (uint32_t i = 0; i < 10; i++) blocks.push_back(resident(pool, i, 0));
+    for (uint32_t i = 0; i < 10; i++) blocks.push_back(absent(5));
+    PolicySettings settings = default_settings(PolicyKind::aged_wants);
+    EXPECT_EQ(plan_paging(settings, {blocks, 10, 0, 100}, pool).evict.size(), settings.loads_in_flight);
+    settings.evict_ahead = 3;
+    const Plan first = plan_paging(settings, {blocks, 10, 0, 100}, pool);
+    EXPECT_EQ(first.load.size(), settings.loads_in_flight);
+    EXPECT_EQ(first.evict.size(), settings.loads_in_flight + 3);
+    EXPECT_FALSE(first.load[0].was_free);
+    for (const uint32_t block : first.evict) blocks[block].state = PageState::absent;
+    for (const PlannedLoad& load : first.load) blocks[load.block].state = PageState::loading;
+    const Plan second = plan_paging(settings, {blocks, 11, 0, 100}, first.pool);
+    ASSERT_EQ(second.load.size(), 3u);
+    for (const PlannedLoad& load : second.load) EXPECT_TRUE(load.was_free);
+    // While loads are held back, nobody goes for those to come.
+    EXPECT_TRUE(plan_paging(settings, {blocks, 11, 100, 100}, first.pool).evict.empty());
+}
+
 TEST(Policy, loads_in_flight_follow_the_pool) {
     const auto loads = [](PolicyKind kind, uint64_t pool) { return default_settings(kind, pool, 1000, true).loads_in_flight; };
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000), 2u);
@@ -160,7 +181,9 @@ TEST(Policy, random_states_give_sound_plans) {
         }
         const PolicyKind kind = policy_names[below(policy_names.size())].kind;
         const auto turn = below(static_cast<uint32_t>(blocks.size()));
-        const Plan result = plan_paging(default_settings(kind), {blocks, round, 0, 1000, turn}, pool);
+        PolicySettings settings = default_settings(kind);
+        settings.evict_ahead = below(5);
+        const Plan result = plan_paging(settings, {blocks, round, 0, 1000, turn}, pool);
         SlabAllocator replay = pool;  // what the plan's pool must come to
         for (const uint32_t block : result.evict) {
             replay.release(blocks[block].address, blocks[block].bytes);
@@ -177,6 +200,12 @@ TEST(Policy, random_states_give_sound_plans) {
             EXPECT_EQ(blocks[load.block].state, PageState::absent);
             if (kind != PolicyKind::sweep) {
                 EXPECT_GT(blocks[load.block].wants, 0u);
+            }
+            // Kernels may read what is evicted until the rounds that were started have ended.
+            for (const BlockState& block : blocks) {
+                if (!load.was_free || block.state == PageState::absent || block.address.slab != load.address.slab) continue;
+                EXPECT_TRUE(load.address.offset + blocks[load.block].bytes <= block.address.offset ||
+                            block.address.offset + block.bytes <= load.address.offset);
             }
             extents.emplace_back(load.address.slab, load.address.offset, blocks[load.block].bytes);
             replay.take_back(load.address, blocks[load.block].bytes);
