@@ -131,8 +131,8 @@ Status Loader::bring(std::vector<Load>& loads) {
 Status Loader::submit(std::vector<Load>& loads) {
     const std::lock_guard order(submitting_);
     for (Load& load : loads) {
-        const bool waits_already = load.free.handle()() == last_free_.handle()(), last = &load == &loads.back();
-        last_free_ = load.free;
+        const bool waits_already = load.free.empty() || load.free.handle()() == last_free_.handle()(), last = &load == &loads.back();
+        if (!waits_already) last_free_ = load.free;
         if (last) load.upload.emplace();
         RAYPAGER_TRY(device_.uploads().write(slabs_[load.address.slab], load.address.offset, load.bytes, last ? &*load.upload : nullptr,
                                              waits_already ? nullptr : &load.free));
