@@ -1,4 +1,4 @@
-// First stage of a round, beside rays traced one by one, on GPUs: sorts all slots by what they can do now. Rays whose block is resident go into
+// First stage of a round, beside rays traced one by one, as on GPUs: sorts all slots by what they can do now. Rays whose block is resident go into
 // the queue, rays whose block is absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new
 // camera paths.
 #include "lib/path.cl"

@@ -111,7 +111,7 @@ static inline void rp_fetch_slots(const rp_awake_words* words, uint i, const __g
 
 static inline uint rp_bundle_of(uint state, uint bundle_scale) { return mul_hi(state >> RP_STATUS_BLOCK_SHIFT, bundle_scale); }
 
-// awake: see abi/path.h. queue: has room for one more than slot_count, which stands for nothing.
+// awake: see abi/path.h. queue: has room for one more than slot_count for each work-item, which stands for nothing.
 __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_count, __global ulong* restrict awake, __global uint* restrict queue,
                              __global uint* restrict free_list, volatile __global uint* restrict counters, uint bundle_scale) {
     const uint items = (uint)get_global_size(0), words = RP_AWAKE_WORDS(slot_count), each = (words + items - 1u) / items;
@@ -143,6 +143,7 @@ __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_cou
 
     // Puts them there.
     const uint first_extend = atomic_add(counters + RP_COUNT_EXTEND, rp_begin_bundles(bundles[RP_KIND_EXTEND]));
+    const uint nowhere = slot_count + (uint)get_global_id(0);
     const uint first_shadow = slot_count - 1u - atomic_add(counters + RP_COUNT_SHADOW, rp_begin_bundles(bundles[RP_KIND_SHADOW]));
     for (found.next = first; rp_next_words(&found, awake);) {
         for (uint i = 0u; i < found.count; i++) {
@@ -150,7 +151,7 @@ __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_cou
             for (ulong look = awake[found.number[i]]; look != 0ul; look &= look - 1ul) {
                 const uint slot = RP_AWAKE_SLOTS * found.number[i] + rp_lowest(look), state = status[slot], kind = rp_kind_of(state & RP_STATUS_MASK);
                 const uint place = bundles[kind][rp_bundle_of(state, bundle_scale)]++;
-                queue[kind == RP_KIND_EXTEND ? first_extend + place : kind == RP_KIND_SHADOW ? first_shadow - place : slot_count] = slot;
+                queue[kind == RP_KIND_EXTEND ? first_extend + place : kind == RP_KIND_SHADOW ? first_shadow - place : nowhere] = slot;
             }
         }
     }

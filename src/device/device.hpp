@@ -1,5 +1,6 @@
-// An OpenCL device as the engine uses it: buffers that are counted against a limit, an in-order queue for kernels, a second one for
-// uploads, kernels from the embedded sources. The only place where buffers are created, and the only user of OpenCL's headers.
+// An OpenCL device as the engine uses it: buffers that are counted against a limit, in-order queues for kernels, for
+// kernels beside those, and for uploads, kernels from the embedded sources. The only place where buffers are created, and the only user of OpenCL's
+// headers.
 #pragma once
 
 #include <CL/opencl.hpp>

@@ -373,6 +373,7 @@ Result<RenderResult> Renderer::result() {
         report.seconds.stages[i] = done.stage_seconds[i];
         report.seconds.trace += done.stage_seconds[i];
     }
+    report.seconds.trace -= static_cast<double>(wavefront_->beside_nanoseconds()) * 1e-9;
     report.seconds.stall = done.stall_seconds;
     report.seconds.snapshots = snapshot_seconds_;
     report.seconds.build = device_->build_seconds();

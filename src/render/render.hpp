@@ -60,8 +60,9 @@ struct RenderOptions {
     uint64_t record_paths = 0;  // about so many paths are recorded in RenderResult::trace; 0: none
     // For tests: the largest slab of the pool, so that small scenes fill several; and how many threads load.
     uint64_t slab_bytes = 0;
-    uint32_t loader_threads = 0;    // 0: by the number of cores
-    uint32_t rounds_under_way = 0;  // 1 or 2; 0: what suits the device
+    uint32_t loader_threads = 0;          // 0: by the number of cores
+    uint32_t rounds_under_way = 0;        // 1 or 2; 0: what suits the device
+    std::optional<uint32_t> evict_ahead;  // for tests: as PolicySettings has it
     CheckpointOptions checkpoint;
     double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never
     // Set from outside: with a checkpoint, end after the round under way; without, after the passes under way, so that no work is lost.
@@ -103,7 +104,7 @@ struct RenderReport {
     } checkpoint;
     struct Seconds {
         double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
-        double trace = 0;                                    // kernels on the device, the sum of ...
+        double trace = 0;                                    // kernels on the device, the sum of, but for what ran side by side, ...
         std::array<double, 5> stages{};                      // ... wake, generate, extend, shade, connect
         double snapshots = 0;                                // of render: what the snapshots took
     } seconds;

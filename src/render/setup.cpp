@@ -159,7 +159,11 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
     const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
     PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.type == "CPU");
-    if (options.loads_in_flight) policy.loads_in_flight = options.loads_in_flight;
+    if (options.evict_ahead) policy.evict_ahead = *options.evict_ahead;
+    if (options.loads_in_flight) {
+        policy.loads_in_flight = options.loads_in_flight;
+        policy.evict_ahead = std::min(policy.evict_ahead, options.loads_in_flight);
+    }
     if (options.hold_above_ready) policy.hold_above_ready = *options.hold_above_ready;
     return policy;
 }

@@ -156,7 +156,11 @@ void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
         return bytes.has_value();
     };
     // Who waits for room in the cache must not hold blocks that are not submitted: a block that is not there is brought alone.
-    for (bool there = take(cache_.acquire_if_there(waiting_.front().block)); there && !waiting_.empty() && loads.size() < most_together;) {
+    // Nor does one that need not wait for rounds under way go with those that must.
+    const auto may_join = [&] {
+        return !waiting_.empty() && loads.size() < most_together && waiting_.front().free.handle()() == loads.front().free.handle()();
+    };
+    for (bool there = take(cache_.acquire_if_there(waiting_.front().block)); there && may_join();) {
         const auto bytes = cache_.acquire_if_there(waiting_.front().block);
         there = bytes && take(bytes);
     }

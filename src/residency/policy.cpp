@@ -139,6 +139,22 @@ std::optional<PoolAddress> evict_for(uint64_t bytes, SlabAllocator& pool, Victim
     return place;
 }
 
+// Evicts for those of the wanted blocks that come next: the last, and, roughly, the first of the heap before it. No more than were under way if the
+// loads that this makes room for came beside those that evict.
+void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, const std::vector<Candidate>& wanted, uint32_t in_flight,
+                     SlabAllocator& pool, Victims& victims, std::vector<uint32_t>& evict) {
+    const uint32_t most = settings.loads_in_flight + settings.evict_ahead;
+    const size_t count = std::min<size_t>({settings.evict_ahead, most - std::min(most, in_flight), wanted.size()});
+    uint64_t room = 0;
+    for (size_t i = 0; i < count; i++) room += input.blocks[(i == 0 ? wanted.back() : wanted[i - 1]).block].bytes;
+    while (pool.free_bytes() < room) {
+        const BlockState* victim = victims.next();
+        if (!victim) break;
+        pool.release(victim->address, victim->bytes);
+        victims.take(1, evict);
+    }
+}
+
 }  // namespace
 
 PolicySettings default_settings(PolicyKind kind) {
@@ -176,6 +192,7 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
     std::make_heap(wanted.begin(), wanted.end());
     const bool hold = input.ready_rays > settings.hold_above_ready * input.slots;
     Victims victims(settings, input);
+    bool full = false;  // of what cannot go
     for (; !wanted.empty(); wanted.pop_back()) {
         std::pop_heap(wanted.begin(), wanted.end());
         const uint32_t block = wanted.back().block;
@@ -185,21 +202,13 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
         if (!place) {
             if (hold || in_flight >= settings.loads_in_flight) break;
             place = evict_for(bytes, pool, victims, plan.evict);
-            if (!place) break;
+            full = !place;
+            if (full) break;
         }
         plan.load.push_back({block, *place, plan.evict.empty()});
         in_flight++;
     }
-    // The next one is as large as any other, so that as many bytes as that are room for it and those behind it.
-    if (!wanted.empty() && !hold) {
-        const uint64_t room = settings.evict_ahead * uint64_t{input.blocks[wanted.front().block].bytes};
-        while (pool.free_bytes() < room) {
-            const BlockState* victim = victims.next();
-            if (!victim) break;
-            pool.release(victim->address, victim->bytes);
-            victims.take(1, plan.evict);
-        }
-    }
+    if (!hold && !full) make_room_ahead(settings, input, wanted, in_flight, pool, victims, plan.evict);
     return plan;
 }
 

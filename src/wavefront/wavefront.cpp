@@ -16,7 +16,7 @@ namespace {
 
 constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
 // On CPUs. Each puts what it finds into bundles of its own.
-constexpr uint32_t wake_items_per_core = 1;
+constexpr uint32_t wake_items_per_core = 1, most_wake_items = 1024;
 // On GPUs, where no ray waits for long: slots that wait keep their neighbours from being used.
 constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
@@ -65,7 +65,8 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + (2 * RP_NAP + 1) * sizeof(uint32_t);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + 2 * RP_NAP * sizeof(uint32_t) +
+                  (form == BlockForm::wide ? most_wake_items * sizeof(uint32_t) : 0);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = path_bytes;
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
@@ -90,6 +91,8 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     return wavefront;
 }
 
+uint32_t Wavefront::wake_items() const { return std::min(device_.info().compute_units * wake_items_per_core, most_wake_items); }
+
 Status Wavefront::upload_scene(const BakedScene& scene) {
     std::vector<rp_light> lights = scene.lights;
     const std::vector<uint32_t> steps = light_steps(lights);
@@ -112,7 +115,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
 }
 
 Status Wavefront::allocate_state() {
-    const uint64_t slots = params_.slot_count;
+    const uint64_t slots = params_.slot_count, queue_words = slots + (as_on_cpus() ? wake_items() : 0);
     struct Part {
         Buffer& buffer;
         uint64_t bytes;
@@ -121,7 +124,7 @@ Status Wavefront::allocate_state() {
     const Part parts[] = {{film_, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
                           {status_, 2 * RP_STATUS_WORDS(slots) * sizeof(uint32_t), "path states"},
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
-                          {queue_, (slots + 1) * sizeof(uint32_t), "the ray queue"},
+                          {queue_, queue_words * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
                           {again_, again_bytes(slots), "samples to trace again"},
                           {naps_, as_on_cpus() ? 0 : nap_count(slots) * sizeof(uint64_t), "sleeping slots"},
@@ -215,11 +218,11 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Flight&
         if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
         const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
         RAYPAGER_TRY(rouse_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), count, names));
-        RAYPAGER_TRY(queue.launch(rouse_, device_.info().compute_units * wake_items_per_core, 1, &flight.rouse));
+        RAYPAGER_TRY(queue.launch(rouse_, wake_items(), 1, &flight.rouse));
     }
     if (as_on_cpus()) {
         RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
-        return queue.launch(wake_, device_.info().compute_units * wake_items_per_core, 1, &flight.stages[0]);
+        return queue.launch(wake_, wake_items(), 1, &flight.stages[0]);
     }
     const uint32_t bit_scale = nap_bit_scale(blocks);
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
@@ -275,12 +278,17 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     RAYPAGER_CHECK(finished_ < started_);
     Flight& flight = flights_[finished_++ % most_rounds];
     RAYPAGER_TRY(flight.read.wait());
+    // What comes behind an event of another queue may run even if that ended badly.
+    if (connects_beside()) RAYPAGER_TRY(flight.stages[4].wait());
     const std::span<std::byte> results = flight.results.bytes();
     std::memcpy(counters.words.data(), results.data(), counters_.bytes());
     demand = {reinterpret_cast<const uint32_t*>(results.data() + counters_.bytes()), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
     begun_again_ += std::min(listed_again_, counters.free_slots());
-    for (size_t i = 0; i < flight.stages.size(); i++) stage_ns_[i] += flight.stages[i].duration_ns();
-    if (flight.roused) stage_ns_[0] += flight.rouse.duration_ns();
+    std::array<uint64_t, 5> ns;
+    for (size_t i = 0; i < ns.size(); i++) ns[i] = flight.stages[i].duration_ns();
+    if (flight.roused) ns[0] += flight.rouse.duration_ns();
+    for (size_t i = 0; i < ns.size(); i++) stage_ns_[i] += ns[i];
+    if (connects_beside()) beside_ns_ += std::min(ns[1] + ns[2] + ns[3], ns[4]);
     return {};
 }
 

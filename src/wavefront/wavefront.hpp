@@ -62,12 +62,12 @@ public:
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, bool all_resident,
                                                      bool count_bounces, const VisitLogSettings& visits = {});
-    // Waits for what is in the kernel queue: results under way have their place here.
+    // Waits for what is in the queues of kernels: results under way have their place here.
     ~Wavefront() {
         (void)device_.kernels().finish();
         (void)device_.beside().finish();
     }
-    // Puts all stages of a round into the kernel queue. At most most_rounds rounds may be under way. newly_published: at least those blocks
+    // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. newly_published: at least those blocks
     // that are in the page table now and were not in the round before.
     Status start_round(uint32_t round, std::span<const uint32_t> newly_published);
     // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
@@ -95,6 +95,8 @@ public:
     const rp_render_params& params() const { return params_; }
     // Time on the device so far: wake, generate, extend, shade, connect. On GPUs the last and the three before it run beside one another.
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
+    // Of their sum, so much was beside one another.
+    uint64_t beside_nanoseconds() const { return beside_ns_; }
 
 private:
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
@@ -111,6 +113,7 @@ private:
     bool as_on_cpus() const { return geometry_.form() == BlockForm::wide; }
     // Whether shadow rays are traced while extension rays are. What is recorded stays in the order of the stages.
     bool connects_beside() const { return !as_on_cpus() && visit_settings_.capacity == 0; }
+    uint32_t wake_items() const;
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();
@@ -136,6 +139,7 @@ private:
     std::array<Flight, most_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};
+    uint64_t beside_ns_ = 0;
 };
 
 }  // namespace raypager

@@ -137,6 +137,23 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
         }
 }
 
+// As on GPUs: blocks come into places that rounds under way have nothing to do with, beside others that rounds may still read.
+TEST_P(SamePicture, with_room_made_ahead) {
+    for (const Traversal traversal : support::traversals())
+        for (const double percent : {100.0, 40.0, 5.0, 0.001}) {
+            RenderOptions options = base_;
+            options.traversal = traversal;
+            options.geometry_limit_percent = percent;
+            options.rounds_under_way = 2;
+            options.evict_ahead = 3;
+            expect_same(options, "room ahead for three at " + std::to_string(percent) + " %");
+        }
+    RenderOptions options = base_;
+    options.pool_place = PoolPlace::host;
+    options.evict_ahead = 3;
+    expect_same(options, "the pool in host memory");
+}
+
 // Everything else here is traced in the way that the device likes best.
 TEST_P(SamePicture, ray_by_ray_and_in_streams) {
     for (const Traversal traversal : support::traversals())

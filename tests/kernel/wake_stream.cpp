@@ -15,7 +15,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t slots = 5003, blocks = 297;  // not a multiple of anything
+constexpr uint32_t slots = 5003, blocks = 2297;  // not a multiple of anything; more blocks than bundles
 constexpr uint32_t work_items = 5;
 
 // A render in small: what the other stages do to slots, without rays.
@@ -68,7 +68,7 @@ protected:
         }
         launch(named);
         const std::vector<uint32_t> extend_list(queue_.begin(), queue_.begin() + counters_[RP_COUNT_EXTEND]);
-        const std::vector<uint32_t> shadow_list(queue_.rbegin() + 1, queue_.rbegin() + 1 + counters_[RP_COUNT_SHADOW]);
+        const std::vector<uint32_t> shadow_list(queue_.rbegin() + work_items, queue_.rbegin() + work_items + counters_[RP_COUNT_SHADOW]);
         std::vector<uint32_t> listed(free_.begin(), free_.begin() + counters_[RP_COUNT_FREE]);
         EXPECT_EQ(extend_list.size(), extend.size());
         EXPECT_EQ(shadow_list.size(), shadow.size());
@@ -133,7 +133,7 @@ private:
     std::unique_ptr<Device> device_;
     std::vector<uint32_t> demand_ = std::vector<uint32_t>(RP_DEMAND_ARRAYS_OF_STREAMS * blocks), counters_ = std::vector<uint32_t>(RP_COUNTER_WORDS);
     std::vector<uint64_t> awake_ = std::vector<uint64_t>(RP_AWAKE_WORDS(slots), ~uint64_t{0});
-    std::vector<uint32_t> queue_ = std::vector<uint32_t>(slots + 1), free_ = std::vector<uint32_t>(slots);
+    std::vector<uint32_t> queue_ = std::vector<uint32_t>(slots + work_items), free_ = std::vector<uint32_t>(slots);
 };
 
 // Blocks come and go, also without having been seen; paths begin, wait, go on and end.
@@ -145,7 +145,7 @@ TEST_F(WakeStream, nobody_is_forgotten_or_listed_twice) {
     for (uint32_t round = 0; round < 300; round++) {
         SCOPED_TRACE(round);
         came_.clear();
-        for (uint32_t n = random_() % (round % 20 == 19 ? 30 : 4); n > 0; n--) {
+        for (uint32_t n = random_() % (round % 20 == 19 ? 200 : 30); n > 0; n--) {
             const auto block = static_cast<uint32_t>(random_() % blocks);
             if (absent(block)) came_.insert(block);
             pages_[block].address = block;

@@ -139,6 +139,24 @@ TEST(Policy, room_is_made_ahead_for_those_that_come_next) {
     for (const PlannedLoad& load : second.load) EXPECT_TRUE(load.was_free);
     // While loads are held back, nobody goes for those to come.
     EXPECT_TRUE(plan_paging(settings, {blocks, 11, 100, 100}, first.pool).evict.empty());
+    // Nor while as many are under way as may be.
+    EXPECT_TRUE(second.evict.empty());
+    for (const PlannedLoad& load : second.load) blocks[load.block].state = PageState::loading;
+    const Plan third = plan_paging(settings, {blocks, 12, 0, 100}, second.pool);
+    EXPECT_TRUE(third.load.empty() && third.evict.empty());
+}
+
+TEST(Policy, nobody_goes_for_room_that_is_there) {
+    SlabAllocator pool({384});
+    std::vector<BlockState> blocks;
+    for (uint32_t i = 0; i < 3; i++) blocks.push_back(resident(pool, i, 0));
+    for (uint32_t i = 0; i < 3; i++) blocks.push_back(absent(5));
+    PolicySettings settings = default_settings(PolicyKind::aged_wants);
+    settings.loads_into_free = 2;
+    settings.evict_ahead = 3;
+    const Plan plan = plan_paging(settings, {blocks, 10, 0, 100}, pool);
+    EXPECT_EQ(plan.load.size(), 2u);
+    EXPECT_TRUE(plan.evict.empty());
 }
 
 TEST(Policy, loads_in_flight_follow_the_pool) {
