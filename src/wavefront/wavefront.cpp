@@ -115,7 +115,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
 }
 
 Status Wavefront::allocate_state() {
-    const uint64_t slots = params_.slot_count, queue_words = slots + (as_on_cpus() ? wake_items() : 0);
+    const uint64_t slots = params_.slot_count, queue_words = slots + (as_on_cpus() ? most_wake_items : 0);
     struct Part {
         Buffer& buffer;
         uint64_t bytes;
