@@ -16,7 +16,8 @@ namespace {
 
 constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
 // On CPUs. Each puts what it finds into bundles of its own.
-constexpr uint32_t wake_items_per_core = 1, most_wake_items = 1024;
+constexpr uint32_t wake_items_per_core = 1;
+constexpr uint32_t most_wake_items = 1024;  // each has a word of the queue for what stands for nothing
 // On GPUs, where no ray waits for long: slots that wait keep their neighbours from being used.
 constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
@@ -211,8 +212,8 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Flight& flight) {
     const uint32_t slots = params_.slot_count, blocks = geometry_.block_count();
     Queue& queue = device_.kernels();
-    flight.roused = as_on_cpus() && !newly_published.empty();
-    if (flight.roused) {
+    flight.rouse = Event();
+    if (as_on_cpus() && !newly_published.empty()) {
         const bool named = newly_published.size() <= RP_MOST_NAMED;
         std::array<cl_uint, RP_MOST_NAMED> names{};
         if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
@@ -286,7 +287,7 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     begun_again_ += std::min(listed_again_, counters.free_slots());
     std::array<uint64_t, 5> ns;
     for (size_t i = 0; i < ns.size(); i++) ns[i] = flight.stages[i].duration_ns();
-    if (flight.roused) ns[0] += flight.rouse.duration_ns();
+    ns[0] += flight.rouse.duration_ns();
     for (size_t i = 0; i < ns.size(); i++) stage_ns_[i] += ns[i];
     if (connects_beside()) beside_ns_ += std::min(ns[1] + ns[2] + ns[3], ns[4]);
     return {};

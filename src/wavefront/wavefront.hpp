@@ -102,8 +102,7 @@ private:
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
     struct Flight {
         std::array<Event, 5> stages;
-        Event rouse, read;
-        bool roused = false;
+        Event rouse, read;     // the first: if blocks came before it
         PinnedBuffer results;  // counters, then demand
     };
 

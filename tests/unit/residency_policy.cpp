@@ -29,6 +29,14 @@ BlockState resident(SlabAllocator& pool, uint32_t last_used, uint32_t bounces, u
     return block;
 }
 
+// So many that are resident, and as many that are wanted.
+std::vector<BlockState> half_resident(SlabAllocator& pool, uint32_t half) {
+    std::vector<BlockState> blocks;
+    for (uint32_t i = 0; i < half; i++) blocks.push_back(resident(pool, i, 0));
+    blocks.resize(2 * half, absent(5));
+    return blocks;
+}
+
 Plan plan(PolicyKind kind, const std::vector<BlockState>& blocks, const SlabAllocator& pool, uint32_t round = 10) {
     return plan_paging(default_settings(kind), {blocks, round, 0, 100}, pool);
 }
@@ -122,9 +130,7 @@ TEST(Policy, sweep_loads_in_turn_whatever_is_wanted) {
 
 TEST(Policy, room_is_made_ahead_for_those_that_come_next) {
     SlabAllocator pool({640});
-    std::vector<BlockState> blocks;
-    for (uint32_t i = 0; i < 10; i++) blocks.push_back(resident(pool, i, 0));
-    for (uint32_t i = 0; i < 10; i++) blocks.push_back(absent(5));
+    std::vector<BlockState> blocks = half_resident(pool, 10);
     PolicySettings settings = default_settings(PolicyKind::aged_wants);
     EXPECT_EQ(plan_paging(settings, {blocks, 10, 0, 100}, pool).evict.size(), settings.loads_in_flight);
     settings.evict_ahead = 3;
@@ -148,9 +154,7 @@ TEST(Policy, room_is_made_ahead_for_those_that_come_next) {
 
 TEST(Policy, nobody_goes_for_room_that_is_there) {
     SlabAllocator pool({384});
-    std::vector<BlockState> blocks;
-    for (uint32_t i = 0; i < 3; i++) blocks.push_back(resident(pool, i, 0));
-    for (uint32_t i = 0; i < 3; i++) blocks.push_back(absent(5));
+    const std::vector<BlockState> blocks = half_resident(pool, 3);
     PolicySettings settings = default_settings(PolicyKind::aged_wants);
     settings.loads_into_free = 2;
     settings.evict_ahead = 3;
