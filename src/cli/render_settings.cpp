@@ -193,6 +193,10 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
                   "samples of a pixel that are begun one after the other, 1 to 64 (default: up to 16; 1 with --time, --snapshots, --log or "
                   "--checkpoint, and in bench sweep); a resumed render keeps its order",
                   into_count(options.together, 1, 64));
+    parser.option("region", "PIXELS",
+                  "so many pixels get all their samples, up to 1024 of each, before the next ones begin; 0: all pixels at once (default: by path "
+                  "slots in long renders without --time, --snapshots, --log and --checkpoint, in others 0); a resumed render keeps its order",
+                  into(options.region, [](const std::string& text) { return parse_count(text, 0, uint64_t{1} << 31); }));
 }
 
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments) {

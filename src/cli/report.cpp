@@ -60,6 +60,7 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"wait_for_loads", effective.wait_for_loads},
             {"tile", report.tile_size},
             {"together", report.together},
+            {"region", report.region},
             {"camera", camera_json(effective.camera.value_or(scene.camera))},
             {"point_radius", point_radius_json(settings.bake.points)},
             {"point_scale", settings.bake.points.radius_scale},

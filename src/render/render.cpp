@@ -102,6 +102,7 @@ private:
     BlockForm form_ = BlockForm::stored;
     uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
     bool ending_ = false, stopped_ = false;  // few samples begin any more; none
+    uint32_t region_ = 0;                    // as the render began with it
     uint64_t renumbered_ = 0;                // by so much is the number of the next sample less than how many have begun (early_end)
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
     RenderRecorder recorder_;
@@ -167,6 +168,8 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     auto plan = plan_memory(needs);
     if (!plan) return plan.status();
     params.slot_count = static_cast<uint32_t>(plan->slots);
+    if (chooses_region(options_)) params.order.region = default_region(params.order, plan->slots, pixels_);
+    region_ = params.order.region;
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
     auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(),
@@ -361,6 +364,7 @@ Result<RenderResult> Renderer::result() {
     report.seed = params.seed;
     report.tile_size = params.order.tile_size;
     report.together = checkpointer_->order().together;
+    report.region = region_;
     report.policy = policy_name(options_.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = form_;

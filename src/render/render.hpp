@@ -55,6 +55,9 @@ struct RenderOptions {
     // So many samples of a pixel are begun one after the other, at most, 1 to 64; 0: up to 16, but 1 if the time decides how many there are, or
     // pictures are looked at before the end, as with snapshots and checkpoints.
     uint32_t together = 0;
+    // So many pixels get all their samples before the next ones begin (rp_sample_order); 0: all of them at once. If not given, long renders whose
+    // samples begin together choose it by their path slots.
+    std::optional<uint32_t> region;
     PoolPlace pool_place = PoolPlace::device;
     bool keep_journal = false;  // fill RenderResult::journal and round_seconds
     uint64_t record_paths = 0;  // about so many paths are recorded in RenderResult::trace; 0: none
@@ -90,7 +93,7 @@ struct RenderReport {
         uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
     } limits, peak;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
-    uint32_t tile_size = 0, together = 0;  // as RenderOptions has them; those of its checkpoint, if the render went on from one
+    uint32_t tile_size = 0, together = 0, region = 0;  // as RenderOptions has them; those of its checkpoint, if the render went on from one
     std::string policy, connection;
     BlockForm form = BlockForm::stored;  // of the blocks on the device
     uint64_t film_hash = 0;

@@ -34,6 +34,11 @@ uint64_t most_chosen_slots(const DeviceInfo& info) {
 // How many times the bytes of the scene they may take: the memory of a GPU is there for nothing else.
 uint64_t scenes_for_slots(const DeviceInfo& info) { return info.type == "CPU" ? 2 : 8; }
 
+// Renders with a checkpoint are there to be stopped and looked at.
+bool is_seen_growing(const RenderOptions& options) {
+    return options.time_seconds > 0 || options.snapshot_seconds > 0 || !options.checkpoint.file.empty();
+}
+
 // A film pixel holds so many samples of any radiance (abi/film.h).
 constexpr uint32_t max_spp = 65535;
 
@@ -75,10 +80,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (options.tile_size < 1 || options.tile_size > largest_tile)
         return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tile_size, largest_tile));
     if (options.together > most_together) return Status::usage(fmt::format("--together {}: from 1 to {}", options.together, most_together));
-    // Renders with a checkpoint are there to be stopped and looked at.
-    const bool as_it_grows = options.time_seconds > 0 || options.snapshot_seconds > 0 || !options.checkpoint.file.empty();
-    const uint32_t together = options.together ? options.together : as_it_grows ? 1 : default_together(pixels);
-    params.order = make_order(options.tile_size, together, params.spp, pixels);
+    const uint32_t together = options.together ? options.together : is_seen_growing(options) ? 1 : default_together(pixels);
+    params.order = make_order(options.tile_size, together, params.spp, pixels, options.region.value_or(0));
     if (options.record_paths && !options.spp && options.time_seconds > 0)
         return Status::usage("--record-trace needs --spp beside --time: the share of paths to record follows from how many there can be");
     if (options.record_paths && options.checkpoint.resume)
@@ -87,6 +90,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     params.sample_limit = pixels * params.spp;
     return params;
 }
+
+bool chooses_region(const RenderOptions& options) { return !options.region && !is_seen_growing(options); }
 
 RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params) {
     RenderIdentity identity;
@@ -152,6 +157,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
+    needs.long_render_paths = chooses_region(options) ? least_regions * region_paths_per_slot : 0;
     needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;
 }

@@ -17,6 +17,9 @@ RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& para
 // The film lies in one buffer on the device; the finished picture lies in host memory.
 Status check_picture_size(const rp_render_params& params, const DeviceInfo& device);
 
+// Whether a render that is long enough goes region by region (RenderOptions::region) by itself. Not if the time decides how many samples there are,
+// or pictures are looked at before the end.
+bool chooses_region(const RenderOptions& options);
 // About options.record_paths of all paths, and room for what they log in an ordinary round; in others, some rays wait for the next one.
 VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device);
 // How blocks lie on the device. Visits can be recorded only of rays that are traced one by one.

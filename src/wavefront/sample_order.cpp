@@ -8,12 +8,17 @@ namespace {
 // Kernels number the samples of a group with 32 bits.
 uint32_t most_numbered(uint64_t pixels) { return static_cast<uint32_t>(std::clamp<uint64_t>(UINT32_MAX / pixels, 1, most_together)); }
 
+// So many of the grouped passes are done in one region after the other.
+uint32_t stretch_passes(const rp_sample_order& order) {
+    return order.region == 0 ? order.together : RP_STRETCH_PASSES / order.together * order.together;
+}
+
 }  // namespace
 
-rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels) {
+rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels, uint32_t region) {
     const uint32_t most = std::clamp<uint32_t>(together, 1, most_numbered(pixels)), groups = (spp + most - 1) / most;
     const uint32_t each = std::max<uint32_t>(1, spp / std::max<uint32_t>(groups, 1));
-    return {tile_size, each, spp / each * each, 0};
+    return {tile_size, each, spp / each * each, region < pixels ? region : 0};
 }
 
 uint32_t default_together(uint64_t pixels) {
@@ -22,21 +27,35 @@ uint32_t default_together(uint64_t pixels) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(most_samples / pixels, 1, enough));
 }
 
+uint32_t default_region(const rp_sample_order& order, uint64_t slots, uint64_t pixels) {
+    rp_sample_order with_regions = order;
+    with_regions.region = 1;
+    const uint64_t passes = std::min(stretch_passes(with_regions), order.grouped_passes);
+    if (passes == 0) return 0;
+    const uint64_t region = (region_paths_per_slot * slots + passes - 1) / passes;
+    return region * least_regions <= pixels ? static_cast<uint32_t>(region) : 0;
+}
+
 EarlyEnd early_end(const rp_sample_order& order, uint64_t begun, uint64_t sample_limit, uint64_t pixels, bool keep_order) {
     const uint64_t begins = std::max<uint64_t>(begun, 1);  // a render that has not begun yet makes one pass
-    const bool in_group = order.together > 1 && begins < order.grouped_passes * pixels;
-    if (in_group && begins >= order.together * pixels) return {order, begun, std::min(sample_limit, begun)};
-    if (in_group && !keep_order) {
-        // Pixels before this place have all samples of the group, or some. The others get their first one: a pass whose beginning has been.
-        const uint64_t place = (begun + order.together - 1) / order.together;
+    const uint64_t stretch = std::min(stretch_passes(order), order.grouped_passes);
+    const bool grouped = stretch > 1 && begins < order.grouped_passes * pixels;
+    if (grouped && begins >= stretch * pixels) return {order, begun, std::min(sample_limit, begun)};
+    if (grouped && !keep_order) {
+        // Pixels before this place have all samples of the first stretch, or some. The others get their first one: a pass whose beginning has been.
+        const uint64_t region = order.region ? order.region : pixels, first = begun / (region * stretch) * region;
+        const uint64_t in_region = begun - first * stretch;
+        const uint64_t place = std::min({first + (in_region + order.together - 1) / order.together, first + region, pixels});
         return {{order.tile_size, 1, 0, 0}, place, std::min(sample_limit, pixels)};
     }
     return {order, begun, std::min(sample_limit, passes_begun(order, begins, pixels) * pixels)};
 }
 
 rp_sample_order continue_order(rp_sample_order order, uint64_t begun, uint32_t spp, uint64_t pixels) {
-    // Passes behind the groups come one by one; where none of them has begun yet, there can be as many groups as the new number allows.
-    if (begun <= order.grouped_passes * pixels) order.grouped_passes = spp / order.together * order.together;
+    // Passes behind the groups come one by one; where none of them has begun yet, there can be as many groups as the new number allows. But regions
+    // get as many passes as they would have got.
+    const uint32_t stretch = stretch_passes(order);
+    if (begun <= order.grouped_passes / stretch * stretch * pixels) order.grouped_passes = spp / order.together * order.together;
     return order;
 }
 
@@ -48,13 +67,16 @@ bool valid_order(const rp_sample_order& order, uint64_t pixels) {
 uint64_t sample_number(const rp_sample_order& order, uint32_t width, uint32_t height, uint32_t pixel, uint32_t sample) {
     const uint64_t pixels = uint64_t{width} * height, place = place_in_tiles(pixel % width, pixel / width, width, height, order.tile_size);
     if (sample >= order.grouped_passes) return sample * pixels + place;
-    const uint32_t in_group = sample % order.together;
-    return (sample - in_group) * pixels + place * order.together + in_group;
+    const uint64_t stretch = stretch_passes(order), earlier = sample / stretch * stretch;
+    const uint64_t passes = std::min(stretch, order.grouped_passes - earlier), in_stretch = sample - earlier, in_group = in_stretch % order.together;
+    const uint64_t region = order.region ? order.region : pixels, first = place / region * region, size = std::min(region, pixels - first);
+    return earlier * pixels + first * passes + (in_stretch - in_group) * size + (place - first) * order.together + in_group;
 }
 
 uint64_t passes_begun(const rp_sample_order& order, uint64_t next_sample, uint64_t pixels) {
-    const uint64_t each = next_sample <= order.grouped_passes * pixels ? order.together : 1, group = each * pixels;
-    return (next_sample / group + (next_sample % group != 0)) * each;
+    const auto passes = [&](uint64_t samples, uint64_t each) { return (samples / (each * pixels) + (samples % (each * pixels) != 0)) * each; };
+    return next_sample <= order.grouped_passes * pixels ? std::min<uint64_t>(passes(next_sample, stretch_passes(order)), order.grouped_passes)
+                                                        : passes(next_sample, 1);
 }
 
 uint64_t place_in_tiles(uint32_t x, uint32_t y, uint32_t width, uint32_t height, uint32_t tile_size) {

@@ -66,12 +66,14 @@ TEST_F(CheckpointResume, goes_on_in_groups_with_other_samples_a_pixel) {
         for (int trial = 0; trial < 3; trial++) {
             RenderOptions options = base_;
             options.together = 4;
+            options.region = 20 * trial;
             std::filesystem::remove(options.checkpoint.file);
             const auto stopped = render_rounds(*file_, options, 2 + random() % 30);
             ASSERT_TRUE(stopped.ok()) << stopped.status().message();
             options.checkpoint.resume = true;
             options.spp = later_spp;
             options.together = 1 + random() % 16;
+            options.region = random() % 100;
             const auto resumed = render(*file_, options, {});
             if (!resumed.ok()) {
                 EXPECT_NE(resumed.status().message().find("more than --spp"), std::string::npos) << resumed.status().message();
@@ -184,25 +186,29 @@ TEST_F(CheckpointResume, after_a_time_limit) {
 // The number of the next sample says which have begun in the order of the first run alone.
 TEST_F(CheckpointResume, in_the_order_in_which_it_began) {
     struct Order {
-        uint32_t tile, together;
+        uint32_t tile, together, region;
     };
-    for (const Order& first : {Order{16, 1}, Order{5, 1}, Order{16, 4}, Order{3, 8}})
-        for (const Order& then : {Order{16, 1}, Order{4, 8}}) {
+    for (const Order& first : {Order{16, 1, 0}, Order{5, 1, 0}, Order{16, 4, 0}, Order{3, 8, 0}, Order{16, 1, 33}, Order{16, 4, 40}})
+        for (const Order& then : {Order{16, 1, 0}, Order{4, 8, 0}, Order{16, 4, 70}}) {
             std::filesystem::remove(base_.checkpoint.file);
             RenderOptions options = base_;
             options.tile_size = first.tile;
             options.together = first.together;
+            options.region = first.region;
             const auto stopped = render_rounds(*file_, options, 4);
             ASSERT_TRUE(stopped.ok()) << stopped.status().message();
             ASSERT_FALSE(stopped->report.complete);
             options.tile_size = then.tile;
             options.together = then.together;
+            options.region = then.region;
             options.checkpoint.resume = true;
             const auto result = render(*file_, options, {});
             ASSERT_TRUE(result.ok()) << result.status().message();
-            EXPECT_EQ(result->report.film_hash, hash_) << "tiles of " << first.tile << ", groups of " << first.together;
+            EXPECT_EQ(result->report.film_hash, hash_)
+                << "tiles of " << first.tile << ", groups of " << first.together << ", regions of " << first.region;
             EXPECT_EQ(result->report.tile_size, first.tile);
             EXPECT_EQ(result->report.together, first.together);
+            EXPECT_EQ(result->report.region, first.region);
         }
 }
 

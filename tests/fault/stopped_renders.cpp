@@ -50,38 +50,64 @@ TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
     std::vector<Image> images;
     for (uint32_t spp = 1; spp <= options_.spp; spp++) images.push_back(whole(spp));
     const size_t pixels = images[0].values.size() / 3;
-    const auto all = render_rounds(*file_, options_, 0);
-    ASSERT_TRUE(all.ok());
-    const auto rounds = static_cast<uint32_t>(all->report.paging.rounds);
-    uint32_t in_first_group = 0, in_later_group = 0;
-    for (int trial = 0; trial < 12; trial++) {
-        // Both groups of samples are met: the first trials stop early.
-        const uint32_t stop_at = 1 + random() % (trial < 6 ? rounds / 4 : rounds);
-        options_.rounds_under_way = 1 + trial % 2;
-        const auto stopped = render_rounds(*file_, options_, stop_at);
-        ASSERT_TRUE(stopped.ok()) << stopped.status().message();
-        EXPECT_TRUE(stopped->report.complete) << "all that was begun has ended";
-        std::vector<size_t> with_samples(images.size() + 1);
-        double sum = 0;
-        for (size_t pixel = 0; pixel < pixels; pixel++) {
-            const float* const value = &stopped->image.values[3 * pixel];
-            uint32_t first = 0, last = 0;  // numbers of samples with which a whole render has this value: several, where a pixel is dark
-            for (uint32_t spp = 1; spp <= images.size(); spp++)
-                if (std::equal(value, value + 3, &images[spp - 1].values[3 * pixel])) {
-                    if (first == 0) first = spp;
-                    last = spp;
-                }
-            ASSERT_GT(first, 0u) << "pixel " << pixel << " of a render stopped in round " << stop_at << " of " << rounds;
-            sum += first;
-            with_samples[last]++;
+    for (const uint32_t region : {0u, 100u}) {
+        options_.region = region;
+        SCOPED_TRACE("regions of " + std::to_string(region));
+        const auto all = render_rounds(*file_, options_, 0);
+        ASSERT_TRUE(all.ok());
+        const auto rounds = static_cast<uint32_t>(all->report.paging.rounds);
+        uint32_t in_first_group = 0, in_later_group = 0;
+        for (int trial = 0; trial < 12; trial++) {
+            // Both groups of samples are met: the first trials stop early.
+            const uint32_t stop_at = 1 + random() % (trial < 6 ? rounds / 4 : rounds);
+            options_.rounds_under_way = 1 + trial % 2;
+            const auto stopped = render_rounds(*file_, options_, stop_at);
+            ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+            EXPECT_TRUE(stopped->report.complete) << "all that was begun has ended";
+            EXPECT_EQ(stopped->report.region, region);
+            double sum = 0;
+            for (size_t pixel = 0; pixel < pixels; pixel++) {
+                const float* const value = &stopped->image.values[3 * pixel];
+                uint32_t spp = 1;  // with which a whole render first has this value: later ones may, too, where a pixel is dark
+                while (spp <= images.size() && !std::equal(value, value + 3, &images[spp - 1].values[3 * pixel])) spp++;
+                ASSERT_LE(spp, images.size()) << "pixel " << pixel << " of a render stopped in round " << stop_at << " of " << rounds;
+                sum += spp;
+            }
+            EXPECT_LE(sum / static_cast<double>(pixels), stopped->report.average_spp + 1e-9);
+            const double spp = stopped->report.average_spp;
+            in_first_group += spp > 1 && spp < 4;
+            in_later_group += spp > 4 && spp < 12 && spp != 8;
         }
-        EXPECT_LE(sum / static_cast<double>(pixels), stopped->report.average_spp + 1e-9);
-        const double spp = stopped->report.average_spp;
-        in_first_group += spp > 1 && spp < 4;
-        in_later_group += spp > 4 && spp < 12 && spp != 8;
+        EXPECT_GT(in_first_group, 0u) << "nothing was stopped in the first group";
+        EXPECT_GT(in_later_group, 0u) << "nothing was stopped in a later group";
     }
-    EXPECT_GT(in_first_group, 0u) << "nothing was stopped in the first group";
-    EXPECT_GT(in_later_group, 0u) << "nothing was stopped in a later group";
+}
+
+TEST_F(StoppedRenders, that_are_long_go_region_by_region_unless_they_are_looked_at) {
+    options_.spp = 64;
+    options_.together = 0;
+    const auto has_region = [&](const RenderOptions& options) {
+        const auto result = render(*file_, options, {});
+        EXPECT_TRUE(result.ok()) << result.status().message();
+        return result.ok() ? result->report.region : UINT32_MAX;
+    };
+    EXPECT_EQ(has_region(options_), 3u) << "three paths for each of 64 slots";
+    RenderOptions short_one = options_;
+    short_one.spp = 2;
+    EXPECT_EQ(has_region(short_one), 0u);
+    RenderOptions at_once = options_;
+    at_once.region = 0;
+    EXPECT_EQ(has_region(at_once), 0u);
+    RenderOptions timed = options_;
+    timed.time_seconds = 1000;
+    EXPECT_EQ(has_region(timed), 0u);
+    RenderOptions with_snapshots = options_;
+    with_snapshots.snapshot_seconds = 1000;
+    EXPECT_EQ(has_region(with_snapshots), 0u);
+    RenderOptions with_checkpoint = options_;
+    with_checkpoint.checkpoint.file = folder_.path() / "render.ckpt";
+    EXPECT_EQ(has_region(with_checkpoint), 0u);
+    EXPECT_EQ(render(*file_, options_, {})->report.film_hash, render(*file_, at_once, {})->report.film_hash);
 }
 
 TEST_F(StoppedRenders, in_their_first_round_make_one_pass) {

@@ -50,11 +50,16 @@ typedef struct rp_camera {
     float eye[4], right[4], up[4], forward[4];
 } rp_camera;
 
-// The samples of a picture are numbered in the order in which they are begun: pass by pass, one sample of each pixel, tile by tile of tile_size x
-// tile_size pixels; but of the first grouped_passes passes, `together` at a time form one, in which the samples of a pixel follow each other:
-// rays that begin together then meet more of the same. grouped_passes is a multiple of `together`, and together * pixels < 2^32.
+// The samples of a picture are numbered in the order in which they are begun. Passes, each one sample of each pixel, go tile by tile of tile_size
+// x tile_size pixels. Of the first grouped_passes passes, `together` at a time form one, in which the samples of a pixel follow each other: rays
+// that begin together then meet more of the same. With regions, so many pixels of that order get the samples of all these passes before those
+// that follow begin, so that their rays meet the same blocks for long; of no more than RP_STRETCH_PASSES passes at a time, so that what has been
+// begun is not too uneven. The passes behind grouped_passes come one by one. grouped_passes is a multiple of `together`, and
+// together * pixels < 2^32.
+#define RP_STRETCH_PASSES 1024u
 typedef struct rp_sample_order {
-    rp_u32 tile_size, together, grouped_passes, pad;
+    rp_u32 tile_size, together, grouped_passes;
+    rp_u32 region;  // pixels; 0: the whole picture
 } rp_sample_order;
 
 // Scalars of the scene and the render, one copy on the device.
