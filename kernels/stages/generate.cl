@@ -31,6 +31,7 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
                           const __global rp_path_sample* restrict again, uint listed, uint later) {
     const uint free_count = counters[RP_COUNT_FREE];
     const ulong first = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
+    rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u};
     for (uint i = get_global_id(0); i < free_count; i += get_global_size(0)) {
         const uint slot = free_list[i];
         const ulong number = first + (i - min(i, listed));
@@ -40,7 +41,7 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
         }
         rp_path_sample taken;
         if (i < listed) taken = again[i];
-        else taken = rp_numbered_sample(params->order, params->width, params->height, number);
+        else taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
         status[slot] = RP_STATUS_EXTEND;
         queue[counters[RP_COUNT_EXTEND] + i] = slot;

@@ -91,7 +91,9 @@ __kernel void rp_probe_random(const __global uint4* restrict purposes, uint samp
 __kernel void rp_probe_order(uint4 words, uint width, uint height, ulong first, uint count, __global rp_path_sample* restrict results) {
     const uint i = get_global_id(0);
     const rp_sample_order order = {words.x, words.y, words.z, words.w};
-    if (i < count) results[i] = rp_numbered_sample(order, width, height, first + i);
+    // That of another sample, with luck of the same region.
+    rp_sample_region region = rp_region_of(order, width * height, first + i / 2u);
+    if (i < count) results[i] = rp_numbered_sample(order, width, height, first + i, &region);
 }
 
 // For tests of the choice of a light. results: which light number i chooses, and the rest of the number.
