@@ -24,8 +24,7 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
         const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(needs.most_slot_bytes, beside / 4));
         slots = std::max(
             {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, needs.most_chosen_slots)});
-        const uint64_t half = std::max(slots / 2, needs.default_slots);
-        if (needs.long_render_paths != 0 && needs.total_paths / half >= needs.long_render_paths) slots = std::min(slots, half);
+        if (const uint64_t half = std::max(slots / 2, needs.default_slots); half <= needs.most_region_slots) slots = std::min(slots, half);
     } else {
         slots = std::max(slots, std::min(needs.roomy_slots, (left - needs.geometry) / needs.per_slot));
     }

@@ -22,7 +22,7 @@ struct MemoryNeeds {
     uint64_t most_chosen_slots = 0;     // where blocks must be swapped and there is room: so many at most, ...
     uint64_t most_slot_bytes = 0;       // ... and so many bytes of them
     uint64_t total_paths = 0;           // of the whole render
-    uint64_t long_render_paths = 0;     // a slot: a render with so many goes region by region (RenderOptions::region); 0: none does
+    uint64_t most_region_slots = 0;     // with at most so many the render goes region by region (RenderOptions::region); 0: it does not
     uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer
 };
 

@@ -102,7 +102,7 @@ private:
     BlockForm form_ = BlockForm::stored;
     uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
     bool ending_ = false, stopped_ = false;  // few samples begin any more; none
-    uint32_t region_ = 0;                    // as the render began with it
+    rp_sample_order order_ = {};             // as the render began with it
     uint64_t renumbered_ = 0;                // by so much is the number of the next sample less than how many have begun (early_end)
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
     RenderRecorder recorder_;
@@ -125,6 +125,10 @@ Status Renderer::prepare() {
     if (!checkpointer) return checkpointer.status();
     checkpointer_ = std::move(*checkpointer);
     if (checkpointer_->other_device()) warn("the checkpoint was written on another device or driver: the last bits of the picture may differ");
+    if (checkpointer_->enabled() && checkpointer_->order().region != 0 && options_.time_seconds > 0)
+        return Status::usage(
+            "--time cannot end a render that has --region and --checkpoint: pixels of later regions would stay without samples; leave "
+            "one of them out, or stop it by hand and go on with --resume");
     params->first_sample = checkpointer_->first_sample();
     params->order = checkpointer_->order();
     earlier_ = checkpointer_->earlier_work();
@@ -145,7 +149,7 @@ Status Renderer::prepare() {
     const auto told = [this](const std::string& text) { warn(text); };
     watchdog_ = std::make_unique<Watchdog>(
         options_.stall_seconds, [this] { return residency_->loader_activity(); }, told);
-    recorder_.begin(options_, *params);
+    recorder_.begin(options_, wavefront_->params());
     render_start_ = Clock::now();
     next_snapshot_ = snapshot_interval_ = options_.snapshot_seconds;
     return options_.pool_place == PoolPlace::host ? residency_->load_all(device_->kernels()) : Status();
@@ -169,7 +173,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     if (!plan) return plan.status();
     params.slot_count = static_cast<uint32_t>(plan->slots);
     if (chooses_region(options_)) params.order.region = default_region(params.order, plan->slots, pixels_);
-    region_ = params.order.region;
+    order_ = params.order;
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
     auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(),
@@ -362,9 +366,9 @@ Result<RenderResult> Renderer::result() {
     report.max_depth = params.max_depth;
     report.paths = params.slot_count;
     report.seed = params.seed;
-    report.tile_size = params.order.tile_size;
-    report.together = checkpointer_->order().together;
-    report.region = region_;
+    report.tile_size = order_.tile_size;
+    report.together = order_.together;
+    report.region = order_.region;
     report.policy = policy_name(options_.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = form_;

@@ -157,7 +157,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
-    needs.long_render_paths = chooses_region(options) ? least_regions * region_paths_per_slot : 0;
+    needs.most_region_slots = chooses_region(options) ? most_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
     needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;
 }

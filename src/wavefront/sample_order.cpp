@@ -13,6 +13,12 @@ uint32_t stretch_passes(const rp_sample_order& order) {
     return order.region == 0 ? order.together : RP_STRETCH_PASSES / order.together * order.together;
 }
 
+// That regions of this order get, if it is to have some, before the next region's turn.
+uint64_t passes_of_regions(rp_sample_order order) {
+    order.region = 1;
+    return std::min(stretch_passes(order), order.grouped_passes);
+}
+
 }  // namespace
 
 rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels, uint32_t region) {
@@ -27,13 +33,14 @@ uint32_t default_together(uint64_t pixels) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(most_samples / pixels, 1, enough));
 }
 
+uint64_t most_slots_with_regions(const rp_sample_order& order, uint64_t pixels) {
+    return pixels / least_regions * passes_of_regions(order) / region_paths_per_slot;
+}
+
 uint32_t default_region(const rp_sample_order& order, uint64_t slots, uint64_t pixels) {
-    rp_sample_order with_regions = order;
-    with_regions.region = 1;
-    const uint64_t passes = std::min(stretch_passes(with_regions), order.grouped_passes);
-    if (passes == 0) return 0;
-    const uint64_t region = (region_paths_per_slot * slots + passes - 1) / passes;
-    return region * least_regions <= pixels ? static_cast<uint32_t>(region) : 0;
+    if (slots > most_slots_with_regions(order, pixels)) return 0;
+    const uint64_t passes = passes_of_regions(order);
+    return static_cast<uint32_t>((region_paths_per_slot * slots + passes - 1) / passes);
 }
 
 EarlyEnd early_end(const rp_sample_order& order, uint64_t begun, uint64_t sample_limit, uint64_t pixels, bool keep_order) {

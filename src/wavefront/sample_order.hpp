@@ -19,7 +19,9 @@ uint32_t default_together(uint64_t pixels);
 inline constexpr uint64_t region_paths_per_slot = 3;
 // Fewer regions are no gain.
 inline constexpr uint64_t least_regions = 6;
-// The pixels of regions in such an order; 0: the render is too short for them.
+// The most path slots for which such a render is long enough to have regions.
+uint64_t most_slots_with_regions(const rp_sample_order& order, uint64_t pixels);
+// The pixels of its regions then; 0: there are more slots.
 uint32_t default_region(const rp_sample_order& order, uint64_t slots, uint64_t pixels);
 // How a render ends before its time.
 struct EarlyEnd {
@@ -28,8 +30,8 @@ struct EarlyEnd {
     uint64_t sample_limit;  // as rp_render_params has it
 };
 // With the pass that is under way after the first `begun` samples; within a group at once, but every pixel gets a sample. keep_order: only so that
-// another render can go on from there, which it cannot where a pass ends the first group; that group is ended then, or, with regions, what is
-// done of all regions in turn.
+// another render can go on from there, which it cannot where a pass ends the first group; that group is ended then, or, with regions, the passes
+// that all of them get in turn.
 EarlyEnd early_end(const rp_sample_order& order, uint64_t begun, uint64_t sample_limit, uint64_t pixels, bool keep_order);
 // The order in which a render with other samples a pixel goes on after the first `begun` samples of this one.
 rp_sample_order continue_order(rp_sample_order order, uint64_t begun, uint32_t spp, uint64_t pixels);

@@ -212,6 +212,28 @@ TEST_F(CheckpointResume, in_the_order_in_which_it_began) {
         }
 }
 
+// It would have to go on with a pass of the whole picture first, which is not in that order.
+TEST_F(CheckpointResume, does_not_end_regions_by_the_clock) {
+    RenderOptions options = base_;
+    options.region = 20;
+    options.time_seconds = 100;
+    const auto refused = [&] {
+        const auto result = render(*file_, options, {});
+        return !result.ok() && result.status().kind() == ErrorKind::usage && result.status().message().find("--region") != std::string::npos;
+    };
+    EXPECT_TRUE(refused());
+    options.time_seconds = 0;
+    ASSERT_TRUE(render_rounds(*file_, options, 4).ok());
+    options.time_seconds = 100;
+    options.region.reset();
+    options.checkpoint.resume = true;
+    EXPECT_TRUE(refused()) << "its checkpoint has regions";
+    options.time_seconds = 0;
+    const auto whole = render(*file_, options, {});
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    EXPECT_EQ(whole->report.film_hash, hash_);
+}
+
 TEST_F(CheckpointResume, from_any_checkpoint_of_a_render) {
     RenderOptions options = base_;
     options.paths = 64;

@@ -71,6 +71,29 @@ TEST(SmallRender, records_what_rays_enter) {
     EXPECT_GT(recorded->trace->visits.size(), 0u);
 }
 
+TEST(SmallRender, records_paths_in_the_order_in_which_they_begin) {
+    const support::TemporaryFolder folder;
+    auto file = support::bake_and_open(small_scene(30), {}, folder.path(), "small");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    RenderOptions options;
+    options.width = 16;
+    options.height = 8;
+    options.spp = 64;
+    options.paths = 64;
+    options.record_paths = 1 << 20;
+    const auto chosen = render(**file, options, {});
+    ASSERT_TRUE(chosen.ok()) << chosen.status().message();
+    ASSERT_GT(chosen->report.region, 0u);
+    options.region = chosen->report.region;
+    const auto same = render(**file, options, {});
+    ASSERT_TRUE(same.ok()) << same.status().message();
+    EXPECT_EQ(chosen->trace->path_rays, same->trace->path_rays);
+    options.region = 0;
+    const auto other = render(**file, options, {});
+    ASSERT_TRUE(other.ok()) << other.status().message();
+    EXPECT_NE(chosen->trace->path_rays, other->trace->path_rays);
+}
+
 TEST(SmallRender, goes_on_from_a_checkpoint) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");

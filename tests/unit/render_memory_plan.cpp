@@ -118,16 +118,14 @@ TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
     const uint64_t slots = plan_memory(needs)->slots;
-    needs.long_render_paths = 18;
-    EXPECT_EQ(plan_memory(needs)->slots, slots / 2);
-    needs.total_paths = slots / 2 * 18 - 1;
+    needs.most_region_slots = slots / 2 - 1;
     EXPECT_EQ(plan_memory(needs)->slots, slots) << "too short";
-    needs.total_paths++;
+    needs.most_region_slots++;
     EXPECT_EQ(plan_memory(needs)->slots, slots / 2);
     needs.default_slots = slots;
     EXPECT_EQ(plan_memory(needs)->slots, slots) << "enough to keep the device busy";
     needs = ordinary();
-    needs.long_render_paths = 18;
+    needs.most_region_slots = UINT64_MAX;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 16) << "everything is resident";
 }
 
