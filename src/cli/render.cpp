@@ -93,7 +93,10 @@ Status render_to_files(const RenderSettings& settings) {
     progress_line("");
     if (!result) return result.status();
     const bool complete = result->report.complete;
-    if (stop.flag() && complete) log_note("stopped by a signal; the picture holds the samples taken so far");
+    if (stop.flag() && complete)
+        log_note(result->report.region == 0 ? "stopped by a signal; the picture holds the samples taken so far"
+                                            : "stopped by a signal; the picture went region by region, so some pixels have many samples and others "
+                                              "one: --region 0 renders evenly");
 
     const Status logged = monitor->finish(result->image, result->report);
     const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds};
