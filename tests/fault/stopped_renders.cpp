@@ -86,28 +86,22 @@ TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
 TEST_F(StoppedRenders, that_are_long_go_region_by_region_unless_they_are_looked_at) {
     options_.spp = 64;
     options_.together = 0;
-    const auto has_region = [&](const RenderOptions& options) {
+    const auto rendered = [&](const auto& change) {
+        RenderOptions options = options_;
+        change(options);
         const auto result = render(*file_, options, {});
         EXPECT_TRUE(result.ok()) << result.status().message();
-        return result.ok() ? result->report.region : UINT32_MAX;
+        return result.ok() ? result->report : RenderReport();
     };
-    EXPECT_EQ(has_region(options_), 3u) << "three paths for each of 64 slots";
-    RenderOptions short_one = options_;
-    short_one.spp = 2;
-    EXPECT_EQ(has_region(short_one), 0u);
-    RenderOptions at_once = options_;
-    at_once.region = 0;
-    EXPECT_EQ(has_region(at_once), 0u);
-    RenderOptions timed = options_;
-    timed.time_seconds = 1000;
-    EXPECT_EQ(has_region(timed), 0u);
-    RenderOptions with_snapshots = options_;
-    with_snapshots.snapshot_seconds = 1000;
-    EXPECT_EQ(has_region(with_snapshots), 0u);
-    RenderOptions with_checkpoint = options_;
-    with_checkpoint.checkpoint.file = folder_.path() / "render.ckpt";
-    EXPECT_EQ(has_region(with_checkpoint), 0u);
-    EXPECT_EQ(render(*file_, options_, {})->report.film_hash, render(*file_, at_once, {})->report.film_hash);
+    const RenderReport with_regions = rendered([](RenderOptions&) {});
+    const RenderReport at_once = rendered([](RenderOptions& options) { options.region = 0; });
+    EXPECT_EQ(with_regions.region, 3u) << "three paths for each of 64 slots";
+    EXPECT_EQ(at_once.region, 0u);
+    EXPECT_EQ(with_regions.film_hash, at_once.film_hash);
+    EXPECT_EQ(rendered([](RenderOptions& options) { options.spp = 2; }).region, 0u) << "too short";
+    EXPECT_EQ(rendered([](RenderOptions& options) { options.time_seconds = 1000; }).region, 0u);
+    EXPECT_EQ(rendered([](RenderOptions& options) { options.snapshot_seconds = 1000; }).region, 0u);
+    EXPECT_EQ(rendered([&](RenderOptions& options) { options.checkpoint.file = folder_.path() / "render.ckpt"; }).region, 0u);
 }
 
 TEST_F(StoppedRenders, in_their_first_round_make_one_pass) {

@@ -115,6 +115,17 @@ TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
         }
 }
 
+TEST_P(SamePicture, for_regions_of_any_size) {
+    for (const uint32_t region : {0u, 7u, 500u})
+        for (const double percent : {100.0, 20.0, 3.0}) {
+            RenderOptions options = base_;
+            options.region = region;
+            options.paths = 200;
+            options.geometry_limit_percent = percent;
+            expect_same(options, "regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
+        }
+}
+
 TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
     for (const uint64_t slab : {uint64_t{0}, uint64_t{40} << 10})
         for (const uint32_t loads : {1u, 4u}) {
