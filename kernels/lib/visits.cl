@@ -58,17 +58,18 @@ static inline bool rp_visit_add(const rp_visit_log* log, uint kind, uint block) 
 // Begins a pass of the ray in a slot; kind: that of its first event. False if the log is full: then the ray must be left as it is, for the
 // next round. If it had waited for a block, which may be gone by then, it wants that again.
 static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* wants, uint slot_count,
-                                  uint slot, const __global uint4* paths, uint begin_kind, uint resume_kind) {
+                                  uint slot, uint state, const __global uint4* paths, uint begin_kind, uint resume_kind) {
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
     log->words = words;
-    log->pixel = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot).w;
+    log->pixel = state & RP_STATUS_CAMERA ? surface.x : RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot).w;
     log->sample = surface.z;
-    log->kind = surface.w == RP_NONE ? begin_kind : resume_kind;
+    const bool resumed = (state & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS;
+    log->kind = resumed ? resume_kind : begin_kind;
     log->stopped_by = RP_VISIT_NO_BLOCK;
     log->on = rp_path_hash(log->pixel, log->sample) <= words[RP_VISIT_THRESHOLD];
     log->head = log->on ? rp_visit_reserve(log) : 0u;
     if (log->head != RP_NONE) return true;
-    if (surface.w != RP_NONE) atomic_inc(wants + rp_portal_block(g, surface.w));
+    if (resumed) atomic_inc(wants + rp_portal_block(g, surface.w));
     return false;
 }
 

@@ -1,21 +1,35 @@
 // Fifth stage: traces the shadow rays of the queue; adds the light of those that arrive, and lets their paths go on.
-#include "lib/connection.cl"
+#include "lib/film.cl"
 #include "lib/leaf.cl"
+#include "lib/path.cl"
 
 #define RP_ANY_HIT 1
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
 
+// The path ends, or its extension ray begins, which the planes will show when it has been traced (RP_STATUS_CONNECTED).
+static inline void rp_end_shadow_ray(uint slot, uint state, bool occluded, uint slot_count, __global uint* status, const __global uint4* paths,
+                                     __global uint* film) {
+    if (!(state & RP_STATUS_ENDS)) {
+        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT);
+        return;
+    }
+    const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+    rp_film_add(film, radiance.w, occluded ? as_float3(radiance.xyz) : as_float3(radiance.xyz) + rp_light_on_its_way(slot, slot_count, paths));
+    status[slot] = RP_STATUS_FREE;
+}
+
 static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, uint slot_count, uint slot,
                                   __global uint* status, __global uint4* paths, __global uint* film RP_VISIT_PARAMETER) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-    const uint start = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
+    const uint state = status[slot];
+    const uint start = (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS ? RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w : RP_NONE;
     rp_any_walk walk;
     uint stack[RP_STACK_SIZE];
     walk.ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
     walk.t_max = as_float(origin.w);
 #ifdef RP_RECORD
-    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, paths, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
+    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, state, paths, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
     if (walk.visits.on && start == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
         rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
         return;  // begins anew in the next round
@@ -28,9 +42,9 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 #endif
     if (walk.portal != RP_NONE) {
         rp_set_portal(slot, walk.portal, slot_count, paths);
-        rp_wait_for(slot, rp_portal_block(geometry, walk.portal), RP_STATUS_SHADOW_WAITS, 0u, slot_count, status, wants);
+        rp_wait_for(slot, rp_portal_block(geometry, walk.portal), RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS), slot_count, status, wants);
     } else {
-        rp_finish_connection(slot, walk.hit, slot_count, status, paths, film);
+        rp_end_shadow_ray(slot, state, walk.hit, slot_count, status, paths, film);
     }
 }
 

@@ -8,44 +8,86 @@
 #undef RP_ANY_HIT
 
 // Takes up the ray of a slot where it stands.
-static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk, uint2* stack, uint slot_count, uint slot, const __global uint4* paths) {
-    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-    walk->ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
-    walk->best.t = as_float(origin.w);
-    walk->best.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w;
+static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk, uint2* stack, uint slot_count, uint slot, const __global uint* status,
+                              const __global uint4* paths) {
+    const uint state = status[slot];
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
+    uint3 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).xyz;
+    uint portal = RP_NONE;
+    walk->best.t = INFINITY;
+    walk->best.primitive = RP_NONE;
     walk->best.ref = 0u;
     walk->best.found_in = RP_NONE;
-    rp_begin_closest(geometry, walk, stack, RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w);
+    if ((state & RP_STATUS_MASK) == RP_STATUS_EXTEND_WAITS) {
+        walk->best.t = as_float(origin.w);
+        walk->best.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w;
+        portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
+    } else if (state & RP_STATUS_CONNECTED) {
+        direction = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).xyz;
+    }
+    walk->ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction));
+    rp_begin_closest(geometry, walk, stack, portal);
+}
+
+// The planes of a ray that has to wait are as abi/path.h says, whatever its status word said until now.
+static inline void rp_settle(uint slot_count, uint slot, uint state, __global uint4* paths) {
+    if (state & RP_STATUS_CAMERA) {
+        const uint pixel = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).x;
+        RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
+        RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
+    }
+    if (state & RP_STATUS_CONNECTED) {
+        if (state & RP_STATUS_LIT) {
+            const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+            const float3 sum = as_float3(radiance.xyz) + rp_light_on_its_way(slot, slot_count, paths);
+            RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(sum), radiance.w);
+        }
+        const uint density = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w;
+        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).xyz, density);
+        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w = RP_NONE;
+        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(INFINITY);
+    }
 }
 
 // Puts down what became of it. mine: counts of wants served, and of those without a hit.
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand, uint slot_count,
                                uint slot, __global uint* status, __global uint4* paths, uint* mine) {
     const rp_hit* hit = &walk->best;
-    uint offset_exponent = rp_state_offset(status[slot]);
-    if (hit->found_in != RP_NONE) ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = hit->t;
-#ifdef RP_SURFACES_LATER
-    if (hit->found_in != RP_NONE && walk->portal == RP_NONE) {
-        // Shading, which comes next, finds the surface: there all lanes do so at once.
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(hit->ref, hit->found_in, 0u, RP_HIT_TO_SHADE);
-    } else
-#endif
-    if (hit->found_in != RP_NONE) {
-        const rp_surface s = rp_hit_surface(geometry, &walk->ray, hit);
-        offset_exponent = s.offset_exponent;
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, hit));
-        const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;
-        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, walk->portal);
-    } else {
-        rp_set_portal(slot, walk->portal, slot_count, paths);
-    }
+    const uint state = status[slot];
     mine[0] += walk->served != 0u;
     mine[1] += walk->served == 2u;
-    if (walk->portal == RP_NONE)
-        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
-    else
-        rp_wait_for(slot, rp_portal_block(geometry, walk->portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status,
-                    demand + RP_DEMAND_WANTS * block_count);
+#ifdef RP_SHORT_STATES
+    if (walk->portal == RP_NONE) {
+        // Shading, which comes next, finds the surface: there all lanes do so at once.
+        if (hit->found_in != RP_NONE) {
+            __global uint* const found = (__global uint*)&RP_PLANE(paths, state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT, slot_count, slot);
+            found[0] = hit->ref;
+            found[1] = hit->found_in;
+            found[2] = as_uint(hit->t);
+        }
+        status[slot] = (state & ~RP_STATUS_MASK) | RP_STATUS_SHADE | (hit->found_in != RP_NONE ? RP_STATUS_FOUND : 0u);
+    } else
+#endif
+    {
+        uint offset_exponent = rp_state_offset(state);
+        rp_settle(slot_count, slot, state, paths);
+        if (hit->found_in != RP_NONE) {
+            const rp_surface s = rp_hit_surface(geometry, &walk->ray, hit);
+            offset_exponent = s.offset_exponent;
+            RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(hit->t);
+            RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, hit));
+            const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;
+            RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, walk->portal);
+        } else {
+            rp_set_portal(slot, walk->portal, slot_count, paths);
+        }
+        const uint offset = offset_exponent << RP_STATUS_OFFSET_SHIFT;
+        if (walk->portal == RP_NONE)
+            status[slot] = RP_STATUS_SHADE | offset;
+        else
+            rp_wait_for(slot, rp_portal_block(geometry, walk->portal), RP_STATUS_EXTEND_WAITS | offset, slot_count, status,
+                        demand + RP_DEMAND_WANTS * block_count);
+    }
 #ifdef RP_COUNT_BOUNCES
     if (walk->portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
 #endif
@@ -81,7 +123,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
             more = under_way = i < count;
             if (more) {
                 slot = rp_extend_entry(queue, i);
-                rp_take_up(&geometry, &walk, stack, slot_count, slot, paths);
+                rp_take_up(&geometry, &walk, stack, slot_count, slot, status, paths);
             }
         }
         // A walk can end where it begins: in an empty scene.
@@ -91,10 +133,10 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
 #else
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i);
-        rp_take_up(&geometry, &walk, stack, slot_count, slot, paths);
+        rp_take_up(&geometry, &walk, stack, slot_count, slot, status, paths);
 #ifdef RP_RECORD
-        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, slot_count, slot, paths, RP_VISIT_BEGIN_EXTEND,
-                            RP_VISIT_RESUME_EXTEND))
+        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, slot_count, slot, status[slot], paths,
+                            RP_VISIT_BEGIN_EXTEND, RP_VISIT_RESUME_EXTEND))
             continue;
 #endif
         rp_run_closest(&geometry, &walk, stack, round);

@@ -18,10 +18,12 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
     const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
+    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(pixel, 0u, sample, RP_NONE);
+#ifndef RP_SHORT_STATES
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
-    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
-    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
+#endif
 }
 
 // The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
@@ -43,7 +45,11 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
         if (i < listed) taken = again[i];
         else taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
+#ifdef RP_SHORT_STATES
+        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CAMERA;
+#else
         status[slot] = RP_STATUS_EXTEND;
+#endif
         queue[counters[RP_COUNT_EXTEND] + i] = slot;
     }
 }

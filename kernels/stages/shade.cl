@@ -34,6 +34,11 @@ static inline void rp_finish(__global uint* status, uint slot, __global uint* fi
     status[slot] = RP_STATUS_FREE;
 }
 
+// What the planes hold at the end of an extension ray.
+typedef struct rp_arrival_planes {
+    uint4 origin, direction, throughput, radiance, hit, surface;
+} rp_arrival_planes;
+
 // A path that has come to a surface from which it may go on.
 typedef struct rp_arrival {
     uint slot, state;
@@ -42,27 +47,44 @@ typedef struct rp_arrival {
     rp_vertex_1 vertex;
 } rp_arrival;
 
-#if defined(RP_SURFACES_LATER) && RP_SHADE_LANES == 16
+#if defined(RP_SHORT_STATES) && RP_SHADE_LANES == 16
 #error "streams find surfaces themselves"
 #endif
-#ifdef RP_SURFACES_LATER
-// Where the stage `extend` has left the surface at a hit to be found here: puts it into the planes' values and the slot's state.
-static inline void rp_find_surface(const rp_geometry* geometry, uint4 origin, float3 direction, uint4* hit, uint4* surface, uint* state) {
-    if (hit->w != RP_HIT_TO_SHADE) return;
-    const rp_ray ray = rp_make_ray(as_float3(origin.xyz), direction);
-    const rp_hit found = {as_float(origin.w), RP_NONE, hit->x, hit->y};
-    const rp_surface s = rp_hit_surface(geometry, &ray, &found);
-    *hit = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, &found));
-    surface->xy = (uint2)(s.geometric_normal, s.shading_normal);
+#ifdef RP_SHORT_STATES
+// Brings the planes of a path into the form that abi/path.h gives for rays that do not wait, the surface at the hit included. state: of its slot.
+static inline void rp_unfold(const rp_geometry* geometry, rp_arrival_planes* p, uint* state) {
+    if (*state & RP_STATUS_CAMERA) {
+        p->throughput = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
+        p->radiance = (uint4)((uint3)(0u), p->surface.x);
+    }
+    uint3 found = p->hit.xyz;
+    if (*state & RP_STATUS_CONNECTED) {
+        const float3 light = (float3)(as_float(p->hit.w), as_float(p->surface.x), as_float(p->surface.y));
+        if (*state & RP_STATUS_LIT) p->radiance.xyz = as_uint3(as_float3(p->radiance.xyz) + light);
+        found = p->direction.xyz;
+        p->direction.xyz = p->hit.xyz;
+        p->hit.w = RP_NONE;
+    }
+    if (!(*state & RP_STATUS_FOUND)) return;
+    const rp_ray ray = rp_make_ray(as_float3(p->origin.xyz), as_float3(p->direction.xyz));
+    const rp_hit hit = {as_float(found.z), RP_NONE, found.x, found.y};
+    const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
+    p->origin.w = found.z;
+    p->hit = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, &hit));
+    p->surface.xy = (uint2)(s.geometric_normal, s.shading_normal);
     *state = RP_STATUS_SHADE | s.offset_exponent << RP_STATUS_OFFSET_SHIFT;
 }
 #define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
 #define RP_SHADE_GEOMETRY const rp_geometry* geometry,
 #define RP_SHADE_FROM &geometry,
+#define RP_SHADE_KEEPS 0u
+#define RP_SHADE_ENDS(out) ((out)->go_on ? 0u : RP_STATUS_ENDS)
 #else
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY
 #define RP_SHADE_FROM
+#define RP_SHADE_KEEPS RP_STATUS_BLOCK_MASK  // of the status word
+#define RP_SHADE_ENDS(out) 0u
 #endif
 
 // Adds what shines at the end of a ray. False: the path has ended.
@@ -70,36 +92,44 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
                              const __global rp_light* lights, const __global rp_primitive_range* ranges, uint slot, uint state,
                              __global uint* status, __global uint4* paths, __global uint* film, rp_arrival* arrival) {
     const uint slot_count = params->slot_count;
-    const uint4 direction_plane = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-    const uint4 throughput_plane = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
-    const uint4 radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-    uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-#ifdef RP_SURFACES_LATER
-    rp_find_surface(geometry, RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), as_float3(direction_plane.xyz), &hit, &surface, &state);
+    rp_arrival_planes p;
+    p.origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
+    p.direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
+#ifdef RP_SHORT_STATES
+    if (!(state & RP_STATUS_CAMERA))
 #endif
-    const float3 direction = as_float3(direction_plane.xyz), throughput = as_float3(throughput_plane.xyz);
-    const float bsdf_density = as_float(direction_plane.w);
-    float3 radiance = as_float3(radiance_plane.xyz);
-    const uint flags = throughput_plane.w, depth = flags & RP_PATH_DEPTH_MASK;
+    {
+        p.throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
+        p.radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+    }
+    p.hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
+    p.surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+#ifdef RP_SHORT_STATES
+    rp_unfold(geometry, &p, &state);
+#endif
+    const float3 direction = as_float3(p.direction.xyz), throughput = as_float3(p.throughput.xyz);
+    const float bsdf_density = as_float(p.direction.w);
+    float3 radiance = as_float3(p.radiance.xyz);
+    const uint flags = p.throughput.w, depth = flags & RP_PATH_DEPTH_MASK, pixel = p.radiance.w;
     const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
 
-    if (hit.w == RP_NONE) {
-        rp_finish(status, slot, film, radiance_plane.w, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
+    if (p.hit.w == RP_NONE) {
+        rp_finish(status, slot, film, pixel, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
         return false;
     }
-    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, hit.w);
+    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, p.hit.w);
     if (range->first_light != RP_NONE) {
-        const __global rp_light* light = lights + range->first_light + (hit.w - range->first_primitive);
-        const float distance = as_float(RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w);
-        radiance += throughput * rp_emission(light, rp_decode_normal(surface.x), direction, distance, bsdf_density, full_emission);
+        const __global rp_light* light = lights + range->first_light + (p.hit.w - range->first_primitive);
+        const float distance = as_float(p.origin.w);
+        radiance += throughput * rp_emission(light, rp_decode_normal(p.surface.x), direction, distance, bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
-        rp_finish(status, slot, film, radiance_plane.w, radiance);
+        rp_finish(status, slot, film, pixel, radiance);
         return false;
     }
     const __global rp_material* material = materials + range->material;
     const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u;
-    const float3 root = (float3)(surface.y >> 8 & 255u, surface.y >> 16 & 255u, surface.y >> 24) / 255.0f;
+    const float3 root = (float3)(p.surface.y >> 8 & 255u, p.surface.y >> 16 & 255u, p.surface.y >> 24) / 255.0f;
     arrival->slot = slot;
     arrival->state = state;
     arrival->material = material;
@@ -107,13 +137,13 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     rp_vertex_1* vertex = &arrival->vertex;
     vertex->direction = rp_vector_of(direction);
     vertex->throughput = rp_vector_of(throughput);
-    vertex->position = rp_vector_of(as_float3(hit.xyz));
+    vertex->position = rp_vector_of(as_float3(p.hit.xyz));
     vertex->reflectance = rp_vector_of(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
     vertex->offset = rp_offset_distance(rp_state_offset(state));
-    vertex->geometric_normal = surface.x;
-    vertex->shading_normal = colored ? surface.x : surface.y;
-    vertex->pixel = radiance_plane.w;
-    vertex->sample = surface.z;
+    vertex->geometric_normal = p.surface.x;
+    vertex->shading_normal = colored ? p.surface.x : p.surface.y;
+    vertex->pixel = pixel;
+    vertex->sample = p.surface.z;
     vertex->depth = depth;
     vertex->refraction = (int)flags >> RP_PATH_REFRACTION_SHIFT;
     return true;
@@ -138,13 +168,13 @@ static inline void rp_depart(uint slot, uint state, uint slot_count, float3 radi
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(rp_float3(out->light_direction)), density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(direction, light.x);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(light.yz, sample, RP_NONE);
-        status[slot] = RP_STATUS_SHADOW | (state & RP_STATUS_BLOCK_MASK);
+        status[slot] = RP_STATUS_SHADOW | RP_SHADE_ENDS(out) | (state & RP_SHADE_KEEPS);
     } else {
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(INFINITY));
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(direction, density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
-        status[slot] = RP_STATUS_EXTEND | (state & RP_STATUS_BLOCK_MASK);
+        status[slot] = RP_STATUS_EXTEND | (state & RP_SHADE_KEEPS);
     }
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
@@ -291,7 +321,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
         rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
     }
 #else
-#ifdef RP_SURFACES_LATER
+#ifdef RP_SHORT_STATES
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
 #endif
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {

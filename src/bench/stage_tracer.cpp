@@ -44,11 +44,11 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     };
     const bool stored = form == BlockForm::stored;
     tracer->persistent_ = stored && tracer->device_->has_persistent_threads();
-    const std::string later = stored ? surfaces_later : "";
-    std::vector<Part> parts = {{tracer->extend_, "extend", later + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
+    const std::string states = stored ? short_states : "";
+    std::vector<Part> parts = {{tracer->extend_, "extend", states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
                                {tracer->extend_surfaces_, "extend", ""},
-                               {tracer->connect_, "connect", ""}};
-    if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", later + tracer->device_->bounce_definitions()});
+                               {tracer->connect_, "connect", states}};
+    if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
         auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.definitions);
         if (!kernel) return kernel.status();
@@ -124,6 +124,13 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     return queue.write_now(counters_, 0, bytes_of(counters));
 }
 
+// Of single rays; beside streams what is read says nothing.
+Status StageTracer::read_states(std::vector<uint32_t>& states) {
+    RAYPAGER_TRY(device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states))));
+    if (form_ != BlockForm::stored) states.assign(states.size(), 0);
+    return {};
+}
+
 Result<double> StageTracer::trace() {
     const auto slots = static_cast<uint32_t>(slots_);
     const bool shadow = purpose_ == RayPurpose::shadow;
@@ -168,18 +175,27 @@ Status StageTracer::hits(std::vector<SurfacePoint>& hits) {
 
 Status StageTracer::distances(std::vector<float>& distances) {
     RAYPAGER_CHECK(purpose_ != RayPurpose::shadow);
-    std::vector<Word4> origin;
+    std::vector<Word4> origin, hit;
+    std::vector<uint32_t> states(count_);
     RAYPAGER_TRY(read_plane(RP_PLANE_ORIGIN, origin));
+    RAYPAGER_TRY(read_plane(RP_PLANE_HIT, hit));
+    RAYPAGER_TRY(read_states(states));
     distances.clear();
-    for (const Word4& value : origin) distances.push_back(number(value.w));
+    for (size_t i = 0; i < count_; i++) distances.push_back(number(states[i] & RP_STATUS_FOUND ? hit[i].z : origin[i].w));
     return {};
 }
 
 Status StageTracer::blocked(std::vector<bool>& blocked) {
     RAYPAGER_CHECK(purpose_ == RayPurpose::shadow);
+    blocked.clear();
+    if (form_ == BlockForm::stored) {
+        std::vector<uint32_t> states(count_);
+        RAYPAGER_TRY(read_states(states));
+        for (const uint32_t state : states) blocked.push_back((state & RP_STATUS_LIT) == 0);
+        return {};
+    }
     std::vector<Word4> radiance;
     RAYPAGER_TRY(read_plane(RP_PLANE_RADIANCE, radiance));
-    blocked.clear();
     for (const Word4& value : radiance) blocked.push_back(value.x == 0);
     return {};
 }

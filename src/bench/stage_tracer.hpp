@@ -44,6 +44,7 @@ private:
     StageTracer() = default;
     Status make_slots(uint64_t count);
     Status read_plane(uint32_t plane, std::vector<Word4>& values);
+    Status read_states(std::vector<uint32_t>& states);
 
     std::unique_ptr<Device> device_;
     BlockForm form_ = BlockForm::stored;

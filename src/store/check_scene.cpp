@@ -37,7 +37,6 @@ Status check_scalars(const BakedScene& scene) {
     if (scene.width == 0 || scene.height == 0 || scene.spp == 0) return bad(scalars, "the size of the picture is zero");
     if (!good_bounds(scene.lower, scene.upper)) return bad(scalars, "the bounds make no sense");
     if (!good_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");
-    static_assert(RP_HIT_TO_SHADE >= RP_NONE - 1, "no primitive may have that id");
     if (scene.triangles >= RP_NONE || scene.spheres >= RP_NONE || scene.triangles + scene.spheres >= RP_NONE)
         return bad(scalars, "too many primitives");
     return {};

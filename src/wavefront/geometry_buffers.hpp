@@ -14,8 +14,9 @@
 
 namespace raypager {
 
-// With this definition the stage `extend` leaves the surfaces at hits of complete rays to the stage `shade` (abi/path.h, RP_HIT_TO_SHADE).
-inline constexpr const char* surfaces_later = " -DRP_SURFACES_LATER";
+// With this definition stages leave to the next one what it can as well do (abi/path.h, RP_STATUS_CAMERA and what follows it): surfaces at hits to
+// `shade`, for one. Not beside streams.
+inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 
 class GeometryBuffers {
 public:

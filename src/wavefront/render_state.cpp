@@ -40,8 +40,10 @@ Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
         RAYPAGER_TRY(read_pair(RP_PLANE_SURFACE, surface));
         for (uint64_t i = 0; i < count; i++) {
             const uint32_t phase = status[i] & RP_STATUS_MASK;
-            if (phase != RP_STATUS_FREE && phase != RP_STATUS_IDLE)
-                samples.push_back({radiance[2 * i + RP_PLANE_RADIANCE % 2].w, surface[2 * i + RP_PLANE_SURFACE % 2].z});
+            if (phase == RP_STATUS_FREE || phase == RP_STATUS_IDLE) continue;
+            const Plane &of_radiance = radiance[2 * i + RP_PLANE_RADIANCE % 2], &of_surface = surface[2 * i + RP_PLANE_SURFACE % 2];
+            const bool begins = !as_on_cpus() && (status[i] & RP_STATUS_CAMERA) != 0;
+            samples.push_back({begins ? of_surface.x : of_radiance.w, of_surface.z});
         }
     }
     const auto again = samples_again();

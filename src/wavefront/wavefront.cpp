@@ -165,11 +165,10 @@ Status Wavefront::allocate_visit_log() {
 
 Status Wavefront::build_kernels() {
     const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
-    // Streams find surfaces together themselves.
-    const std::string surfaces = as_on_cpus() ? "" : surfaces_later;
-    const std::string definitions =
-        geometry_.definitions() + fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_FILLED_TOGETHER={} -DRP_SHADE_LANES={}",
-                                              device_.group_size(), wake_naps, all_resident_ ? filled_together : 1, as_on_cpus() ? 16 : 1);
+    const std::string states = as_on_cpus() ? "" : short_states;
+    const std::string definitions = geometry_.definitions() + states +
+                                    fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_FILLED_TOGETHER={} -DRP_SHADE_LANES={}",
+                                                device_.group_size(), wake_naps, all_resident_ ? filled_together : 1, as_on_cpus() ? 16 : 1);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -180,7 +179,7 @@ Status Wavefront::build_kernels() {
                                {shade_, "shade", "rp_shade"}};
     if (as_on_cpus()) parts.push_back({rouse_, "wake_stream", "rp_rouse"});
     for (const Part& part : parts) {
-        auto kernel = device_.kernel(part.stage, part.name, definitions + (&part.kernel == &shade_ ? surfaces : ""));
+        auto kernel = device_.kernel(part.stage, part.name, definitions);
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
@@ -191,8 +190,8 @@ Status Wavefront::build_kernels() {
         if (traced) kernel = std::move(*traced);
         return traced.status();
     };
-    RAYPAGER_TRY(trace(extend_, "extend", surfaces + (persistent_ ? device_.camera_definitions() : "")));
-    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", surfaces + device_.bounce_definitions()));
+    RAYPAGER_TRY(trace(extend_, "extend", states + (persistent_ ? device_.camera_definitions() : "")));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", states + device_.bounce_definitions()));
     RAYPAGER_TRY(trace(connect_, "connect", ""));
     if (as_on_cpus()) return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
     return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);

@@ -14,8 +14,6 @@
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
 //   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
 // The portal is where a waiting ray stands in its order of visits; RP_NONE: it starts at the root of the top tree.
-// With RP_HIT_TO_SHADE for a primitive, the hit plane has the leaf's reference and the block instead of the hit point: a complete extension
-// ray whose surface the stage `shade` finds, in the same round. Its surface plane has nothing but the sample index.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -66,7 +64,15 @@
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
-#define RP_HIT_TO_SHADE 0xfffffffeu  // in place of a primitive: see above. Scenes have fewer of them (store/check_scene.cpp)
+// Beside single rays (stages built with RP_SHORT_STATES) the planes of a ray that does not wait are not all as said above, since most of what would
+// be written is only read again by the stage that comes next. The status word says so:
+#define RP_STATUS_CAMERA 0x800u      // camera ray: throughput 1, radiance 0, last event specular; these planes hold nothing, the pixel is in SURFACE.x
+#define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
+#define RP_STATUS_LIT 0x2000u        // and the light of the shadow ray has arrived, but is not added to the radiance yet
+#define RP_STATUS_ENDS 0x4000u       // shadow ray: the path ends behind it
+// Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED. The
+// stage `shade` finds the surface there, in the same round.
+#define RP_STATUS_FOUND 0x8000u
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
