@@ -57,6 +57,8 @@ static inline const __global uchar* rp_block_address(const rp_geometry* g, uint 
 }
 
 static inline uint rp_portal_block(const rp_geometry* g, uint portal) { return g->portals[2u * portal].w; }
+// From the reference to a block as a whole to that of its portals in the top tree.
+static inline uint rp_beneath_block(const rp_geometry* g, uint ref) { return g->portals[2u * (ref & ~RP_REF_PORTAL) + 1u].w; }
 
 // A block as traversal reads it. Offsets instead of pointers, because registers are short there.
 typedef struct rp_block_view {

@@ -94,6 +94,10 @@ static bool rp_visit_candidates(const rp_visit_log* log, const rp_geometry* g, c
     uint depth = 0u, current = g->top_grid->root, last = RP_NONE;
     stack[depth++] = RP_REF_EXIT;
     while (current != RP_REF_EXIT) {
+        if (current >= RP_REF_PORTAL && (current & ~RP_REF_PORTAL) >= g->top_grid->portal_count) {
+            current = rp_beneath_block(g, current);
+            continue;
+        }
         if (current & RP_REF_LEAF) {
             const uint block = g->portals[2u * (current & ~RP_REF_PORTAL)].w;
             if (block != last && !rp_visit_add(log, RP_VISIT_ENTER, block)) return false;

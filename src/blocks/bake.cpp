@@ -84,7 +84,7 @@ public:
         if (!gathered) return gathered.status();
         BakedScene baked = describe(scene_, *gathered);
         baked.fingerprint = *fingerprint;
-        std::vector<Box> portal_boxes;
+        std::vector<PortalBox> portal_boxes;
         RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, *writer, baked, portal_boxes, summary.buckets)
                                        : build_in_memory(gathered->world, *writer, baked, portal_boxes));
         TopTree top = build_top_tree(portal_boxes);
@@ -115,7 +115,7 @@ private:
         return BakeMemory::plan(options_.host_limit, options_.block_bytes);
     }
 
-    Status build_in_memory(const World& world, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes) {
+    Status build_in_memory(const World& world, BlockFileWriter& writer, BakedScene& baked, std::vector<PortalBox>& portal_boxes) {
         report("cut", 0);
         PrimitiveRefs refs = make_refs(world);
         const auto memory = settle_block_size(total_weight(refs));
@@ -129,7 +129,7 @@ private:
     }
 
     // Splits what is too large until it fits into memory, depth first: the blocks come in the order of the cuts.
-    Status build_from_disk(Gathered& gathered, BlockFileWriter& writer, BakedScene& baked, std::vector<Box>& portal_boxes, uint64_t& buckets) {
+    Status build_from_disk(Gathered& gathered, BlockFileWriter& writer, BakedScene& baked, std::vector<PortalBox>& portal_boxes, uint64_t& buckets) {
         const auto memory = settle_block_size(gathered.weight);
         if (!memory) return memory.status();
         const DistributeSettings settings = {*memory, output_, options_.stop, [this](double fraction) { report("distribute", fraction); }};

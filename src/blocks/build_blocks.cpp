@@ -111,7 +111,7 @@ Status BlockBuilder::append(PackedBlock& block) {
         portal.root = packed.root;
         baked_.portals.push_back(portal);
         baked_.wide_roots.push_back(packed.wide_root);
-        portal_boxes_.push_back(packed.box);
+        portal_boxes_.push_back({packed.box, packed.depth});
     }
     return {};
 }

@@ -8,6 +8,7 @@
 #include "blocks/bake.hpp"
 #include "blocks/cut.hpp"
 #include "blocks/pack.hpp"
+#include "blocks/top_tree.hpp"
 #include "blocks/world.hpp"
 #include "store/block_file.hpp"
 
@@ -21,7 +22,7 @@ public:
     // Builds a block of each part, or several where its bytes were underestimated, and appends them in order. Reorders refs within parts.
     Status build(const World& world, std::span<PrimitiveRef> refs, const std::vector<Part>& parts, const std::function<void(double)>& progress);
     // Of all portals so far.
-    const std::vector<Box>& portal_boxes() const { return portal_boxes_; }
+    const std::vector<PortalBox>& portal_boxes() const { return portal_boxes_; }
 
 private:
     class Run;
@@ -31,7 +32,7 @@ private:
     const size_t builders_;
     BlockFileWriter& writer_;
     BakedScene& baked_;
-    std::vector<Box> portal_boxes_;
+    std::vector<PortalBox> portal_boxes_;
 };
 
 }  // namespace raypager

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <queue>
+#include <tuple>
 
 #include "base/check.hpp"
 #include "blocks/binning.hpp"
@@ -144,27 +145,31 @@ private:
 // Nodes with fewer primitives are not opened: a portal costs about as much as two nodes.
 constexpr uint32_t least_opened = 64;
 
-// Opens the largest node again and again, from the root down.
+// Opens the largest node again and again, from the root down. Their depth is bounded, since the top tree has these nodes as well.
 std::vector<uint32_t> choose_portals(const Bvh& bvh, uint32_t sub_boxes) {
-    using Entry = std::pair<double, uint32_t>;
+    struct Entry {
+        double area;
+        uint32_t index, depth;
+        bool operator<(const Entry& other) const { return std::tie(area, index) < std::tie(other.area, other.index); }
+    };
     std::priority_queue<Entry> open;
     std::vector<uint32_t> portals;
-    const auto add = [&](uint32_t index) {
+    const auto add = [&](uint32_t index, uint32_t depth) {
         const BvhNode& node = bvh.nodes[index];
-        if (node.is_leaf() || node.primitives < least_opened) {
+        if (node.is_leaf() || node.primitives < least_opened || depth == RP_CROWN_MAX_DEPTH) {
             portals.push_back(index);
         } else {
-            open.push({node.box.half_area(), index});
+            open.push({node.box.half_area(), index, depth});
         }
     };
-    add(0);
+    add(0, 0);
     while (!open.empty() && portals.size() + open.size() < sub_boxes) {
-        const BvhNode& node = bvh.nodes[open.top().second];
+        const Entry entry = open.top();
         open.pop();
-        add(node.left);
-        add(node.right);
+        add(bvh.nodes[entry.index].left, entry.depth + 1);
+        add(bvh.nodes[entry.index].right, entry.depth + 1);
     }
-    for (; !open.empty(); open.pop()) portals.push_back(open.top().second);
+    for (; !open.empty(); open.pop()) portals.push_back(open.top().index);
     // Indices grow in depth-first order.
     std::sort(portals.begin(), portals.end());
     return portals;

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstring>
+#include <span>
 
 #include "base/check.hpp"
 #include "blocks/grid.hpp"
@@ -22,7 +23,9 @@ public:
         : world_(world), bvh_(bvh), grid_(make_grid(bvh.nodes[0].box)), windows_(static_cast<uint32_t>(bvh.vertices.size())) {}
 
     bool run(uint64_t limit, PackedBlock& block) {
-        for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0});
+        nodes_.resize(bvh_.portals.size() - 1);
+        for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0, 0});
+        add_crown(0, 0, block.portals);
         if (out_of_reach_ || !layout(limit)) return false;
         block.bounds = bvh_.nodes[0].box;
         block.triangles = bvh_.triangles;
@@ -50,6 +53,21 @@ private:
         const uint32_t children[2] = {node.left, node.right};
         for (int side = 0; side < 2; side++) {
             const rp_u32 ref = add_subtree(children[side]);
+            nodes_[place].child[side] = quantise(grid_, bvh_.nodes[children[side]].box, ref);
+        }
+        return place;
+    }
+
+    // The nodes above the portals, in depth-first order, before all others. Portals are met from left to right.
+    rp_u32 add_crown(uint32_t index, uint32_t depth, std::span<PackedPortal> portals) {
+        if (bvh_.portals[crown_portals_] == index) {
+            portals[crown_portals_].depth = depth;
+            return portals[crown_portals_++].root;
+        }
+        const rp_u32 place = crown_nodes_++;
+        const uint32_t children[2] = {bvh_.nodes[index].left, bvh_.nodes[index].right};
+        for (int side = 0; side < 2; side++) {
+            const rp_u32 ref = add_crown(children[side], depth + 1, portals);
             nodes_[place].child[side] = quantise(grid_, bvh_.nodes[children[side]].box, ref);
         }
         return place;
@@ -146,6 +164,7 @@ private:
     VertexWindows windows_;
     rp_block_header header_ = {};
     std::vector<rp_node> nodes_;
+    rp_u32 crown_nodes_ = 0, crown_portals_ = 0;  // so far
     std::vector<rp_leaf> leaves_;
     std::vector<rp_sphere> spheres_;
     std::vector<rp_u32> sphere_ids_, ids_;

@@ -13,6 +13,7 @@ struct PackedPortal {
     Box box;
     rp_u32 root;           // child reference inside the block
     rp_u32 wide_root = 0;  // the same in its wide form
+    uint32_t depth = 0;    // nodes above it in the block
 };
 
 struct PackedBlock {

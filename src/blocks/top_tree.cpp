@@ -1,5 +1,7 @@
 #include "blocks/top_tree.hpp"
 
+#include <algorithm>
+
 #include "base/check.hpp"
 #include "blocks/grid.hpp"
 #include "blocks/split_tree.hpp"
@@ -9,13 +11,17 @@ namespace {
 
 class Builder {
 public:
-    explicit Builder(std::span<const Box> boxes) {
-        for (size_t i = 0; i < boxes.size(); i++) refs_.push_back({boxes[i], static_cast<uint32_t>(i), 1});
-        splits_ = build_split_tree(refs_, RP_TOP_MAX_DEPTH);
-        grid_ = make_grid(splits_[0].box);
-        tree_.paths.resize(boxes.size());
-        tree_.grid.root = add(0, 1);
-        tree_.grid.portal_count = static_cast<rp_u32>(boxes.size());
+    explicit Builder(std::span<const PortalBox> portals) : portals_(portals) {
+        std::vector<PrimitiveRef> refs;
+        while (read_ < portals.size()) {
+            const uint32_t crown = read_crown(0);
+            refs.push_back({crowns_[crown].box, crown, 1});
+        }
+        const std::vector<SplitNode> splits = build_split_tree(refs, RP_TOP_MAX_DEPTH - static_cast<int>(deepest_));
+        grid_ = make_grid(splits[0].box);
+        tree_.paths.resize(portals.size());
+        tree_.grid.root = add(splits, refs, 0, 1);
+        tree_.grid.portal_count = static_cast<rp_u32>(portals.size());
         std::copy_n(grid_.origin, 3, tree_.grid.origin);
         std::copy_n(grid_.cell, 3, tree_.grid.cell);
     }
@@ -23,34 +29,76 @@ public:
     TopTree take() { return std::move(tree_); }
 
 private:
-    rp_u32 add(uint32_t split, uint64_t path) {
-        const SplitNode& node = splits_[split];
-        if (node.is_leaf()) {
-            const uint32_t portal = refs_[node.first].id;
-            tree_.paths[portal] = path;
-            return RP_REF_PORTAL | portal;
+    struct Crown {
+        Box box;
+        uint32_t portal = 0;
+        uint32_t left = 0, right = 0;  // both 0: the portal
+    };
+
+    // The subtree that begins with the next portal.
+    uint32_t read_crown(uint32_t depth) {
+        RAYPAGER_CHECK(read_ < portals_.size() && depth <= portals_[read_].depth);
+        const auto index = static_cast<uint32_t>(crowns_.size());
+        crowns_.push_back({portals_[read_].box, static_cast<uint32_t>(read_)});
+        deepest_ = std::max(deepest_, depth);
+        if (portals_[read_].depth == depth) {
+            read_++;
+            return index;
         }
-        const auto place = static_cast<rp_u32>(tree_.nodes.size());
-        tree_.nodes.emplace_back();
+        const uint32_t left = read_crown(depth + 1), right = read_crown(depth + 1);
+        Crown& crown = crowns_[index];
+        crown.left = left;
+        crown.right = right;
+        crown.box = crowns_[left].box;
+        crown.box.grow(crowns_[right].box);
+        return index;
+    }
+
+    rp_u32 add(const std::vector<SplitNode>& splits, const std::vector<PrimitiveRef>& refs, uint32_t split, uint64_t path) {
+        const SplitNode& node = splits[split];
+        if (node.is_leaf()) return add_crown(refs[node.first].id, path);
+        const rp_u32 place = add_node();
         const uint32_t children[2] = {node.left, node.right};
         for (uint32_t side = 0; side < 2; side++) {
-            const rp_u32 ref = add(children[side], path << 1 | side);
-            tree_.nodes[place].child[side] = quantise(grid_, splits_[children[side]].box, ref);
+            const rp_u32 ref = add(splits, refs, children[side], path << 1 | side);
+            tree_.nodes[place].child[side] = quantise(grid_, splits[children[side]].box, ref);
         }
         return place;
     }
 
-    std::vector<PrimitiveRef> refs_;
-    std::vector<SplitNode> splits_;
+    rp_u32 add_crown(uint32_t index, uint64_t path) {
+        const Crown& crown = crowns_[index];
+        if (crown.left == 0) {
+            tree_.paths[crown.portal] = path;
+            return RP_REF_PORTAL | crown.portal;
+        }
+        const rp_u32 place = add_node();
+        const uint32_t children[2] = {crown.left, crown.right};
+        for (uint32_t side = 0; side < 2; side++) {
+            const rp_u32 ref = add_crown(children[side], path << 1 | side);
+            tree_.nodes[place].child[side] = quantise(grid_, crowns_[children[side]].box, ref);
+        }
+        return place;
+    }
+
+    rp_u32 add_node() {
+        tree_.nodes.emplace_back();
+        return static_cast<rp_u32>(tree_.nodes.size() - 1);
+    }
+
+    const std::span<const PortalBox> portals_;
+    size_t read_ = 0;
+    uint32_t deepest_ = 0;
+    std::vector<Crown> crowns_;
     Grid grid_;
     TopTree tree_;
 };
 
 }  // namespace
 
-TopTree build_top_tree(std::span<const Box> boxes) {
-    RAYPAGER_CHECK(boxes.size() < 0x3ffffffe);  // portal indices have 30 bits, and the two last references mean something else
-    if (!boxes.empty()) return Builder(boxes).take();
+TopTree build_top_tree(std::span<const PortalBox> portals) {
+    RAYPAGER_CHECK(portals.size() < 0x3ffffffe);  // portal indices have 30 bits, and the two last references mean something else
+    if (!portals.empty()) return Builder(portals).take();
     TopTree empty;
     empty.grid.root = RP_REF_EXIT;
     std::fill_n(empty.grid.cell, 3, 1.0f);

@@ -16,7 +16,13 @@ struct TopTree {
     std::vector<uint64_t> paths;  // of the portals, see abi/block.h
 };
 
-// boxes: of the portals, in their order. No portals: an empty tree.
-TopTree build_top_tree(std::span<const Box> boxes);
+struct PortalBox {
+    Box box;
+    uint32_t depth;  // nodes above it in its block, at most RP_CROWN_MAX_DEPTH
+};
+
+// Portals in their order: block by block, as their depths tell, and in each block from left to right. The tree is one over blocks, and in each of
+// these as the block's own is above its portals: a subtree, which a ray can do without where the block is resident. No portals: an empty tree.
+TopTree build_top_tree(std::span<const PortalBox> portals);
 
 }  // namespace raypager

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "store/check_scene.hpp"
@@ -28,7 +29,9 @@ public:
         const auto first = std::partition_point(portals.begin(), portals.end(), [&](const rp_portal& portal) { return portal.block < block_; });
         const auto end = std::partition_point(first, portals.end(), [&](const rp_portal& portal) { return portal.block == block_; });
         if (end - first != static_cast<ptrdiff_t>(header_.portal_count)) return bad("the number of portals is wrong");
-        for (auto portal = first; portal != end; ++portal) RAYPAGER_TRY(check_portal(*portal));
+        if (header_.portal_count == 0 || header_.node_count < header_.portal_count - 1) return bad("the number of portals is wrong");
+        RAYPAGER_TRY(check_crown(std::span(first, end)));
+        for (size_t i = 0; i < header_.portal_count; i++) RAYPAGER_TRY(check_portal(first[static_cast<ptrdiff_t>(i)], portal_depths_[i]));
         if (nodes_ != header_.node_count || leaves_ != header_.leaf_count) return bad("some nodes or leaves are never reached");
         if (triangles_ != header_.triangle_count || spheres_ != header_.sphere_count) return bad("the number of primitives is wrong");
         return {};
@@ -90,13 +93,37 @@ private:
         return {};
     }
 
-    Status check_portal(const rp_portal& portal) {
+    // The nodes above the portals.
+    Status check_crown(std::span<const rp_portal> portals) {
+        const uint32_t crown = header_.portal_count - 1;
+        struct Entry {
+            rp_u32 ref;
+            int depth;
+        };
+        std::vector<Entry> stack = {{crown == 0 ? portals[0].root : 0, 0}};
+        while (!stack.empty()) {
+            const auto [ref, depth] = stack.back();
+            stack.pop_back();
+            if (portal_depths_.size() < portals.size() && ref == portals[portal_depths_.size()].root && (ref & RP_REF_LEAF || ref >= crown)) {
+                portal_depths_.push_back(depth);
+                continue;
+            }
+            if (ref != nodes_ || nodes_ >= crown) return bad(fmt::format("reference {:08x} above its portals is out of order", ref));
+            if (depth == RP_CROWN_MAX_DEPTH) return bad("its tree is too deep");
+            const auto node = item<rp_node>(header_.nodes_at, nodes_++);
+            for (const int side : {1, 0}) stack.push_back({node.child[side].ref, depth + 1});
+        }
+        return nodes_ == crown && portal_depths_.size() == portals.size() ? Status() : bad("some of its portals are never reached");
+    }
+
+    // depth: of its root.
+    Status check_portal(const rp_portal& portal, int depth_of_root) {
         if (!same(portal.origin, header_.origin) || !same(portal.cell, header_.cell)) return bad("the grid of a portal is not its own");
         struct Entry {
             rp_u32 ref;
             int depth;
         };
-        std::vector<Entry> stack = {{portal.root, 0}};
+        std::vector<Entry> stack = {{portal.root, depth_of_root}};
         while (!stack.empty()) {
             const auto [ref, depth] = stack.back();
             stack.pop_back();
@@ -160,6 +187,7 @@ private:
     const std::span<const std::byte> bytes_;
     rp_block_header header_ = {};
     std::vector<bool> seen_leaves_;
+    std::vector<int> portal_depths_;
     uint64_t nodes_ = 0, leaves_ = 0, triangles_ = 0, spheres_ = 0;
 };
 

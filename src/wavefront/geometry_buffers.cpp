@@ -26,6 +26,47 @@ uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     return at_least_16(scene.blocks.size() * arrays * sizeof(uint32_t));
 }
 
+// What single rays have on the device (abi/block.h, rp_portal).
+struct DeviceTop {
+    rp_top_grid grid;
+    std::vector<rp_node> nodes;
+    std::vector<rp_portal> portals;
+};
+
+DeviceTop device_top(const BakedScene& scene) {
+    DeviceTop top{scene.top_grid, scene.top_nodes, scene.portals};
+    const size_t portals = scene.portals.size();
+    if (portals + scene.blocks.size() >= (RP_REF_RETURN & ~RP_REF_PORTAL)) return top;
+    top.portals.resize(portals + scene.blocks.size());
+    std::vector<uint32_t> portals_of(scene.blocks.size());
+    for (const rp_portal& portal : scene.portals) {
+        portals_of[portal.block]++;
+        top.portals[portals + portal.block] = portal;
+    }
+    // The block that all portals beneath a reference belong to, or RP_NONE, and how many these are.
+    struct Beneath {
+        uint32_t block, portals;
+    };
+    std::vector<Beneath> of_node(scene.top_nodes.size());
+    const auto beneath = [&](rp_u32 ref) { return ref >= RP_REF_PORTAL ? Beneath{scene.portals[ref & ~RP_REF_PORTAL].block, 1} : of_node[ref]; };
+    const auto enter_whole = [&](rp_u32& ref) {
+        if (ref >= RP_REF_PORTAL) return;
+        const uint32_t block = of_node[ref].block;
+        if (block == RP_NONE || of_node[ref].portals != portals_of[block]) return;
+        rp_portal& record = top.portals[portals + block];
+        record.root = ref;
+        ref = RP_REF_PORTAL | static_cast<rp_u32>(portals + block);
+    };
+    // Children come after their parents.
+    for (size_t i = scene.top_nodes.size(); i-- > 0;) {
+        const Beneath left = beneath(scene.top_nodes[i].child[0].ref), right = beneath(scene.top_nodes[i].child[1].ref);
+        of_node[i] = left.block == right.block ? Beneath{left.block, left.portals + right.portals} : Beneath{RP_NONE, 0};
+        for (rp_child& child : top.nodes[i].child) enter_whole(child.ref);
+    }
+    enter_whole(top.grid.root);
+    return top;
+}
+
 WideTop wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots); }
 
 }  // namespace
@@ -34,7 +75,8 @@ uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t tree = form == BlockForm::wide
                               ? wide_top(scene).bytes.size() + 2 * at_least_16(0)
                               : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t));
-    return tree + at_least_16(sizeof(rp_top_grid)) + at_least_16(scene.portals.size() * sizeof(rp_portal)) + demand_bytes(scene, form);
+    const uint64_t portals = scene.portals.size() + (form == BlockForm::stored ? scene.blocks.size() : 0);
+    return tree + at_least_16(sizeof(rp_top_grid)) + at_least_16(portals * sizeof(rp_portal)) + demand_bytes(scene, form);
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
@@ -48,15 +90,16 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (suits_streams(device.info())) result.traversal_options_ += "-DRP_SURFACE_LANES ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
+    const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
         const char* what;
     };
     // Streams have the wide top tree instead of the nodes and the paths through them.
-    const Part parts[] = {{result.top_grid_, std::as_bytes(std::span(&scene.top_grid, 1)), "the top tree's grid"},
-                          {result.top_nodes_, wide ? std::span<const std::byte>() : bytes_of(scene.top_nodes), "the top tree"},
-                          {result.portals_, wide ? bytes_of(top.portals) : bytes_of(scene.portals), "portals"},
+    const Part parts[] = {{result.top_grid_, std::as_bytes(std::span(&single.grid, 1)), "the top tree's grid"},
+                          {result.top_nodes_, bytes_of(single.nodes), "the top tree"},
+                          {result.portals_, wide ? bytes_of(top.portals) : bytes_of(single.portals), "portals"},
                           {result.portal_paths_, wide ? std::span<const std::byte>() : bytes_of(scene.portal_paths), "portal paths"}};
     for (const Part& part : parts) {
         auto buffer = device.upload(part.contents, part.what);

@@ -281,6 +281,33 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksMakeDecodingSafe) {
         EXPECT_FALSE((*file)->check_block(0, bytes.span().first(size)).ok());
 }
 
+// What check_block says of the nodes above the portals, by which rays enter a block as a whole.
+TEST_F(DamagedBlockFile, ChecksOfBlocksKnowWhatIsAbovePortals) {
+    const auto file = BlockFile::open(path_);
+    ASSERT_TRUE(file.ok());
+    const BakedScene& scene = (*file)->scene();
+    const auto portals = scene.portals_of(0).roots;
+    ASSERT_EQ(portals.size(), 4u);
+    const auto refused = [&](uint64_t node, int side, rp_u32 ref, const char* because) {
+        AlignedBytes damaged = read_block(**file, 0);
+        const uint64_t at =
+            sizeof(rp_block_header) + node * sizeof(rp_node) + static_cast<uint64_t>(side) * sizeof(rp_child) + offsetof(rp_child, ref);
+        std::memcpy(damaged.span().data() + at, &ref, sizeof ref);
+        const Status status = (*file)->check_block(0, damaged.span());
+        ASSERT_FALSE(status.ok()) << because;
+        EXPECT_NE(status.message().find(because), std::string::npos) << status.message();
+    };
+    for (uint64_t node = 0; node < portals.size() - 1; node++) {
+        for (const int side : {0, 1}) {
+            refused(node, side, 0, "above its portals");                          // a cycle
+            refused(node, side, static_cast<rp_u32>(node), "above its portals");  // a shorter one
+            refused(node, side, portals[0] + 1, "above its portals");             // past a portal
+            refused(node, side, RP_REF_LEAF, "above its portals");                // to a leaf
+            refused(node, side, RP_REF_PORTAL, "above its portals");              // out of the block
+        }
+    }
+}
+
 // What check_block says of a leaf of spheres or points that was changed.
 TEST_F(DamagedBlockFile, ChecksOfBlocksKnowSpheres) {
     const auto file = BlockFile::open(path_);

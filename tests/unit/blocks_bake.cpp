@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <set>
 
 #include "base/files.hpp"
@@ -125,11 +127,53 @@ TEST_P(Bake, BoxesHoldWhatIsBeneath) {
         std::copy_n(view.header.origin, 3, grid.origin);
         std::copy_n(view.header.cell, 3, grid.cell);
         Box bounds;
-        for (const rp_portal& portal : portals_of(block)) bounds.grow(checked_bounds(view, grid, portal.root, 0));
+        const auto portals = portals_of(block);
+        for (const rp_portal& portal : portals) bounds.grow(checked_bounds(view, grid, portal.root, 0));
+        // What is above the portals holds the same.
+        const Box whole = portals.size() > 1 ? checked_bounds(view, grid, 0, 0) : bounds;
         for (int a = 0; a < 3; a++) {
             EXPECT_EQ(bounds.lower[a], file_->scene().blocks[block].lower[a]);
             EXPECT_EQ(bounds.upper[a], file_->scene().blocks[block].upper[a]);
+            EXPECT_EQ(whole.lower[a], bounds.lower[a]);
+            EXPECT_EQ(whole.upper[a], bounds.upper[a]);
         }
+    }
+}
+
+// A ray that enters a block as a whole meets what lies beneath its portals, once.
+TEST_P(Bake, TheRootOfABlockLeadsToAllOfIt) {
+    uint32_t with_portals = 0;
+    for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
+        const auto portals = portals_of(block);
+        if (portals.size() == 1) continue;
+        with_portals++;
+        AlignedBytes bytes = read_block(*file_, block);
+        const DecodedLeaf all = decode_subtree(BlockView(bytes.span()), 0);
+        std::set<uint32_t> ids;
+        for (const DecodedTriangle& t : all.triangles) ids.insert(t.id);
+        for (const DecodedSphere& s : all.spheres) ids.insert(s.id);
+        const BlockRecord& record = file_->scene().blocks[block];
+        EXPECT_EQ(all.triangles.size(), record.triangles);
+        EXPECT_EQ(all.spheres.size(), record.spheres);
+        EXPECT_EQ(ids.size(), uint64_t{record.triangles} + record.spheres);
+    }
+    EXPECT_TRUE(with_portals > 0 || GetParam().sub_boxes == 1 || file_->scene().blocks.size() < 2);
+}
+
+// Else rays would have to enter portal by portal what is resident.
+TEST_P(Bake, PortalsOfABlockAreASubtreeOfTheTopTree) {
+    const BakedScene& scene = file_->scene();
+    for (size_t first = 0, end = 0; first < scene.portals.size(); first = end) {
+        uint64_t common = scene.portal_paths[first];
+        for (end = first; end < scene.portals.size() && scene.portals[end].block == scene.portals[first].block; end++) {
+            uint64_t path = scene.portal_paths[end];
+            while (path != common) (path > common ? path : common) >>= 1;
+        }
+        // Portals at these depths below what they have in common leave no room for others.
+        double taken = 0;
+        for (size_t i = first; i < end; i++)
+            taken += std::ldexp(1.0, static_cast<int>(std::bit_width(common)) - static_cast<int>(std::bit_width(scene.portal_paths[i])));
+        EXPECT_EQ(taken, 1.0) << "block " << scene.portals[first].block;
     }
 }
 
