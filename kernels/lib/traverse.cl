@@ -87,7 +87,7 @@ typedef struct RP_WALK {
     rp_hit best;
     uint block_index;
     uint waits;   // 1: entering the block that it waited for
-    uint served;  // 1: a hit was found behind the portal where it had waited, 2: none
+    uint served;  // 1: a hit was found in the block that it had waited for, 2: none
 #endif
 #ifdef RP_RECORD
     rp_visit_log visits;
@@ -120,7 +120,8 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     // Walk down to where the ray stands.
     const ulong path = g->portal_paths[start];
     for (int level = 62 - (int)clz(path); level >= 0; level--) {
-        if (w->current >= RP_REF_PORTAL) w->current = rp_beneath_block(g, w->current);
+        // A block as a whole: this portal is the first of it that the ray has come to, or it would have stopped there.
+        if (w->current >= RP_REF_PORTAL) break;
         const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];
         const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
         const uint taken = (uint)(path >> level) & 1u;

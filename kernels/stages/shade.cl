@@ -95,13 +95,9 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     rp_arrival_planes p;
     p.origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
     p.direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-#ifdef RP_SHORT_STATES
-    if (!(state & RP_STATUS_CAMERA))
-#endif
-    {
-        p.throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
-        p.radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-    }
+    // Of camera rays these two hold nothing, but not to read them would be to wait for the state first.
+    p.throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
+    p.radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
     p.hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
     p.surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
 #ifdef RP_SHORT_STATES

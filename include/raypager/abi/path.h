@@ -95,7 +95,7 @@ typedef struct rp_path_sample {
 #define RP_COUNT_CAMERA_RAYS 10u    // 64 bits each from here on
 #define RP_COUNT_BOUNCE_RAYS 12u
 #define RP_COUNT_SHADOW_RAYS 14u
-#define RP_COUNT_WANTS_SERVED 16u   // times that a waiting extension ray entered the portal that it had waited for
+#define RP_COUNT_WANTS_SERVED 16u   // times that a waiting extension ray entered the block that it had waited for
 #define RP_COUNT_WANTS_NO_HIT 18u   // of these: nothing was hit behind it
 #define RP_COUNT_IN_LISTS 20u       // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
 #define RP_COUNTER_WORDS 21u
