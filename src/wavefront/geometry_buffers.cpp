@@ -86,8 +86,9 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
-    result.traversal_options_ = device.traversal_options();
-    if (suits_streams(device.info())) result.traversal_options_ += "-DRP_SURFACE_LANES ";
+    result.closest_options_ = device.traversal_options(false);
+    result.any_options_ = device.traversal_options(true);
+    if (suits_streams(device.info())) result.closest_options_ += "-DRP_SURFACE_LANES ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);
@@ -118,13 +119,14 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     return result;
 }
 
-std::string GeometryBuffers::definitions() const {
-    return traversal_options_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+std::string GeometryBuffers::definitions(bool any_hit) const {
+    return (any_hit ? any_options_ : closest_options_) +
+           fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
 }
 
 Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, const std::string& more_definitions) const {
     const std::string stage = form_ == BlockForm::wide ? name + "_stream" : name;
-    return device.kernel(stage, "rp_" + stage, definitions() + more_definitions);
+    return device.kernel(stage, "rp_" + stage, definitions(name == "connect") + more_definitions);
 }
 
 Status GeometryBuffers::launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const {
