@@ -120,6 +120,10 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     // Walk down to where the ray stands.
     const ulong path = g->portal_paths[start];
     for (int level = 62 - (int)clz(path); level >= 0; level--) {
+#ifdef RP_RECORD
+        // The ray may have stopped at any portal of a block, where the log was full.
+        if (w->current >= RP_REF_PORTAL) w->current = rp_beneath_block(g, w->current);
+#endif
         // A block as a whole: this portal is the first of it that the ray has come to, or it would have stopped there.
         if (w->current >= RP_REF_PORTAL) break;
         const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];

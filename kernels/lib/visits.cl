@@ -2,7 +2,7 @@
 // macros leave nothing behind.
 //
 // Nothing is lost when the log is full: a ray that finds no room stops where it is, as if the next block were absent, and the next round
-// wakes it. So the log has to hold one event and no more for a render to end.
+// wakes it. So for a render to end the log has to hold two events, and all blocks that a shadow ray may pass (rp_visit_candidates).
 #ifndef RP_VISITS_CL
 #define RP_VISITS_CL
 

@@ -29,7 +29,9 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     walk.ray = rp_make_ray(as_float3(origin.xyz), as_float3(direction.xyz));
     walk.t_max = as_float(origin.w);
 #ifdef RP_RECORD
-    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, state, paths, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
+    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, slot_count, slot, state, paths, RP_VISIT_BEGIN_SHADOW,
+                        RP_VISIT_RESUME_SHADOW))
+        return;
     if (walk.visits.on && start == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
         rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
         return;  // begins anew in the next round

@@ -8,8 +8,8 @@
 #undef RP_ANY_HIT
 
 // Takes up the ray of a slot where it stands.
-static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk, uint2* stack, uint slot_count, uint slot, const __global uint* status,
-                              const __global uint4* paths) {
+static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk, uint2* stack, uint slot_count, uint slot,
+                              const __global uint* status, const __global uint4* paths) {
     const uint state = status[slot];
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
     uint3 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).xyz;
@@ -60,7 +60,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
     if (walk->portal == RP_NONE) {
         // Shading, which comes next, finds the surface: there all lanes do so at once.
         if (hit->found_in != RP_NONE) {
-            __global uint* const found = (__global uint*)&RP_PLANE(paths, state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT, slot_count, slot);
+            const uint plane = state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
+            __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot_count, slot);
             found[0] = hit->ref;
             found[1] = hit->found_in;
             found[2] = as_uint(hit->t);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
 
 #include "base/check.hpp"
 #include "blocks/octahedral.hpp"
@@ -47,7 +48,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     const std::string states = stored ? short_states : "";
     std::vector<Part> parts = {{tracer->extend_, "extend", states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
                                {tracer->extend_surfaces_, "extend", ""},
-                               {tracer->connect_, "connect", states}};
+                               {tracer->connect_, "connect", ""}};
     if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
         auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.definitions);
@@ -83,6 +84,8 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     count_ = rays.size();
     purpose_ = purpose;
     const bool shadow = purpose == RayPurpose::shadow;
+    // Extension rays have no end.
+    for (const Ray& ray : rays) RAYPAGER_CHECK(shadow || std::isinf(ray.t_max));
     const size_t count = rays.size();
     std::vector<Word4> pair(2 * count);
     const auto write = [&](uint32_t plane, auto even, auto odd) {

@@ -157,10 +157,9 @@ public:
     bool has_persistent_threads() const { return persistent_threads_; }
     std::string camera_definitions() const { return " -DRP_PERSISTENT=1"; }
     std::string bounce_definitions() const;
-    // Compiler options for kernels that traverse. With fewer registers more of them run at a time: on an H100, 72 instead of the compiler's
-    // choice gave 10 % more camera rays a second, 15 % more diffuse and 18 % more shadow rays; 64 gave less of the first two, and 2 % more shadow
-    // rays (any_hit).
-    std::string traversal_options(bool any_hit) const { return !is_nvidia() ? "" : any_hit ? "-cl-nv-maxrregcount=64 " : "-cl-nv-maxrregcount=72 "; }
+    // Compiler options for a kernel that is to have no more registers than so many, where a device's compiler can be told: with fewer of them more
+    // of its work-items run at a time.
+    std::string register_limit(uint32_t registers) const { return is_nvidia() ? "-cl-nv-maxrregcount=" + std::to_string(registers) + " " : ""; }
     // Work-items that fill it.
     uint64_t persistent_items() const { return uint64_t{info_.compute_units} * 1024; }
 

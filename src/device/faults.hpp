@@ -17,6 +17,7 @@ struct DeviceFaults {
     // No faults, but what this device would not do by itself: persistent threads (with vectors of one lane), a cache of kernels although its
     // driver has one.
     std::atomic<bool> persistent_threads{false}, cache_kernels{false};
+    std::atomic<uint32_t> visit_events{0};  // that the log of visits has room for; 0: as many as it should
     void clear();
 };
 DeviceFaults& device_faults();

@@ -165,7 +165,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
         if (!device) return device.status();
         device_ = std::move(*device);
     }
-    const VisitLogSettings visits = visit_log_settings(options_, params, device_->info());
+    const VisitLogSettings visits = visit_log_settings(scene_, options_, params, device_->info());
     RAYPAGER_TRY(check_traversal(options_.traversal, device_->info()));
     form_ = block_form(options_, device_->info());
     const MemoryNeeds needs = memory_needs(scene_, form_, options_, params, visits, device_->info(), device_->budget().limit());

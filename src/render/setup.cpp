@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/memory.hpp"
+#include "device/faults.hpp"
 #include "device/kernel_sources.hpp"
 #include "raypager/abi/film.h"
 #include "residency/residency.hpp"
@@ -120,13 +121,16 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
     return {};
 }
 
-VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device) {
+VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device) {
     VisitLogSettings visits;
     if (options.record_paths == 0) return visits;
     const double share = std::min(1.0, static_cast<double>(options.record_paths) / static_cast<double>(params.sample_limit));
     const double slots = static_cast<double>(options.paths ? options.paths : most_chosen_slots(device));
     visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
-    visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, 256.0, 4194304.0));
+    // What one shadow ray passes is logged together (kernels/lib/visits.cl).
+    const double least = 256 + static_cast<double>(scene.blocks.size());
+    visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, least, std::max(least, 4194304.0)));
+    if (const uint32_t events = device_faults().visit_events) visits.capacity = events;
     return visits;
 }
 

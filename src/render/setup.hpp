@@ -21,7 +21,7 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
 // or pictures are looked at before the end.
 bool chooses_region(const RenderOptions& options);
 // About options.record_paths of all paths, and room for what they log in an ordinary round; in others, some rays wait for the next one.
-VisitLogSettings visit_log_settings(const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device);
+VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions& options, const rp_render_params& params, const DeviceInfo& device);
 // How blocks lie on the device. Visits can be recorded only of rays that are traced one by one.
 BlockForm block_form(const RenderOptions& options, const DeviceInfo& device);
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.

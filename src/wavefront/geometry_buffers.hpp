@@ -28,8 +28,8 @@ public:
     const Buffer& pages() const { return *page_table_; }
     const Buffer& demand() const { return demand_; }  // arrays of abi/path.h
     uint32_t block_count() const { return block_count_; }
-    // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with. any_hit: those of shadow rays.
-    std::string definitions(bool any_hit = false) const;
+    // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
+    std::string definitions() const;
     BlockForm form() const { return form_; }
     // The kernel rp_NAME of the stage NAME ("extend", "connect", "probe"), or rp_NAME_stream of NAME_stream if the blocks are in wide form.
     // more_definitions: " -D..." beside definitions().
@@ -60,7 +60,7 @@ private:
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;
-    std::string closest_options_, any_options_;  // of the device's compiler
+    std::string surfaces_;  // of definitions()
 };
 
 }  // namespace raypager

@@ -42,6 +42,7 @@ Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
             const uint32_t phase = status[i] & RP_STATUS_MASK;
             if (phase == RP_STATUS_FREE || phase == RP_STATUS_IDLE) continue;
             const Plane &of_radiance = radiance[2 * i + RP_PLANE_RADIANCE % 2], &of_surface = surface[2 * i + RP_PLANE_SURFACE % 2];
+            // A camera ray that has not been traced at all: one that found the log of visits full.
             const bool begins = !as_on_cpus() && (status[i] & RP_STATUS_CAMERA) != 0;
             samples.push_back({begins ? of_surface.x : of_radiance.w, of_surface.z});
         }

@@ -23,6 +23,7 @@ constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
 constexpr uint32_t items_per_unit = 1 << 12;
+constexpr uint32_t shading_registers = 96;     // an H100 shades 6 to 8 % more vertices a second than with 72
 constexpr uint32_t shade_items_per_core = 64;  // of a CPU, each alone in its group
 
 // Planes; status (two words), queue, free list; shares of `again_` and of `naps_` or `awake_`.
@@ -179,7 +180,7 @@ Status Wavefront::build_kernels() {
                                {shade_, "shade", "rp_shade"}};
     if (as_on_cpus()) parts.push_back({rouse_, "wake_stream", "rp_rouse"});
     for (const Part& part : parts) {
-        auto kernel = device_.kernel(part.stage, part.name, definitions);
+        auto kernel = device_.kernel(part.stage, part.name, device_.register_limit(shading_registers) + definitions);
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }

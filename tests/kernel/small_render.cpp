@@ -1,5 +1,6 @@
 // All kernels on a scene so small that a simulator such as oclgrind gets through it: two slabs, a pool for a fraction of the blocks,
 // every material, every kind of light.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
+#include "unit/blocks_scenes.hpp"
 
 namespace raypager {
 namespace {
@@ -71,6 +73,38 @@ TEST(SmallRender, records_what_rays_enter) {
     EXPECT_GT(recorded->trace->visits.size(), 0u);
 }
 
+// A log that is full all the time stops rays wherever they are, in the middle of a block too.
+TEST(SmallRender, records_the_same_in_a_log_without_room) {
+    const support::TemporaryFolder folder;
+    BakeOptions bake_options;
+    bake_options.block_bytes = 16 << 10;
+    Scene scene = small_scene(30);
+    scene.shapes.push_back(blocks_test::mesh_shape(blocks_test::soup(3000, 5)));  // rays go through many portals of a block here
+    auto file = support::bake_and_open(scene, bake_options, folder.path(), "small");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    RenderOptions options;
+    options.width = 12;
+    options.height = 8;
+    options.spp = 1;
+    options.max_depth = 0;  // no shadow rays, which need more room
+    options.paths = 1;
+    options.record_paths = 1 << 20;
+    options.geometry_limit_percent = 60;
+    const auto usual = render(**file, options, {});
+    ASSERT_TRUE(usual.ok()) << usual.status().message();
+    for (const uint32_t events : {2u, 3u, 5u}) {
+        SCOPED_TRACE(events);
+        device_faults().visit_events = events;
+        const auto stopped = support::render_rounds(**file, options, 5000);
+        device_faults().clear();
+        ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+        EXPECT_TRUE(stopped->report.complete);
+        EXPECT_EQ(stopped->report.film_hash, usual->report.film_hash);
+        EXPECT_EQ(stopped->trace->rays.size(), usual->trace->rays.size());
+        EXPECT_EQ(stopped->trace->visits.size(), usual->trace->visits.size());
+    }
+}
+
 TEST(SmallRender, records_paths_in_the_order_in_which_they_begin) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(small_scene(30), {}, folder.path(), "small");
@@ -98,19 +132,30 @@ TEST(SmallRender, goes_on_from_a_checkpoint) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    RenderOptions options;
-    options.spp = 1;
-    options.paths = 64;
-    const auto whole = render(**file, options, {});
-    ASSERT_TRUE(whole.ok()) << whole.status().message();
-    options.checkpoint.file = folder.path() / "small.ckpt";
-    const auto stopped = support::render_rounds(**file, options, 2);
-    ASSERT_TRUE(stopped.ok()) << stopped.status().message();
-    ASSERT_FALSE(stopped->report.complete);
-    options.checkpoint.resume = true;
-    const auto resumed = render(**file, options, {});
-    ASSERT_TRUE(resumed.ok()) << resumed.status().message();
-    EXPECT_EQ(resumed->report.film_hash, whole->report.film_hash);
+    for (const Traversal traversal : support::traversals()) {
+        for (const uint32_t percent : {100u, 60u}) {
+            SCOPED_TRACE(testing::Message() << (traversal == Traversal::ray ? "rays, " : "streams, ") << percent << " %");
+            RenderOptions options;
+            options.spp = 1;
+            options.paths = 64;
+            options.traversal = traversal;
+            options.geometry_limit_percent = percent;
+            const auto whole = render(**file, options, {});
+            ASSERT_TRUE(whole.ok()) << whole.status().message();
+            // Rounds after which paths are in different states.
+            for (const uint32_t rounds : {2u, 5u}) {
+                options.checkpoint = {};
+                options.checkpoint.file = folder.path() / fmt::format("{}-{}-{}.ckpt", int(traversal), percent, rounds);
+                const auto stopped = support::render_rounds(**file, options, rounds);
+                ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+                ASSERT_FALSE(stopped->report.complete);
+                options.checkpoint.resume = true;
+                const auto resumed = render(**file, options, {});
+                ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+                EXPECT_EQ(resumed->report.film_hash, whole->report.film_hash);
+            }
+        }
+    }
 }
 
 TEST(SmallRender, an_empty_scene_is_its_background) {

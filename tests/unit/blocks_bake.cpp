@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <set>
+#include <string_view>
 
 #include "base/files.hpp"
 #include "blocks/gather.hpp"
@@ -163,6 +164,7 @@ TEST_P(Bake, TheRootOfABlockLeadsToAllOfIt) {
 // Else rays would have to enter portal by portal what is resident.
 TEST_P(Bake, PortalsOfABlockAreASubtreeOfTheTopTree) {
     const BakedScene& scene = file_->scene();
+    int deepest = 0;
     for (size_t first = 0, end = 0; first < scene.portals.size(); first = end) {
         uint64_t common = scene.portal_paths[first];
         for (end = first; end < scene.portals.size() && scene.portals[end].block == scene.portals[first].block; end++) {
@@ -171,10 +173,16 @@ TEST_P(Bake, PortalsOfABlockAreASubtreeOfTheTopTree) {
         }
         // Portals at these depths below what they have in common leave no room for others.
         double taken = 0;
-        for (size_t i = first; i < end; i++)
-            taken += std::ldexp(1.0, static_cast<int>(std::bit_width(common)) - static_cast<int>(std::bit_width(scene.portal_paths[i])));
+        for (size_t i = first; i < end; i++) {
+            const int depth = static_cast<int>(std::bit_width(scene.portal_paths[i])) - static_cast<int>(std::bit_width(common));
+            EXPECT_LE(depth, RP_CROWN_MAX_DEPTH);
+            deepest = std::max(deepest, depth);
+            taken += std::ldexp(1.0, -depth);
+        }
         EXPECT_EQ(taken, 1.0) << "block " << scene.portals[first].block;
     }
+    const bool deep = std::string_view(GetParam().name) == "nested_clusters";
+    EXPECT_TRUE(!deep || deepest == RP_CROWN_MAX_DEPTH) << "the bound is not tested";
 }
 
 TEST_P(Bake, BlocksKeepTheirLimitAndHoldTogether) {
@@ -255,6 +263,18 @@ Scene nested() {
     return scene_of({mesh_shape(std::move(mesh))});
 }
 
+// Clusters, each far smaller than the one before: the tree takes off one at a time.
+Scene nested_clusters() {
+    TriangleMesh mesh;
+    float scale = 1;
+    for (uint32_t cluster = 0; cluster < 25; cluster++, scale *= 0.4f) {
+        TriangleMesh one = soup(100, seed + cluster, 0.02f);
+        for (Float3& p : one.positions) mesh.positions.push_back({scale * (1 + 0.1f * p.x), scale * (1 + 0.1f * p.y), scale * (1 + 0.1f * p.z)});
+        for (const Triangle& t : one.triangles) mesh.triangles.push_back({t[0] + 300 * cluster, t[1] + 300 * cluster, t[2] + 300 * cluster});
+    }
+    return scene_of({mesh_shape(std::move(mesh))});
+}
+
 // All in one place: no split by centres exists.
 Scene same_triangle() {
     TriangleMesh mesh;
@@ -315,7 +335,8 @@ INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                                               },
                                               16 << 10, 64},
                                          Case{"mixed", [] { return mixed_scene(seed); }, 100 << 10, 64}, Case{"far_away", far_away, 16 << 10, 64},
-                                         Case{"nested", nested, 64 << 10, 64}, Case{"same_triangle", same_triangle, 64 << 10, 64}),
+                                         Case{"nested", nested, 64 << 10, 64}, Case{"nested_clusters", nested_clusters, 256 << 10, 64},
+                                         Case{"same_triangle", same_triangle, 64 << 10, 64}),
                          [](const testing::TestParamInfo<Case>& param) { return std::string(param.param.name); });
 
 TEST(MeshPrefetch, gives_a_mesh_its_share_of_the_workers) {

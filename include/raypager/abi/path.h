@@ -13,7 +13,8 @@
 //   RP_PLANE_RADIANCE    radiance gathered so far rgb | pixel index
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
 //   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
-// The portal is where a waiting ray stands in its order of visits; RP_NONE: it starts at the root of the top tree.
+// The portal is where a waiting ray stands in its order of visits. Beside streams also that of other rays, RP_NONE: they start at the root of the top
+// tree.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -64,7 +65,7 @@
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
-// Beside single rays (stages built with RP_SHORT_STATES) the planes of a ray that does not wait are not all as said above, since most of what would
+// Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way) the planes of a ray that does not wait are not all as said above, since most of what would
 // be written is only read again by the stage that comes next. The status word says so:
 #define RP_STATUS_CAMERA 0x800u      // camera ray: throughput 1, radiance 0, specular; the planes of these hold nothing, the pixel is in SURFACE.x
 #define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
