@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
+#include "blocks/top_tree.hpp"
 #include "device/faults.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
@@ -197,6 +199,59 @@ TEST_P(SmallProbe, traces_resident_blocks) {
     EXPECT_TRUE((*hits)[0].occluded);
     EXPECT_EQ((*hits)[1].primitive, RP_NONE);
     EXPECT_EQ((*hits)[2].primitive, RP_NONE);
+}
+
+// The boxes of all portals, as if each were a block of its own: the tree over these keeps none of the real blocks together.
+std::vector<PortalBox> loose_portals(const BlockFile& file) {
+    std::vector<PortalBox> boxes;
+    for (const rp_portal& portal : file.scene().portals) {
+        blocks_test::AlignedBytes bytes = blocks_test::read_block(file, portal.block);
+        Box box;
+        for (const DecodedTriangle& t : decode_subtree(BlockView(bytes.span()), portal.root).triangles)
+            for (const Float3& v : t.vertices) box.grow(v);
+        boxes.push_back({box, 0});
+    }
+    return boxes;
+}
+
+// Rays enter blocks as a whole only where their portals are a subtree of the top tree. What they hit does not depend on it.
+TEST_P(SmallProbe, finds_the_same_below_any_top_tree) {
+    if (GetParam() == Traversal::stream && support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
+    constexpr uint32_t seed = 7;
+    const support::TemporaryFolder folder;
+    BakeOptions bake_options;
+    bake_options.block_bytes = 32 << 10;
+    auto file = support::bake_and_open(blocks_test::scene_of({blocks_test::mesh_shape(blocks_test::soup(6000, seed, 0.2f))}), bake_options,
+                                       folder.path(), "soup");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    const TopTree loose = build_top_tree(loose_portals(**file));
+    BakedScene other = (*file)->scene();
+    other.top_grid = loose.grid;
+    other.top_nodes = loose.nodes;
+    other.portal_paths = loose.paths;
+    ASSERT_NE(other.portal_paths, (*file)->scene().portal_paths);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> place(-1.5f, 1.5f);
+    std::vector<support::ProbeRay> rays;
+    for (int i = 0; i < 2000; i++)
+        rays.push_back({{place(random), place(random), place(random)}, INFINITY, {place(random), place(random), place(random)}});
+    const auto trace = [&](const BakedScene* with) {
+        auto device = support::DeviceScene::create(*file, 0, GetParam(), with);
+        return device.ok() ? (*device)->trace(rays) : Result<std::vector<support::ProbeHit>>(device.status());
+    };
+    const auto expected = trace(nullptr), found = trace(&other);
+    ASSERT_TRUE(expected.ok()) << expected.status().message();
+    ASSERT_TRUE(found.ok()) << found.status().message();
+    uint32_t hits = 0;
+    for (size_t i = 0; i < rays.size(); i++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", ray " << i);
+        EXPECT_EQ((*found)[i].t, (*expected)[i].t);
+        EXPECT_EQ((*found)[i].primitive, (*expected)[i].primitive);
+        EXPECT_EQ((*found)[i].occluded, (*expected)[i].occluded);
+        EXPECT_EQ((*found)[i].position, (*expected)[i].position);
+        hits += (*expected)[i].primitive != RP_NONE ? 1u : 0u;
+    }
+    EXPECT_GT(hits, 500u);
 }
 
 INSTANTIATE_TEST_SUITE_P(traversals, SmallProbe, testing::Values(Traversal::ray, Traversal::stream),

@@ -23,7 +23,8 @@ std::vector<Traversal> traversals() {
     return {Traversal::ray, Traversal::stream};
 }
 
-Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes, Traversal traversal) {
+Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes, Traversal traversal,
+                                                         const BakedScene* other) {
     std::unique_ptr<DeviceScene> result(new DeviceScene);
     result->file_ = std::move(file);
     auto device = Device::open("", 0);
@@ -41,7 +42,8 @@ Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const B
     auto residency = Residency::create(*result->device_, *result->file_, settings);
     if (!residency) return residency.status();
     result->residency_ = std::move(*residency);
-    auto geometry = GeometryBuffers::create(*result->device_, scene, form, result->residency_->slabs(), result->residency_->page_table());
+    auto geometry =
+        GeometryBuffers::create(*result->device_, other ? *other : scene, form, result->residency_->slabs(), result->residency_->page_table());
     if (!geometry) return geometry.status();
     result->geometry_ = std::make_unique<GeometryBuffers>(std::move(*geometry));
     RAYPAGER_TRY(result->residency_->load_all(result->device_->kernels()));
