@@ -12,6 +12,8 @@
 #include "raypager/abi/block.h"
 
 #define RP_BOX_WIDEN 1.000002f  // above 1 + 32 u
+// So many floats farther along, which is between 1.000002 and 1.0000041 times as far.
+#define RP_BOX_WIDEN_STEPS 34
 
 // What stays the same along a ray.
 typedef struct rp_ray {
@@ -42,20 +44,28 @@ static inline rp_frame rp_make_frame(const rp_ray* ray, float3 grid_origin, floa
     return frame;
 }
 
+// Distances are compared as integers: floats that are not negative have the same order as their bits, and a negative one is a negative
+// integer. GPUs take the least of three integers in one instruction, together with a bound or a sum (on an NVIDIA H100 the walk is bound by
+// such instructions: bench/results.md). What is not negative comes out the same as with floats. -0, which would be behind all others, is none of
+// these: grids are too coarse for products to vanish (src/blocks/grid.cpp).
+
 // Where the ray enters the box, at least 0.
 static inline float rp_box_entry(uint4 box, const rp_ray* ray, const rp_frame* frame) {
-    const float x = fma(rp_grid_near(box.x, ray->near_x), frame->scale.x, frame->shift.x);
-    const float y = fma(rp_grid_near(box.y, ray->near_y), frame->scale.y, frame->shift.y);
-    const float z = fma(rp_grid_near(box.z, ray->near_z), frame->scale.z, frame->shift.z);
-    return rp_max(rp_max(x, y), rp_max(z, 0.0f));
+    const int x = as_int(fma(rp_grid_near(box.x, ray->near_x), frame->scale.x, frame->shift.x));
+    const int y = as_int(fma(rp_grid_near(box.y, ray->near_y), frame->scale.y, frame->shift.y));
+    const int z = as_int(fma(rp_grid_near(box.z, ray->near_z), frame->scale.z, frame->shift.z));
+    return as_float(max(max(max(x, y), z), 0));
 }
 
-// Where it leaves the box, at most t_max, widened: the ray meets the box if its entry is not beyond this.
-static inline float rp_box_exit(uint4 box, const rp_ray* ray, const rp_frame* frame, float t_max) {
-    const float x = fma(rp_grid_far(box.x, ray->near_x), frame->scale.x, frame->shift.x);
-    const float y = fma(rp_grid_far(box.y, ray->near_y), frame->scale.y, frame->shift.y);
-    const float z = fma(rp_grid_far(box.z, ray->near_z), frame->scale.z, frame->shift.z);
-    return rp_min(rp_min(x, y), rp_min(z, t_max)) * RP_BOX_WIDEN;
+// Where it leaves the box, widened, at most `far`, which is t_max times RP_BOX_WIDEN.
+static inline float rp_box_exit(uint4 box, const rp_ray* ray, const rp_frame* frame, float far) {
+    const int x = as_int(fma(rp_grid_far(box.x, ray->near_x), frame->scale.x, frame->shift.x));
+    const int y = as_int(fma(rp_grid_far(box.y, ray->near_y), frame->scale.y, frame->shift.y));
+    const int z = as_int(fma(rp_grid_far(box.z, ray->near_z), frame->scale.z, frame->shift.z));
+    return as_float(min(min(min(x, y), z) + RP_BOX_WIDEN_STEPS, as_int(far)));
 }
+
+// Whether the ray meets the box.
+static inline bool rp_box_is_met(float entry, float leave) { return as_int(entry) <= as_int(leave); }
 
 #endif

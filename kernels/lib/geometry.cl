@@ -74,6 +74,8 @@ static inline rp_block_view rp_view_block(const rp_geometry* g, uint4 page) {
     return view;
 }
 static inline const __global uint4* rp_block_nodes(const __global uchar* base) { return (const __global uint4*)(base + sizeof(rp_block_header)); }
+// In 64 bits, which GPUs multiply and add in one instruction; an index of 32 bits would have to wrap first.
+static inline const __global uint4* rp_node_at(const __global uint4* nodes, uint index) { return nodes + (ulong)index * 2u; }
 static inline const __global uchar* rp_block_of_nodes(const __global uint4* nodes) { return (const __global uchar*)nodes - sizeof(rp_block_header); }
 
 // Of a strip's leaf; of spheres: the index of the first one.

@@ -21,6 +21,12 @@ static inline uint rp_ballot(bool condition) {
     asm volatile("{.reg .pred p; setp.ne.u32 p, %1, 0; vote.sync.ballot.b32 %0, p, 0xffffffff;}" : "=r"(r) : "r"((uint)condition));
     return r;
 }
+// Bit i: lane i is at an inner node, or, as a number with a sign, not below 0.
+static inline uint rp_ballot_inner(uint current) {
+    uint r;
+    asm volatile("{.reg .pred p; setp.ge.s32 p, %1, 0; vote.sync.ballot.b32 %0, p, 0xffffffff;}" : "=r"(r) : "r"(current));
+    return r;
+}
 static inline uint rp_lane(void) {
     uint r;
     asm("mov.u32 %0, %%laneid;" : "=r"(r));
@@ -45,6 +51,7 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 #elif defined(RP_PERSISTENT)
 // Vectors of one lane, with which tests come by the same loops on any device.
 static inline uint rp_ballot(bool condition) { return condition ? 1u : 0u; }
+static inline uint rp_ballot_inner(uint current) { return rp_ballot(!(current & RP_REF_LEAF)); }
 static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) { return wanted ? atomic_inc(counter) : 0u; }
 #define RP_CONVERGE()
 #endif
@@ -60,10 +67,9 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 // The loop over inner nodes: all lanes come to it together and leave it together, with RP_LEAST_INNER some of them still at inner nodes.
 #ifdef RP_LEAST_INNER
 static inline bool rp_stays_inner(uint current) {
-    const bool is_inner = !(current & RP_REF_LEAF);
-    const uint inner = rp_ballot(is_inner);
+    const uint inner = rp_ballot_inner(current);
     if (popcount(inner) >= RP_LEAST_INNER) return true;
-    return inner != 0u && rp_ballot(!is_inner && current != RP_REF_EXIT) == 0u;
+    return inner != 0u && rp_ballot((current & RP_REF_LEAF) && current != RP_REF_EXIT) == 0u;
 }
 #define RP_WHILE_INNER(current)              \
     while (rp_stays_inner(current))          \

@@ -58,7 +58,10 @@ static inline float rp_edge_remainder(float a, float b, float c, float d) {
     const float ab = rp_mul(a, b), cd = rp_mul(c, d);
     return fma(a, b, -ab) - fma(c, d, -cd);
 }
-static inline bool rp_signs_differ(float u, float v, float w) { return rp_min(rp_min(u, v), w) < 0.0f && rp_max(rp_max(u, v), w) > 0.0f; }
+// Whether one of them is below 0 and one above, looked up in their bits: those of numbers below 0 are above those of -0, as unsigned integers.
+static inline bool rp_signs_differ(float u, float v, float w) {
+    return max(max(as_uint(u), as_uint(v)), as_uint(w)) > 0x80000000u && max(max(as_int(u), as_int(v)), as_int(w)) > 0;
+}
 
 // Whether the ray's line may hit a triangle: false only where the test below says so by signs.
 static inline bool rp_may_hit_triangle(const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {

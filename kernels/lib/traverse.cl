@@ -43,6 +43,7 @@
 #define RP_BEGIN rp_begin_any
 #define RP_RUN rp_run_any
 #define RP_TO_TOP rp_any_to_top
+#define RP_STEP rp_any_step
 #define RP_STACK_ENTRY uint
 #define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
 #define RP_POP()                     \
@@ -50,12 +51,13 @@
         w->depth--;                  \
         w->current = RP_STACK_GET(); \
     } while (0)
-#define RP_FAR w->t_max
+#define RP_END w->t_max
 #else
 #define RP_WALK rp_closest_walk
 #define RP_BEGIN rp_begin_closest
 #define RP_RUN rp_run_closest
 #define RP_TO_TOP rp_closest_to_top
+#define RP_STEP rp_closest_step
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
@@ -64,8 +66,8 @@
     do {                               \
         --w->depth;                    \
         w->current = RP_STACK_GET().x; \
-    } while (as_float(RP_STACK_GET().y) > RP_FAR * RP_BOX_WIDEN)
-#define RP_FAR w->best.t
+    } while (as_float(RP_STACK_GET().y) > w->far)
+#define RP_END w->best.t
 #endif
 
 // A ray on its way. It has ended when current is RP_REF_EXIT.
@@ -76,6 +78,7 @@ typedef struct RP_WALK {
     const __global uint4* nodes;  // of the block, or of the top tree
     uint leaves_at, vertices_at;  // in the block
     uint current, depth;
+    float far;    // where the walk ends, times RP_BOX_WIDEN
     uint portal;  // at the end: the portal to wait at, or RP_NONE if the walk is complete
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
     __local RP_STACK_ENTRY* shared;  // this work-item's column of the stack, set by the kernel
@@ -107,6 +110,7 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     RP_TO_TOP(g, w);
     w->current = g->top_grid->root;
     w->depth = 0u;
+    w->far = RP_END * RP_BOX_WIDEN;
     w->portal = RP_NONE;
 #if RP_ANY_HIT
     w->hit = false;
@@ -126,7 +130,8 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #endif
         // A block as a whole: this portal is the first of it that the ray has come to, or it would have stopped there.
         if (w->current >= RP_REF_PORTAL) break;
-        const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];
+        const __global uint4* const node = rp_node_at(w->nodes, w->current);
+        const uint4 child0 = node[0], child1 = node[1];
         const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
         const uint taken = (uint)(path >> level) & 1u;
         const uint4 sibling = taken ? child0 : child1;
@@ -136,9 +141,34 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #else
         const uint first = entry1 < entry0 ? 1u : 0u;
 #endif
-        if (taken == first && sibling_entry <= rp_box_exit(sibling, &w->ray, &w->frame, RP_FAR)) RP_PUSH(sibling.w, sibling_entry);
+        if (taken == first && rp_box_is_met(sibling_entry, rp_box_exit(sibling, &w->ray, &w->frame, w->far))) RP_PUSH(sibling.w, sibling_entry);
         w->current = taken ? child1.w : child0.w;
     }
+}
+
+// From an inner node to one of its children, or to what comes next on the stack.
+static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
+    const __global uint4* const node = rp_node_at(w->nodes, w->current);
+    const uint4 child0 = node[0], child1 = node[1];
+    const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
+    const bool hit0 = rp_box_is_met(entry0, rp_box_exit(child0, &w->ray, &w->frame, w->far));
+    const bool hit1 = rp_box_is_met(entry1, rp_box_exit(child1, &w->ray, &w->frame, w->far));
+#if RP_ANY_HIT
+    if (hit0 && hit1) {
+        RP_PUSH(child1.w, entry1);
+        w->current = child0.w;
+    } else if (hit0 || hit1) {
+        w->current = hit0 ? child0.w : child1.w;
+    } else {
+        RP_POP();
+    }
+#else
+    // Without branches but for what is done with the stack: in most steps some lanes go each way.
+    const bool second = !hit0 || (hit1 && entry1 < entry0);
+    if (hit0 && hit1) RP_PUSH(second ? child0.w : child1.w, second ? entry0 : entry1);
+    w->current = second ? child1.w : child0.w;
+    if (!(hit0 || hit1)) RP_POP();
+#endif
 }
 
 // Goes on to the end of the walk. With RP_PERSISTENT, all lanes of a hardware vector come here together, those whose walks have ended as
@@ -147,23 +177,11 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
     do {
         RP_WHILE_INNER(w->current) {
-            const uint4 child0 = w->nodes[2u * w->current], child1 = w->nodes[2u * w->current + 1u];
-            const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
-            const bool hit0 = entry0 <= rp_box_exit(child0, &w->ray, &w->frame, RP_FAR), hit1 = entry1 <= rp_box_exit(child1, &w->ray, &w->frame, RP_FAR);
-            if (hit0 && hit1) {
-#if RP_ANY_HIT
-                RP_PUSH(child1.w, entry1);
-                w->current = child0.w;
-#else
-                const bool swap = entry1 < entry0;
-                RP_PUSH(swap ? child0.w : child1.w, swap ? entry0 : entry1);
-                w->current = swap ? child1.w : child0.w;
+            RP_STEP(w, stack);
+#ifdef RP_LEAST_INNER
+            // A vote costs a fifth of a step.
+            if (!(w->current & RP_REF_LEAF)) RP_STEP(w, stack);
 #endif
-            } else if (hit0 || hit1) {
-                w->current = hit0 ? child0.w : child1.w;
-            } else {
-                RP_POP();
-            }
         }
         RP_CONVERGE();
         if (RP_AT_LEAF(w->current)) {
@@ -186,6 +204,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             }
 #else
             rp_leaf_closest(g, &w->ray, &w->shear, &block, w->block_index, w->current, &w->best);
+            w->far = RP_END * RP_BOX_WIDEN;
             RP_POP();
 #endif
         }
@@ -247,7 +266,8 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #undef RP_BEGIN
 #undef RP_RUN
 #undef RP_TO_TOP
+#undef RP_STEP
 #undef RP_STACK_ENTRY
 #undef RP_PUSH
 #undef RP_POP
-#undef RP_FAR
+#undef RP_END

@@ -91,6 +91,7 @@ static bool rp_visit_candidates(const rp_visit_log* log, const rp_geometry* g, c
     const float3 origin = (float3)(g->top_grid->origin[0], g->top_grid->origin[1], g->top_grid->origin[2]);
     const float3 cell = (float3)(g->top_grid->cell[0], g->top_grid->cell[1], g->top_grid->cell[2]);
     const rp_frame frame = rp_make_frame(ray, origin, cell);
+    const float far = t_limit * RP_BOX_WIDEN;
     uint depth = 0u, current = g->top_grid->root, last = RP_NONE;
     stack[depth++] = RP_REF_EXIT;
     while (current != RP_REF_EXIT) {
@@ -106,8 +107,8 @@ static bool rp_visit_candidates(const rp_visit_log* log, const rp_geometry* g, c
             continue;
         }
         const uint4 child0 = g->top_nodes[2u * current], child1 = g->top_nodes[2u * current + 1u];
-        const bool hit0 = rp_box_entry(child0, ray, &frame) <= rp_box_exit(child0, ray, &frame, t_limit);
-        const bool hit1 = rp_box_entry(child1, ray, &frame) <= rp_box_exit(child1, ray, &frame, t_limit);
+        const bool hit0 = rp_box_is_met(rp_box_entry(child0, ray, &frame), rp_box_exit(child0, ray, &frame, far));
+        const bool hit1 = rp_box_is_met(rp_box_entry(child1, ray, &frame), rp_box_exit(child1, ray, &frame, far));
         if (hit0 && hit1) stack[depth++] = child1.w;
         current = hit0 ? child0.w : hit1 ? child1.w : stack[--depth];
     }

@@ -75,7 +75,13 @@ __kernel void rp_probe_boxes(const __global float4* restrict rays, const __globa
     if (i >= count) return;
     const rp_ray ray = rp_make_ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz);
     const rp_frame frame = rp_make_frame(&ray, grids[2u * i].xyz, grids[2u * i + 1u].xyz);
-    results[i] = (float2)(rp_box_entry(boxes[i], &ray, &frame), rp_box_exit(boxes[i], &ray, &frame, rays[2u * i].w));
+    results[i] = (float2)(rp_box_entry(boxes[i], &ray, &frame), rp_box_exit(boxes[i], &ray, &frame, rays[2u * i].w * RP_BOX_WIDEN));
+}
+
+// Whether the three numbers of each row are on both sides of 0.
+__kernel void rp_probe_signs(const __global float* restrict numbers, uint count, __global uint* restrict results) {
+    const uint i = get_global_id(0);
+    if (i < count) results[i] = rp_signs_differ(numbers[3u * i], numbers[3u * i + 1u], numbers[3u * i + 2u]) ? 1u : 0u;
 }
 
 // For tests of random numbers. purposes: pixel, depth, purpose, seed. results: the numbers of samples 0 to `samples` - 1 for each of these.

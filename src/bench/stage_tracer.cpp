@@ -41,17 +41,19 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     struct Part {
         Kernel& kernel;
         const char* stage;
+        uint32_t registers;
         std::string definitions;
     };
     const bool stored = form == BlockForm::stored;
     tracer->persistent_ = stored && tracer->device_->has_persistent_threads();
     const std::string states = stored ? short_states : "";
-    std::vector<Part> parts = {{tracer->extend_, "extend", states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
-                               {tracer->extend_surfaces_, "extend", ""},
-                               {tracer->connect_, "connect", ""}};
-    if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", states + tracer->device_->bounce_definitions()});
+    std::vector<Part> parts = {
+        {tracer->extend_, "extend", closest_hit_registers, states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
+        {tracer->extend_surfaces_, "extend", closest_hit_registers, ""},
+        {tracer->connect_, "connect", any_hit_registers, ""}};
+    if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", bounce_registers, states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
-        auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.definitions);
+        auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.registers, part.definitions);
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }

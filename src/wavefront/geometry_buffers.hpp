@@ -18,6 +18,10 @@ namespace raypager {
 // `shade`, for one. Not beside streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 
+// How many registers tracing kernels may have, of which all but an H100's compiler decide themselves: with fewer more rays are under way, and more is
+// put down in memory (bench/results.md).
+inline constexpr uint32_t closest_hit_registers = 72, bounce_registers = 64, any_hit_registers = 56;
+
 class GeometryBuffers {
 public:
     static uint64_t bytes(const BakedScene& scene, BlockForm form);
@@ -33,7 +37,7 @@ public:
     BlockForm form() const { return form_; }
     // The kernel rp_NAME of the stage NAME ("extend", "connect", "probe"), or rp_NAME_stream of NAME_stream if the blocks are in wide form.
     // more_definitions: " -D..." beside definitions().
-    Result<Kernel> kernel(Device& device, const std::string& name, const std::string& more_definitions = {}) const;
+    Result<Kernel> kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions = {}) const;
     // Launches such a kernel for a queue of up to `rays` rays; each work-item loops over its share of them.
     Status launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const;
     // Sets RP_GEOMETRY_PARAMETERS, the wide top tree if the blocks are wide, and block_count, then the rest.

@@ -186,14 +186,14 @@ Status Wavefront::build_kernels() {
     }
     // Persistent threads do not record, and streams need none.
     persistent_ = visit_settings_.capacity == 0 && !as_on_cpus() && device_.has_persistent_threads();
-    const auto trace = [&](Kernel& kernel, const char* stage, const std::string& more) -> Status {
-        auto traced = geometry_.kernel(device_, stage, tracing + more);
+    const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) -> Status {
+        auto traced = geometry_.kernel(device_, stage, registers, tracing + more);
         if (traced) kernel = std::move(*traced);
         return traced.status();
     };
-    RAYPAGER_TRY(trace(extend_, "extend", states + (persistent_ ? device_.camera_definitions() : "")));
-    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", states + device_.bounce_definitions()));
-    RAYPAGER_TRY(trace(connect_, "connect", ""));
+    RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, states + (persistent_ ? device_.camera_definitions() : "")));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", bounce_registers, states + device_.bounce_definitions()));
+    RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
     if (as_on_cpus()) return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
     return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }

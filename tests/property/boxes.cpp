@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "blocks/grid.hpp"
@@ -112,7 +114,9 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
     for (uint32_t i = 0; i < count; i++) {
         if (truth[i].entry > truth[i].exit) continue;  // rounding of the direction made it miss
         met++;
-        ASSERT_LE(found[i][0], found[i][1]) << "box " << i << " was missed, seed " << seed << ": " << describe(i);
+        // Compared as the kernels do.
+        ASSERT_LE(std::bit_cast<int32_t>(found[i][0]), std::bit_cast<int32_t>(found[i][1]))
+            << "box " << i << " was missed, seed " << seed << ": " << describe(i);
         // Hits in the box are not before its entry; traversal compares with the same widening.
         ASSERT_LE(found[i][0], truth[i].exit * 1.000002 + 1e-30) << "box " << i << " is entered after it is left, seed " << seed;
     }
@@ -121,6 +125,32 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
 
 INSTANTIATE_TEST_SUITE_P(scales, BoxTest, testing::Values(-40, -10, 0, 10, 30),
                          [](const auto& param) { return (param.param < 0 ? "minus_" : "plus_") + std::to_string(std::abs(param.param)); });
+
+// The edge functions of a triangle are told apart by their bits; numbers next to 0, and 0 of either sign, are what that could get wrong.
+TEST(Signs, differ_where_one_number_is_below_0_and_one_above) {
+    constexpr float tiny = std::numeric_limits<float>::denorm_min(), great = std::numeric_limits<float>::max();
+    const float values[] = {0.0f, -0.0f, tiny, -tiny, 1.0f, -1.0f, great, -great};
+    std::vector<float> numbers;
+    for (const float u : values)
+        for (const float v : values)
+            for (const float w : values) numbers.insert(numbers.end(), {u, v, w});
+    const auto count = static_cast<uint32_t>(numbers.size() / 3);
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    auto kernel = (*device)->kernel("probe", "rp_probe_signs", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    ASSERT_TRUE(kernel.ok()) << kernel.status().message();
+    auto rows = (*device)->upload(bytes_of(numbers), "numbers");
+    auto results = (*device)->allocate(count * sizeof(uint32_t), "results");
+    ASSERT_TRUE(rows.ok() && results.ok());
+    ASSERT_TRUE(kernel->set(*rows, count, *results).ok());
+    ASSERT_TRUE((*device)->kernels().launch(*kernel, count, (*device)->group_size()).ok());
+    std::vector<uint32_t> found(count);
+    ASSERT_TRUE((*device)->kernels().read_now(*results, 0, std::as_writable_bytes(std::span(found))).ok());
+    for (uint32_t i = 0; i < count; i++) {
+        const float *of = &numbers[3 * i], least = std::min({of[0], of[1], of[2]}), greatest = std::max({of[0], of[1], of[2]});
+        EXPECT_EQ(found[i] != 0, least < 0 && greatest > 0) << of[0] << ' ' << of[1] << ' ' << of[2];
+    }
+}
 
 }  // namespace
 }  // namespace raypager
