@@ -18,11 +18,16 @@
 #define RP_ENTRY_LEAF 0x80000000u  // beside the bits of a distance, which is not negative
 
 typedef struct rp_stream_stack {
-    const __global uchar* record[RP_STREAM_STACK];
-    ulong rays[RP_STREAM_STACK];
-    uint entry[RP_STREAM_STACK];  // least distance at which one of the rays enters; with RP_ENTRY_LEAF: the record is a leaf
+    // The last places are for what rp_push_sorted writes beyond the top.
+    ulong record[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // addresses
+    ulong rays[RP_STREAM_STACK + RP_WIDE_CHILDREN];
+    uint entry[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // least distance at which one of the rays enters; with RP_ENTRY_LEAF: the record is a leaf
     uint depth;
 } rp_stream_stack;
+
+static inline const __global uchar* rp_stacked(const rp_stream_stack* stack, uint place) {
+    return (const __global uchar*)stack->record[place];
+}
 
 // A root, from its word (abi/wide.h).
 static inline const __global uchar* rp_wide_root(const __global uchar* base, uint word, bool* leaf) {
@@ -36,35 +41,48 @@ static inline void rp_fetch_record(const __global uchar* record) {
     rp_fetch_early(record + 128);
 }
 
-// Puts the children that are met onto the stack, the nearest on top.
-static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children,
-                                    const bool any_hit) {
-    const __global uchar* first = (const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT;
+// Puts the children that are met onto the stack, the nearest on top. With as few branches as can be: how many children are met, and in which
+// order, is foretold badly, and each mistake costs a CPU as much as testing a ray. So all eight places are written, those that are met first.
+static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children) {
+    const uint8 lane = (uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u);
+    const int8 is_met = ((uint8)(children) >> lane & 1u) != 0u;
+    // Distances less their last three bits, in whose place the number of the child stands: not greater, so that no ray misses what it enters there.
+    const uint8 key = rp_sort8(is_met ? ((as_uint8(vload8(0, met->entry)) & ~7u) + 8u) | lane : (uint8)(0u));
+    const uint8 order = key & 7u;
     // Byte k: units before child k.
     const ulong places = as_ulong(vload8(0, node->size)) * 0x0101010101010100ul;
-    const uint leaves = node->leaves, bottom = stack->depth;
+    const ulong first = (ulong)((const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT);
+    const uint bottom = stack->depth, count = popcount(children);
+    vstore8(rp_pick_long8(first + convert_ulong8(as_uchar8(places)) * RP_WIDE_UNIT, order), 0, stack->record + bottom);
+    vstore8(rp_pick_long8(vload8(0, met->rays), order), 0, stack->rays + bottom);
+    vstore8(((key - 8u) & ~7u) | (uint8)(node->leaves) >> order << 31, 0, stack->entry + bottom);
+    stack->depth += count;
+    // One to three without a branch that depends on their number.
+    rp_fetch_record(rp_stacked(stack, bottom));
+    rp_fetch_record(rp_stacked(stack, bottom + count / 2u));
+    rp_fetch_record(rp_stacked(stack, bottom + count - 1u));
+    if (count > 3u)
+        for (uint i = 1u; i + 1u < count; i++) rp_fetch_record(rp_stacked(stack, bottom + i));
+}
+
+// The same for rays whose order of visits does not matter.
+static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children) {
+    const __global uchar* first = (const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT;
+    const ulong places = as_ulong(vload8(0, node->size)) * 0x0101010101010100ul;
+    const uint leaves = node->leaves;
     for (; children != 0u; children &= children - 1u) {
-        const uint k = rp_lowest(children);
+        const uint k = rp_lowest(children), place = stack->depth++;
         const __global uchar* record = first + ((uint)(places >> (8u * k)) & 255u) * RP_WIDE_UNIT;
         rp_fetch_record(record);
-        uint place = stack->depth++;
-        uint entry = 0u;
-        if (!any_hit) {
-            entry = as_uint(met->entry[k]);
-            for (; place > bottom && (stack->entry[place - 1u] & ~RP_ENTRY_LEAF) < entry; place--) {
-                stack->record[place] = stack->record[place - 1u];
-                stack->rays[place] = stack->rays[place - 1u];
-                stack->entry[place] = stack->entry[place - 1u];
-            }
-        }
-        stack->record[place] = record;
+        stack->record[place] = (ulong)record;
         stack->rays[place] = met->rays[k];
-        stack->entry[place] = entry | (leaves >> k & 1u ? RP_ENTRY_LEAF : 0u);
+        stack->entry[place] = leaves >> k & 1u ? RP_ENTRY_LEAF : 0u;
     }
 }
 
 // Of the rays, those that are at `entry` before their closest hit.
 static inline ulong rp_not_behind_hit(const rp_stream* s, ulong rays, float entry) {
+    if ((rays & (rays - 1ul)) == 0ul) return entry <= RP_OF_RAY(s->t, rp_lowest(rays)) * RP_BOX_WIDEN ? rays : 0ul;
     ulong left = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) left |= (ulong)rp_mask16(entry <= s->t[p] * RP_BOX_WIDEN) << (RP_PACKET_RAYS * p);
     return rays & left;
@@ -170,7 +188,7 @@ static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
         const uint entry = stack->entry[stack->depth];
         rays = stack->rays[stack->depth] & walk->stream.active;
         if (!any_hit && rays != 0ul) rays = rp_not_behind_hit(&walk->stream, rays, as_float(entry & ~RP_ENTRY_LEAF));
-        walk->record = stack->record[stack->depth];
+        walk->record = rp_stacked(stack, stack->depth);
         walk->leaf = (entry & RP_ENTRY_LEAF) != 0u;
     }
     walk->rays = rays;
@@ -195,10 +213,11 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
         const __global rp_wide_node* node = (const __global rp_wide_node*)walk->record;
         const uint children = rp_meet_children(s, node, rp_until(walk), rays, any_hit, &met);
         if (children != 0u) {
-            rp_push_children(&walk->stack, node, &met, children, any_hit);
+            if (any_hit) rp_push_children(&walk->stack, node, &met, children);
+            else rp_push_sorted(&walk->stack, node, &met, children);
             // The nearest one needs no further look.
             const uint top = --walk->stack.depth;
-            walk->record = walk->stack.record[top];
+            walk->record = rp_stacked(&walk->stack, top);
             walk->rays = walk->stack.rays[top];
             walk->leaf = (walk->stack.entry[top] & RP_ENTRY_LEAF) != 0u;
             return;

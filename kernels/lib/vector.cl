@@ -63,6 +63,36 @@ static inline float16 rp_pick_of_two16(float16 first, float16 second, uint16 ind
 #endif
 }
 
+// Lane k: values[index[k]] (0 to 7).
+static inline ulong8 rp_pick_long8(ulong8 values, uint8 index) {
+#if defined(RP_AVX512)
+    return as_ulong8(__builtin_ia32_permvardf512(as_double8(values), as_long8(convert_ulong8(index))));
+#else
+    ulong from[8], picked[8];
+    uint at[8];
+    vstore8(values, 0, from);
+    vstore8(index, 0, at);
+    for (uint k = 0u; k < 8u; k++) picked[k] = from[at[k]];
+    return vload8(0, picked);
+#endif
+}
+
+// Sorted, the greatest first: Batcher's odd-even merge, whose six layers put two lanes each in order. No branch depends on the values.
+#define RP_SORT_LAYER(partner, ...)                              \
+    do {                                                         \
+        const uint8 other = v.partner;                           \
+        v = (int8)(__VA_ARGS__) ? min(v, other) : max(v, other); \
+    } while (0)
+static inline uint8 rp_sort8(uint8 v) {
+    RP_SORT_LAYER(s10325476, 0, -1, 0, -1, 0, -1, 0, -1);
+    RP_SORT_LAYER(s23016745, 0, 0, -1, -1, 0, 0, -1, -1);
+    RP_SORT_LAYER(s02134657, 0, 0, -1, 0, 0, 0, -1, 0);
+    RP_SORT_LAYER(s45670123, 0, 0, 0, 0, -1, -1, -1, -1);
+    RP_SORT_LAYER(s01452367, 0, 0, 0, 0, -1, -1, 0, 0);
+    RP_SORT_LAYER(s02143657, 0, 0, -1, 0, -1, 0, -1, 0);
+    return v;
+}
+
 static inline float rp_least8(float8 v) {
     const float4 four = rp_min(v.lo, v.hi);
     const float2 two = rp_min(four.lo, four.hi);

@@ -149,14 +149,20 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
         x[v] = rx - shear_x * rz;
         y[v] = ry - shear_y * rz;
     }
-    uint hit_any = 0u;
+    // First the sides of the edges of all triangles, without branches; then the distances of those that a ray passes through.
+    rp_edges_16 edges[RP_WIDE_LEAF_TRIANGLES];
+    uint inside_of[RP_WIDE_LEAF_TRIANGLES], candidates = 0u;
     for (uint k = 0u; k < count; k++) {
         const uint a = corners[k], b = corners[count + k], c = corners[2u * count + k];
-        rp_edges_16 edges;
-        const uint inside = rp_inside_16(x[a], y[a], x[b], y[b], x[c], y[c], lanes, &edges);
-        if (inside == 0u) continue;
+        inside_of[k] = rp_inside_16(x[a], y[a], x[b], y[b], x[c], y[c], lanes, &edges[k]);
+        candidates |= (inside_of[k] != 0u ? 1u : 0u) << k;
+    }
+    uint hit_any = 0u;
+    for (; candidates != 0u; candidates &= candidates - 1u) {
+        const uint k = rp_lowest(candidates), inside = inside_of[k] & lanes;
+        const uint a = corners[k], b = corners[count + k], c = corners[2u * count + k];
         float16 t;
-        uint hit = rp_distance_16(&edges, &relative[a], &relative[b], &relative[c], s->shear[2][p], s->inverse[ix][p], s->inverse[iy][p],
+        uint hit = rp_distance_16(&edges[k], &relative[a], &relative[b], &relative[c], s->shear[2][p], s->inverse[ix][p], s->inverse[iy][p],
                                   s->inverse[axis][p], inside, &t);
         const uint id = ids[k];
         if (any_hit) {
@@ -184,6 +190,10 @@ static inline ulong rp_hit_triangles(rp_stream* s, ulong rays, const __global rp
     const __global uint* ids = rp_leaf_ids(leaf);
     const uint count = leaf->count;
     ulong alone = 0ul, hit = 0ul;
+    if ((rays & (rays - 1ul)) == 0ul) {
+        const uint16 a = convert_uint16(vload16(0, corners)), b = convert_uint16(vload16(0, corners + count));
+        return rp_ray_hits_triangles(s, rp_lowest(rays), leaf, a, b, convert_uint16(vload16(0, corners + 2u * count)), ids, any_hit) ? rays : 0ul;
+    }
     for (uint p = 0u; p < RP_PACKETS; p++) {
         const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
         if (popcount(lanes) < RP_DENSE_TRIANGLES || s->packet_axis[p] == RP_MIXED)

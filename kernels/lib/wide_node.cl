@@ -75,8 +75,8 @@ static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
         // Of integers it costs one instruction, and a negative float is a negative integer.
         const float16 enter = as_float16(max(as_int16(rp_max(rp_max(enter_x, enter_y), enter_z)), as_int16(from)));
         const float16 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, until)) * RP_BOX_WIDEN;
+        // No branch for children that are not met: it would be foretold badly.
         const uint meets = rp_mask16(enter <= leave) & lanes;
-        if (meets == 0u) continue;
         met->rays[k] |= (ulong)meets << (RP_PACKET_RAYS * p);
         if (!any_hit) met->entry[k] = rp_min(met->entry[k], rp_least16(rp_lanes16(meets) ? enter : (float16)(INFINITY)));
     }
@@ -113,9 +113,31 @@ static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
     if (!any_hit) vstore8(rp_min(vload8(0, met->entry), entry), 0, met->entry);
 }
 
+// One ray against all children, operation by operation as rp_rays_meet. Most nodes that rays come to which have little in common are met by a
+// single one: what is only for more than one costs as much there as the test itself.
+static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node* node, const float16* until, ulong rays, const bool any_hit,
+                                rp_children_met* met) {
+    const uint r = rp_lowest(rays);
+    const __global uchar* planes = node->lower[0];
+    float8 enter[3], leave[3];
+    for (uint a = 0u; a < 3u; a++) {
+        const float cell = as_float((uint)node->exponent[a] << 23), origin = node->origin[a], inverse = RP_OF_RAY(s->inverse[a], r);
+        const uint near = s->near_at[a][r], far = 8u * (2u * a + RP_ROW_UPPER) - near;
+        enter[a] = fma(convert_float8(vload8(0, planes + near)) * cell + origin, (float8)(inverse), (float8)(RP_OF_RAY(s->near_shift[a], r)));
+        leave[a] = fma(convert_float8(vload8(0, planes + far)) * cell + origin, (float8)(inverse), (float8)(RP_OF_RAY(s->far_shift[a], r)));
+    }
+    const float8 from = (float8)(RP_OF_RAY(s->from, r)), end = (float8)(RP_OF_RAY(until, r));
+    const float8 first = as_float8(max(as_int8(rp_max(rp_max(enter[0], enter[1]), enter[2])), as_int8(from)));
+    const float8 last = rp_min(rp_min(leave[0], leave[1]), rp_min(leave[2], end)) * RP_BOX_WIDEN;
+    vstore8((ulong8)(rays), 0, met->rays);
+    if (!any_hit) vstore8(first, 0, met->entry);
+    return rp_mask8(first <= last) & ((1u << node->count) - 1u);
+}
+
 // Returns the children that one of the rays meets between where it begins (from) and `until`: a distance of each ray, by packets.
 static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_node* node, const float16* until, ulong rays, const bool any_hit,
                                     rp_children_met* met) {
+    if ((rays & (rays - 1ul)) == 0ul) return rp_ray_meets(s, node, until, rays, any_hit, met);
     rp_planes planes;
     rp_decode_planes(node, &planes);
     vstore8((ulong8)(0ul), 0, met->rays);

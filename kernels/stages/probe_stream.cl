@@ -70,8 +70,8 @@ __kernel void rp_probe_stream_waits(RP_GEOMETRY_PARAMETERS, const __global uchar
     }
 }
 
-// For tests of the box arithmetic: node i against rays 64 i to 64 i + 63, in two ways: as many together as possible, and each alone.
-// met: 16 masks a node, of the rays that meet child k: together in the first eight, alone in the others.
+// For tests of the box arithmetic: node i against rays 64 i to 64 i + 63, in three ways: as many together as possible, one
+// after the other, and each alone. met: 24 masks a node, eight a way, of the rays that meet child k.
 // entry: of the same ways and children, the least distance at which a ray enters.
 __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __global rp_wide_node* restrict nodes, __global ulong* restrict met,
                                   __global float* restrict entry) {
@@ -88,22 +88,39 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
         alone.entry[k] = INFINITY;
     }
     rp_rays_meet(&s, &planes, s.t, ~0ul, nodes[i].count, false, &alone);
+    rp_children_met single;
     for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
-        met[16u * i + k] = children.rays[k];
-        met[16u * i + 8u + k] = alone.rays[k];
-        entry[16u * i + k] = children.entry[k];
-        entry[16u * i + 8u + k] = alone.entry[k];
+        single.rays[k] = 0ul;
+        single.entry[k] = INFINITY;
+    }
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        rp_children_met of_ray;
+        const uint met_by_ray = rp_meet_children(&s, nodes + i, s.t, 1ul << r, false, &of_ray);
+        for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
+            if (!(met_by_ray >> k & 1u)) continue;
+            single.rays[k] |= of_ray.rays[k];
+            single.entry[k] = rp_min(single.entry[k], of_ray.entry[k]);
+        }
+    }
+    for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
+        met[24u * i + k] = children.rays[k];
+        met[24u * i + 8u + k] = alone.rays[k];
+        met[24u * i + 16u + k] = single.rays[k];
+        entry[24u * i + k] = children.entry[k];
+        entry[24u * i + 8u + k] = alone.entry[k];
+        entry[24u * i + 16u + k] = single.entry[k];
     }
 }
 
 // For tests of vector.cl, which has portable and special forms: what its functions make of 16 numbers and 16 indices a work-item.
 // results: mask of numbers > 0 in 16 and in 8 lanes, mask of the lanes of that mask, index of its lowest bit; then least and greatest
-// number; then 16 picked numbers.
+// number; then 16 picked numbers; the first eight numbers, each twice, picked as eight of 64 bits by the first eight indices modulo 8; and the bits of
+// the first eight, sorted.
 __kernel void rp_probe_vectors(const __global float* restrict numbers, const __global uint* restrict indices, __global uint* restrict results) {
     const uint i = get_global_id(0);
     const float16 v = vload16(i, numbers);
     const uint16 index = vload16(i, indices);
-    __global uint* out = results + 22u * i;
+    __global uint* out = results + 46u * i;
     const uint mask = rp_mask16(v > 0.0f);
     out[0] = mask;
     out[1] = rp_mask8(v.lo > 0.0f);
@@ -112,4 +129,7 @@ __kernel void rp_probe_vectors(const __global float* restrict numbers, const __g
     out[4] = as_uint(rp_least16(v));
     out[5] = as_uint(rp_greatest16(v));
     vstore16(as_uint16(rp_pick16(v, index)), 0, out + 6);
+    const ulong8 twice = convert_ulong8(as_uint8(v.lo));
+    vstore16(as_uint16(rp_pick_long8(twice | twice << 32, index.lo & 7u)), 0, out + 22);
+    vstore8(rp_sort8(as_uint8(v.lo)), 0, out + 38);
 }

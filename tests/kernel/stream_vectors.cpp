@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <random>
 
 #include "support/device_scene.hpp"
@@ -10,7 +11,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t lanes = 16, words = 22;  // see rp_probe_vectors
+constexpr uint32_t lanes = 16, words = 46;  // see rp_probe_vectors
 
 class SmallVectors : public testing::TestWithParam<const char*> {};
 
@@ -47,6 +48,13 @@ TEST_P(SmallVectors, do_what_scalars_do) {
         EXPECT_EQ(std::bit_cast<float>(out[4]), *std::min_element(v, v + lanes));
         EXPECT_EQ(std::bit_cast<float>(out[5]), *std::max_element(v, v + lanes));
         for (uint32_t k = 0; k < lanes; k++) EXPECT_EQ(std::bit_cast<float>(out[6 + k]), v[indices[i * lanes + k]]) << "lane " << k;
+        std::vector<uint32_t> sorted;
+        for (uint32_t k = 0; k < 8; k++) {
+            for (const uint32_t half : {22u, 23u}) EXPECT_EQ(std::bit_cast<float>(out[half + 2 * k]), v[indices[i * lanes + k] % 8]) << "lane " << k;
+            sorted.push_back(std::bit_cast<uint32_t>(v[k]));
+        }
+        std::sort(sorted.begin(), sorted.end(), std::greater<>());
+        EXPECT_EQ(std::vector(out + 38, out + 46), sorted);
     }
 }
 

@@ -107,15 +107,15 @@ private:
 };
 
 struct Found {
-    std::vector<uint64_t> met;  // 16 a node, see rp_probe_wide_boxes
+    std::vector<uint64_t> met;  // 24 a node, see rp_probe_wide_boxes
     std::vector<float> entry;
 };
 
 Found run_kernel(const Trial& trial) {
     Found found;
     const size_t count = trial.nodes.size();
-    found.met.resize(16 * count);
-    found.entry.resize(16 * count);
+    found.met.resize(24 * count);
+    found.entry.resize(24 * count);
     auto device = Device::open("", 0);
     EXPECT_TRUE(device.ok()) << device.status().message();
     auto kernel = (*device)->kernel("probe_stream", "rp_probe_wide_boxes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
@@ -145,10 +145,16 @@ TEST_P(WideBoxTest, lets_every_ray_through_that_meets_the_box) {
     uint64_t meetings = 0, let_through = 0, pairs = 0;
     for (uint32_t i = 0; i < count; i++) {
         const size_t begin = trial.begins[i], end = i + 1 < count ? trial.begins[i + 1] : trial.boxes.size();
-        for (uint32_t way = 0; way < 2; way++) {
-            const size_t results = 16 * size_t{i} + 8 * way;
+        for (uint32_t way = 0; way < 3; way++) {
+            const size_t results = 24 * size_t{i} + 8 * way;
             for (size_t k = 0; k < children; k++) {
                 const uint64_t met = found.met[results + k];
+                if (way == 2) {
+                    ASSERT_EQ(met, found.met[results - 8 + k]) << "a ray alone is not tested as among others, node " << i << ", seed " << seed;
+                    if (met != 0) {
+                        ASSERT_EQ(found.entry[results + k], found.entry[results - 8 + k]) << "node " << i << ", seed " << seed;
+                    }
+                }
                 if (begin + k >= end) {
                     ASSERT_EQ(met, 0u) << "a child that is not there is met, node " << i << ", seed " << seed;
                     continue;
