@@ -17,6 +17,14 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
     return limit;
 }
 
+// Measured on two cores with scenes of 60 to 300 MB at 29, 12.5 and 3 % (bench/results.md).
+uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
+    constexpr double pools_a_slot_byte = 54;
+    const double geometry = static_cast<double>(needs.geometry);
+    return static_cast<uint64_t>(geometry / static_cast<double>(std::max<uint64_t>(pool, 1)) * geometry / pools_a_slot_byte /
+                                 static_cast<double>(needs.per_slot));
+}
+
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
     if (std::min(pool, left) < needs.geometry) {
@@ -24,7 +32,9 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
         const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(needs.most_slot_bytes, beside / 4));
         slots = std::max(
             {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, needs.most_chosen_slots)});
-        if (const uint64_t half = std::max(slots / 2, needs.default_slots); half <= needs.most_region_slots) slots = std::min(slots, half);
+        if (needs.near_slots) slots = std::min(slots, std::max(needs.near_slots, slots_for_loads(needs, std::min(pool, left))));
+        if (const uint64_t half = std::max({slots / 2, needs.default_slots, needs.near_slots}); half <= needs.most_region_slots)
+            slots = std::min(slots, half);
     } else {
         slots = std::max(slots, std::min(needs.roomy_slots, (left - needs.geometry) / needs.per_slot));
     }

@@ -21,6 +21,7 @@ struct MemoryNeeds {
     uint64_t roomy_slots = 0;           // that suit it better, where all geometry fits beside them
     uint64_t most_chosen_slots = 0;     // where blocks must be swapped and there is room: so many at most, ...
     uint64_t most_slot_bytes = 0;       // ... and so many bytes of them
+    uint64_t near_slots = 0;            // more are read from far: so many at most, unless loads are what it waits for; 0: all are as far
     uint64_t total_paths = 0;           // of the whole render
     uint64_t most_region_slots = 0;     // with at most so many the render goes region by region (RenderOptions::region); 0: it does not
     uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer
@@ -40,9 +41,10 @@ inline constexpr uint64_t min_slots = 1024;
 // the roomy number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays
 // (bytes moved a ray fall as 1 / slots) and a round fuller, so there may be more: up to a sixth of the scene's bytes and four times the ordinary
 // number where that is taken from the pool; and of room that the pool may not have all up to half of the scene's bytes, or a quarter up to
-// most_slot_bytes. Renders that go region by region meet fewer blocks at a time, and half of these slots are better then: there is less to look at
-// and to fetch from far. Always at most half of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths
-// of the render.
+// most_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than near_slots only as far as loads are dearer: in
+// proportion to the scene's bytes, and inversely to the share of it that is resident. Renders that go region by region meet fewer blocks at a time,
+// and half of these slots are better then: there is less to look at and to fetch from far. Always at most half of what is left beside the fixed part
+// if the pool could use the other half, and a quarter of all paths of the render.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 
 }  // namespace raypager

@@ -158,6 +158,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.roomy_slots = roomy_slots(form, device);
     needs.most_chosen_slots = most_chosen_slots(device);
     needs.most_slot_bytes = scenes_for_slots(device) * needs.geometry;
+    needs.near_slots = device.type == "CPU" ? roomy_slots(form, device) : 0;
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;

@@ -114,6 +114,38 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     EXPECT_EQ(plan_memory(needs)->slots, 10000u);
 }
 
+TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
+    MemoryNeeds needs = ordinary();
+    needs.limit = uint64_t{4} << 30;
+    needs.geometry_limit_percent = 50;
+    const uint64_t all = plan_memory(needs)->slots;
+    ASSERT_GT(all, 1u << 20);
+    needs.near_slots = 1 << 18;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
+    // The fewer blocks stay, the more slots; and in proportion to the scene.
+    uint64_t before = 0;
+    for (const double percent : {12.5, 6.0, 4.0}) {
+        needs.geometry_limit_percent = percent;
+        const uint64_t slots = plan_memory(needs)->slots;
+        EXPECT_GE(slots, std::max<uint64_t>(before, 1 << 18)) << percent;
+        before = slots;
+    }
+    EXPECT_NEAR(static_cast<double>(before), (100 << 20) / 0.04 / 54 / 100, 10);
+    needs.geometry *= 2;
+    EXPECT_NEAR(static_cast<double>(plan_memory(needs)->slots), 2.0 * static_cast<double>(before), 20);
+    // Regions want half of them, but not fewer than are near.
+    needs.most_region_slots = UINT64_MAX;
+    EXPECT_NEAR(static_cast<double>(plan_memory(needs)->slots), static_cast<double>(before), 20);
+    needs.geometry_limit_percent = 12.5;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
+    // Never more than there were without.
+    needs.geometry_limit_percent = 1;
+    needs.near_slots = 0;
+    const uint64_t most = plan_memory(needs)->slots;
+    needs.near_slots = 1 << 18;
+    EXPECT_LE(plan_memory(needs)->slots, most);
+}
+
 TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
