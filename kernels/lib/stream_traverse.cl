@@ -21,7 +21,7 @@ typedef struct rp_stream_stack {
     // The last places are for what rp_push_sorted writes beyond the top.
     ulong record[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // addresses
     ulong rays[RP_STREAM_STACK + RP_WIDE_CHILDREN];
-    uint entry[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // least distance at which one of the rays enters; with RP_ENTRY_LEAF: the record is a leaf
+    uint entry[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // least distance at which one of the rays enters, or up to seven floats less; with RP_ENTRY_LEAF: the record is a leaf
     uint depth;
 } rp_stream_stack;
 

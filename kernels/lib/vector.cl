@@ -78,18 +78,18 @@ static inline ulong8 rp_pick_long8(ulong8 values, uint8 index) {
 }
 
 // Sorted, the greatest first: Batcher's odd-even merge, whose six layers put two lanes each in order. No branch depends on the values.
-#define RP_SORT_LAYER(partner, ...)                              \
-    do {                                                         \
-        const uint8 other = v.partner;                           \
-        v = (int8)(__VA_ARGS__) ? min(v, other) : max(v, other); \
+#define RP_SORT_LAYER(partner, is_lower)                \
+    do {                                                \
+        const uint8 other = v.partner;                  \
+        v = (is_lower) ? min(v, other) : max(v, other); \
     } while (0)
 static inline uint8 rp_sort8(uint8 v) {
-    RP_SORT_LAYER(s10325476, 0, -1, 0, -1, 0, -1, 0, -1);
-    RP_SORT_LAYER(s23016745, 0, 0, -1, -1, 0, 0, -1, -1);
-    RP_SORT_LAYER(s02134657, 0, 0, -1, 0, 0, 0, -1, 0);
-    RP_SORT_LAYER(s45670123, 0, 0, 0, 0, -1, -1, -1, -1);
-    RP_SORT_LAYER(s01452367, 0, 0, 0, 0, -1, -1, 0, 0);
-    RP_SORT_LAYER(s02143657, 0, 0, -1, 0, -1, 0, -1, 0);
+    RP_SORT_LAYER(s10325476, (int8)(0, -1, 0, -1, 0, -1, 0, -1));
+    RP_SORT_LAYER(s23016745, (int8)(0, 0, -1, -1, 0, 0, -1, -1));
+    RP_SORT_LAYER(s02134657, (int8)(0, 0, -1, 0, 0, 0, -1, 0));
+    RP_SORT_LAYER(s45670123, (int8)(0, 0, 0, 0, -1, -1, -1, -1));
+    RP_SORT_LAYER(s01452367, (int8)(0, 0, 0, 0, -1, -1, 0, 0));
+    RP_SORT_LAYER(s02143657, (int8)(0, 0, -1, 0, -1, 0, -1, 0));
     return v;
 }
 

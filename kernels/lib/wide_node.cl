@@ -30,7 +30,7 @@ static inline void rp_decode_planes(const __global rp_wide_node* node, rp_planes
     }
 }
 
-// For each child: which rays meet it, and the least distance at which one of them enters.
+// For each child that is met: which rays meet it, and the least distance at which one of them enters.
 typedef struct rp_children_met {
     ulong rays[RP_WIDE_CHILDREN];
     float entry[RP_WIDE_CHILDREN];

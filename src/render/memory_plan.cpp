@@ -21,8 +21,8 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
 uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
     constexpr double pools_a_slot_byte = 54;
     const double geometry = static_cast<double>(needs.geometry);
-    return static_cast<uint64_t>(geometry / static_cast<double>(std::max<uint64_t>(pool, 1)) * geometry / pools_a_slot_byte /
-                                 static_cast<double>(needs.per_slot));
+    const double bytes = geometry / static_cast<double>(std::max<uint64_t>(pool, 1)) * geometry / pools_a_slot_byte;
+    return static_cast<uint64_t>(std::min(bytes / static_cast<double>(needs.per_slot), static_cast<double>(needs.most_chosen_slots)));
 }
 
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {

@@ -27,8 +27,8 @@ uint64_t roomy_slots(BlockForm form, const DeviceInfo& info) {
     return form == BlockForm::wide ? std::max(default_slots(info), uint64_t{1} << 18) : 0;
 }
 
-// Where blocks must be swapped. On two cores, with 10 M triangles, three million instead of one take 14 % less time at 3 % resident, and 1 % less
-// at 12.5 %; on a GPU, with 40 M, 64 M instead of 16 M take 13 to 20 % less at 29, 12.5 and 3 %.
+// Where blocks must be swapped. On CPUs MemoryNeeds::near_slots is what bounds them first. On a GPU, with 40 M, 64 M instead of 16 M take 13 to 20 %
+// less at 29, 12.5 and 3 %.
 uint64_t most_chosen_slots(const DeviceInfo& info) {
     return info.type == "CPU" ? std::max(4 * default_slots(info), uint64_t{1} << 22) : 16 * default_slots(info);
 }

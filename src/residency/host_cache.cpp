@@ -46,6 +46,7 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
     if (!place) return place.status();
     if (entries_.count(block)) {  // another thread was faster while this one waited for room
         chunks_[place->chunk].free.release({0, place->offset}, room_for(record, form_));
+        changed_.notify_all();
         lock.unlock();
         return acquire(block);
     }
