@@ -18,8 +18,8 @@ namespace raypager {
 // `shade`, for one. Not beside streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 
-// How many registers tracing kernels may have, of which all but an H100's compiler decide themselves: with fewer more rays are under way, and more is
-// put down in memory (bench/results.md).
+// Registers that NVIDIA's compiler may give to tracing kernels: with fewer of them more rays are under way, and more is put down in memory
+// (measured on an H100: bench/results.md).
 inline constexpr uint32_t closest_hit_registers = 72, bounce_registers = 64, any_hit_registers = 56;
 
 class GeometryBuffers {
