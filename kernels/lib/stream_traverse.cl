@@ -21,7 +21,8 @@ typedef struct rp_stream_stack {
     // The last places are for what rp_push_sorted writes beyond the top.
     ulong record[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // addresses
     ulong rays[RP_STREAM_STACK + RP_WIDE_CHILDREN];
-    uint entry[RP_STREAM_STACK + RP_WIDE_CHILDREN];  // least distance at which one of the rays enters, or up to seven floats less; with RP_ENTRY_LEAF: the record is a leaf
+    // Least distance at which one of the rays enters, or up to seven floats less; with RP_ENTRY_LEAF: the record is a leaf.
+    uint entry[RP_STREAM_STACK + RP_WIDE_CHILDREN];
     uint depth;
 } rp_stream_stack;
 
@@ -82,7 +83,7 @@ static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wi
 
 // Of the rays, those that are at `entry` before their closest hit.
 static inline ulong rp_not_behind_hit(const rp_stream* s, ulong rays, float entry) {
-    if ((rays & (rays - 1ul)) == 0ul) return entry <= RP_OF_RAY(s->t, rp_lowest(rays)) * RP_BOX_WIDEN ? rays : 0ul;
+    if (rp_is_single(rays)) return entry <= RP_OF_RAY(s->t, rp_lowest(rays)) * RP_BOX_WIDEN ? rays : 0ul;
     ulong left = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) left |= (ulong)rp_mask16(entry <= s->t[p] * RP_BOX_WIDEN) << (RP_PACKET_RAYS * p);
     return rays & left;

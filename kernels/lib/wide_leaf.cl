@@ -190,7 +190,7 @@ static inline ulong rp_hit_triangles(rp_stream* s, ulong rays, const __global rp
     const __global uint* ids = rp_leaf_ids(leaf);
     const uint count = leaf->count;
     ulong alone = 0ul, hit = 0ul;
-    if ((rays & (rays - 1ul)) == 0ul) {
+    if (rp_is_single(rays)) {
         const uint16 a = convert_uint16(vload16(0, corners)), b = convert_uint16(vload16(0, corners + count));
         return rp_ray_hits_triangles(s, rp_lowest(rays), leaf, a, b, convert_uint16(vload16(0, corners + 2u * count)), ids, any_hit) ? rays : 0ul;
     }

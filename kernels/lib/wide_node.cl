@@ -137,7 +137,7 @@ static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node*
 // Returns the children that one of the rays meets between where it begins (from) and `until`: a distance of each ray, by packets.
 static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_node* node, const float16* until, ulong rays, const bool any_hit,
                                     rp_children_met* met) {
-    if ((rays & (rays - 1ul)) == 0ul) return rp_ray_meets(s, node, until, rays, any_hit, met);
+    if (rp_is_single(rays)) return rp_ray_meets(s, node, until, rays, any_hit, met);
     rp_planes planes;
     rp_decode_planes(node, &planes);
     vstore8((ulong8)(0ul), 0, met->rays);
