@@ -65,6 +65,7 @@ std::vector<Ray> diffuse_rays(const std::vector<Ray>& rays, const std::vector<Su
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(0, 1);
     std::vector<Ray> result;
+    result.reserve(rays.size());
     for (size_t i = 0; i < rays.size(); i++) {
         if (!hits[i].hit) continue;
         Float3 n;
@@ -82,6 +83,7 @@ std::vector<Ray> shadow_rays(const std::vector<Ray>& rays, const std::vector<Sur
                              uint32_t seed) {
     std::mt19937 random(seed);
     std::vector<Ray> result;
+    result.reserve(rays.size());
     for (size_t i = 0; i < rays.size(); i++) {
         if (!hits[i].hit) continue;
         Float3 n;

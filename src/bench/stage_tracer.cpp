@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/check.hpp"
+#include "base/parallel.hpp"
 #include "blocks/octahedral.hpp"
 #include "raypager/abi/film.h"
 #include "raypager/abi/path.h"
@@ -89,13 +90,15 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     // Extension rays have no end.
     for (const Ray& ray : rays) RAYPAGER_CHECK(shadow || std::isinf(ray.t_max));
     const size_t count = rays.size();
-    std::vector<Word4> pair(2 * count);
+    pair_.resize(2 * count);
     const auto write = [&](uint32_t plane, auto even, auto odd) {
-        for (size_t i = 0; i < count; i++) {
-            pair[2 * i] = even(rays[i]);
-            pair[2 * i + 1] = odd(rays[i]);
-        }
-        return queue.write_now(paths_, RP_PLANE_INDEX(plane, slots_, 0) * sizeof(Word4), bytes_of(pair));
+        parallel_for(count, 1 << 16, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) {
+                pair_[2 * i] = even(rays[i]);
+                pair_[2 * i + 1] = odd(rays[i]);
+            }
+        });
+        return queue.write_now(paths_, RP_PLANE_INDEX(plane, slots_, 0) * sizeof(Word4), bytes_of(pair_));
     };
     const auto zero = [](const Ray&) { return Word4{}; };
     static_assert(RP_PLANE_ORIGIN == 0 && RP_PLANE_DIRECTION == 1 && RP_PLANE_THROUGHPUT == 2 && RP_PLANE_RADIANCE == 3 && RP_PLANE_HIT == 4 &&
@@ -129,6 +132,26 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     return queue.write_now(counters_, 0, bytes_of(counters));
 }
 
+Status StageTracer::keep() {
+    Queue& queue = device_->kernels();
+    for (const auto& [from, to] : {std::pair{&status_, &kept_status_}, {&paths_, &kept_paths_}, {&counters_, &kept_counters_}}) {
+        if (to->bytes() == 0) {
+            auto buffer = device_->allocate(from->bytes(), "rays to be measured more than once");
+            if (!buffer) return buffer.status();
+            *to = std::move(*buffer);
+        }
+        RAYPAGER_TRY(queue.copy(*from, *to));
+    }
+    return {};
+}
+
+Status StageTracer::again() {
+    Queue& queue = device_->kernels();
+    for (const auto& [from, to] : {std::pair{&kept_status_, &status_}, {&kept_paths_, &paths_}, {&kept_counters_, &counters_}})
+        RAYPAGER_TRY(queue.copy(*from, *to));
+    return {};
+}
+
 // Of single rays; beside streams what is read says nothing.
 Status StageTracer::read_states(std::vector<uint32_t>& states) {
     RAYPAGER_TRY(device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states))));
@@ -157,11 +180,11 @@ Result<double> StageTracer::trace() {
 }
 
 Status StageTracer::read_plane(uint32_t plane, std::vector<Word4>& values) {
-    std::vector<Word4> pair(2 * count_);
+    pair_.resize(2 * count_);
     RAYPAGER_TRY(
-        device_->kernels().read_now(paths_, RP_PLANE_INDEX(plane - plane % 2, slots_, 0) * sizeof(Word4), std::as_writable_bytes(std::span(pair))));
+        device_->kernels().read_now(paths_, RP_PLANE_INDEX(plane - plane % 2, slots_, 0) * sizeof(Word4), std::as_writable_bytes(std::span(pair_))));
     values.resize(count_);
-    for (size_t i = 0; i < count_; i++) values[i] = pair[2 * i + plane % 2];
+    for (size_t i = 0; i < count_; i++) values[i] = pair_[2 * i + plane % 2];
     return {};
 }
 

@@ -15,8 +15,10 @@ namespace {
 Result<RaySetResult> closest(StageTracer& tracer, const std::string& name, const std::vector<Ray>& rays, bool bounces, uint32_t repeats,
                              std::vector<SurfacePoint>& hits) {
     RaySetResult result{name, rays.size(), 0, {}};
+    RAYPAGER_TRY(tracer.fill(rays, bounces ? RayPurpose::bounce : RayPurpose::camera));
+    RAYPAGER_TRY(tracer.keep());
     for (uint32_t repeat = 0; repeat < repeats; repeat++) {
-        RAYPAGER_TRY(tracer.fill(rays, bounces ? RayPurpose::bounce : RayPurpose::camera));
+        RAYPAGER_TRY(tracer.again());
         const auto seconds = tracer.trace();
         if (!seconds) return seconds.status();
         result.seconds.push_back(*seconds);
@@ -35,8 +37,10 @@ Result<RaySetResult> closest(StageTracer& tracer, const std::string& name, const
 // Asks for any hit.
 Result<RaySetResult> any(StageTracer& tracer, const std::string& name, const std::vector<Ray>& rays, uint32_t repeats) {
     RaySetResult result{name, rays.size(), 0, {}};
+    RAYPAGER_TRY(tracer.fill(rays, RayPurpose::shadow));
+    RAYPAGER_TRY(tracer.keep());
     for (uint32_t repeat = 0; repeat < repeats; repeat++) {
-        RAYPAGER_TRY(tracer.fill(rays, RayPurpose::shadow));
+        RAYPAGER_TRY(tracer.again());
         const auto seconds = tracer.trace();
         if (!seconds) return seconds.status();
         result.seconds.push_back(*seconds);

@@ -134,6 +134,12 @@ Status Queue::fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes) {
     return code == CL_SUCCESS ? Status() : cl_failed("clearing a buffer", code);
 }
 
+Status Queue::copy(const Buffer& source, const Buffer& target) {
+    RAYPAGER_CHECK(source.bytes() <= target.bytes());
+    const cl_int code = command([&] { return queue_.enqueueCopyBuffer(source.handle(), target.handle(), 0, 0, source.bytes()); });
+    return code == CL_SUCCESS ? Status() : cl_failed("copying a buffer", code);
+}
+
 Status Queue::write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event, const Event* after) {
     RAYPAGER_CHECK(offset + source.size() <= buffer.bytes());
     if (source.empty()) return {};

@@ -113,6 +113,8 @@ class Queue {
 public:
     Status launch(const Kernel& kernel, uint64_t items, uint32_t group_size, Event* event = nullptr);
     Status fill_zero(const Buffer& buffer, uint64_t offset, uint64_t bytes);
+    // All of a buffer into another. REQUIRES: the target is as large.
+    Status copy(const Buffer& source, const Buffer& target);
     // The source must stay as it is until the event has finished.
     // `after`, if given, is an event of another queue that comes first.
     Status write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event, const Event* after = nullptr);
