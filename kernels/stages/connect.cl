@@ -11,7 +11,7 @@
 static inline void rp_end_shadow_ray(uint slot, uint state, bool occluded, uint slot_count, __global uint* status, const __global uint4* paths,
                                      __global uint* film) {
     if (!(state & RP_STATUS_ENDS)) {
-        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT);
+        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & RP_STATUS_FIRST);
         return;
     }
     const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);

@@ -79,12 +79,14 @@ static inline void rp_unfold(const rp_geometry* geometry, rp_arrival_planes* p, 
 #define RP_SHADE_FROM &geometry,
 #define RP_SHADE_KEEPS 0u
 #define RP_SHADE_ENDS(out) ((out)->go_on ? 0u : RP_STATUS_ENDS)
+#define RP_SHADE_FIRST(depth) ((depth) == 0u ? RP_STATUS_FIRST : 0u)
 #else
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY
 #define RP_SHADE_FROM
 #define RP_SHADE_KEEPS RP_STATUS_BLOCK_MASK  // of the status word
 #define RP_SHADE_ENDS(out) 0u
+#define RP_SHADE_FIRST(depth) 0u
 #endif
 
 // Adds what shines at the end of a ray. False: the path has ended.
@@ -164,13 +166,13 @@ static inline void rp_depart(uint slot, uint state, uint slot_count, float3 radi
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(rp_float3(out->light_direction)), density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(direction, light.x);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(light.yz, sample, RP_NONE);
-        status[slot] = RP_STATUS_SHADOW | RP_SHADE_ENDS(out) | (state & RP_SHADE_KEEPS);
+        status[slot] = RP_STATUS_SHADOW | RP_SHADE_ENDS(out) | (state & RP_SHADE_KEEPS) | RP_SHADE_FIRST(depth);
     } else {
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(INFINITY));
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(direction, density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
-        status[slot] = RP_STATUS_EXTEND | (state & RP_SHADE_KEEPS);
+        status[slot] = RP_STATUS_EXTEND | (state & RP_SHADE_KEEPS) | RP_SHADE_FIRST(depth);
     }
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;

@@ -4,27 +4,32 @@
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
-#define RP_KIND_EXTEND 0u
-#define RP_KIND_SHADOW 1u
-#define RP_KIND_FREE 2u
-#define RP_KIND_WAITING 3u
-#define RP_COUNTED_KINDS 4u
-#define RP_KIND_IDLE 4u
-#define RP_KIND_NONE 5u
+// What a slot can do. Rays from the first vertex of their path come first in their queues, as far as one work-group fills these: their
+// neighbours are rays from neighbouring points, so that lanes which trace them together go the same way (shadow rays - 9 % on an H100).
+#define RP_KIND_FIRST_EXTEND 0u
+#define RP_KIND_EXTEND 1u
+#define RP_KIND_FIRST_SHADOW 2u
+#define RP_KIND_SHADOW 3u
+#define RP_KIND_FREE 4u
+#define RP_LISTED_KINDS 5u
+#define RP_KIND_WAITING 5u
+#define RP_COUNTED_KINDS 6u
+#define RP_KIND_IDLE 6u
+#define RP_KIND_NONE 7u
+// Queues of extension rays and of shadow rays, free list, and those that wait, which are only counted.
+#define RP_LISTS_FILLED 4u
 
-// What a slot in this phase can do, if it does not wait.
-static inline uint rp_kind_of_phase(uint phase) {
-    return phase == RP_STATUS_FREE                                        ? RP_KIND_FREE
-           : phase == RP_STATUS_IDLE                                      ? RP_KIND_IDLE
-           : phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? RP_KIND_SHADOW
-                                                                          : RP_KIND_EXTEND;
+// What a slot in this state can do, if it does not wait.
+static inline uint rp_kind_of_state(uint state) {
+    const uint phase = state & RP_STATUS_MASK;
+    if (phase == RP_STATUS_FREE) return RP_KIND_FREE;
+    if (phase == RP_STATUS_IDLE) return RP_KIND_IDLE;
+    const uint kind = phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+    return (state & RP_STATUS_FIRST) ? kind - 1u : kind;
 }
 
-static inline uint rp_kind_counter(uint kind) {
-    return kind == RP_KIND_EXTEND   ? RP_COUNT_EXTEND
-           : kind == RP_KIND_SHADOW ? RP_COUNT_SHADOW
-           : kind == RP_KIND_FREE   ? RP_COUNT_FREE
-                                    : RP_COUNT_WAITING;
+static inline uint rp_list_counter(uint list) {
+    return list == 0u ? RP_COUNT_EXTEND : list == 1u ? RP_COUNT_SHADOW : list == 2u ? RP_COUNT_FREE : RP_COUNT_WAITING;
 }
 
 // RP_NAP slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
@@ -41,11 +46,11 @@ static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_
                                  ulong* blocks) {
     const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_NAP * nap);
     const __global uint4* const waited_for = at + RP_STATUS_WORDS(slot_count) / 4u;
-    uint phase[RP_NAP], block[RP_NAP], address[RP_NAP];
+    uint state[RP_NAP], block[RP_NAP], address[RP_NAP];
 #pragma unroll
     for (uint i = 0u; i < RP_NAP; i += 4u) {
-        const uint4 four = at[i / 4u] & RP_STATUS_MASK;
-        phase[i] = four.x, phase[i + 1u] = four.y, phase[i + 2u] = four.z, phase[i + 3u] = four.w;
+        const uint4 four = at[i / 4u];
+        state[i] = four.x, state[i + 1u] = four.y, state[i + 2u] = four.z, state[i + 3u] = four.w;
     }
 #pragma unroll
     for (uint i = 0u; i < RP_NAP; i += 4u) {
@@ -53,13 +58,13 @@ static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_
         block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_NAP; i++) address[i] = phase[i] >= RP_STATUS_EXTEND_WAITS ? pages[block[i]].address : 0u;
+    for (uint i = 0u; i < RP_NAP; i++) address[i] = (state[i] & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS ? pages[block[i]].address : 0u;
     ulong kinds = 0ul;
 #pragma unroll
     for (uint i = 0u; i < RP_NAP; i++) {
         const bool waits = address[i] == RP_NONE;
         if (waits) *blocks |= rp_block_bit(block[i], bit_scale);
-        const uint kind = RP_NAP * nap + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_phase(phase[i]);
+        const uint kind = RP_NAP * nap + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_state(state[i]);
         kinds |= (ulong)kind << (4u * i);
     }
     return kinds;
@@ -90,11 +95,10 @@ static inline ulong rp_keep_together(ulong kinds) {
 
 // A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_NAPS times as many naps, and then, each
 // work-item one after the other, at the slots of those that do not sleep.
-#define RP_LISTED 3u  // kinds that are listed: EXTEND, SHADOW, FREE
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
                       __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, uint bit_scale,
                       ulong came) {
-    __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_COUNTED_KINDS], base[RP_COUNTED_KINDS];
+    __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
     const uint lane = get_local_id(0), nap_count = (slot_count + RP_NAP - 1u) / RP_NAP;
     for (uint kind = lane; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
     if (lane == 0u) awake_count = 0u;
@@ -110,7 +114,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     ulong kinds[RP_WAKE_NAPS];
-    uint mine[RP_LISTED] = {0u, 0u, 0u};
+    uint mine[RP_LISTED_KINDS] = {0u, 0u, 0u, 0u, 0u};
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
         const uint at = k * RP_WAKE_GROUP + lane;
@@ -122,26 +126,31 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         naps[awake[at]] = wait + end == RP_NAP ? rp_asleep(wait, blocks) : 0ul;
         waiting += wait;
 #pragma unroll
-        for (uint kind = 0u; kind < RP_LISTED; kind++) mine[kind] += rp_count_kind(kinds[k], kind);
+        for (uint kind = 0u; kind < RP_LISTED_KINDS; kind++) mine[kind] += rp_count_kind(kinds[k], kind);
     }
 #pragma unroll
-    for (uint kind = 0u; kind < RP_LISTED; kind++)
+    for (uint kind = 0u; kind < RP_LISTED_KINDS; kind++)
         if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     if (waiting != 0u) atomic_add(&count[RP_KIND_WAITING], waiting);
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint kind = lane; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP)
-        base[kind] = count[kind] != 0u ? atomic_add(counters + rp_kind_counter(kind), count[kind]) : 0u;
+    for (uint list = lane; list < RP_LISTS_FILLED; list += RP_WAKE_GROUP) {
+        const uint total = list < 2u ? count[2u * list] + count[2u * list + 1u] : count[list + 2u];
+        base[list] = total != 0u ? atomic_add(counters + rp_list_counter(list), total) : 0u;
+    }
     barrier(CLK_LOCAL_MEM_FENCE);
-    uint extend = base[RP_KIND_EXTEND] + mine[RP_KIND_EXTEND], shadow = slot_count - 1u - (base[RP_KIND_SHADOW] + mine[RP_KIND_SHADOW]),
-         free = base[RP_KIND_FREE] + mine[RP_KIND_FREE];
+    uint first_extend = base[0] + mine[RP_KIND_FIRST_EXTEND], extend = base[0] + count[RP_KIND_FIRST_EXTEND] + mine[RP_KIND_EXTEND];
+    uint first_shadow = base[1] + mine[RP_KIND_FIRST_SHADOW], shadow = base[1] + count[RP_KIND_FIRST_SHADOW] + mine[RP_KIND_SHADOW];
+    uint free = base[2] + mine[RP_KIND_FREE];
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
         if (k * RP_WAKE_GROUP + lane >= awake_count) continue;
         const uint first = RP_NAP * awake[k * RP_WAKE_GROUP + lane];
         for (uint i = 0u; i < RP_NAP; i++) {
             const uint kind = (uint)(kinds[k] >> (4u * i)) & 15u;
+            if (kind == RP_KIND_FIRST_EXTEND) queue[first_extend++] = first + i;
             if (kind == RP_KIND_EXTEND) queue[extend++] = first + i;
-            if (kind == RP_KIND_SHADOW) queue[shadow--] = first + i;
+            if (kind == RP_KIND_FIRST_SHADOW) queue[slot_count - 1u - first_shadow++] = first + i;
+            if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - shadow++] = first + i;
             if (kind == RP_KIND_FREE) free_list[free++] = first + i;
         }
     }

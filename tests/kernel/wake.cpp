@@ -6,6 +6,7 @@
 #include <bit>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 
 #include "device/device.hpp"
@@ -44,7 +45,8 @@ Slots random_slots(std::mt19937& random, uint32_t new_blocks) {
                                    RP_STATUS_IDLE, RP_STATUS_EXTEND_WAITS, RP_STATUS_SHADOW_WAITS};
         const uint32_t phase = phases[random() % 6], block = absent[random() % absent.size()];
         for (const uint32_t end = std::min<uint32_t>(slots, slot + 1 + random() % (random() % 2 ? 3 : 60)); slot < end; slot++) {
-            s.status[slot] = phase | static_cast<uint32_t>(random() % 200) << RP_STATUS_OFFSET_SHIFT;
+            const bool first = (phase == RP_STATUS_EXTEND || phase == RP_STATUS_SHADOW) && random() % 2;
+            s.status[slot] = phase | static_cast<uint32_t>(random() % 200) << RP_STATUS_OFFSET_SHIFT | (first ? RP_STATUS_FIRST : 0);
             s.status[RP_STATUS_WORDS(slots) + slot] = random() % 8 ? block : absent[random() % absent.size()];
         }
     }
@@ -82,6 +84,19 @@ Lists expected(const Slots& s, uint32_t together) {
     return lists;
 }
 
+// Rays from first vertices come before the others that the same work-group lists; it lists them in one piece.
+void expect_first_ones_first(const Slots& s, std::span<const uint32_t> listed, uint32_t slots_a_group) {
+    std::set<uint32_t> ended, seen_others;
+    for (size_t i = 0; i < listed.size(); i++) {
+        const uint32_t group = listed[i] / slots_a_group;
+        if (i > 0 && listed[i - 1] / slots_a_group != group) ended.insert(listed[i - 1] / slots_a_group);
+        EXPECT_FALSE(ended.count(group)) << "in two pieces";
+        const bool first = (s.status[listed[i]] & RP_STATUS_FIRST) != 0;
+        EXPECT_FALSE(first && seen_others.count(group)) << "slot " << listed[i];
+        if (!first) seen_others.insert(group);
+    }
+}
+
 // So many free slots are given out together.
 class Wake : public testing::TestWithParam<uint32_t> {
 protected:
@@ -115,6 +130,9 @@ protected:
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
         EXPECT_TRUE(commands.read_now(*free_list, 0, std::as_writable_bytes(std::span(listed))).ok());
         EXPECT_TRUE(commands.read_now(*counters, 0, std::as_writable_bytes(std::span(counts))).ok());
+        const uint32_t slots_a_group = RP_NAP * 3 * device_->group_size();
+        expect_first_ones_first(s, std::span(queued).first(counts[RP_COUNT_EXTEND]), slots_a_group);
+        expect_first_ones_first(s, std::vector<uint32_t>(queued.rbegin(), queued.rbegin() + counts[RP_COUNT_SHADOW]), slots_a_group);
         Lists lists;
         lists.extend.insert(queued.begin(), queued.begin() + counts[RP_COUNT_EXTEND]);
         lists.shadow.insert(queued.rbegin(), queued.rbegin() + counts[RP_COUNT_SHADOW]);
