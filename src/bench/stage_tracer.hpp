@@ -29,8 +29,7 @@ public:
     // Puts rays into the slots: ray i into slot i.
     Status fill(const std::vector<Ray>& rays, RayPurpose purpose);
     // Traces what was put there last; returns seconds on the device. Each filling can be traced once, unless keep() follows it: then as often as
-    // again() comes before. What is put back is on its way when the tracing is given, so that the device does not stand idle before it: some take
-    // a fifth longer after a rest.
+    // again() comes before, which puts back on the device what was kept there.
     Result<double> trace();
     Status keep();
     Status again();

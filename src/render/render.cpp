@@ -197,6 +197,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
                                           settings.pool_bytes, host_limit_));
     settings.host_limit = mapped ? host_limit_ - settings.pool_bytes : host_limit_;
     settings.loader_threads = options_.loader_threads;
+    settings.read_ahead_threads = options_.read_ahead_threads;
     settings.policy = policy_settings(scene_, form_, options_, settings.pool_bytes, device_->info());
     auto residency = Residency::create(*device_, file_, settings);
     if (!residency) return residency.status();

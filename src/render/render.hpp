@@ -63,9 +63,10 @@ struct RenderOptions {
     uint64_t record_paths = 0;  // about so many paths are recorded in RenderResult::trace; 0: none
     // For tests: the largest slab of the pool, so that small scenes fill several; and how many threads load.
     uint64_t slab_bytes = 0;
-    uint32_t loader_threads = 0;          // 0: by the number of cores
-    uint32_t rounds_under_way = 0;        // 1 or 2; 0: what suits the device
-    std::optional<uint32_t> evict_ahead;  // for tests: as PolicySettings has it
+    uint32_t loader_threads = 0;                 // 0: by the number of cores
+    std::optional<uint32_t> read_ahead_threads;  // none: by the number of cores and the device
+    uint32_t rounds_under_way = 0;               // 1 or 2; 0: what suits the device
+    std::optional<uint32_t> evict_ahead;         // for tests: as PolicySettings has it
     CheckpointOptions checkpoint;
     double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never
     // Set from outside: with a checkpoint, end after the round under way; without, after the passes under way, so that no work is lost.

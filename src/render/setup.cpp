@@ -172,7 +172,7 @@ PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const Re
     PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.type == "CPU");
     if (options.evict_ahead) policy.evict_ahead = *options.evict_ahead;
     if (options.loads_in_flight) {
-        policy.loads_in_flight = options.loads_in_flight;
+        policy.loads_in_flight = policy.loads_while_idle = options.loads_in_flight;
         policy.evict_ahead = std::min(policy.evict_ahead, options.loads_in_flight);
     }
     if (options.hold_above_ready) policy.hold_above_ready = *options.hold_above_ready;

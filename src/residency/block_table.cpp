@@ -15,6 +15,7 @@ BlockTable::BlockTable(std::span<const uint32_t> block_bytes, SlabAllocator pool
     for (const uint32_t bytes : block_bytes) smallest = std::min<uint64_t>(smallest, bytes);
     const auto most = static_cast<uint32_t>(std::clamp<uint64_t>(pool_.capacity() / std::max<uint64_t>(1, smallest), 1, UINT32_MAX));
     policy_.loads_in_flight = std::min(policy_.loads_in_flight, most);
+    policy_.loads_while_idle = std::min(policy_.loads_while_idle, most);
     policy_.loads_into_free = std::min(policy_.loads_into_free, most);
 }
 

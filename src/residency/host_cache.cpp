@@ -20,15 +20,16 @@ uint64_t room_for(const BlockRecord& record, BlockForm form) {
 
 }  // namespace
 
-HostCache::HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes) : device_(device), file_(file), form_(form) {
-    uint64_t largest = RP_BLOCK_ALIGNMENT, all = 0;
+HostCache::HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes, bool once)
+    : device_(device), file_(file), form_(form), once_(once) {
+    uint64_t largest = RP_BLOCK_ALIGNMENT;
     for (const BlockRecord& record : file.scene().blocks) {
         largest = std::max(largest, room_for(record, form_));
-        all += room_for(record, form_);
+        all_bytes_ += room_for(record, form_);
     }
     limit_ = std::max(limit_bytes, 2 * largest);
     const uint64_t usual = std::clamp(blocks_a_chunk * largest, least_chunk_bytes, most_chunk_bytes);
-    chunk_bytes_ = std::clamp(std::min(all, limit_ / 8), largest, std::max(largest, usual));
+    chunk_bytes_ = std::clamp(std::min(all_bytes_, limit_ / 8), largest, std::max(largest, usual));
     chunk_bytes_ = chunk_bytes_ / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }
 
@@ -42,31 +43,63 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
         if (closed_) return Status::failed("the cache of blocks was closed");
         changed_.wait(lock);
     }
-    const auto place = make_room(lock, room_for(record, form_));
+    const auto place = make_room(lock, room_for(record, form_), true);
     if (!place) return place.status();
     if (entries_.count(block)) {  // another thread was faster while this one waited for room
-        chunks_[place->chunk].free.release({0, place->offset}, room_for(record, form_));
-        changed_.notify_all();
+        give_back(*place, room_for(record, form_));
         lock.unlock();
         return acquire(block);
     }
+    RAYPAGER_TRY(fill(lock, block, *place));
+    return std::span<const std::byte>(bytes_at(*place, record.bytes(form_)));
+}
+
+bool HostCache::read_ahead(uint32_t block) {
+    Lock lock(mutex_);
+    if (closed_ || entries_.count(block)) return !closed_;
+    const uint64_t room = room_for(file_.scene().blocks[block], form_);
+    const auto place = make_room(lock, room, false);
+    if (!place) return false;
+    if (entries_.count(block)) {
+        give_back(*place, room);
+    } else if (fill(lock, block, *place).ok()) {
+        entries_.at(block).holders--;
+        changed_.notify_all();
+    }
+    return true;
+}
+
+bool HostCache::knows(uint32_t block) const {
+    const Lock lock(mutex_);
+    return entries_.count(block) != 0;
+}
+
+Status HostCache::fill(Lock& lock, uint32_t block, const Place& place) {
+    const uint64_t room = room_for(file_.scene().blocks[block], form_);
     by_age_.push_back(block);
-    entries_[block] = Entry{*place, room_for(record, form_), 1, false, std::prev(by_age_.end())};
-    const std::span<std::byte> target = bytes_at(*place, room_for(record, form_));
+    entries_[block] = Entry{place, room, 1, false, std::prev(by_age_.end())};
+    const std::span<std::byte> target = bytes_at(place, room);
     lock.unlock();
     const Status status = read(block, target);
     lock.lock();
-    const auto entry = entries_.find(block);
-    if (status.ok()) {
-        entry->second.ready = true;
-    } else {
-        chunks_[place->chunk].free.release({0, place->offset}, room_for(record, form_));
-        by_age_.erase(entry->second.age);
-        entries_.erase(entry);
-    }
+    if (status.ok())
+        entries_.at(block).ready = true;
+    else
+        drop(block);
     changed_.notify_all();
-    if (!status.ok()) return status;
-    return std::span<const std::byte>(target.first(record.bytes(form_)));
+    return status;
+}
+
+void HostCache::give_back(const Place& place, uint64_t bytes) {
+    chunks_[place.chunk].free.release({0, place.offset}, bytes);
+    changed_.notify_all();
+}
+
+void HostCache::drop(uint32_t block) {
+    const auto entry = entries_.find(block);
+    give_back(entry->second.place, entry->second.bytes);
+    by_age_.erase(entry->second.age);
+    entries_.erase(entry);
 }
 
 std::optional<std::span<const std::byte>> HostCache::acquire_if_there(uint32_t block) {
@@ -87,7 +120,14 @@ void HostCache::release(uint32_t block) {
     const auto entry = entries_.find(block);
     RAYPAGER_CHECK(entry != entries_.end() && entry->second.holders > 0);
     entry->second.holders--;
+    if (once_ && entry->second.holders == 0) drop(block);
     changed_.notify_all();
+}
+
+void HostCache::prepare(uint64_t bytes) {
+    Lock lock(mutex_);
+    while (!closed_ && !adding_ && allocated_ < std::min(bytes, all_bytes_) && allocated_ + chunk_bytes_ <= limit_)
+        if (!add_chunk(lock).ok()) return;
 }
 
 void HostCache::close() {
@@ -110,7 +150,7 @@ Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
 }
 
 // A free place: in a chunk that is there, in a new one, or where the oldest blocks were.
-Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes) {
+Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes, bool evicts) {
     for (;;) {
         for (size_t i = 0; i < chunks_.size(); i++) {
             if (chunks_[i].free.free_bytes() < bytes) continue;
@@ -122,6 +162,8 @@ Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes) {
             // Without more pinned memory the cache makes do with what it has.
             if (!added.ok() && chunks_.empty()) return added;
             if (!added.ok()) limit_ = allocated_;
+        } else if (!may_grow && !evicts) {
+            return Status::failed("the cache of blocks is full");
         } else if (may_grow || !evict_oldest()) {
             if (closed_) return Status::failed("the cache of blocks was closed");
             changed_.wait(lock);
@@ -135,10 +177,7 @@ bool HostCache::evict_oldest() {
         return entry.ready && entry.holders == 0;
     });
     if (oldest == by_age_.end()) return false;
-    const auto entry = entries_.find(*oldest);
-    chunks_[entry->second.place.chunk].free.release({0, entry->second.place.offset}, entry->second.bytes);
-    entries_.erase(entry);
-    by_age_.erase(oldest);
+    drop(*oldest);
     return true;
 }
 

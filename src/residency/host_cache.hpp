@@ -21,8 +21,8 @@ namespace raypager {
 
 class HostCache {
 public:
-    // A limit below the two largest blocks is raised to that.
-    HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes);
+    // A limit below the two largest blocks is raised to that. once: each block is acquired once, and need not stay when it has been released.
+    HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes, bool once = false);
     BlockForm form() const { return form_; }
     // The bytes of a block in that form: from the cache, or read from the file, verified and transcoded. They stay where they are
     // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release
@@ -31,6 +31,12 @@ public:
     // The same without waiting or reading; nothing if the block is not there.
     std::optional<std::span<const std::byte>> acquire_if_there(uint32_t block);
     void release(uint32_t block);
+    // Whether a block is there or being read.
+    bool knows(uint32_t block) const;
+    // Reads a block that may be acquired later, if it is not there and there is room for it without another that goes. False: there is none.
+    bool read_ahead(uint32_t block);
+    // Gets memory for so many bytes of blocks, as far as all of them and the limit need it, before it is asked for.
+    void prepare(uint64_t bytes);
     // Ends all waiting: calls of acquire() that have to wait fail from now on.
     void close();
     uint64_t peak_bytes() const;
@@ -52,7 +58,12 @@ private:
         SlabAllocator free;
     };
     using Lock = std::unique_lock<std::mutex>;
-    Result<Place> make_room(Lock& lock, uint64_t bytes);
+    // evicts: others may go for it; otherwise fails where they would have to.
+    Result<Place> make_room(Lock& lock, uint64_t bytes, bool evicts);
+    // Reads a block into its place and holds it. Another thread may have been faster, or the cache been closed.
+    Status fill(Lock& lock, uint32_t block, const Place& place);
+    void give_back(const Place& place, uint64_t bytes);
+    void drop(uint32_t block);
     bool evict_oldest();
     Status add_chunk(Lock& lock);
     Status read(uint32_t block, std::span<std::byte> target) const;
@@ -62,7 +73,8 @@ private:
     Device& device_;
     const BlockFile& file_;
     const BlockForm form_;
-    uint64_t limit_, chunk_bytes_;
+    const bool once_;
+    uint64_t limit_, chunk_bytes_, all_bytes_ = 0;
     mutable std::mutex mutex_;
     std::condition_variable changed_;  // something was released or became ready, or a chunk has come or not
     std::vector<Chunk> chunks_;

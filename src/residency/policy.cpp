@@ -139,11 +139,17 @@ std::optional<PoolAddress> evict_for(uint64_t bytes, SlabAllocator& pool, Victim
     return place;
 }
 
+// How many may be on their way while others must go for them.
+uint32_t most_in_flight(const PolicySettings& settings, const PolicyInput& input) {
+    constexpr double idle = 0.02;  // of the slots are ready
+    return input.ready_rays < idle * input.slots ? std::max(settings.loads_in_flight, settings.loads_while_idle) : settings.loads_in_flight;
+}
+
 // Evicts for those of the wanted blocks that come next: the last, and, roughly, the first of the heap before it. No more than were under way if the
 // loads that this makes room for came beside those that evict.
 void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, const std::vector<Candidate>& wanted, uint32_t in_flight,
                      SlabAllocator& pool, Victims& victims, std::vector<uint32_t>& evict) {
-    const uint32_t most = settings.loads_in_flight + settings.evict_ahead;
+    const uint32_t most = most_in_flight(settings, input) + settings.evict_ahead;
     const size_t count = std::min<size_t>({settings.evict_ahead, most - std::min(most, in_flight), wanted.size()});
     uint64_t room = 0;
     for (size_t i = 0; i < count; i++) room += input.blocks[(i == 0 ? wanted.back() : wanted[i - 1]).block].bytes;
@@ -177,13 +183,15 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     if (kind == PolicyKind::most_wanted) return settings;
     const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
     settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 2), 2, on_cpu ? 16 : 64));
+    if (!on_cpu) settings.loads_while_idle = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / 2, 2, 128));
     settings.loads_into_free = 256;
+    settings.most_behind = 512;
     if (!on_cpu) settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / 2, 16));
     return settings;
 }
 
 Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& current) {
-    Plan plan{{}, {}, current};
+    Plan plan{{}, {}, {}, current};
     SlabAllocator& pool = plan.pool;
     uint32_t in_flight = 0;
     for (const BlockState& block : input.blocks) in_flight += block.state == PageState::loading;
@@ -191,6 +199,7 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
     std::vector<Candidate> wanted = load_candidates(settings, input);
     std::make_heap(wanted.begin(), wanted.end());
     const bool hold = input.ready_rays > settings.hold_above_ready * input.slots;
+    const uint32_t most = most_in_flight(settings, input);
     Victims victims(settings, input);
     bool full = false;  // of what cannot go
     for (; !wanted.empty(); wanted.pop_back()) {
@@ -200,7 +209,7 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
         std::optional<PoolAddress> place;
         if (in_flight < settings.loads_into_free) place = pool.allocate(bytes);
         if (!place) {
-            if (hold || in_flight >= settings.loads_in_flight) break;
+            if (hold || in_flight >= most) break;
             place = evict_for(bytes, pool, victims, plan.evict);
             full = !place;
             if (full) break;
@@ -208,6 +217,9 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
         plan.load.push_back({block, *place, plan.evict.empty()});
         in_flight++;
     }
+    // The last is the one that did not come any more, before it lies the rest of the heap.
+    for (size_t i = 0; i < std::min<size_t>(settings.most_behind, wanted.size()); i++)
+        plan.behind.push_back((i == 0 ? wanted.back() : wanted[i - 1]).block);
     if (!hold && !full) make_room_ahead(settings, input, wanted, in_flight, pool, victims, plan.evict);
     return plan;
 }

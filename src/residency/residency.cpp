@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "base/check.hpp"
@@ -24,6 +25,13 @@ uint32_t page_address(PoolAddress place) {
 uint64_t whole_slab(uint64_t max_slab_bytes) {
     constexpr uint64_t addressable = (uint64_t{RP_PAGE_OFFSET_MASK} + 1) * RP_BLOCK_ALIGNMENT;
     return std::min(max_slab_bytes, addressable) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+}
+
+// Cores beside a GPU have little else to do. On a CPU they trace, but not between rounds, nor at the end, when loads are waited for.
+size_t read_ahead_threads(const Device& device) {
+    const size_t cores = std::thread::hardware_concurrency();
+    if (!device.thread_safe()) return 0;
+    return device.info().type == "CPU" ? std::clamp<size_t>(cores / 4, 1, 4) : std::clamp<size_t>(cores / 2, 1, 8);
 }
 
 }  // namespace
@@ -75,8 +83,10 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     constexpr uint64_t passage = uint64_t{128} << 20;
     const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
     residency->cache_ =
-        std::make_unique<HostCache>(device, file, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit);
+        std::make_unique<HostCache>(device, file, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
+    residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, settings.read_ahead_threads.value_or(read_ahead_threads(device)),
+                                                         device.info().type == "CPU" ? 0 : passage);
     return residency;
 }
 
@@ -160,6 +170,7 @@ Status Residency::after_round(uint32_t round, uint32_t last_started, const Event
     if (!ended) return ended.status();
     loader_->start(plan.load, last_end, *ended ? Event() : last_plan_end_);
     last_plan_end_ = last_end;
+    read_ahead_->want(plan.load, plan.behind);
     return {};
 }
 

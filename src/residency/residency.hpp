@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,15 +14,17 @@
 #include "residency/host_cache.hpp"
 #include "residency/loader.hpp"
 #include "residency/policy.hpp"
+#include "residency/read_ahead.hpp"
 
 namespace raypager {
 
 struct ResidencySettings {
-    BlockForm form = BlockForm::stored;  // of the blocks on the device
-    uint64_t pool_bytes = 0;             // at most; REQUIRES: at least the largest block
-    uint64_t slab_bytes = 0;             // of one slab at most; 0: what the device allocates at once
-    uint64_t host_limit = 0;             // of the cache of blocks
-    uint32_t loader_threads = 0;         // 0: by the number of cores
+    BlockForm form = BlockForm::stored;          // of the blocks on the device
+    uint64_t pool_bytes = 0;                     // at most; REQUIRES: at least the largest block
+    uint64_t slab_bytes = 0;                     // of one slab at most; 0: what the device allocates at once
+    uint64_t host_limit = 0;                     // of the cache of blocks
+    uint32_t loader_threads = 0;                 // 0: by the number of cores
+    std::optional<uint32_t> read_ahead_threads;  // none: by the number of cores and the device
     PolicySettings policy;
     PoolPlace place = PoolPlace::device;
     bool journal = false;  // remember when which block came and went
@@ -89,7 +92,9 @@ private:
     };
     std::array<Published, 2> published_;
     size_t next_published_ = 0;
-    std::unique_ptr<Loader> loader_;  // after slabs_ and cache_: destroyed first
+    // After slabs_ and cache_: destroyed first.
+    std::unique_ptr<Loader> loader_;
+    std::unique_ptr<ReadAhead> read_ahead_;
     uint64_t mapped_bytes_ = 0;
     uint32_t last_arrival_round_ = 0;
     Event last_plan_end_;  // when the rounds that had been started at the last plan have ended

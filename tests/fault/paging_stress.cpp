@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <random>
@@ -16,6 +18,7 @@
 #include "raypager/abi/path.h"
 #include "raypager/abi/wide.h"
 #include "render/render.hpp"
+#include "residency/read_ahead.hpp"
 #include "support/device_scene.hpp"
 #include "support/sanitizers.hpp"
 #include "unit/blocks_scenes.hpp"
@@ -73,12 +76,14 @@ TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
         options.policy = policy_names[random() % std::size(policy_names)].kind;
         options.loads_in_flight = 1 + random() % 3;
         options.loader_threads = 1 + random() % 4;
+        options.read_ahead_threads = random() % 4;
         options.host_limit = random() % 2 ? 1 : uint64_t{1} << 30;  // no cache at all, or one for everything
         fault_plan().seed = seed;
         fault_plan().longest_delay_us = 1 + random() % 300;
         fault_plan().one_short_in = 3;
-        const std::string what = fmt::format("seed {}, {}, {} loads in flight by {} threads, host limit {}", seed, policy_name(options.policy),
-                                             options.loads_in_flight, options.loader_threads, options.host_limit);
+        const std::string what = fmt::format("seed {}, {}, {} loads in flight by {} threads, {} that read ahead, host limit {}", seed,
+                                             policy_name(options.policy), options.loads_in_flight, options.loader_threads, *options.read_ahead_threads,
+                                             options.host_limit);
         SCOPED_TRACE(what);
         const auto result = render(*file_, options, {});
         fault_plan().clear();
@@ -168,6 +173,123 @@ TEST_F(PagingStressOnDevice, TheHostCacheMakesDoWithThePinnedMemoryItGets) {
         EXPECT_GT(cache.peak_bytes(), 0u);
         EXPECT_LE(cache.peak_bytes(), 9 * uint64_t{file_->scene().largest_block(form)});
     }
+}
+
+// What is read ahead is there for who comes for it, and takes no room from others.
+TEST_F(PagingStressOnDevice, TheHostCacheReadsAheadWhereThereIsRoom) {
+    const BlockForm form = support::default_form();
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    const BakedScene& scene = file_->scene();
+    HostCache cache(**device, *file_, form, 9 * uint64_t{scene.largest_block(form)});
+    EXPECT_FALSE(cache.knows(7));
+    EXPECT_FALSE(cache.acquire_if_there(7));
+    EXPECT_TRUE(cache.read_ahead(7));
+    EXPECT_TRUE(cache.knows(7));
+    const auto bytes = cache.acquire_if_there(7);
+    ASSERT_TRUE(bytes);
+    EXPECT_TRUE(is_block(*bytes, form, 7));
+    cache.release(7);
+    EXPECT_TRUE(cache.knows(7));
+    uint32_t block = 8;
+    while (cache.read_ahead(block)) block++;
+    EXPECT_GT(block, 12u);
+    EXPECT_LT(block, scene.blocks.size());
+    for (uint32_t known = 7; known < block; known++) EXPECT_TRUE(cache.knows(known)) << known;
+    EXPECT_FALSE(cache.knows(block));
+    EXPECT_LE(cache.peak_bytes(), 9 * uint64_t{scene.largest_block(form)});
+    // Whoever needs it takes the room.
+    ASSERT_TRUE(cache.acquire(block).ok());
+    cache.release(block);
+    cache.close();
+    EXPECT_FALSE(cache.read_ahead(0));
+}
+
+// Where each block is acquired once, released blocks make room for those that are read ahead.
+TEST_F(PagingStressOnDevice, TheHostCacheForgetsWhatIsNeededOnce) {
+    const BlockForm form = support::default_form();
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    const BakedScene& scene = file_->scene();
+    const uint64_t limit = 9 * uint64_t{scene.largest_block(form)};
+    HostCache cache(**device, *file_, form, limit, true);
+    cache.prepare(limit);
+    const uint64_t prepared = cache.peak_bytes();
+    EXPECT_GT(prepared, 0u);
+    EXPECT_LE(prepared, limit);
+    for (uint32_t block = 0; block < 200; block++) {
+        ASSERT_TRUE(cache.read_ahead(block)) << block;
+        const auto bytes = cache.acquire(block);
+        ASSERT_TRUE(bytes.ok());
+        EXPECT_TRUE(is_block(*bytes, form, block));
+        cache.release(block);
+        EXPECT_FALSE(cache.knows(block));
+    }
+    EXPECT_EQ(cache.peak_bytes(), prepared);
+}
+
+// Threads read ahead what a changing list says while others come for blocks, in a cache with room for a few: everybody gets the right bytes.
+TEST_F(PagingStressOnDevice, BlocksAreReadAheadBesideLoads) {
+    const BlockForm form = support::default_form();
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    if (!(*device)->thread_safe()) GTEST_SKIP() << "no threads on this device";
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    fault_plan().seed = seed;
+    fault_plan().longest_delay_us = 100;
+    for (const bool once : {false, true}) {
+        HostCache cache(**device, *file_, form, 9 * uint64_t{file_->scene().largest_block(form)}, once);
+        ReadAhead ahead(cache, 3, 1 << 20);
+        std::atomic<int> wrong{0};
+        std::vector<std::thread> threads;
+        for (uint32_t t = 0; t < 3; t++)
+            threads.emplace_back([&, t] {
+                std::mt19937 random(seed + t);
+                for (int i = 0; i < 200; i++) {
+                    const auto block = static_cast<uint32_t>(random() % 40);
+                    const PlannedLoad load{block, {}, false};
+                    const std::vector<uint32_t> behind = {(block + 1) % 40, (block + 2) % 40, (block + 3) % 40};
+                    ahead.want(std::span(&load, 1), behind);
+                    const auto bytes = cache.acquire(block);
+                    wrong += !bytes.ok() || !is_block(*bytes, form, block);
+                    if (bytes.ok()) cache.release(block);
+                }
+            });
+        for (std::thread& thread : threads) thread.join();
+        EXPECT_EQ(wrong, 0);
+    }
+}
+
+// What is wanted is read without anybody coming for it; what cannot be read is left to its load.
+TEST_F(PagingStressOnDevice, WhatRaysWaitForIsReadAhead) {
+    const BlockForm form = support::default_form();
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    if (!(*device)->thread_safe()) GTEST_SKIP() << "no threads on this device";
+    HostCache cache(**device, *file_, form, uint64_t{1} << 30);
+    ReadAhead ahead(cache, 2, 0);
+    const auto all_known = [&](std::span<const uint32_t> blocks) {
+        return std::all_of(blocks.begin(), blocks.end(), [&](uint32_t block) { return cache.knows(block); });
+    };
+    const auto within_seconds = [](const auto& condition) {
+        for (int i = 0; i < 5000 && !condition(); i++) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return condition();
+    };
+    const std::vector<uint32_t> blocks = {3, 1, 4, 15, 9, 2, 6, 5};
+    const PlannedLoad load{35, {}, false};
+    ahead.want(std::span(&load, 1), blocks);
+    EXPECT_TRUE(within_seconds([&] { return all_known(blocks) && cache.knows(35); }));
+    fault_plan().error_number = EIO;
+    fault_plan().fail_read_in = 1;
+    const std::vector<uint32_t> others = {50};
+    ahead.want({}, others);
+    EXPECT_TRUE(within_seconds([] { return fault_plan().fail_read_in <= 0; }));
+    EXPECT_TRUE(within_seconds([&] { return !cache.knows(50); }));
+    const auto bytes = cache.acquire(50);
+    ASSERT_TRUE(bytes.ok());
+    EXPECT_TRUE(is_block(*bytes, form, 50));
+    cache.release(50);
 }
 
 // What comes between two publications of the page table is named with the second, once, whatever has left again meanwhile.

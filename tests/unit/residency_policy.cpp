@@ -174,6 +174,38 @@ TEST(Policy, loads_in_flight_follow_the_pool) {
     EXPECT_EQ(default_settings(PolicyKind::lru, 0, 0, true).loads_in_flight, 2u);  // an empty scene
 }
 
+// While hardly any ray is ready, loads are all that is waited for.
+TEST(Policy, more_loads_are_in_flight_while_the_device_is_idle) {
+    const PolicySettings settings = default_settings(PolicyKind::aged_wants, 400 * 64, 64, false);
+    EXPECT_EQ(settings.loads_while_idle, 128u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80 * 64, 64, false).loads_while_idle, 40u);  // half of the pool
+    SlabAllocator pool({400 * 64});
+    const std::vector<BlockState> blocks = half_resident(pool, 400);
+    EXPECT_EQ(plan_paging(settings, {blocks, 500, 20, 1000}, pool).load.size(), 64u);
+    EXPECT_EQ(plan_paging(settings, {blocks, 500, 19, 1000}, pool).load.size(), 128u);
+}
+
+// Of the blocks that are wanted and not loaded, those that come next, whether loads are held back or not.
+TEST(Policy, tells_what_is_wanted_behind_the_loads) {
+    SlabAllocator pool({10 * 64});
+    std::vector<BlockState> blocks = half_resident(pool, 10);
+    blocks[13].wants = 0;
+    blocks[17].wants = 100000;
+    PolicySettings settings = default_settings(PolicyKind::aged_wants);
+    EXPECT_TRUE(plan_paging(settings, {blocks, 20, 0, 100}, pool).behind.empty());
+    settings.most_behind = 4;
+    const Plan held = plan_paging(settings, {blocks, 20, 100, 100}, pool);
+    EXPECT_TRUE(held.load.empty());
+    ASSERT_EQ(held.behind.size(), 4u);
+    EXPECT_EQ(held.behind[0], 17u);
+    settings.most_behind = 100;
+    const Plan plan = plan_paging(settings, {blocks, 20, 0, 100}, pool);
+    std::set<uint32_t> told(plan.behind.begin(), plan.behind.end());
+    EXPECT_EQ(told.size(), plan.behind.size());
+    for (const PlannedLoad& load : plan.load) EXPECT_TRUE(told.insert(load.block).second);
+    EXPECT_EQ(told, (std::set<uint32_t>{10, 11, 12, 14, 15, 16, 17, 18, 19}));
+}
+
 // Whatever the state: the plan fits, evicts only what may go, and makes progress when nothing else can.
 TEST(Policy, random_states_give_sound_plans) {
     const uint64_t seed = 99;
