@@ -13,7 +13,7 @@ ReplaySettings row_settings(const DemandTrace& trace, const PolicyBenchSettings&
     ReplaySettings settings = recorded_settings(trace);
     const uint64_t average = trace.block_bytes.empty() ? 0 : trace.geometry_bytes() / trace.block_bytes.size();
     settings.policy = default_settings(row.policy, row.pool_bytes, average, trace.recorded.on_cpu);
-    if (bench.loads_in_flight) settings.policy.loads_in_flight = bench.loads_in_flight;
+    if (bench.loads_in_flight) settings.policy.loads_in_flight = settings.policy.loads_while_idle = bench.loads_in_flight;
     if (bench.hold_above_ready) settings.policy.hold_above_ready = *bench.hold_above_ready;
     settings.pool_bytes = row.pool_bytes;
     settings.slab_bytes = 0;

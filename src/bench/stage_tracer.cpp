@@ -72,7 +72,10 @@ Status StageTracer::make_slots(uint64_t count) {
                           {paths_, count * RP_PATH_PLANES * sizeof(Word4)},
                           {queue_, count * sizeof(uint32_t)},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t)},
-                          {film_, RP_FILM_WORDS * sizeof(uint32_t)}};
+                          {film_, RP_FILM_WORDS * sizeof(uint32_t)},
+                          {kept_status_, 2 * RP_STATUS_WORDS(count) * sizeof(uint32_t)},
+                          {kept_paths_, count * RP_PATH_PLANES * sizeof(Word4)},
+                          {kept_counters_, RP_COUNTER_WORDS * sizeof(uint32_t)}};
     for (const Part& part : parts) {
         auto buffer = device_->allocate(part.bytes, "rays to be measured");
         if (!buffer) return buffer.status();
@@ -135,11 +138,6 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
 Status StageTracer::keep() {
     Queue& queue = device_->kernels();
     for (const auto& [from, to] : {std::pair{&status_, &kept_status_}, {&paths_, &kept_paths_}, {&counters_, &kept_counters_}}) {
-        if (to->bytes() == 0) {
-            auto buffer = device_->allocate(from->bytes(), "rays to be measured more than once");
-            if (!buffer) return buffer.status();
-            *to = std::move(*buffer);
-        }
         RAYPAGER_TRY(queue.copy(*from, *to));
     }
     return {};

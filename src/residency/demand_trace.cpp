@@ -15,7 +15,7 @@ namespace raypager {
 namespace {
 
 constexpr char magic[8] = {'R', 'P', 'D', 'E', 'M', 'A', 'N', 'D'};
-constexpr uint32_t format_version = 1;
+constexpr uint32_t format_version = 2;
 constexpr uint64_t largest_file = uint64_t{16} << 30;
 constexpr uint32_t longest_name = 4096;
 
@@ -28,7 +28,7 @@ struct Header {
     uint32_t block_count, name_bytes;
     // of the recorded render
     uint16_t policy, evict_ahead;
-    uint32_t loads_in_flight, loads_into_free, max_age;
+    uint32_t loads_in_flight, loads_into_free, max_age, loads_while_idle, unused;
     double hold_above_ready;
     uint64_t pool_bytes, slab_bytes;
     uint32_t slots, wait_for_loads, on_cpu, rounds_under_way;
@@ -36,7 +36,7 @@ struct Header {
     double seconds, trace_seconds;
     uint64_t scene_identity;
 };
-static_assert(sizeof(Header) == 184);
+static_assert(sizeof(Header) == 192);
 constexpr size_t checksum_from = offsetof(Header, path_count);
 
 class Packer {
@@ -103,6 +103,7 @@ Header make_header(const DemandTrace& trace) {
     header.loads_in_flight = r.policy.loads_in_flight;
     header.loads_into_free = r.policy.loads_into_free;
     header.max_age = r.policy.max_age;
+    header.loads_while_idle = r.policy.loads_while_idle;
     header.hold_above_ready = r.policy.hold_above_ready;
     header.pool_bytes = r.pool_bytes, header.slab_bytes = r.slab_bytes;
     header.slots = r.slots, header.wait_for_loads = r.wait_for_loads;
@@ -121,6 +122,7 @@ RecordedRender recorded_from(const Header& header, std::string device) {
     r.policy.loads_in_flight = header.loads_in_flight;
     r.policy.loads_into_free = header.loads_into_free;
     r.policy.max_age = header.max_age;
+    r.policy.loads_while_idle = header.loads_while_idle;
     r.policy.hold_above_ready = header.hold_above_ready;
     r.pool_bytes = header.pool_bytes, r.slab_bytes = header.slab_bytes;
     r.slots = header.slots, r.wait_for_loads = header.wait_for_loads != 0;

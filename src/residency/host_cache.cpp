@@ -1,6 +1,7 @@
 #include "residency/host_cache.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "base/check.hpp"
 #include "residency/transcode.hpp"
@@ -76,11 +77,26 @@ bool HostCache::knows(uint32_t block) const {
 
 Status HostCache::fill(Lock& lock, uint32_t block, const Place& place) {
     const uint64_t room = room_for(file_.scene().blocks[block], form_);
-    by_age_.push_back(block);
-    entries_[block] = Entry{place, room, 1, false, std::prev(by_age_.end())};
     const std::span<std::byte> target = bytes_at(place, room);
+    try {
+        by_age_.push_back(block);
+        try {
+            entries_[block] = Entry{place, room, 1, false, std::prev(by_age_.end())};
+        } catch (...) {
+            by_age_.pop_back();
+            throw;
+        }
+    } catch (...) {
+        give_back(place, room);
+        throw;
+    }
     lock.unlock();
-    const Status status = read(block, target);
+    Status status;
+    try {
+        status = read(block, target);
+    } catch (const std::bad_alloc&) {
+        status = Status::failed("not enough host memory to read a block; give a smaller --host-limit");
+    }
     lock.lock();
     if (status.ok())
         entries_.at(block).ready = true;
@@ -126,8 +142,10 @@ void HostCache::release(uint32_t block) {
 
 void HostCache::prepare(uint64_t bytes) {
     Lock lock(mutex_);
-    while (!closed_ && !adding_ && allocated_ < std::min(bytes, all_bytes_) && allocated_ + chunk_bytes_ <= limit_)
-        if (!add_chunk(lock).ok()) return;
+    for (;;) {
+        changed_.wait(lock, [&] { return closed_ || !adding_; });
+        if (closed_ || allocated_ >= std::min(bytes, all_bytes_) || allocated_ + chunk_bytes_ > limit_ || !add_chunk(lock).ok()) return;
+    }
 }
 
 void HostCache::close() {

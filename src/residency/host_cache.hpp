@@ -33,7 +33,8 @@ public:
     void release(uint32_t block);
     // Whether a block is there or being read.
     bool knows(uint32_t block) const;
-    // Reads a block that may be acquired later, if it is not there and there is room for it without another that goes. False: there is none.
+    // Reads a block that may be acquired later, if it is not there and there is room for it without another that goes. If it cannot be read, nothing
+    // is there, and acquire() will say why. False: there is no room for any, or the cache was closed.
     bool read_ahead(uint32_t block);
     // Gets memory for so many bytes of blocks, as far as all of them and the limit need it, before it is asked for.
     void prepare(uint64_t bytes);
@@ -58,9 +59,9 @@ private:
         SlabAllocator free;
     };
     using Lock = std::unique_lock<std::mutex>;
-    // evicts: others may go for it; otherwise fails where they would have to.
+    // evicts: others may go for it; otherwise fails where they would have to. May let go of the lock.
     Result<Place> make_room(Lock& lock, uint64_t bytes, bool evicts);
-    // Reads a block into its place and holds it. Another thread may have been faster, or the cache been closed.
+    // Reads a block into its place, without the lock, and holds it; or gives the place back. REQUIRES: the block has no entry.
     Status fill(Lock& lock, uint32_t block, const Place& place);
     void give_back(const Place& place, uint64_t bytes);
     void drop(uint32_t block);

@@ -54,6 +54,14 @@ uint32_t Loader::under_way() const {
     return static_cast<uint32_t>(waiting_.size() + submitted_.size() + reading_.size());
 }
 
+std::vector<uint32_t> Loader::to_begin() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<uint32_t> blocks;
+    blocks.reserve(waiting_.size());
+    for (const Load& load : waiting_) blocks.push_back(load.block);
+    return blocks;
+}
+
 std::string Loader::activity() const {
     const std::lock_guard lock(mutex_);
     std::string text = fmt::format("{} loads to begin, {} uploads under way", waiting_.size(), submitted_.size());

@@ -34,6 +34,8 @@ public:
     // Blocks whose upload has finished since the last call. With wait set, and loads under way, returns at least one.
     Result<std::vector<Arrival>> arrived(bool wait);
     uint32_t under_way() const;
+    // Blocks of loads that no thread has begun with, the next first.
+    std::vector<uint32_t> to_begin() const;
     // What it is doing at this moment, for people. From any thread.
     std::string activity() const;
 

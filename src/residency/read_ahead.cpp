@@ -1,15 +1,16 @@
 #include "residency/read_ahead.hpp"
 
 #include <new>
+#include <system_error>
+#include <utility>
 
 namespace raypager {
 
 ReadAhead::ReadAhead(HostCache& cache, size_t threads, uint64_t room) : cache_(cache) {
-    for (size_t i = 0; i < threads; i++)
-        threads_.emplace_back([this, first = i == 0 ? room : 0] {
-            cache_.prepare(first);
-            work();
-        });
+    try {
+        for (size_t i = 0; i < threads; i++) threads_.emplace_back([this, first = i == 0 ? room : 0] { work(first); });
+    } catch (const std::system_error&) {  // no more threads: then with those that there are
+    }
 }
 
 ReadAhead::~ReadAhead() {
@@ -22,39 +23,43 @@ ReadAhead::~ReadAhead() {
     for (std::thread& thread : threads_) thread.join();
 }
 
-void ReadAhead::want(std::span<const PlannedLoad> loads, std::span<const uint32_t> behind) {
-    if (threads_.empty() || (loads.empty() && behind.empty())) return;
+void ReadAhead::want(std::vector<uint32_t> blocks) {
+    if (threads_.empty()) return;
+    bool any;
     {
         const std::lock_guard lock(mutex_);
-        wanted_.clear();
-        for (const PlannedLoad& load : loads) wanted_.push_back(load.block);
-        wanted_.insert(wanted_.end(), behind.begin(), behind.end());
+        wanted_ = std::move(blocks);
+        taken_ = 0;
+        lists_++;
+        any = !wanted_.empty();
     }
-    changed_.notify_one();
+    if (any) changed_.notify_one();
 }
 
-// A block that cannot be read is left to its load, which says why.
-void ReadAhead::work() {
+void ReadAhead::work(uint64_t room) {
+    try {
+        cache_.prepare(room);
+    } catch (const std::bad_alloc&) {  // whoever needs the memory will say so
+    }
     std::unique_lock lock(mutex_);
     for (;;) {
-        changed_.wait(lock, [&] { return stop_ || !wanted_.empty(); });
+        changed_.wait(lock, [&] { return stop_ || taken_ < wanted_.size(); });
         if (stop_) return;
-        const uint32_t block = wanted_.front();
-        wanted_.pop_front();
-        const bool more = !wanted_.empty();
+        const uint32_t block = wanted_[taken_++], list = lists_;
+        const bool more = taken_ < wanted_.size();
         lock.unlock();
-        bool room = true;
+        bool has_room = true;
         if (!cache_.knows(block)) {
             // Mostly all are there, and one thread is enough to find that out.
             if (more) changed_.notify_one();
             try {
-                room = cache_.read_ahead(block);
+                has_room = cache_.read_ahead(block);
             } catch (const std::bad_alloc&) {
-                room = false;
+                has_room = false;
             }
         }
         lock.lock();
-        if (!room) wanted_.clear();
+        if (!has_room && list == lists_) taken_ = wanted_.size();
     }
 }
 

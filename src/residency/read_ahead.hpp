@@ -4,14 +4,11 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <mutex>
-#include <span>
 #include <thread>
 #include <vector>
 
 #include "residency/host_cache.hpp"
-#include "residency/policy.hpp"
 
 namespace raypager {
 
@@ -20,19 +17,21 @@ public:
     // The cache outlives it. Without threads nothing is read ahead. room: so many bytes of the cache's memory are had at once; a driver takes a
     // quarter of a millisecond to pin a megabyte, and the first blocks would wait for that.
     ReadAhead(HostCache& cache, size_t threads, uint64_t room);
-    ~ReadAhead();
+    ~ReadAhead();  // closes the cache: who waits for a block must not be in need of it any more
     ReadAhead(const ReadAhead&) = delete;
     ReadAhead& operator=(const ReadAhead&) = delete;
-    // What is to be read: first the blocks of the loads, then those behind them. In place of what was said before.
-    void want(std::span<const PlannedLoad> loads, std::span<const uint32_t> behind);
+    // What is to be read, in this order, in place of what was said before.
+    void want(std::vector<uint32_t> blocks);
 
 private:
-    void work();
+    void work(uint64_t room);
 
     HostCache& cache_;
     std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<uint32_t> wanted_;
+    std::vector<uint32_t> wanted_;
+    size_t taken_ = 0;    // of these
+    uint32_t lists_ = 0;  // that there have been
     bool stop_ = false;
     std::vector<std::thread> threads_;
 };

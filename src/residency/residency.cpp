@@ -30,7 +30,6 @@ uint64_t whole_slab(uint64_t max_slab_bytes) {
 // Cores beside a GPU have little else to do. On a CPU they trace, but not between rounds, nor at the end, when loads are waited for.
 size_t read_ahead_threads(const Device& device) {
     const size_t cores = std::thread::hardware_concurrency();
-    if (!device.thread_safe()) return 0;
     return device.info().type == "CPU" ? std::clamp<size_t>(cores / 4, 1, 4) : std::clamp<size_t>(cores / 2, 1, 8);
 }
 
@@ -85,8 +84,8 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     residency->cache_ =
         std::make_unique<HostCache>(device, file, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
-    residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, settings.read_ahead_threads.value_or(read_ahead_threads(device)),
-                                                         device.info().type == "CPU" ? 0 : passage);
+    const size_t ahead = device.thread_safe() ? settings.read_ahead_threads.value_or(read_ahead_threads(device)) : 0;
+    residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, ahead, device.info().type == "CPU" ? 0 : passage);
     return residency;
 }
 
@@ -170,7 +169,9 @@ Status Residency::after_round(uint32_t round, uint32_t last_started, const Event
     if (!ended) return ended.status();
     loader_->start(plan.load, last_end, *ended ? Event() : last_plan_end_);
     last_plan_end_ = last_end;
-    read_ahead_->want(plan.load, plan.behind);
+    std::vector<uint32_t> ahead = loader_->to_begin();
+    ahead.insert(ahead.end(), plan.behind.begin(), plan.behind.end());
+    read_ahead_->want(std::move(ahead));
     return {};
 }
 
