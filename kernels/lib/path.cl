@@ -13,6 +13,12 @@ static inline void rp_fetch_path(const __global uint4* paths, uint slot_count, u
     for (uint plane = 0u; plane < RP_PATH_PLANES; plane += 2u) rp_fetch_early(&RP_PLANE(paths, plane, slot_count, slot));
 }
 
+// The same of what an extension ray is read from and written to.
+static inline void rp_fetch_extension(const __global uint4* paths, uint slot_count, uint slot) {
+    rp_fetch_early(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot));
+    rp_fetch_early(&RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot));
+}
+
 // One queue of slots serves both kinds of rays: extension rays from the front, shadow rays from the back.
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
 static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }

@@ -16,7 +16,7 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
-        if (r < next_count) rp_fetch_path(paths, slot_count, rp_extend_entry(queue, next + r));
+        if (r < next_count) rp_fetch_extension(paths, slot_count, rp_extend_entry(queue, next + r));
         const uint slot = rp_extend_entry(queue, e->first + min(r, count - 1u));
         const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
         rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w),
