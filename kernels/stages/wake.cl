@@ -16,7 +16,7 @@
 #define RP_COUNTED_KINDS 6u
 #define RP_KIND_IDLE 6u
 #define RP_KIND_NONE 7u
-// Queues of extension rays and of shadow rays, free list, and those that wait, which are only counted.
+// Queues of extension rays and of shadow rays, two kinds in each; free list; and those that wait, which are only counted.
 #define RP_LISTS_FILLED 4u
 
 // What a slot in this state can do, if it does not wait.
@@ -28,6 +28,12 @@ static inline uint rp_kind_of_state(uint state) {
     return (state & RP_STATUS_FIRST) ? kind - 1u : kind;
 }
 
+static inline uint rp_list_total(const __local uint* count, uint list) {
+    return list == 0u   ? count[RP_KIND_FIRST_EXTEND] + count[RP_KIND_EXTEND]
+           : list == 1u ? count[RP_KIND_FIRST_SHADOW] + count[RP_KIND_SHADOW]
+           : list == 2u ? count[RP_KIND_FREE]
+                        : count[RP_KIND_WAITING];
+}
 static inline uint rp_list_counter(uint list) {
     return list == 0u ? RP_COUNT_EXTEND : list == 1u ? RP_COUNT_SHADOW : list == 2u ? RP_COUNT_FREE : RP_COUNT_WAITING;
 }
@@ -134,7 +140,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
     if (waiting != 0u) atomic_add(&count[RP_KIND_WAITING], waiting);
     barrier(CLK_LOCAL_MEM_FENCE);
     for (uint list = lane; list < RP_LISTS_FILLED; list += RP_WAKE_GROUP) {
-        const uint total = list < 2u ? count[2u * list] + count[2u * list + 1u] : count[list + 2u];
+        const uint total = rp_list_total(count, list);
         base[list] = total != 0u ? atomic_add(counters + rp_list_counter(list), total) : 0u;
     }
     barrier(CLK_LOCAL_MEM_FENCE);

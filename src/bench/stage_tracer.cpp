@@ -137,9 +137,8 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
 
 Status StageTracer::keep() {
     Queue& queue = device_->kernels();
-    for (const auto& [from, to] : {std::pair{&status_, &kept_status_}, {&paths_, &kept_paths_}, {&counters_, &kept_counters_}}) {
+    for (const auto& [from, to] : {std::pair{&status_, &kept_status_}, {&paths_, &kept_paths_}, {&counters_, &kept_counters_}})
         RAYPAGER_TRY(queue.copy(*from, *to));
-    }
     return {};
 }
 

@@ -79,13 +79,9 @@ Status HostCache::fill(Lock& lock, uint32_t block, const Place& place) {
     const uint64_t room = room_for(file_.scene().blocks[block], form_);
     const std::span<std::byte> target = bytes_at(place, room);
     try {
-        by_age_.push_back(block);
-        try {
-            entries_[block] = Entry{place, room, 1, false, std::prev(by_age_.end())};
-        } catch (...) {
-            by_age_.pop_back();
-            throw;
-        }
+        std::list<uint32_t> age = {block};
+        entries_[block] = Entry{place, room, 1, false, age.begin()};
+        by_age_.splice(by_age_.end(), age);  // does not throw, so that a block is in both or neither
     } catch (...) {
         give_back(place, room);
         throw;

@@ -145,19 +145,26 @@ uint32_t most_in_flight(const PolicySettings& settings, const PolicyInput& input
     return input.ready_rays < idle * input.slots ? std::max(settings.loads_in_flight, settings.loads_while_idle) : settings.loads_in_flight;
 }
 
-// Evicts for those of the wanted blocks that come next: the last, and, roughly, the first of the heap before it. No more than were under way if the
-// loads that this makes room for came beside those that evict.
-void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, const std::vector<Candidate>& wanted, uint32_t in_flight,
-                     SlabAllocator& pool, Victims& victims, std::vector<uint32_t>& evict) {
+// What did not come: the last, which was the next, and the heap before it, which has what comes next at its front.
+std::vector<uint32_t> blocks_behind(const std::vector<Candidate>& wanted) {
+    constexpr size_t most = 512;  // more than come in a round
+    std::vector<uint32_t> blocks;
+    for (size_t i = 0; i < std::min(most, wanted.size()); i++) blocks.push_back((i == 0 ? wanted.back() : wanted[i - 1]).block);
+    return blocks;
+}
+
+// Evicts for those of the wanted blocks that come next. No more than were under way if the loads that this makes room for came beside those that
+// evict.
+void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, uint32_t in_flight, Victims& victims, Plan& plan) {
     const uint32_t most = most_in_flight(settings, input) + settings.evict_ahead;
-    const size_t count = std::min<size_t>({settings.evict_ahead, most - std::min(most, in_flight), wanted.size()});
+    const size_t count = std::min<size_t>({settings.evict_ahead, most - std::min(most, in_flight), plan.behind.size()});
     uint64_t room = 0;
-    for (size_t i = 0; i < count; i++) room += input.blocks[(i == 0 ? wanted.back() : wanted[i - 1]).block].bytes;
-    while (pool.free_bytes() < room) {
+    for (size_t i = 0; i < count; i++) room += input.blocks[plan.behind[i]].bytes;
+    while (plan.pool.free_bytes() < room) {
         const BlockState* victim = victims.next();
         if (!victim) break;
-        pool.release(victim->address, victim->bytes);
-        victims.take(1, evict);
+        plan.pool.release(victim->address, victim->bytes);
+        victims.take(1, plan.evict);
     }
 }
 
@@ -185,7 +192,6 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / (on_cpu ? 16 : 2), 2, on_cpu ? 16 : 64));
     if (!on_cpu) settings.loads_while_idle = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / 2, 2, 128));
     settings.loads_into_free = 256;
-    settings.most_behind = 512;
     if (!on_cpu) settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / 2, 16));
     return settings;
 }
@@ -217,10 +223,8 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
         plan.load.push_back({block, *place, plan.evict.empty()});
         in_flight++;
     }
-    // The last is the one that did not come any more, before it lies the rest of the heap.
-    for (size_t i = 0; i < std::min<size_t>(settings.most_behind, wanted.size()); i++)
-        plan.behind.push_back((i == 0 ? wanted.back() : wanted[i - 1]).block);
-    if (!hold && !full) make_room_ahead(settings, input, wanted, in_flight, pool, victims, plan.evict);
+    plan.behind = blocks_behind(wanted);
+    if (!hold && !full) make_room_ahead(settings, input, in_flight, victims, plan);
     return plan;
 }
 

@@ -32,7 +32,6 @@ struct PolicySettings {
     uint32_t loads_into_free = 8;    // while there is free space
     uint32_t evict_ahead = 0;        // so many of those that are wanted next are to find free space: they need not wait for rounds under way
     double hold_above_ready = 0.15;  // no load that evicts starts while more than this share of the slots is ready; 1: never held back
-    uint32_t most_behind = 0;        // so many blocks at most are told of behind those that are loaded (Plan::behind)
     uint32_t max_age = 0;            // rounds after which the longest wanted block comes first whatever the policy says; 0: never
 };
 PolicySettings default_settings(PolicyKind kind);
@@ -59,7 +58,7 @@ struct PlannedLoad {
 struct Plan {
     std::vector<uint32_t> evict;    // these first
     std::vector<PlannedLoad> load;  // into these places
-    std::vector<uint32_t> behind;   // of the other blocks that are wanted some, those that come next roughly first
+    std::vector<uint32_t> behind;   // what is wanted beside, 512 blocks at most: the next one, then the others, roughly in order
     SlabAllocator pool;             // as it is then
 };
 

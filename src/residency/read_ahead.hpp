@@ -14,8 +14,8 @@ namespace raypager {
 
 class ReadAhead {
 public:
-    // The cache outlives it. Without threads nothing is read ahead. room: so many bytes of the cache's memory are had at once; a driver takes a
-    // quarter of a millisecond to pin a megabyte, and the first blocks would wait for that.
+    // The cache outlives it. Without threads nothing is read ahead. room: so many bytes of the cache's memory are had at once, so that the
+    // first blocks need not wait while a driver pins it.
     ReadAhead(HostCache& cache, size_t threads, uint64_t room);
     ~ReadAhead();  // closes the cache: who waits for a block must not be in need of it any more
     ReadAhead(const ReadAhead&) = delete;

@@ -71,10 +71,12 @@
 #define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
 #define RP_STATUS_LIT 0x2000u        // and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x4000u       // shadow ray: the path ends behind it
-#define RP_STATUS_FIRST 0x10000u     // shadow or extension ray from the first vertex of its path that has not waited; no matter once it is done
 // Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED. The
 // stage `shade` finds the surface there, in the same round.
 #define RP_STATUS_FOUND 0x8000u
+// Shadow or extension ray that leaves the first vertex of its path and has not waited: the stage `wake` puts these first in their queues. Means nothing
+// once the ray is done.
+#define RP_STATUS_FIRST 0x10000u
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
