@@ -17,29 +17,52 @@ static inline float rp_add(float a, float b) {
     asm("add.rn.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
     return r;
 }
-// Grid coordinate (abi/block.h) of the near or far plane of an axis, in one byte permutation. The selector of an axis says which half of
-// the word is near.
-#define RP_NEAR_IS_LOWER 0x7104u
-#define RP_NEAR_IS_UPPER 0x7324u
-static inline float rp_grid_near(uint word, uint selector) {
+// Byte k of eight; where k is a constant, and where it is not.
+#define rp_byte(bytes, k) rp_byte_of_word((k) < 4u ? (bytes).x : (bytes).y, 0x4440u | ((k) & 3u))
+static inline uint rp_byte_of_word(uint word, uint selector) {
     uint r;
-    asm("prmt.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(word), "r"(0x47000000u), "r"(selector));
-    return as_float(r);
+    asm("prmt.b32 %0, %1, 0, %2;" : "=r"(r) : "r"(word), "r"(selector));
+    return r;
 }
-static inline float rp_grid_far(uint word, uint selector) { return rp_grid_near(word, selector ^ (RP_NEAR_IS_LOWER ^ RP_NEAR_IS_UPPER)); }
+static inline uint rp_any_byte(uint2 bytes, uint k) {
+    uint r;
+    asm("prmt.b32 %0, %1, %2, %3;" : "=r"(r) : "r"(bytes.x), "r"(bytes.y), "r"(k));
+    return r & 255u;
+}
 #define rp_min(a, b) fmin(a, b)
 #define rp_max(a, b) fmax(a, b)
 #else
 #pragma OPENCL FP_CONTRACT OFF
 static inline float rp_mul(float a, float b) { return a * b; }
 static inline float rp_add(float a, float b) { return a + b; }
-#define RP_NEAR_IS_LOWER 0u
-#define RP_NEAR_IS_UPPER 16u
-static inline float rp_grid_near(uint word, uint selector) { return as_float(0x47000000u | (word >> selector & 0xffffu) << 8); }
-static inline float rp_grid_far(uint word, uint selector) { return as_float(0x47000000u | (word >> (16u - selector) & 0xffffu) << 8); }
+#define rp_byte(bytes, k) rp_any_byte(bytes, k)
+static inline uint rp_any_byte(uint2 bytes, uint k) { return (k < 4u ? bytes.x >> 8u * k : bytes.y >> (8u * k - 32u)) & 255u; }
 // Comparisons, not fmin: a CPU does them in one instruction.
 #define rp_min(a, b) ((a) < (b) ? (a) : (b))
 #define rp_max(a, b) ((a) > (b) ? (a) : (b))
+#endif
+
+// Grid coordinate (abi/block.h) of the near or far plane of an axis. The selector of an axis says which half of the word is near.
+#ifdef RP_NV_DOT
+// One product of both halves with two of the selector's bytes, 128 and 0, shifts the one and drops the other. GPUs do that where they multiply,
+// which is idle more often than where they permute bytes and compare (bench/results.md).
+#define RP_NEAR_IS_LOWER 0x80000080u
+#define RP_NEAR_IS_UPPER 0x00808000u
+static inline float rp_grid_near(uint word, uint selector) {
+    uint r;
+    asm("dp2a.lo.u32.u32 %0, %1, %2, %3;" : "=r"(r) : "r"(word), "r"(selector), "r"(0x47000000u));
+    return as_float(r);
+}
+static inline float rp_grid_far(uint word, uint selector) {
+    uint r;
+    asm("dp2a.hi.u32.u32 %0, %1, %2, %3;" : "=r"(r) : "r"(word), "r"(selector), "r"(0x47000000u));
+    return as_float(r);
+}
+#else
+#define RP_NEAR_IS_LOWER 0u
+#define RP_NEAR_IS_UPPER 16u
+static inline float rp_grid_near(uint word, uint selector) { return as_float(0x47000000u | (word >> selector & 0xffffu) << 7); }
+static inline float rp_grid_far(uint word, uint selector) { return as_float(0x47000000u | (word >> (16u - selector) & 0xffffu) << 7); }
 #endif
 
 // The sum of three numbers, independent of their order, and with exactly the opposite sign if all signs are reversed.

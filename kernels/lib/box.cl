@@ -2,8 +2,8 @@
 // enters that box no later than the distance that the primitive's test returns.
 //
 // Why: a plane lies at t = fma(grid, cell * inv, (grid origin - ray origin) * inv). In float arithmetic (u = 2^-24), t is wrong by a few
-// u * (|D| + |w|) * |inv|, with D = grid origin - ray origin and w = grid * cell. Boxes are rounded outwards by RP_GRID_SLACK = 1/8 of a
-// cell, 1.3e-6 of the block's extent, which covers that while the ray starts within two extents of the block (along that axis). For
+// u * (|D| + |w|) * |inv|, with D = grid origin - ray origin and w = grid * cell. Boxes are rounded outwards by RP_GRID_SLACK = 1/16 of a
+// cell, 1.9e-6 of the block's extent, which covers that while the ray starts within two extents of the block (along that axis). For
 // origins farther away it is within 16 u of t itself, and RP_BOX_WIDEN covers it. tests/property tries to refute this.
 #ifndef RP_BOX_CL
 #define RP_BOX_CL

@@ -60,27 +60,29 @@ static inline uint rp_portal_block(const rp_geometry* g, uint portal) { return g
 // From the reference to a block as a whole to that of its portals in the top tree.
 static inline uint rp_beneath_block(const rp_geometry* g, uint ref) { return g->portals[2u * (ref & ~RP_REF_PORTAL) + 1u].w; }
 
-// A block as traversal reads it. Offsets instead of pointers, because registers are short there.
+// A block as traversal reads it. Offsets instead of pointers, because registers are short there, and from the nodes, which it has to have at hand.
 typedef struct rp_block_view {
-    const __global uchar* base;
+    const __global uint4* nodes;
     uint leaves_at, vertices_at;
 } rp_block_view;
 
+static inline const __global uint4* rp_block_nodes(const __global uchar* base) { return (const __global uint4*)(base + sizeof(rp_block_header)); }
+static inline const __global uchar* rp_block_of_nodes(const __global uint4* nodes) { return (const __global uchar*)nodes - sizeof(rp_block_header); }
 static inline rp_block_view rp_view_block(const rp_geometry* g, uint4 page) {
     rp_block_view view;
-    view.base = rp_block_address(g, page.x);
-    view.leaves_at = page.y;
-    view.vertices_at = page.z;
+    view.nodes = rp_block_nodes(rp_block_address(g, page.x));
+    view.leaves_at = page.y - (uint)sizeof(rp_block_header);
+    view.vertices_at = page.z - (uint)sizeof(rp_block_header);
     return view;
 }
-static inline const __global uint4* rp_block_nodes(const __global uchar* base) { return (const __global uint4*)(base + sizeof(rp_block_header)); }
-// In 64 bits, which GPUs multiply and add in one instruction; an index of 32 bits would have to wrap first.
+// In 64 bits, which GPUs multiply and add at once; an index of 32 bits would have to wrap first.
 static inline const __global uint4* rp_node_at(const __global uint4* nodes, uint index) { return nodes + (ulong)index * 2u; }
-static inline const __global uchar* rp_block_of_nodes(const __global uint4* nodes) { return (const __global uchar*)nodes - sizeof(rp_block_header); }
 
 // Of a strip's leaf; of spheres: the index of the first one.
 static inline uint rp_leaf_index(uint ref) { return ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK; }
-static inline uint2 rp_leaf_record(const rp_block_view* block, uint ref) { return ((const __global uint2*)(block->base + block->leaves_at))[rp_leaf_index(ref)]; }
+static inline uint2 rp_leaf_record(const rp_block_view* block, uint ref) {
+    return ((const __global uint2*)((const __global uchar*)block->nodes + block->leaves_at))[rp_leaf_index(ref)];
+}
 // ref: of a strip's leaf, with the number of the triangle in bits 0-1.
 static inline uint rp_triangle_id(const __global uchar* block, uint ref) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;

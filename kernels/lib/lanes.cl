@@ -58,10 +58,10 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 
 #ifdef RP_PERSISTENT
 // Whether enough walks are left to go on before new rays are fetched. current: a reference as in abi/block.h.
-#define RP_GOES_ON(current) (popcount(rp_ballot((current) != RP_REF_EXIT)) >= RP_PERSISTENT)
+#define RP_GOES_ON(current) (popcount(rp_ballot((current) < RP_REF_STOPPED)) >= RP_PERSISTENT)
 #else
 #define RP_CONVERGE()
-#define RP_GOES_ON(current) ((current) != RP_REF_EXIT)
+#define RP_GOES_ON(current) ((current) < RP_REF_STOPPED)
 #endif
 
 // The loop over inner nodes: all lanes come to it together and leave it together, with RP_LEAST_INNER some of them still at inner nodes.
@@ -69,7 +69,7 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 static inline bool rp_stays_inner(uint current) {
     const uint inner = rp_ballot_inner(current);
     if (popcount(inner) >= RP_LEAST_INNER) return true;
-    return inner != 0u && rp_ballot((current & RP_REF_LEAF) && current != RP_REF_EXIT) == 0u;
+    return inner != 0u && rp_ballot((current & RP_REF_LEAF) && current < RP_REF_STOPPED) == 0u;
 }
 #define RP_WHILE_INNER(current)              \
     while (rp_stays_inner(current))          \

@@ -10,20 +10,27 @@
 
 // Woop's transform: the axis along which the ray travels farthest becomes z, and the other two are sheared so that the ray runs along it.
 typedef struct rp_shear {
-    uint axis;           // 0, 1, 2: which axis became z
-    float x, y, z;       // shear constants d.x / d.z, d.y / d.z, 1 / d.z (permuted)
+    uint axis;   // which axis became z: 0 (z), RP_AXIS_X or RP_AXIS_Y; the bits below mean nothing here
+    float x, y;  // shear constants d.x / d.z, d.y / d.z (permuted); the third, 1 / d.z, is one of the ray's reciprocals
 } rp_shear;
+// Each is told from the others by one comparison with a sign.
+#define RP_AXIS_X 0x40000000u
+#define RP_AXIS_Y 0x80000000u
 
-static inline float3 rp_permute(uint axis, float3 v) { return axis == 2u ? v : axis == 0u ? v.yzx : v.zxy; }
+// Which of the other two comes first turns the signs of all edge functions round, and nothing else.
+static inline float3 rp_permute(uint axis, float3 v) {
+    const bool is_x = as_int(axis) >= (int)RP_AXIS_X, is_y = as_int(axis) < 0;
+    return (float3)(is_x ? v.z : v.x, is_y ? v.z : v.y, is_x ? v.x : is_y ? v.y : v.z);
+}
 
 static inline rp_shear rp_make_shear(const rp_ray* ray) {
     const float3 magnitude = fabs(ray->direction);
     rp_shear s;
-    s.axis = magnitude.x >= magnitude.y && magnitude.x >= magnitude.z ? 0u : magnitude.y >= magnitude.z ? 1u : 2u;
+    s.axis = magnitude.x >= magnitude.y && magnitude.x >= magnitude.z ? RP_AXIS_X : magnitude.y >= magnitude.z ? RP_AXIS_Y : 0u;
     const float3 d = rp_permute(s.axis, ray->direction);
-    s.z = 1.0f / d.z;
-    s.x = rp_mul(d.x, s.z);
-    s.y = rp_mul(d.y, s.z);
+    const float z = rp_permute(s.axis, ray->reciprocal).z;
+    s.x = rp_mul(d.x, z);
+    s.y = rp_mul(d.y, z);
     return s;
 }
 
@@ -81,11 +88,12 @@ static inline float rp_hit_triangle(const rp_ray* ray, const rp_shear* s, const 
     }
     const float determinant = rp_sum3(u, v, w);
     if (determinant == 0.0f) return -1.0f;
-    const float az = rp_mul(a->relative.z, s->z), bz = rp_mul(b->relative.z, s->z), cz = rp_mul(c->relative.z, s->z);
+    const float3 reciprocal = rp_permute(s->axis, ray->reciprocal);
+    const float az = rp_mul(a->relative.z, reciprocal.z), bz = rp_mul(b->relative.z, reciprocal.z), cz = rp_mul(c->relative.z, reciprocal.z);
     const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
     if (!(t > 0.0f)) return -1.0f;
     const float3 lower = fmin(fmin(a->relative, b->relative), c->relative), upper = fmax(fmax(a->relative, b->relative), c->relative);
-    return rp_not_before(t, lower, upper, rp_permute(s->axis, ray->reciprocal));
+    return rp_not_before(t, lower, upper, reciprocal);
 }
 
 // Distance of the nearest hit in front of the origin, or -1. Haines, Guenther, Akenine-Moeller 2019, "Precision Improvements for

@@ -63,9 +63,10 @@ static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint3 corners = rp_strip_corners(ref);
     const uint offset[3] = {rp_vertex_offset(leaf, corners.x), rp_vertex_offset(leaf, corners.y), rp_vertex_offset(leaf, corners.z)};
-    const __global float* cluster = rp_cluster(block, leaf);
-    const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
-    const __global uint* normals = (const __global uint*)(block->base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+    const __global float* cluster = rp_vertices(block) + rp_cluster(leaf);
+    const __global uchar* const base = rp_block_of_nodes(block->nodes);
+    const uint normals_at = ((const __global rp_block_header*)base)->normals_at;
+    const __global uint* normals = (const __global uint*)(base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
     rp_triangle triangle;
     for (uint i = 0u; i < 3u; i++) {
         triangle.corner[i] = rp_load3(cluster + offset[i]);
@@ -99,7 +100,7 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint3 corners = rp_strip_corners(ref);
     uint3 offset = (uint3)(rp_vertex_offset(leaf, corners.x), rp_vertex_offset(leaf, corners.y), rp_vertex_offset(leaf, corners.z));
-    const __global float* cluster = rp_cluster(block, leaf);
+    const __global float* cluster = rp_vertices(block) + rp_cluster(leaf);
     float3 a = rp_load3(cluster + offset.x), b = rp_load3(cluster + offset.y), c = rp_load3(cluster + offset.z);
     // Begin with the first vertex by position, so that the arithmetic below does not depend on how the strip lists them.
     for (int turn = 0; turn < 2 && (rp_comes_before(b, a) || rp_comes_before(c, a)); turn++) {
@@ -120,9 +121,10 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     s.geometric_normal = rp_encode_normal(rp_cross(rp_normalized(e1), rp_normalized(e2)));
     s.shading_normal = s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
-    const uint normals_at = ((const __global rp_block_header*)block->base)->normals_at;
+    const __global uchar* const base = rp_block_of_nodes(block->nodes);
+    const uint normals_at = ((const __global rp_block_header*)base)->normals_at;
     if (normals_at != 0u) {
-        const __global uint* normals = (const __global uint*)(block->base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+        const __global uint* normals = (const __global uint*)(base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
         const uint na = normals[offset.x / 3u], nb = normals[offset.y / 3u], nc = normals[offset.z / 3u];
         if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
             const float3 n = rp_sum(rp_sum(rp_scaled(1.0f - bb - bc, rp_decode_normal(na)), rp_scaled(bb, rp_decode_normal(nb))),
@@ -148,7 +150,13 @@ static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint
 
 static inline rp_surface rp_hit_surface(const rp_geometry* g, const rp_ray* ray, const rp_hit* hit) {
     const rp_block_view block = rp_view_block(g, g->pages[hit->found_in]);
-    return hit->ref & RP_LEAF_SPHERES ? rp_sphere_surface(ray, rp_spheres(block.base)[rp_leaf_index(hit->ref)], hit->ref, hit->t) : rp_triangle_surface(ray, &block, hit->ref);
+#ifndef RP_ONLY_TRIANGLES
+    if (hit->what & RP_LEAF_SPHERES) {
+        const uint4 sphere = rp_spheres(rp_block_of_nodes(block.nodes))[rp_leaf_index(hit->what)];
+        return rp_sphere_surface(ray, sphere, hit->what, hit->t);
+    }
+#endif
+    return rp_triangle_surface(ray, &block, hit->what);
 }
 
 #endif

@@ -16,7 +16,9 @@
 // The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: lanes that stand at
 // different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
 // (bench/results.md).
+#undef RP_STACK_CLEAR
 #undef RP_STACK_PUT
+#undef RP_STACK_DROP
 #undef RP_STACK_GET
 #undef RP_BLOCK_IS_OPENED
 // Whether a ray that comes to a block looks at its portals one by one in the top tree. A recorded one always does: the log is of portals.
@@ -26,16 +28,20 @@
 #define RP_BLOCK_IS_OPENED(page) ((page).x == RP_NONE)
 #endif
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
+#define RP_STACK_CLEAR() w->depth = 0u
 #define RP_STACK_PUT(entry)                                                            \
     do {                                                                               \
         if (w->depth < RP_SHARED_STACK) w->shared[w->depth * RP_GROUP_SIZE] = (entry); \
         else stack[w->depth] = (entry);                                                \
         w->depth++;                                                                    \
     } while (0)
+#define RP_STACK_DROP() w->depth--
 #define RP_STACK_GET() (w->depth < RP_SHARED_STACK ? w->shared[w->depth * RP_GROUP_SIZE] : stack[w->depth])
 #else
-#define RP_STACK_PUT(entry) stack[w->depth++] = (entry)
-#define RP_STACK_GET() stack[w->depth]
+#define RP_STACK_CLEAR() w->top = stack
+#define RP_STACK_PUT(entry) *w->top++ = (entry)
+#define RP_STACK_DROP() w->top--
+#define RP_STACK_GET() (*w->top)
 #endif
 
 #if RP_ANY_HIT
@@ -43,12 +49,13 @@
 #define RP_BEGIN rp_begin_any
 #define RP_RUN rp_run_any
 #define RP_TO_TOP rp_any_to_top
+#define RP_STOPPED_AT rp_any_portal
 #define RP_STEP rp_any_step
 #define RP_STACK_ENTRY uint
 #define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
 #define RP_POP()                     \
     do {                             \
-        w->depth--;                  \
+        RP_STACK_DROP();             \
         w->current = RP_STACK_GET(); \
     } while (0)
 #define RP_END w->t_max
@@ -57,6 +64,7 @@
 #define RP_BEGIN rp_begin_closest
 #define RP_RUN rp_run_closest
 #define RP_TO_TOP rp_closest_to_top
+#define RP_STOPPED_AT rp_closest_portal
 #define RP_STEP rp_closest_step
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
@@ -64,33 +72,40 @@
 // The entry is read twice: with a copy of it kept, what Mesa's llvmpipe 22.3 compiled crashed.
 #define RP_POP()                       \
     do {                               \
-        --w->depth;                    \
+        RP_STACK_DROP();               \
         w->current = RP_STACK_GET().x; \
     } while (as_float(RP_STACK_GET().y) > w->far)
 #define RP_END w->best.t
 #endif
 
-// A ray on its way. It has ended when current is RP_REF_EXIT.
+#ifndef RP_WALK_WAITS
+// What a walk has to remember shares a word with the axis of its shear, since registers are short.
+#define RP_WALK_WAITS 1u    // it is entering the block that it waited for
+#define RP_WALK_SERVED 2u   // a hit was found in the block that it had waited for
+#define RP_WALK_IN_VAIN 4u  // none was
+#endif
+
+// A ray on its way. It has ended when current is RP_REF_EXIT, or RP_REF_STOPPED where it has to wait.
 typedef struct RP_WALK {
     rp_ray ray;
     rp_shear shear;
     rp_frame frame;
-    const __global uint4* nodes;  // of the block, or of the top tree
-    uint leaves_at, vertices_at;  // in the block
-    uint current, depth;
-    float far;    // where the walk ends, times RP_BOX_WIDEN
-    uint portal;  // at the end: the portal to wait at, or RP_NONE if the walk is complete
+    // The block in which it is; of the top tree there are only nodes. Of a walk that has stopped, leaves_at is the portal.
+    rp_block_view block;
+    uint current;
+    float far;  // where the walk ends, times RP_BOX_WIDEN
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
+    uint depth;
     __local RP_STACK_ENTRY* shared;  // this work-item's column of the stack, set by the kernel
+#else
+    RP_STACK_ENTRY* top;  // where the next entry goes: NVIDIA's compiler makes two instructions less of it than of a depth
 #endif
 #if RP_ANY_HIT
     float t_max;
-    bool hit;  // then portal is RP_NONE
+    bool hit;
 #else
     rp_hit best;
     uint block_index;
-    uint waits;   // 1: entering the block that it waited for
-    uint served;  // 1: a hit was found in the block that it had waited for, 2: none
 #endif
 #ifdef RP_RECORD
     rp_visit_log visits;
@@ -101,22 +116,23 @@ static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
     const float3 origin = (float3)(g->top_grid->origin[0], g->top_grid->origin[1], g->top_grid->origin[2]);
     const float3 cell = (float3)(g->top_grid->cell[0], g->top_grid->cell[1], g->top_grid->cell[2]);
     w->frame = rp_make_frame(&w->ray, origin, cell);
-    w->nodes = g->top_nodes;
+    w->block.nodes = g->top_nodes;
 }
+
+// At the end: the portal to wait at, or RP_NONE if the walk is complete.
+static inline uint RP_STOPPED_AT(const RP_WALK* w) { return w->current == RP_REF_STOPPED ? w->block.leaves_at : RP_NONE; }
 
 // Puts the walk at portal `start`, or at the beginning (RP_NONE). REQUIRES: ray, and t_max or best, are set.
 static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
     w->shear = rp_make_shear(&w->ray);
     RP_TO_TOP(g, w);
     w->current = g->top_grid->root;
-    w->depth = 0u;
+    RP_STACK_CLEAR();
     w->far = RP_END * RP_BOX_WIDEN;
-    w->portal = RP_NONE;
 #if RP_ANY_HIT
     w->hit = false;
 #else
-    w->waits = start != RP_NONE;
-    w->served = 0u;
+    if (start != RP_NONE) w->shear.axis |= RP_WALK_WAITS;
     w->block_index = RP_NONE;
 #endif
     RP_PUSH(RP_REF_EXIT, -1.0f);
@@ -130,7 +146,7 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #endif
         // A block as a whole: this portal is the first of it that the ray has come to, or it would have stopped there.
         if (w->current >= RP_REF_PORTAL) break;
-        const __global uint4* const node = rp_node_at(w->nodes, w->current);
+        const __global uint4* const node = rp_node_at(w->block.nodes, w->current);
         const uint4 child0 = node[0], child1 = node[1];
         const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
         const uint taken = (uint)(path >> level) & 1u;
@@ -148,7 +164,7 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 
 // From an inner node to one of its children, or to what comes next on the stack.
 static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
-    const __global uint4* const node = rp_node_at(w->nodes, w->current);
+    const __global uint4* const node = rp_node_at(w->block.nodes, w->current);
     const uint4 child0 = node[0], child1 = node[1];
     const float entry0 = rp_box_entry(child0, &w->ray, &w->frame), entry1 = rp_box_entry(child1, &w->ray, &w->frame);
     const bool hit0 = rp_box_is_met(entry0, rp_box_exit(child0, &w->ray, &w->frame, w->far));
@@ -185,14 +201,13 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
         }
         RP_CONVERGE();
         if (RP_AT_LEAF(w->current)) {
-            const rp_block_view block = {rp_block_of_nodes(w->nodes), w->leaves_at, w->vertices_at};
 #if RP_ANY_HIT
-            if (rp_leaf_any(&w->ray, &w->shear, &block, w->current, w->t_max)) {
+            if (rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, w->t_max)) {
                 w->hit = true;
 #ifdef RP_RECORD
                 if (w->visits.on) {
                     // The log marks all blocks on the way that stop the ray, up to an absent one: goes on behind this portal.
-                    rp_visit_stop(&w->visits, ((const __global rp_block_header*)block.base)->block_index);
+                    rp_visit_stop(&w->visits, ((const __global rp_block_header*)rp_block_of_nodes(w->block.nodes))->block_index);
                     do RP_POP();
                     while (w->current != RP_REF_RETURN);
                     continue;
@@ -203,7 +218,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
                 RP_POP();
             }
 #else
-            rp_leaf_closest(g, &w->ray, &w->shear, &block, w->block_index, w->current, &w->best);
+            rp_leaf_closest(g, &w->ray, &w->shear, &w->block, w->block_index, w->current, &w->best);
             w->far = RP_END * RP_BOX_WIDEN;
             RP_POP();
 #endif
@@ -212,8 +227,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
         if (w->current == RP_REF_RETURN) {
             RP_TO_TOP(g, w);
 #if !RP_ANY_HIT
-            if (w->waits) w->served = w->best.found_in != RP_NONE ? 1u : 2u;
-            w->waits = 0u;
+            if (w->shear.axis & RP_WALK_WAITS) w->shear.axis ^= RP_WALK_WAITS | (w->best.found_in != RP_NONE ? RP_WALK_SERVED : RP_WALK_IN_VAIN);
 #endif
             RP_POP();
         }
@@ -230,8 +244,8 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
                 continue;
             }
             if (page.x == RP_NONE) {
-                w->portal = portal;
-                w->current = RP_REF_EXIT;
+                w->block.leaves_at = portal;
+                w->current = RP_REF_STOPPED;
                 continue;
             }
 #if !RP_ANY_HIT
@@ -242,23 +256,21 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             if (!w->hit)  // what it tests beyond its end is not used
 #else
             if (!rp_visit_add(&w->visits, RP_VISIT_ENTER, a.w)) {
-                w->portal = portal;
-                w->current = RP_REF_EXIT;
+                w->block.leaves_at = portal;
+                w->current = RP_REF_STOPPED;
                 return;
             }
 #endif
 #endif
             if (g->used[a.w] != round) g->used[a.w] = round;
-            w->nodes = rp_block_nodes(rp_block_address(g, page.x));
-            w->leaves_at = page.y;
-            w->vertices_at = page.z;
+            w->block = rp_view_block(g, page);
             w->frame = rp_make_frame(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
             RP_PUSH(RP_REF_RETURN, -1.0f);
             w->current = whole ? 0u : b.w;
         }
     } while (RP_GOES_ON(w->current));
 #if defined(RP_RECORD) && RP_ANY_HIT
-    if (w->hit) w->portal = RP_NONE;
+    if (w->hit) w->current = RP_REF_EXIT;
 #endif
 }
 
@@ -266,6 +278,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #undef RP_BEGIN
 #undef RP_RUN
 #undef RP_TO_TOP
+#undef RP_STOPPED_AT
 #undef RP_STEP
 #undef RP_STACK_ENTRY
 #undef RP_PUSH

@@ -42,9 +42,10 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
-    if (walk.portal != RP_NONE) {
-        rp_set_portal(slot, walk.portal, slot_count, paths);
-        rp_wait_for(slot, rp_portal_block(geometry, walk.portal), RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS), slot_count, status, wants);
+    const uint portal = rp_any_portal(&walk);
+    if (portal != RP_NONE) {
+        rp_set_portal(slot, portal, slot_count, paths);
+        rp_wait_for(slot, rp_portal_block(geometry, portal), RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS), slot_count, status, wants);
     } else {
         rp_end_shadow_ray(slot, state, walk.hit, slot_count, status, paths, film);
     }

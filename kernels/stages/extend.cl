@@ -15,12 +15,11 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
     uint3 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).xyz;
     uint portal = RP_NONE;
     walk->best.t = INFINITY;
-    walk->best.primitive = RP_NONE;
-    walk->best.ref = 0u;
+    walk->best.what = RP_NONE;
     walk->best.found_in = RP_NONE;
     if ((state & RP_STATUS_MASK) == RP_STATUS_EXTEND_WAITS) {
         walk->best.t = as_float(origin.w);
-        walk->best.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w;
+        walk->best.what = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w;
         portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
     } else if (state & RP_STATUS_CONNECTED) {
         direction = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).xyz;
@@ -53,16 +52,16 @@ static inline void rp_settle(uint slot_count, uint slot, uint state, __global ui
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand, uint slot_count,
                                uint slot, __global uint* status, __global uint4* paths, uint* mine) {
     const rp_hit* hit = &walk->best;
-    const uint state = status[slot];
-    mine[0] += walk->served != 0u;
-    mine[1] += walk->served == 2u;
+    const uint state = status[slot], portal = rp_closest_portal(walk);
+    mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
+    mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
 #ifdef RP_SHORT_STATES
-    if (walk->portal == RP_NONE) {
+    if (portal == RP_NONE) {
         // Shading, which comes next, finds the surface: there all lanes do so at once.
         if (hit->found_in != RP_NONE) {
             const uint plane = state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
             __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot_count, slot);
-            found[0] = hit->ref;
+            found[0] = hit->what;
             found[1] = hit->found_in;
             found[2] = as_uint(hit->t);
         }
@@ -73,24 +72,27 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         uint offset_exponent = rp_state_offset(state);
         rp_settle(slot_count, slot, state, paths);
         if (hit->found_in != RP_NONE) {
-            const rp_surface s = rp_hit_surface(geometry, &walk->ray, hit);
+            // Read again, so that no register keeps it along the walk.
+            rp_ray ray = walk->ray;
+            ray.direction = as_float3(RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).xyz);
+            const rp_surface s = rp_hit_surface(geometry, &ray, hit);
             offset_exponent = s.offset_exponent;
             RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(hit->t);
             RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, hit));
             const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;
-            RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, walk->portal);
+            RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(s.geometric_normal, s.shading_normal, sample, portal);
         } else {
-            rp_set_portal(slot, walk->portal, slot_count, paths);
+            rp_set_portal(slot, portal, slot_count, paths);
         }
         const uint offset = offset_exponent << RP_STATUS_OFFSET_SHIFT;
-        if (walk->portal == RP_NONE)
+        if (portal == RP_NONE)
             status[slot] = RP_STATUS_SHADE | offset;
         else
-            rp_wait_for(slot, rp_portal_block(geometry, walk->portal), RP_STATUS_EXTEND_WAITS | offset, slot_count, status,
+            rp_wait_for(slot, rp_portal_block(geometry, portal), RP_STATUS_EXTEND_WAITS | offset, slot_count, status,
                         demand + RP_DEMAND_WANTS * block_count);
     }
 #ifdef RP_COUNT_BOUNCES
-    if (walk->portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
+    if (portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
 #endif
 }
 
@@ -114,7 +116,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     uint slot = 0u;
     walk.current = RP_REF_EXIT;
     for (;;) {
-        const bool ended = walk.current == RP_REF_EXIT;
+        const bool ended = walk.current >= RP_REF_STOPPED;
         if (ended && under_way) {
             rp_put_down(&geometry, &walk, block_count, demand, slot_count, slot, status, paths, mine);
             under_way = false;

@@ -26,8 +26,7 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     rp_closest_walk walk;
     walk.ray = rp_make_ray(origin.xyz, direction.xyz);
     walk.best.t = origin.w;
-    walk.best.primitive = RP_NONE;
-    walk.best.ref = 0u;
+    walk.best.what = RP_NONE;
     walk.best.found_in = RP_NONE;
     rp_begin_closest(&geometry, &walk, stack, RP_NONE);
     rp_run_closest(&geometry, &walk, stack, 1u);
@@ -45,7 +44,7 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     }
     const uint primitive = rp_hit_primitive(&geometry, &walk.best);
     results[2u * i] = (uint4)(as_uint(primitive == RP_NONE ? INFINITY : walk.best.t), primitive, normal, any.hit ? 1u : 0u);
-    results[2u * i + 1u] = (uint4)(position, walk.portal);
+    results[2u * i + 1u] = (uint4)(position, rp_closest_portal(&walk));
 }
 
 __kernel void rp_struct_sizes(__global uint* sizes) {

@@ -67,7 +67,7 @@ static inline void rp_unfold(const rp_geometry* geometry, rp_arrival_planes* p, 
     }
     if (!(*state & RP_STATUS_FOUND)) return;
     const rp_ray ray = rp_make_ray(as_float3(p->origin.xyz), as_float3(p->direction.xyz));
-    const rp_hit hit = {as_float(found.z), RP_NONE, found.x, found.y};
+    const rp_hit hit = {as_float(found.z), found.x, found.y};
     const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
     p->origin.w = found.z;
     p->hit = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, &hit));

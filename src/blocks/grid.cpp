@@ -10,7 +10,7 @@ namespace {
 
 // The cell must not be too small beside the coordinates, for two reasons. The origin is rounded to a float: that moves the grid by up
 // to 2^-24 |origin|, which must stay within the margins; and a kernel's own roundings are of that size too. With an extent of at least
-// 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 6 cells of RP_GRID_SPAN, and a cell is still
+// 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 2 cells of RP_GRID_SPAN, and a cell is still
 // a sixth of the distance between neighbouring floats, so that boxes lose nothing.
 constexpr double least_extent_of_coordinate = 0x1p-10;
 // For a ray that runs along a plane, 1 / direction is capped at 1e18 (kernels/lib/arithmetic.cl): a flat box must still be so thick that
@@ -23,17 +23,17 @@ constexpr double own_slack = RP_GRID_SLACK + 1e-6;
 
 uint32_t round_down(double x) {
     RAYPAGER_CHECK(x >= RP_GRID_MIN && x <= RP_GRID_MAX);
-    return static_cast<uint32_t>(x < 65536 ? std::floor(x) - 32768 : std::floor(x / 2));
+    return static_cast<uint32_t>(std::floor(2 * (x - RP_GRID_MIN)));
 }
 
 uint32_t round_up(double x) {
     RAYPAGER_CHECK(x >= RP_GRID_MIN && x <= RP_GRID_MAX);
-    return static_cast<uint32_t>(x <= 65535 ? std::ceil(x) - 32768 : std::ceil(x / 2));
+    return static_cast<uint32_t>(std::ceil(2 * (x - RP_GRID_MIN)));
 }
 
 }  // namespace
 
-double grid_value(uint32_t q) { return std::bit_cast<float>(0x47000000u | q << 8); }
+double grid_value(uint32_t q) { return std::bit_cast<float>(0x47000000u | q << 7); }
 
 Grid make_grid(const Box& bounds) {
     RAYPAGER_CHECK(!bounds.empty());

@@ -180,7 +180,8 @@ public:
 
 private:
     Device() = default;
-    bool lanes_can_vote() const;
+    // NVIDIA's since Volta: lanes of a vector before it that had gone different ways could not meet in a vote.
+    bool is_volta() const;
     bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
     Status refused(uint64_t bytes, std::string_view what, cl_int code);
     Result<cl::Program> program(const std::string& stage, const std::string& definitions);

@@ -87,6 +87,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
     if (suits_streams(device.info())) result.surfaces_ = "-DRP_SURFACE_LANES ";
+    if (scene.spheres == 0) result.surfaces_ += "-DRP_ONLY_TRIANGLES ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);

@@ -192,7 +192,7 @@ Status Wavefront::build_kernels() {
         return traced.status();
     };
     RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, states + (persistent_ ? device_.camera_definitions() : "")));
-    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", bounce_registers, states + device_.bounce_definitions()));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", closest_hit_registers, states + device_.bounce_definitions()));
     RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
     if (as_on_cpus()) return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
     return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);

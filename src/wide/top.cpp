@@ -1,11 +1,11 @@
 #include "wide/top.hpp"
 
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 
 #include "base/check.hpp"
+#include "blocks/grid.hpp"
 #include "wide/node.hpp"
 #include "wide/tree_writer.hpp"
 
@@ -25,7 +25,7 @@ Box world_box(const rp_top_grid& grid, const rp_child& child) {
     Box box;
     const rp_u32 words[3] = {child.x, child.y, child.z};
     const auto place = [&](int axis, rp_u32 q) {
-        return double(grid.origin[axis]) + double(grid.cell[axis]) * double(std::bit_cast<float>(0x47000000u | q << 8));
+        return double(grid.origin[axis]) + double(grid.cell[axis]) * grid_value(q);
     };
     constexpr float inf = std::numeric_limits<float>::infinity();
     for (int a = 0; a < 3; a++) {
