@@ -48,12 +48,14 @@ static inline rp_sheared rp_shear_vertex(const rp_ray* ray, const rp_shear* s, f
     return v;
 }
 
-// Lifts t to where the ray enters the bounds [low, high] (relative to its origin, permuted): a computed distance may fall short of the
-// primitive's own bounds by rounding, and then it would depend on the order of visits whether a nearer hit had hidden it.
-static inline float rp_not_before(float t, float3 low, float3 high, float3 reciprocal) {
+// A hit at distance t of a primitive with the bounds [low, high] (relative to the ray's origin, permuted) counts only where boxes around these
+// cannot hide it: or it would depend on the boxes, and on the order of visits, what is hit. t is wrong by rounding, on long thin triangles by much
+// more than positions are. So it is lifted to where the ray enters the bounds, and if these end behind the ray's origin, there is no hit: -1.
+static inline float rp_in_bounds(float t, float3 low, float3 high, float3 reciprocal) {
     const float3 a = low * reciprocal, b = high * reciprocal;
     const float entry = rp_max(rp_max(rp_min(a.x, b.x), rp_min(a.y, b.y)), rp_min(a.z, b.z));
     const float leave = rp_min(rp_min(rp_max(a.x, b.x), rp_max(a.y, b.y)), rp_max(a.z, b.z));
+    if (!(leave > 0.0f)) return -1.0f;
     return entry <= leave ? rp_max(t, entry) : t;
 }
 
@@ -93,7 +95,7 @@ static inline float rp_hit_triangle(const rp_ray* ray, const rp_shear* s, const 
     const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
     if (!(t > 0.0f)) return -1.0f;
     const float3 lower = fmin(fmin(a->relative, b->relative), c->relative), upper = fmax(fmax(a->relative, b->relative), c->relative);
-    return rp_not_before(t, lower, upper, reciprocal);
+    return rp_in_bounds(t, lower, upper, reciprocal);
 }
 
 // Distance of the nearest hit in front of the origin, or -1. Haines, Guenther, Akenine-Moeller 2019, "Precision Improvements for
@@ -109,7 +111,7 @@ static inline float rp_hit_sphere(const rp_ray* ray, float4 sphere) {
     const float first = rp_min(t0, t1), second = rp_max(t0, t1);
     const float t = first > 0.0f ? first : second;
     if (!(t > 0.0f)) return -1.0f;
-    return rp_not_before(t, -radius - f, radius - f, ray->reciprocal);
+    return rp_in_bounds(t, -radius - f, radius - f, ray->reciprocal);
 }
 
 #endif

@@ -56,14 +56,13 @@ static inline uint RP_NAME(rp_distance_)(const RP_NAME(rp_edges_) * edges, const
     const RP_FLOATS determinant = RP_NAME(rp_sum3_)(edges->u, edges->v, edges->w);
     const RP_FLOATS az = a->z * shear_z, bz = b->z * shear_z, cz = c->z * shear_z;
     const RP_FLOATS t = RP_NAME(rp_sum3_)(edges->u * az, edges->v * bz, edges->w * cz) / determinant;
-    const uint hit = inside & RP_NAME(rp_mask)((determinant != 0.0f) & (t > 0.0f));
-    // Not before the primitive's own bounds: rp_not_before.
+    // In the triangle's own bounds: rp_in_bounds.
     RP_FLOATS entry = (RP_FLOATS)(-INFINITY), leave = (RP_FLOATS)(INFINITY);
     RP_NAME(rp_clip_)(rp_min(rp_min(a->x, b->x), c->x), rp_max(rp_max(a->x, b->x), c->x), inverse_x, &entry, &leave);
     RP_NAME(rp_clip_)(rp_min(rp_min(a->y, b->y), c->y), rp_max(rp_max(a->y, b->y), c->y), inverse_y, &entry, &leave);
     RP_NAME(rp_clip_)(rp_min(rp_min(a->z, b->z), c->z), rp_max(rp_max(a->z, b->z), c->z), inverse_z, &entry, &leave);
     *distance = entry <= leave ? rp_max(t, entry) : t;
-    return hit;
+    return inside & RP_NAME(rp_mask)((determinant != 0.0f) & (t > 0.0f) & (leave > 0.0f));
 }
 
 #include "lib/end_lanes.cl"

@@ -81,6 +81,8 @@ static inline ulong rp_of_kind(ulong kinds, uint kind) {
     const ulong ones = 0x1111111111111111ul, other = kinds ^ ones * kind;
     return ~(other | other >> 1 | other >> 2) & ones;
 }
+// Which of the sixteen the lowest bit stands for.
+static inline uint rp_lowest_slot(ulong bits) { return (uint)popcount((bits & -bits) - 1ul) / 4u; }
 static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
 
 // Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together, RP_FILLED_TOGETHER
@@ -151,13 +153,14 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
     for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
         if (k * RP_WAKE_GROUP + lane >= awake_count) continue;
         const uint first = RP_NAP * awake[k * RP_WAKE_GROUP + lane];
-        for (uint i = 0u; i < RP_NAP; i++) {
-            const uint kind = (uint)(kinds[k] >> (4u * i)) & 15u;
-            if (kind == RP_KIND_FIRST_EXTEND) queue[first_extend++] = first + i;
-            if (kind == RP_KIND_EXTEND) queue[extend++] = first + i;
-            if (kind == RP_KIND_FIRST_SHADOW) queue[slot_count - 1u - first_shadow++] = first + i;
-            if (kind == RP_KIND_SHADOW) queue[slot_count - 1u - shadow++] = first + i;
-            if (kind == RP_KIND_FREE) free_list[free++] = first + i;
-        }
+        // Kind by kind, as most slots that are looked at wait when little is resident.
+#define RP_LIST(kind, place) \
+    for (ulong left = rp_of_kind(kinds[k], kind); left != 0ul; left &= left - 1ul) place = first + rp_lowest_slot(left)
+        RP_LIST(RP_KIND_FIRST_EXTEND, queue[first_extend++]);
+        RP_LIST(RP_KIND_EXTEND, queue[extend++]);
+        RP_LIST(RP_KIND_FIRST_SHADOW, queue[slot_count - 1u - first_shadow++]);
+        RP_LIST(RP_KIND_SHADOW, queue[slot_count - 1u - shadow++]);
+        RP_LIST(RP_KIND_FREE, free_list[free++]);
+#undef RP_LIST
     }
 }
