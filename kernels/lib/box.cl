@@ -4,7 +4,8 @@
 // Why: a plane lies at t = fma(grid, cell * inv, (grid origin - ray origin) * inv). In float arithmetic (u = 2^-24), t is wrong by a few
 // u * (|D| + |w|) * |inv|, with D = grid origin - ray origin and w = grid * cell. Boxes are rounded outwards by RP_GRID_SLACK = 1/16 of a
 // cell, 1.9e-6 of the block's extent, which covers that while the ray starts within two extents of the block (along that axis). For
-// origins farther away it is within 16 u of t itself, and RP_BOX_WIDEN covers it. tests/property tries to refute this.
+// origins farther away it is within 16 u of t itself, and RP_BOX_WIDEN covers it. What a primitive's test accepts beside its bounds, some 2^-23 of
+// its length at most, is covered on all axes, since none of a grid is shorter than an eighth of another. tests/property tries to refute this.
 #ifndef RP_BOX_CL
 #define RP_BOX_CL
 

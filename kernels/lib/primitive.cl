@@ -13,7 +13,7 @@ typedef struct rp_shear {
     uint axis;   // which axis became z: 0 (z), RP_AXIS_X or RP_AXIS_Y; the bits below mean nothing here
     float x, y;  // shear constants d.x / d.z, d.y / d.z (permuted); the third, 1 / d.z, is one of the ray's reciprocals
 } rp_shear;
-// Each is told from the others by one comparison with a sign.
+// Each is told from the others by one comparison of signed numbers.
 #define RP_AXIS_X 0x40000000u
 #define RP_AXIS_Y 0x80000000u
 
@@ -48,15 +48,17 @@ static inline rp_sheared rp_shear_vertex(const rp_ray* ray, const rp_shear* s, f
     return v;
 }
 
-// A hit at distance t of a primitive with the bounds [low, high] (relative to the ray's origin, permuted) counts only where boxes around these
-// cannot hide it: or it would depend on the boxes, and on the order of visits, what is hit. t is wrong by rounding, on long thin triangles by much
-// more than positions are. So it is lifted to where the ray enters the bounds, and if these end behind the ray's origin, there is no hit: -1.
+// The distance of a hit on a primitive with the bounds [low, high] (relative to the ray's origin, permuted), or -1 if they say that it is none. t
+// is wrong by rounding, on long thin triangles by much more than positions are. It is moved to where the ray is within the bounds: or boxes
+// around them would decide, by the order of visits, what is hit, and rays would pass through faces that they begin before. Bounds that end
+// behind the origin are not hit at all, which boxes around them may have seen or not.
 static inline float rp_in_bounds(float t, float3 low, float3 high, float3 reciprocal) {
     const float3 a = low * reciprocal, b = high * reciprocal;
     const float entry = rp_max(rp_max(rp_min(a.x, b.x), rp_min(a.y, b.y)), rp_min(a.z, b.z));
     const float leave = rp_min(rp_min(rp_max(a.x, b.x), rp_max(a.y, b.y)), rp_max(a.z, b.z));
-    if (!(leave > 0.0f)) return -1.0f;
-    return entry <= leave ? rp_max(t, entry) : t;
+    // By rounding a ray may miss the bounds of what it hits: then they end before they begin.
+    const float moved = rp_min(rp_max(t, rp_min(entry, leave)), rp_max(entry, leave));
+    return leave > 0.0f && moved > 0.0f && t == t ? moved : -1.0f;
 }
 
 // a * b - c * d, the area on one side of an edge: 0, or of the right sign.
@@ -93,7 +95,6 @@ static inline float rp_hit_triangle(const rp_ray* ray, const rp_shear* s, const 
     const float3 reciprocal = rp_permute(s->axis, ray->reciprocal);
     const float az = rp_mul(a->relative.z, reciprocal.z), bz = rp_mul(b->relative.z, reciprocal.z), cz = rp_mul(c->relative.z, reciprocal.z);
     const float t = rp_sum3(rp_mul(u, az), rp_mul(v, bz), rp_mul(w, cz)) / determinant;
-    if (!(t > 0.0f)) return -1.0f;
     const float3 lower = fmin(fmin(a->relative, b->relative), c->relative), upper = fmax(fmax(a->relative, b->relative), c->relative);
     return rp_in_bounds(t, lower, upper, reciprocal);
 }

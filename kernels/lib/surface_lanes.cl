@@ -3,7 +3,7 @@
 #include "lib/begin_lanes.cl"
 #include "lib/vector_lanes.cl"
 
-// rp_permute.
+// The axis along which the ray travels farthest last, the others in cyclic order.
 static inline RP_NAME(rp_vector_) RP_NAME(rp_permute_)(RP_INTS axis, RP_NAME(rp_vector_) v) {
     RP_NAME(rp_vector_) r;
     r.x = axis == 2 ? v.x : (axis == 0 ? v.y : v.z);

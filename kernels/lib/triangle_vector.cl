@@ -1,4 +1,5 @@
-// The triangle test of primitive.cl on RP_LANES lanes, operation by operation the same, so that the results are the same to the bit.
+// The triangle test of primitive.cl on RP_LANES lanes, operation by operation the same, so that the results are the same to the bit. (Only the
+// first two axes may be the other way round, which turns the signs of all edge functions and of their sums round.)
 // Included once for each number of lanes: one ray against eight triangles, or sixteen rays against one.
 #include "lib/begin_lanes.cl"
 
@@ -61,8 +62,9 @@ static inline uint RP_NAME(rp_distance_)(const RP_NAME(rp_edges_) * edges, const
     RP_NAME(rp_clip_)(rp_min(rp_min(a->x, b->x), c->x), rp_max(rp_max(a->x, b->x), c->x), inverse_x, &entry, &leave);
     RP_NAME(rp_clip_)(rp_min(rp_min(a->y, b->y), c->y), rp_max(rp_max(a->y, b->y), c->y), inverse_y, &entry, &leave);
     RP_NAME(rp_clip_)(rp_min(rp_min(a->z, b->z), c->z), rp_max(rp_max(a->z, b->z), c->z), inverse_z, &entry, &leave);
-    *distance = entry <= leave ? rp_max(t, entry) : t;
-    return inside & RP_NAME(rp_mask)((determinant != 0.0f) & (t > 0.0f) & (leave > 0.0f));
+    const RP_FLOATS moved = rp_min(rp_max(t, rp_min(entry, leave)), rp_max(entry, leave));
+    *distance = moved;
+    return inside & RP_NAME(rp_mask)((determinant != 0.0f) & (t == t) & (leave > 0.0f) & (moved > 0.0f));
 }
 
 #include "lib/end_lanes.cl"

@@ -52,7 +52,8 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
         {tracer->extend_, "extend", closest_hit_registers, states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
         {tracer->extend_surfaces_, "extend", closest_hit_registers, ""},
         {tracer->connect_, "connect", any_hit_registers, ""}};
-    if (tracer->persistent_) parts.push_back({tracer->extend_bounces_, "extend", closest_hit_registers, states + tracer->device_->bounce_definitions()});
+    if (tracer->persistent_)
+        parts.push_back({tracer->extend_bounces_, "extend", closest_hit_registers, states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
         auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.registers, part.definitions);
         if (!kernel) return kernel.status();

@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // Counts up whenever the same scene would be baked into other bytes.
-constexpr uint32_t baker_version = 5;
+constexpr uint32_t baker_version = 6;
 
 class Fingerprint {
 public:

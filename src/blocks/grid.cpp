@@ -1,6 +1,5 @@
 #include "blocks/grid.hpp"
 
-#include <bit>
 #include <cmath>
 
 #include "base/check.hpp"
@@ -10,12 +9,15 @@ namespace {
 
 // The cell must not be too small beside the coordinates, for two reasons. The origin is rounded to a float: that moves the grid by up
 // to 2^-24 |origin|, which must stay within the margins; and a kernel's own roundings are of that size too. With an extent of at least
-// 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 2 cells of RP_GRID_SPAN, and a cell is still
-// a sixth of the distance between neighbouring floats, so that boxes lose nothing.
+// 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 2 cells of RP_GRID_SPAN, and a step of the
+// grid, half a cell, is still a quarter of the distance between neighbouring floats, so that boxes lose nothing.
 constexpr double least_extent_of_coordinate = 0x1p-10;
 // For a ray that runs along a plane, 1 / direction is capped at 1e18 (kernels/lib/arithmetic.cl): a flat box must still be so thick that
-// the slack times that lies beyond any distance in the scene. 2^-16 of the largest coordinate on any axis gives 2e7 times that.
+// the slack times that lies beyond any distance in the scene. 2^-16 of the largest coordinate on any axis gives 3e7 times that.
 constexpr double least_extent_of_any_coordinate = 0x1p-16;
+// A primitive can be hit a little beside its own bounds, by roundings that grow with its length (kernels/lib/box.cl): the slack on the thin axes of a
+// rod must cover those of its long one. A step of the grid is still 2e-6 of that.
+constexpr double least_extent_of_longest = 0x1p-3;
 constexpr double least_extent = 1e-28;  // keeps cells and their products with directions normal numbers
 
 // Beyond RP_GRID_SLACK, for the roundings of the double arithmetic here.
@@ -33,18 +35,19 @@ uint32_t round_up(double x) {
 
 }  // namespace
 
-double grid_value(uint32_t q) { return std::bit_cast<float>(0x47000000u | q << 7); }
-
 Grid make_grid(const Box& bounds) {
     RAYPAGER_CHECK(!bounds.empty());
     Grid grid;
-    double any_coordinate = 0;
-    for (int a = 0; a < 3; a++) any_coordinate = std::max({any_coordinate, std::abs(double(bounds.lower[a])), std::abs(double(bounds.upper[a]))});
+    double any_coordinate = 0, longest = 0;
+    for (int a = 0; a < 3; a++) {
+        any_coordinate = std::max({any_coordinate, std::abs(double(bounds.lower[a])), std::abs(double(bounds.upper[a]))});
+        longest = std::max(longest, double(bounds.upper[a]) - double(bounds.lower[a]));
+    }
     for (int a = 0; a < 3; a++) {
         const double lower = bounds.lower[a], upper = bounds.upper[a];
         const double coordinate = std::max(std::abs(lower), std::abs(upper));
-        const double extent =
-            std::max({upper - lower, coordinate * least_extent_of_coordinate, any_coordinate * least_extent_of_any_coordinate, least_extent});
+        const double extent = std::max({upper - lower, longest * least_extent_of_longest, coordinate * least_extent_of_coordinate,
+                                        any_coordinate * least_extent_of_any_coordinate, least_extent});
         grid.cell[a] = static_cast<float>(extent / RP_GRID_SPAN);
         grid.origin[a] = static_cast<float>(lower - (RP_GRID_MIN + RP_GRID_MARGIN) * double(grid.cell[a]));
     }
@@ -53,7 +56,7 @@ Grid make_grid(const Box& bounds) {
 
 Interval decode_interval(const Grid& grid, int axis, rp_u32 word) {
     const double origin = grid.origin[axis], cell = grid.cell[axis];
-    return {origin + cell * grid_value(word & 0xffffu), origin + cell * grid_value(word >> 16)};
+    return {origin + cell * RP_GRID_VALUE(word & 0xffffu), origin + cell * RP_GRID_VALUE(word >> 16)};
 }
 
 rp_child quantise(const Grid& grid, const Box& box, rp_u32 ref) {

@@ -13,8 +13,6 @@ struct Grid {
 
 // A grid that holds every box inside bounds, which must not be empty.
 Grid make_grid(const Box& bounds);
-// The value of a 16-bit coordinate in cells.
-double grid_value(uint32_t q);
 // Rounds the box outwards by at least RP_GRID_SLACK cells; x, y, z of the result are set.
 rp_child quantise(const Grid& grid, const Box& box, rp_u32 ref);
 // The stored box, exactly but for one rounding in double precision: lower, upper for an axis. word: rp_child::x, y or z.

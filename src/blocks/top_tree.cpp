@@ -97,7 +97,7 @@ private:
 }  // namespace
 
 TopTree build_top_tree(std::span<const PortalBox> portals) {
-    RAYPAGER_CHECK(portals.size() < 0x3ffffffe);  // portal indices have 30 bits, and the two last references mean something else
+    RAYPAGER_CHECK(portals.size() < 0x3ffffffe);  // portal indices have 30 bits, and the last references mean something else
     if (!portals.empty()) return Builder(portals).take();
     TopTree empty;
     empty.grid.root = RP_REF_EXIT;

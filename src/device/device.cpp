@@ -208,7 +208,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
     device->group_size_ = static_cast<uint32_t>(std::min<size_t>(64, std::max<size_t>(1, group)));
-    device->persistent_threads_ = (device->is_volta() && device->group_size_ % 32 == 0) || device_faults().persistent_threads;
+    device->persistent_threads_ = (device->since_volta() && device->group_size_ % 32 == 0) || device_faults().persistent_threads;
     return device;
 }
 
@@ -320,11 +320,11 @@ std::string Device::build_options(const std::string& definitions) const {
     device_.getInfo(CL_DEVICE_SINGLE_FP_CONFIG, &config);
     if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
     if (is_nvidia()) options += " -DRP_NV_PTX";
-    if (is_volta()) options += " -DRP_NV_DOT";  // since Pascal, but for one of its chips
+    if (since_volta()) options += " -DRP_NV_DOT";
     return options + (definitions.empty() ? "" : " ") + definitions;
 }
 
-bool Device::is_volta() const {
+bool Device::since_volta() const {
     constexpr cl_device_info compute_capability_major = 0x4000;  // cl_nv_device_attribute_query
     cl_uint major = 0;
     return is_nvidia() && clGetDeviceInfo(device_(), compute_capability_major, sizeof major, &major, nullptr) == CL_SUCCESS && major >= 7;

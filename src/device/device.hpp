@@ -180,8 +180,8 @@ public:
 
 private:
     Device() = default;
-    // NVIDIA's since Volta: lanes of a vector before it that had gone different ways could not meet in a vote.
-    bool is_volta() const;
+    // NVIDIA's Volta or a later one: before it, lanes of a vector that had gone different ways could not meet in a vote, and first chips had no dp2a.
+    bool since_volta() const;
     bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
     Status refused(uint64_t bytes, std::string_view what, cl_int code);
     Result<cl::Program> program(const std::string& stage, const std::string& definitions);

@@ -86,8 +86,8 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
-    if (suits_streams(device.info())) result.surfaces_ = "-DRP_SURFACE_LANES ";
-    if (scene.spheres == 0) result.surfaces_ += "-DRP_ONLY_TRIANGLES ";
+    if (suits_streams(device.info())) result.variants_ = "-DRP_SURFACE_LANES ";
+    if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);
@@ -119,7 +119,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
 }
 
 std::string GeometryBuffers::definitions() const {
-    return surfaces_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+    return variants_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
 }
 
 Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions) const {

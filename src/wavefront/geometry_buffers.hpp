@@ -64,7 +64,7 @@ private:
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;
-    std::string surfaces_;  // of definitions()
+    std::string variants_;  // of definitions()
 };
 
 }  // namespace raypager

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "base/check.hpp"
-#include "blocks/grid.hpp"
 #include "wide/node.hpp"
 #include "wide/tree_writer.hpp"
 
@@ -24,9 +23,7 @@ constexpr float portal_cost = 1.0f;
 Box world_box(const rp_top_grid& grid, const rp_child& child) {
     Box box;
     const rp_u32 words[3] = {child.x, child.y, child.z};
-    const auto place = [&](int axis, rp_u32 q) {
-        return double(grid.origin[axis]) + double(grid.cell[axis]) * grid_value(q);
-    };
+    const auto place = [&](int axis, rp_u32 q) { return double(grid.origin[axis]) + double(grid.cell[axis]) * RP_GRID_VALUE(q); };
     constexpr float inf = std::numeric_limits<float>::infinity();
     for (int a = 0; a < 3; a++) {
         box.lower[a] = std::nextafter(static_cast<float>(place(a, words[a] & 0xffffu)), -inf);

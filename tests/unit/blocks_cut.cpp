@@ -134,16 +134,16 @@ TEST(Grid, HoldsWhateverIsInside) {
                 const double cell = grid.cell[a];
                 ASSERT_LE(decoded.lower, box.lower[a] - RP_GRID_SLACK * cell);
                 ASSERT_GE(decoded.upper, box.upper[a] + RP_GRID_SLACK * cell);
-                // Not wasteful either: a step of the grid is at most 2 cells.
-                ASSERT_GE(decoded.lower, box.lower[a] - 2.2 * cell);
-                ASSERT_LE(decoded.upper, box.upper[a] + 2.2 * cell);
+                // Not wasteful either: a step of the grid is half a cell.
+                ASSERT_GE(decoded.lower, box.lower[a] - (0.51 + RP_GRID_SLACK) * cell);
+                ASSERT_LE(decoded.upper, box.upper[a] + (0.51 + RP_GRID_SLACK) * cell);
             }
         }
     }
 }
 
 TEST(Grid, ValuesAreWhatTheKernelsDecode) {
-    for (uint32_t q = 0; q < 65536; q++) ASSERT_EQ(grid_value(q), 32768 + q / 2.0);
+    for (uint32_t q = 0; q < 65536; q++) ASSERT_EQ(RP_GRID_VALUE(q), double(std::bit_cast<float>(0x47000000u | q << 7)));
 }
 
 double bytes_a_primitive(const Scene& scene, uint64_t block_bytes) {

@@ -31,9 +31,9 @@
 // (see rp_portal).
 #define RP_REF_LEAF 0x80000000u
 #define RP_REF_PORTAL 0xc0000000u
-#define RP_REF_EXIT 0xffffffffu    // bottom of a traversal stack; also the root of an empty scene
+#define RP_REF_EXIT 0xffffffffu     // bottom of a traversal stack; also the root of an empty scene
 #define RP_REF_STOPPED 0xfffffffeu  // of a walk: it has come to an absent block
-#define RP_REF_RETURN 0xfffffffdu  // on a traversal stack: leave the block, go on in the top tree
+#define RP_REF_RETURN 0xfffffffdu   // on a traversal stack: leave the block, go on in the top tree
 #define RP_LEAF_MAX_PRIMITIVES 4u
 #define RP_LEAF_WINDING 0x20u
 #define RP_LEAF_MAX_SPHERES 16u
@@ -43,15 +43,15 @@
 #define RP_LEAF_INDEX_MASK 0x7fffffu
 
 // Quantised boxes -------------------------------------------------------------------------------------------------------
-// A coordinate is 16 bits on a grid: world = origin + cell * grid(q), with grid(q) = as_float(0x47000000 | q << 7), that is
-// 32768 + q / 2. A box stores, for each axis, lower | upper << 16.
+// A coordinate is 16 bits on a grid: world = origin + cell * RP_GRID_VALUE(q), which kernels have as as_float(0x47000000 | q << 7). A box stores, for each axis, lower | upper << 16.
 // Builders round outwards by at least RP_GRID_SLACK cells; tests/property/boxes shows that this suffices for the arithmetic of
 // kernels/lib/box.cl. An absent child has lower 65535 and upper 0 on every axis.
+#define RP_GRID_VALUE(q) (RP_GRID_MIN + 0.5 * (q))
 #define RP_GRID_MIN 32768.0
 #define RP_GRID_MAX 65535.5
 #define RP_GRID_SLACK 0.0625
-#define RP_GRID_SPAN 32600.0   // cells that a builder lays over the extent of a block, between margins
-#define RP_GRID_MARGIN 17.0    // cells left free below the extent
+#define RP_GRID_SPAN 32600.0  // cells that a builder lays over the extent of a block, between margins
+#define RP_GRID_MARGIN 17.0   // cells left free below the extent
 #define RP_BOX_ABSENT 0x0000ffffu
 
 typedef struct rp_child {
