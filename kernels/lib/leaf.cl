@@ -2,6 +2,7 @@
 #ifndef RP_LEAF_CL
 #define RP_LEAF_CL
 
+#include "lib/bits.cl"
 #include "lib/geometry.cl"
 
 // The closest hit so far.
@@ -70,8 +71,6 @@ static inline float rp_strip_hit(const rp_ray* ray, const rp_shear* shear, const
     const rp_sheared c = rp_shear_vertex(ray, shear, rp_leaf_vertex(vertices, leaf, k + 2u));
     return rp_hit_triangle(ray, shear, &a, &b, &c);
 }
-
-static inline uint rp_lowest_bit(uint bits) { return 31u - clz(bits & -bits); }
 
 static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
                                     rp_hit* best) {

@@ -4,6 +4,7 @@
 #define RP_VECTOR_CL
 
 #include "lib/arithmetic.cl"
+#include "lib/bits.cl"
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__) && !defined(RP_PORTABLE)
 #define RP_AVX512 1
@@ -100,10 +101,5 @@ static inline float rp_least8(float8 v) {
 }
 static inline float rp_least16(float16 v) { return rp_least8(rp_min(v.lo, v.hi)); }
 static inline float rp_greatest16(float16 v) { return -rp_least16(-v); }
-
-// Whether no more than one bit is set.
-static inline bool rp_is_single(ulong mask) { return (mask & (mask - 1ul)) == 0ul; }
-// Index of the lowest bit that is set. REQUIRES: mask is not 0.
-static inline uint rp_lowest(ulong mask) { return (uint)popcount(~mask & (mask - 1ul)); }
 
 #endif

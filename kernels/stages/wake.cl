@@ -1,6 +1,7 @@
 // First stage of a round, beside rays traced one by one, as on GPUs: sorts all slots by what they can do now. Rays whose block is resident go into
 // the queue, rays whose block is absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new
 // camera paths.
+#include "lib/bits.cl"
 #include "lib/path.cl"
 #include "raypager/abi/block.h"
 
@@ -81,8 +82,6 @@ static inline ulong rp_of_kind(ulong kinds, uint kind) {
     const ulong ones = 0x1111111111111111ul, other = kinds ^ ones * kind;
     return ~(other | other >> 1 | other >> 2) & ones;
 }
-// Which of the sixteen the lowest bit stands for.
-static inline uint rp_lowest_slot(ulong bits) { return (uint)popcount((bits & -bits) - 1ul) / 4u; }
 static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
 
 // Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together, RP_FILLED_TOGETHER
@@ -155,7 +154,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         const uint first = RP_NAP * awake[k * RP_WAKE_GROUP + lane];
         // Kind by kind, as most slots that are looked at wait when little is resident.
 #define RP_LIST(kind, place) \
-    for (ulong left = rp_of_kind(kinds[k], kind); left != 0ul; left &= left - 1ul) place = first + rp_lowest_slot(left)
+    for (ulong left = rp_of_kind(kinds[k], kind); left != 0ul; left &= left - 1ul) place = first + rp_lowest(left) / 4u
         RP_LIST(RP_KIND_FIRST_EXTEND, queue[first_extend++]);
         RP_LIST(RP_KIND_EXTEND, queue[extend++]);
         RP_LIST(RP_KIND_FIRST_SHADOW, queue[slot_count - 1u - first_shadow++]);

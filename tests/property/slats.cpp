@@ -68,7 +68,8 @@ protected:
         }
     }
 
-    // Where a ray surely enters the slat beside which it begins, INFINITY if that is not sure: it begins outside, and is inside for long enough.
+    // Where a ray surely enters the slat beside which it begins, INFINITY if that is not sure: it begins outside, by more than rounding moves what is
+    // up to 24 away (2^-23 of that, and of coordinates up to 18), and is inside for so long that it does not pass an edge.
     double surely(size_t i) const {
         const auto &o = rays_[i].origin, &d = rays_[i].direction;
         const double origin[3] = {o.x, o.y, o.z}, direction[3] = {d.x, d.y, d.z};
@@ -108,6 +109,7 @@ protected:
                     inconsistent += (b.occluded != 0) != (b.primitive != RP_NONE);
                     const double at = surely(i);
                     sure += at < INFINITY;
+                    // As far behind as rounding moves a face along a ray that meets it flatly; through the slat it would be 1e-3 at least.
                     passed += at < INFINITY && !(b.primitive != RP_NONE && b.t <= at + 1e-5);
                 }
                 EXPECT_EQ(different, 0u);

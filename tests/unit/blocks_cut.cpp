@@ -142,6 +142,13 @@ TEST(Grid, HoldsWhateverIsInside) {
     }
 }
 
+// What rounding moves along a rod, by as much as its length says, must be within the slack of its thin axes.
+TEST(Grid, OfARodHasSlackForItsLength) {
+    const Box rod = {{-12, 7, -16}, {12, 7.04f, -15.87f}};
+    const Grid grid = make_grid(rod);
+    for (int a = 0; a < 3; a++) EXPECT_GE(RP_GRID_SLACK * double(grid.cell[a]), 0x1p-23 * 24) << "axis " << a;
+}
+
 TEST(Grid, ValuesAreWhatTheKernelsDecode) {
     for (uint32_t q = 0; q < 65536; q++) ASSERT_EQ(RP_GRID_VALUE(q), double(std::bit_cast<float>(0x47000000u | q << 7)));
 }
