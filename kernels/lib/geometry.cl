@@ -24,7 +24,7 @@ typedef struct rp_geometry {
     const __global uint4* portals;
     const __global ulong* portal_paths;
     const __global uint4* pages;  // rp_page
-    __global uint* used;  // last round in which a ray entered a block
+    volatile __global uint* used;  // RP_DEMAND_USED
     const __global uchar* slab0;
 #if RP_SLABS > 1
     const __global uchar *slab1, *slab2, *slab3, *slab4, *slab5, *slab6, *slab7;
@@ -42,6 +42,19 @@ typedef struct rp_geometry {
         top_grid, top_nodes, portals, portal_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7            \
     }
 #endif
+
+// `rays` rays enter a block together. origin, reciprocal: of one of their stream. Whether they are counted follows from these bits, since a walk has no
+// register left for a number of its own: origins differ where directions are the same, and the other way round. RP_COUNT_ENTRIES: 2^k - 1, one in 2^k
+// is counted.
+static inline void rp_note_entry(const rp_geometry* g, float2 origin, float2 reciprocal, uint rays, uint block, uint round) {
+#ifdef RP_COUNT_ENTRIES
+    const uint2 bits = as_uint2(origin) ^ as_uint2(reciprocal);
+    // By a product, since last bits are often 0 where coordinates were subtracted.
+    if (((bits.x ^ bits.y) * 0x9e3779b9u >> 16 & RP_COUNT_ENTRIES) == 0u) atomic_add(g->used + block, rays);
+#elif defined(RP_NOTE_ROUNDS)
+    if (g->used[block] != round) g->used[block] = round;
+#endif
+}
 
 // A resident block's first byte, from its page table entry.
 static inline const __global uchar* rp_block_address(const rp_geometry* g, uint address) {

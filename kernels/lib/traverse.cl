@@ -262,7 +262,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             }
 #endif
 #endif
-            if (g->used[a.w] != round) g->used[a.w] = round;
+            rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
             w->block = rp_view_block(g, page);
             w->frame = rp_make_frame(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
             RP_PUSH(RP_REF_RETURN, -1.0f);

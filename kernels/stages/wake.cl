@@ -84,27 +84,23 @@ static inline ulong rp_of_kind(ulong kinds, uint kind) {
 }
 static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
 
-// Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together, RP_FILLED_TOGETHER
-// (2, 4 or 8), stay together, so that the stages find their states side by side. RP_FILLED_TOGETHER = 1: each slot is given out at once.
-static inline ulong rp_keep_together(ulong kinds) {
-#if RP_FILLED_TOGETHER > 1
+// Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together (1, 2, 4 or 8)
+// stay together, so that the stages find their states side by side.
+static inline ulong rp_keep_together(ulong kinds, uint together) {
     const ulong free = rp_of_kind(kinds, RP_KIND_FREE);
-    const ulong unused = free | rp_of_kind(kinds, RP_KIND_IDLE) | rp_of_kind(kinds, RP_KIND_NONE);
-    const ulong first = 0x1111111111111111ul & ((1ul << 4 * RP_FILLED_TOGETHER) - 1ul);
-#pragma unroll
-    for (uint i = 0u; i < RP_NAP / RP_FILLED_TOGETHER; i++) {
-        const ulong together = first << (4u * RP_FILLED_TOGETHER * i);
-        if ((unused & together) != together) kinds ^= (free & together) * (RP_KIND_FREE ^ RP_KIND_IDLE);
-    }
-#endif
-    return kinds;
+    ulong unused = free | rp_of_kind(kinds, RP_KIND_IDLE) | rp_of_kind(kinds, RP_KIND_NONE);
+    // Each step halves how many there are of what is all unused, and tells it to both halves.
+    if (together >= 2u) unused = (unused & unused >> 4 & 0x0101010101010101ul) * 0x11ul;
+    if (together >= 4u) unused = (unused & unused >> 8 & 0x0001000100010001ul) * 0x1111ul;
+    if (together >= 8u) unused = (unused & unused >> 16 & 0x0000000100000001ul) * 0x11111111ul;
+    return kinds ^ (free & ~unused) * (RP_KIND_FREE ^ RP_KIND_IDLE);
 }
 
 // A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_NAPS times as many naps, and then, each
 // work-item one after the other, at the slots of those that do not sleep.
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
                       __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, uint bit_scale,
-                      ulong came) {
+                      ulong came, uint slots_together) {
     __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
     const uint lane = get_local_id(0), nap_count = (slot_count + RP_NAP - 1u) / RP_NAP;
     for (uint kind = lane; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
@@ -128,7 +124,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         kinds[k] = ~0ul;
         if (at >= awake_count) continue;
         ulong blocks = 0ul;
-        kinds[k] = rp_keep_together(rp_nap_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks));
+        kinds[k] = rp_keep_together(rp_nap_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
         const uint wait = rp_count_kind(kinds[k], RP_KIND_WAITING), end = rp_count_kind(kinds[k], RP_KIND_IDLE);
         naps[awake[at]] = wait + end == RP_NAP ? rp_asleep(wait, blocks) : 0ul;
         waiting += wait;

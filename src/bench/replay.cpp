@@ -29,6 +29,7 @@ public:
           slots_(settings.slots),
           waiting_(trace.block_bytes.size()),
           demand_(RP_DEMAND_ARRAYS * trace.block_bytes.size()),
+          entered_in_(trace.block_bytes.size()),
           seen_(trace.block_bytes.size()) {
         for (uint32_t slot = 0; slot < settings.slots; slot++) free_.push_back(slot);
     }
@@ -133,8 +134,12 @@ private:
 
     void enter(uint32_t block) {
         result_.visits++;
-        if (demand(RP_DEMAND_USED)[block] == round_) return;
-        demand(RP_DEMAND_USED)[block] = round_;
+        if (counts_entries(settings_.policy.kind))
+            demand(RP_DEMAND_USED)[block]++;
+        else
+            demand(RP_DEMAND_USED)[block] = round_;
+        if (entered_in_[block] == round_) return;
+        entered_in_[block] = round_;
         used_.push_back(block);
     }
 
@@ -209,8 +214,9 @@ private:
     std::vector<std::vector<uint32_t>> waiting_;  // slots, by block
     std::vector<uint32_t> demand_;
     std::vector<uint32_t> free_, ready_, next_ready_, used_;
-    std::vector<bool> seen_;         // by block: resident, as the rounds see it
-    std::vector<uint32_t> changed_;  // blocks that came or went since the page table was published
+    std::vector<uint32_t> entered_in_;  // by block: last round with an entry
+    std::vector<bool> seen_;            // by block: resident, as the rounds see it
+    std::vector<uint32_t> changed_;     // blocks that came or went since the page table was published
     std::deque<Round> under_way_;
     std::deque<Transfer> transfers_;  // in the order in which they end
     uint64_t next_path_ = 0, waiting_rays_ = 0, counted_visits_ = 0;

@@ -19,7 +19,7 @@ constexpr uint64_t most_loads = 1024;
 constexpr uint64_t default_trace_paths = 500000;
 constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
-constexpr const char* about =
+constexpr const char* about_render =
     "Renders a picture. INPUT is a block file (.rpb), a .pbrt scene, or any number of meshes (.ply .obj .stl .off) and point\n"
     "clouds (.las .ply .xyz .pts .txt), which are framed, lit and given a ground. What is not baked is baked first; the block file is kept beside "
     "the input and used again.";
@@ -185,7 +185,7 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
                   "blocks on their way at once while others must leave for them (default: by pool and blocks, 2 to 16 on CPUs, to 64 on GPUs)",
                   into_count(options.loads_in_flight, 1, most_loads));
     parser.option("hold", "PERCENT",
-                  "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 15% or 100%)",
+                  "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 40% or 100%)",
                   into(options.hold_above_ready, parse_share));
     parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.wait_for_loads);
     parser.option("tile", "PIXELS", "camera paths start in tiles of so many pixels a side (default: 16)", into_count(options.tile_size, 1, 1024));
@@ -202,7 +202,7 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments) {
     RenderSettings settings;
     std::vector<std::string> inputs;
-    OptionParser parser("render", "INPUT... -o OUT.exr|OUT.png|OUT.pfm [options]", about);
+    OptionParser parser("render", "INPUT... -o OUT.exr|OUT.png|OUT.pfm [options]", about_render);
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), inputs);
     parser.option("output,o", "FILE", "picture to write: .exr, .png or .pfm", into_path(settings.output));
     add_picture_options(parser, settings);

@@ -172,12 +172,14 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     auto plan = plan_memory(needs);
     if (!plan) return plan.status();
     params.slot_count = static_cast<uint32_t>(plan->slots);
-    if (chooses_region(options_)) params.order.region = default_region(params.order, plan->slots, pixels_);
+    if (chooses_region(options_)) params.order.region = chosen_region(params.order, *plan, needs, pixels_);
     order_ = params.order;
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
-    auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(),
-                                       plan->pool_bytes >= needs.geometry, options_.policy == PolicyKind::most_wanted, visits);
+    const bool all_resident = plan->pool_bytes >= needs.geometry;
+    const uint32_t slots_together = filled_together(params.order, *plan, needs);
+    auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(), slots_together,
+                                       all_resident ? BlockNotes() : block_notes(options_.policy), visits);
     if (!wavefront) return wavefront.status();
     wavefront_ = std::move(*wavefront);
     return {};

@@ -167,6 +167,22 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     return needs;
 }
 
+uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs, uint64_t pixels) {
+    const uint32_t region = default_region(order, plan.slots, pixels);
+    if (region == 0 || plan.pool_bytes >= needs.geometry) return region;
+    return default_region(order, std::max<uint64_t>(1, plan.slots / 2), pixels);  // the others wait
+}
+
+uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs) {
+    if (plan.pool_bytes >= needs.geometry) return 8;
+    if (order.region == 0) return 1;
+    return plan.pool_bytes >= needs.geometry / 4 ? 4 : 2;
+}
+
+BlockNotes block_notes(PolicyKind policy) {
+    return {.bounces = policy == PolicyKind::most_wanted, .use = counts_entries(policy) ? BlockNotes::Use::entries : BlockNotes::Use::last_round};
+}
+
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
     const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
     PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.type == "CPU");

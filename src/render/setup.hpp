@@ -27,6 +27,13 @@ BlockForm block_form(const RenderOptions& options, const DeviceInfo& device);
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
 MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
                          const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit);
+// Pixels of a region, if the render chooses it; 0: there are none. order: without regions.
+uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs, uint64_t pixels);
+// Path slots that are given out at once beside single rays: the more, the more states lie side by side where stages read them, but a ray that waits
+// keeps its neighbours from being used.
+uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs);
+// What the policy wants to know of blocks.
+BlockNotes block_notes(PolicyKind policy);
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);
 // Of a pool that holds all geometry, and what slabs leave over at their ends.
 uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device);

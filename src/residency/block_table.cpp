@@ -26,12 +26,24 @@ void BlockTable::take_demand(uint32_t round, std::span<const uint32_t> demand) {
         BlockState& block = blocks_[i];
         block.wants = demand[RP_DEMAND_WANTS * count + i];
         block.bounces = demand[RP_DEMAND_BOUNCES * count + i];
-        block.last_used = std::max(block.last_used, demand[RP_DEMAND_USED * count + i]);
+        take_use(block, demand[RP_DEMAND_USED * count + i], round);
         if (block.wants == 0)
             block.wanted_since = 0;
         else if (block.wanted_since == 0)
             block.wanted_since = round;
     }
+}
+
+void BlockTable::take_use(BlockState& block, uint32_t use, uint32_t round) const {
+    if (!counts_entries(policy_.kind)) {
+        block.last_used = std::max(block.last_used, use);
+        return;
+    }
+    const uint32_t entered = use - block.entries;
+    block.entries = use;
+    block.traffic = block.traffic * policy_.traffic_kept + entered;
+    if (block.traffic < 1) block.traffic = 0;  // what has not been used for long is no better than what was not counted yet
+    if (entered > 0) block.last_used = std::max(block.last_used, round);
 }
 
 void BlockTable::arrive(uint32_t round, uint32_t index) {

@@ -41,6 +41,7 @@ public:
     uint64_t pool_bytes() const { return pool_.capacity(); }
 
 private:
+    void take_use(BlockState& block, uint32_t use, uint32_t round) const;
     void evict(uint32_t round, uint32_t block);
     void begin_load(const PlannedLoad& load);
 

@@ -15,7 +15,7 @@ namespace raypager {
 namespace {
 
 constexpr char magic[8] = {'R', 'P', 'D', 'E', 'M', 'A', 'N', 'D'};
-constexpr uint32_t format_version = 2;
+constexpr uint32_t format_version = 3;
 constexpr uint64_t largest_file = uint64_t{16} << 30;
 constexpr uint32_t longest_name = 4096;
 
@@ -28,7 +28,8 @@ struct Header {
     uint32_t block_count, name_bytes;
     // of the recorded render
     uint16_t policy, evict_ahead;
-    uint32_t loads_in_flight, loads_into_free, max_age, loads_while_idle, unused;
+    uint32_t loads_in_flight, loads_into_free, max_age, loads_while_idle;
+    float traffic_kept;
     double hold_above_ready;
     uint64_t pool_bytes, slab_bytes;
     uint32_t slots, wait_for_loads, on_cpu, rounds_under_way;
@@ -104,6 +105,7 @@ Header make_header(const DemandTrace& trace) {
     header.loads_into_free = r.policy.loads_into_free;
     header.max_age = r.policy.max_age;
     header.loads_while_idle = r.policy.loads_while_idle;
+    header.traffic_kept = static_cast<float>(r.policy.traffic_kept);
     header.hold_above_ready = r.policy.hold_above_ready;
     header.pool_bytes = r.pool_bytes, header.slab_bytes = r.slab_bytes;
     header.slots = r.slots, header.wait_for_loads = r.wait_for_loads;
@@ -123,6 +125,7 @@ RecordedRender recorded_from(const Header& header, std::string device) {
     r.policy.loads_into_free = header.loads_into_free;
     r.policy.max_age = header.max_age;
     r.policy.loads_while_idle = header.loads_while_idle;
+    r.policy.traffic_kept = header.traffic_kept;
     r.policy.hold_above_ready = header.hold_above_ready;
     r.pool_bytes = header.pool_bytes, r.slab_bytes = header.slab_bytes;
     r.slots = header.slots, r.wait_for_loads = header.wait_for_loads != 0;
@@ -204,8 +207,8 @@ Status check_header(const Header& header, const std::string& bytes) {
     const bool counts = header.path_count <= most && header.ray_count <= most && header.visit_count <= most && header.block_count <= most / 4 &&
                         header.name_bytes <= longest_name;
     const bool figures = header.policy < policy_names.size() && header.slots > 0 && header.rounds_under_way > 0 && header.hold_above_ready >= 0 &&
-                         std::isfinite(header.hold_above_ready) && std::isfinite(header.seconds) && header.seconds >= 0 &&
-                         std::isfinite(header.trace_seconds) && header.trace_seconds >= 0;
+                         std::isfinite(header.hold_above_ready) && header.traffic_kept >= 0 && header.traffic_kept < 1 &&
+                         std::isfinite(header.seconds) && header.seconds >= 0 && std::isfinite(header.trace_seconds) && header.trace_seconds >= 0;
     if (!counts || !figures) return Status::failed("holds impossible figures in its header; record it again");
     return {};
 }

@@ -19,20 +19,26 @@ struct BlockState {
     uint32_t bytes = 0;
     uint32_t wants = 0;           // rays that wait for it now
     uint32_t bounces = 0;         // rays of the last round that ended on its surfaces
-    uint32_t last_used = 0;       // last round in which a ray entered it
+    uint32_t last_used = 0;       // last round in which a ray entered it, as far as that is noted
+    uint32_t entries = 0;         // of rays so far, as counted (counts_entries)
+    double traffic = 0;           // entries, as counted, of the last rounds: of earlier ones less and less (PolicySettings::traffic_kept)
     uint32_t wanted_since = 0;    // first round of the present run of rounds in which it was wanted; 0: not wanted
     uint32_t resident_since = 0;  // first round that could see it
     PoolAddress address;
 };
 
+// What RP_DEMAND_USED is to be for a policy (abi/path.h): entries, or the last round with one.
+bool counts_entries(PolicyKind kind);
+
 struct PolicySettings {
     PolicyKind kind = PolicyKind::aged_wants;
-    uint32_t loads_in_flight = 2;    // while blocks must be evicted for them
-    uint32_t loads_while_idle = 0;   // the same while hardly any ray is ready, if that is more: then loads are all that is waited for
-    uint32_t loads_into_free = 8;    // while there is free space
-    uint32_t evict_ahead = 0;        // so many of those that are wanted next are to find free space: they need not wait for rounds under way
-    double hold_above_ready = 0.15;  // no load that evicts starts while more than this share of the slots is ready; 1: never held back
-    uint32_t max_age = 0;            // rounds after which the longest wanted block comes first whatever the policy says; 0: never
+    uint32_t loads_in_flight = 2;   // while blocks must be evicted for them
+    uint32_t loads_while_idle = 0;  // the same while hardly any ray is ready, if that is more: then loads are all that is waited for
+    uint32_t loads_into_free = 8;   // while there is free space
+    uint32_t evict_ahead = 0;       // so many of those that are wanted next are to find free space: they need not wait for rounds under way
+    double hold_above_ready = 0.4;  // no load that evicts starts while more than this share of the slots is ready; 1: never held back
+    double traffic_kept = 0;        // share of what BlockState::traffic was before a round that it is after one
+    uint32_t max_age = 0;           // rounds after which the longest wanted block comes first whatever the policy says; 0: never
 };
 PolicySettings default_settings(PolicyKind kind);
 // The same for a pool and blocks of these sizes. Each round has a cost of its own, so small blocks come several at a time; but no more

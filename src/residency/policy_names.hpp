@@ -8,7 +8,7 @@
 namespace raypager {
 
 enum class PolicyKind {
-    aged_wants,       // load: wants x (age of the oldest want)^(1/4) / bytes; evict: least recently used
+    aged_wants,       // load: wants x (age of the oldest want)^(1/4) / bytes; evict: what the fewest rays enter
     most_wanted,      // the paper, 3.5: load the most wanted; evict the least bounced of the last round
     wanted_per_byte,  // load: wants / bytes; evict: least recently used
     lru,              // on demand: load the block wanted for longest, at once; evict: least recently used

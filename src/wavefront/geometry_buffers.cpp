@@ -20,7 +20,6 @@ constexpr uint32_t ray_items_per_core = 1 << 12, ray_items_per_gpu_unit = 1 << 1
 // at once; a second one finds what is left, where not.
 constexpr uint32_t stream_items_per_core = 2;
 
-uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
     return at_least_16(scene.blocks.size() * arrays * sizeof(uint32_t));

@@ -22,6 +22,9 @@ inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 // (measured on an H100: bench/results.md).
 inline constexpr uint32_t closest_hit_registers = 64, any_hit_registers = 56;
 
+// The bytes of a buffer for so many: empty ones there are none.
+constexpr uint64_t at_least_16(uint64_t bytes) { return bytes < 16 ? 16 : bytes; }
+
 class GeometryBuffers {
 public:
     static uint64_t bytes(const BakedScene& scene, BlockForm form);

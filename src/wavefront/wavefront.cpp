@@ -18,8 +18,6 @@ constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wa
 // On CPUs. Each puts what it finds into bundles of its own.
 constexpr uint32_t wake_items_per_core = 1;
 constexpr uint32_t most_wake_items = 1024;  // each has a word of the queue for what stands for nothing
-// On GPUs, where no ray waits for long: slots that wait keep their neighbours from being used.
-constexpr uint32_t filled_together = 8;
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
 constexpr uint32_t items_per_unit = 1 << 12;
@@ -33,8 +31,6 @@ constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 +
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
 constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
-
-uint64_t at_least_16(uint64_t bytes) { return std::max<uint64_t>(bytes, 16); }
 
 // Light i is chosen by the 32-bit random numbers from the last one of light i - 1 (exclusive) to steps[i] (inclusive). Each light gets at
 // least one of them, and its probability becomes exactly the share that it has got.
@@ -75,16 +71,26 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     return bytes;
 }
 
+std::string BlockNotes::definitions(BlockForm form, uint32_t slots) const {
+    std::string result = bounces ? " -DRP_COUNT_BOUNCES" : "";
+    if (use == Use::last_round) result += " -DRP_NOTE_ROUNDS";
+    // Of single rays a sample is enough to tell blocks apart, and costs nothing. Each number has kernels of its own, so there are not many.
+    const int counted = form == BlockForm::wide || slots < 1u << 18 ? 1 : slots < 1u << 22 ? 8 : 256;
+    if (use == Use::entries) result += fmt::format(" -DRP_COUNT_ENTRIES={}u", counted - 1);
+    return result;
+}
+
 Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool all_resident,
-                                                     bool count_bounces, const VisitLogSettings& visits) {
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, uint32_t filled_together,
+                                                     const BlockNotes& notes, const VisitLogSettings& visits) {
     RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
+    RAYPAGER_CHECK(filled_together == 1 || filled_together == 2 || filled_together == 4 || filled_together == 8);
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
     auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table);
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
-    wavefront->all_resident_ = all_resident;
-    wavefront->count_bounces_ = count_bounces && !scene.blocks.empty();
+    wavefront->filled_together_ = filled_together;
+    if (!scene.blocks.empty()) wavefront->notes_ = notes;
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     wavefront->visit_settings_ = visits;
     RAYPAGER_TRY(wavefront->allocate_state());
@@ -165,11 +171,11 @@ Status Wavefront::allocate_visit_log() {
 }
 
 Status Wavefront::build_kernels() {
-    const std::string tracing = fmt::format("{}{}", count_bounces_ ? " -DRP_COUNT_BOUNCES" : "", visit_settings_.capacity ? " -DRP_RECORD" : "");
+    const std::string tracing = notes_.definitions(geometry_.form(), params_.slot_count) + (visit_settings_.capacity ? " -DRP_RECORD" : "");
     const std::string states = as_on_cpus() ? "" : short_states;
-    const std::string definitions = geometry_.definitions() + states +
-                                    fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_FILLED_TOGETHER={} -DRP_SHADE_LANES={}",
-                                                device_.group_size(), wake_naps, all_resident_ ? filled_together : 1, as_on_cpus() ? 16 : 1);
+    const std::string definitions =
+        geometry_.definitions() + states +
+        fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES={}", device_.group_size(), wake_naps, as_on_cpus() ? 16 : 1);
     struct Part {
         Kernel& kernel;
         const char *stage, *name;
@@ -228,7 +234,7 @@ Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Flight&
     const uint32_t bit_scale = nap_bit_scale(blocks);
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came));
+    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, filled_together_));
     return queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), &flight.stages[0]);
 }
 
@@ -240,7 +246,7 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
     const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
     RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
     const uint64_t blocks = geometry_.block_count();
-    if (count_bounces_) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
+    if (notes_.bounces) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
     // Camera rays are all there is in the first round.
     Kernel& extend = persistent_ && round > 1 ? extend_bounces_ : extend_;
     RAYPAGER_TRY(set_tracing_arguments(extend, round));

@@ -54,14 +54,22 @@ private:
     uint64_t wide(uint32_t at) const { return words[at] | static_cast<uint64_t>(words[at + 1]) << 32; }
 };
 
+// What kernels tell of blocks beside the rays that wait for them (abi/path.h, RP_DEMAND_BOUNCES and RP_DEMAND_USED).
+struct BlockNotes {
+    enum class Use { none, last_round, entries };
+    bool bounces = false;
+    Use use = Use::none;
+    std::string definitions(BlockForm form, uint32_t slots) const;  // " -D..." for kernels that trace rays
+};
+
 class Wavefront {
 public:
-    // slabs, with blocks in that form, and page_table outlive the tracer. params.slot_count path slots are made. Without count_bounces,
-    // RP_DEMAND_BOUNCES stays 0. all_resident: the slabs have room for all blocks; it decides about speed alone.
+    // slabs, with blocks in that form, and page_table outlive the tracer. params.slot_count path slots are made. filled_together: so many (1, 2, 4
+    // or 8) are given out at once, beside single rays; it decides about speed alone.
     // REQUIRES: blocks are in their stored form if visits are recorded.
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
-                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, bool all_resident,
-                                                     bool count_bounces, const VisitLogSettings& visits = {});
+                                                     const std::vector<Buffer>& slabs, const Buffer& page_table, uint32_t filled_together,
+                                                     const BlockNotes& notes, const VisitLogSettings& visits = {});
     // Waits for what is in the queues of kernels: results under way have their place here.
     ~Wavefront() {
         (void)device_.kernels().finish();
@@ -126,7 +134,8 @@ private:
     Device& device_;
     rp_render_params params_;
     GeometryBuffers geometry_;
-    bool all_resident_ = false, count_bounces_ = false;
+    uint32_t filled_together_ = 1;
+    BlockNotes notes_;
     VisitLogSettings visit_settings_;
     bool persistent_ = false;  // extension rays are traced by persistent threads
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;

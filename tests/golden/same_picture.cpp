@@ -123,6 +123,8 @@ TEST_P(SamePicture, for_regions_of_any_size) {
             options.paths = 200;
             options.geometry_limit_percent = percent;
             expect_same(options, "regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
+            options.traversal = Traversal::ray;  // which gives out slots in ones, twos, fours or eights
+            expect_same(options, "rays one by one, regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
         }
 }
 

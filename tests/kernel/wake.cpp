@@ -115,8 +115,7 @@ protected:
 
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
     Lists wake(const Slots& s, bool named) {
-        auto kernel = device_->kernel("wake", "rp_wake",
-                                      fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3 -DRP_FILLED_TOGETHER={}", device_->group_size(), GetParam()));
+        auto kernel = device_->kernel("wake", "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3", device_->group_size()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
@@ -124,7 +123,7 @@ protected:
         const uint32_t bit_scale = nap_bit_scale(blocks);
         const cl_ulong came = named ? nap_bits(s.came, bit_scale) : all_nap_bits;
         Queue& commands = device_->kernels();
-        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came).ok());
+        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, GetParam()).ok());
         EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
         std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
@@ -233,7 +232,7 @@ TEST(Naps, every_block_has_a_bit_below_the_count) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(together, Wake, testing::Values(1u, 2u, 8u), [](const auto& together) { return std::to_string(together.param); });
+INSTANTIATE_TEST_SUITE_P(together, Wake, testing::Values(1u, 2u, 4u, 8u), [](const auto& together) { return std::to_string(together.param); });
 
 }  // namespace
 }  // namespace raypager

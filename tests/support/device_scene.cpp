@@ -63,12 +63,12 @@ int normalise(ProbeRay& ray) {
 
 }  // namespace
 
-Result<std::vector<ProbeHit>> DeviceScene::trace(const std::vector<ProbeRay>& rays_of_any_length) {
+Result<std::vector<ProbeHit>> DeviceScene::trace(const std::vector<ProbeRay>& rays_of_any_length, const std::string& more_definitions) {
     static_assert(sizeof(ProbeRay) == 32 && sizeof(ProbeHit) == 32);
     std::vector<ProbeRay> rays = rays_of_any_length;
     std::vector<int> exponents;
     for (ProbeRay& ray : rays) exponents.push_back(normalise(ray));
-    auto kernel = geometry_->kernel(*device_, "probe", closest_hit_registers);
+    auto kernel = geometry_->kernel(*device_, "probe", closest_hit_registers, more_definitions);
     if (!kernel) return kernel.status();
     auto input = device_->upload(bytes_of(rays), "rays");
     if (!input) return input.status();

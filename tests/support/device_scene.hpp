@@ -45,7 +45,8 @@ public:
     // slab_bytes: of the pool's slabs at most; 0: one slab if the device allows. other: the file's scene with another top tree.
     static Result<std::unique_ptr<DeviceScene>> create(std::shared_ptr<const BlockFile> file, uint64_t slab_bytes = 0,
                                                        Traversal traversal = Traversal::automatic, const BakedScene* other = nullptr);
-    Result<std::vector<ProbeHit>> trace(const std::vector<ProbeRay>& rays);
+    // more_definitions: " -D..." for the kernels. Their round is 1.
+    Result<std::vector<ProbeHit>> trace(const std::vector<ProbeRay>& rays, const std::string& more_definitions = {});
     const BakedScene& scene() const { return file_->scene(); }
     // For tests with kernels of their own, or a page table that does not have all blocks.
     Device& device() { return *device_; }

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "render/memory_plan.hpp"
+#include "render/setup.hpp"
+#include "wavefront/sample_order.hpp"
 
 namespace raypager {
 namespace {
@@ -159,6 +161,43 @@ TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     needs = ordinary();
     needs.most_region_slots = UINT64_MAX;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 16) << "everything is resident";
+}
+
+// How slots are used follows from how much stays.
+TEST(SlotUse, slots_are_given_out_together_as_far_as_few_rays_wait) {
+    const MemoryNeeds needs = ordinary();
+    const auto together = [&](uint64_t pool, uint32_t region) {
+        rp_sample_order order = make_order(16, 16, 64, 640 * 360, region);
+        return filled_together(order, {pool, 1 << 16}, needs);
+    };
+    EXPECT_EQ(together(needs.geometry, 0), 8u);
+    EXPECT_EQ(together(needs.geometry - 1, 0), 1u);
+    EXPECT_EQ(together(needs.geometry - 1, 1000), 4u);
+    EXPECT_EQ(together(needs.geometry / 4, 1000), 4u);
+    EXPECT_EQ(together(needs.geometry / 4 - 1, 1000), 2u);
+}
+
+TEST(SlotUse, regions_are_half_as_large_where_blocks_are_swapped) {
+    const MemoryNeeds needs = ordinary();
+    const rp_sample_order order = make_order(16, 16, 64, 640 * 360);
+    const uint64_t pixels = 640 * 360, slots = 256 * 1024;
+    const uint32_t whole = chosen_region(order, {needs.geometry, slots}, needs, pixels),
+                   half = chosen_region(order, {needs.geometry / 2, slots}, needs, pixels);
+    EXPECT_EQ(whole, default_region(order, slots, pixels));
+    EXPECT_EQ(half, whole / 2);
+    EXPECT_GT(chosen_region(order, {needs.geometry / 2, 1}, needs, pixels), 0u) << "not none, since there are some";
+    EXPECT_EQ(chosen_region(order, {needs.geometry / 2, pixels * 64}, needs, pixels), 0u) << "too short for regions";
+}
+
+TEST(BlockNotes, each_policy_gets_what_it_goes_by) {
+    const uint32_t many = 1 << 24, few = 1 << 16;
+    const auto notes = [](PolicyKind kind, BlockForm form, uint32_t slots) { return block_notes(kind).definitions(form, slots); };
+    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::stored, many), " -DRP_COUNT_ENTRIES=255u");
+    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::stored, few), " -DRP_COUNT_ENTRIES=0u");
+    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::wide, many), " -DRP_COUNT_ENTRIES=0u");
+    EXPECT_EQ(notes(PolicyKind::lru, BlockForm::stored, many), " -DRP_NOTE_ROUNDS");
+    EXPECT_EQ(notes(PolicyKind::most_wanted, BlockForm::stored, many), " -DRP_COUNT_BOUNCES -DRP_NOTE_ROUNDS");
+    EXPECT_EQ(BlockNotes().definitions(BlockForm::stored, many), "");
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ TEST_F(DemandTraceFile, comes_back_as_it_was) {
         trace.recorded.policy = default_settings(PolicyKind::most_wanted);
         trace.recorded.policy.evict_ahead = 16;
         trace.recorded.policy.loads_while_idle = 128;
+        trace.recorded.policy.traffic_kept = 0.75;
         trace.recorded.wait_for_loads = true;
         trace.recorded.on_cpu = false;
         trace.recorded.rounds_under_way = 2;
@@ -56,6 +57,7 @@ TEST_F(DemandTraceFile, comes_back_as_it_was) {
         EXPECT_EQ(a.policy.max_age, b.policy.max_age);
         EXPECT_EQ(a.policy.evict_ahead, 16u);
         EXPECT_EQ(a.policy.loads_while_idle, 128u);
+        EXPECT_EQ(a.policy.traffic_kept, 0.75);
         EXPECT_EQ(a.policy.hold_above_ready, b.policy.hold_above_ready);
         EXPECT_TRUE(a.wait_for_loads);
         EXPECT_FALSE(a.on_cpu);

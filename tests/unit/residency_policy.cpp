@@ -4,6 +4,8 @@
 #include <random>
 #include <set>
 
+#include "raypager/abi/path.h"
+#include "residency/block_table.hpp"
 #include "residency/policy.hpp"
 
 namespace raypager {
@@ -78,6 +80,35 @@ TEST(Policy, evicts_the_least_recently_used_or_the_least_bounced) {
     EXPECT_EQ(plan(PolicyKind::aged_wants, blocks, pool).evict, std::vector<uint32_t>{1});
     EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).evict, std::vector<uint32_t>{1});
     EXPECT_EQ(plan(PolicyKind::most_wanted, blocks, pool).evict, std::vector<uint32_t>{0});
+}
+
+// In a round of millions of rays nearly every block is used: how much tells them apart.
+TEST(Policy, evicts_what_the_fewest_rays_enter) {
+    SlabAllocator pool({192});
+    std::vector<BlockState> blocks = {resident(pool, 10, 1), resident(pool, 10, 1), resident(pool, 9, 1), absent(5)};
+    blocks[0].traffic = 40, blocks[1].traffic = 3, blocks[2].traffic = 1000;
+    EXPECT_EQ(plan(PolicyKind::aged_wants, blocks, pool).evict, std::vector<uint32_t>{1});
+    EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).evict, std::vector<uint32_t>{2});
+}
+
+TEST(BlockTable, counted_entries_fade) {
+    const std::vector<uint32_t> bytes = {64, 64};
+    BlockTable table(bytes, SlabAllocator({128}), default_settings(PolicyKind::aged_wants, 128, 64, false));
+    std::vector<uint32_t> demand(RP_DEMAND_ARRAYS * bytes.size());
+    uint32_t* const used = demand.data() + RP_DEMAND_USED * bytes.size();
+    used[0] = UINT32_MAX - 9;
+    table.take_demand(1, demand);
+    used[0] += 30;  // past the end of 32 bits
+    table.take_demand(2, demand);
+    const double before = table.blocks()[0].traffic;
+    used[1] = 5;
+    table.take_demand(3, demand);
+    EXPECT_LT(table.blocks()[0].traffic, before);
+    EXPECT_GT(table.blocks()[0].traffic, before / 2);
+    EXPECT_EQ(table.blocks()[1].traffic, 5);
+    for (uint32_t round = 4; round < 100; round++) table.take_demand(round, demand);
+    EXPECT_EQ(table.blocks()[0].traffic, 0);
+    EXPECT_EQ(table.blocks()[0].last_used, 2u);
 }
 
 TEST(Policy, never_evicts_what_no_round_has_seen) {
@@ -168,8 +199,10 @@ TEST(Policy, loads_in_flight_follow_the_pool) {
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000), 2u);
     EXPECT_EQ(loads(PolicyKind::aged_wants, 80000), 5u);
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000000), 16u);
-    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, false).loads_in_flight, 40u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, false).loads_in_flight, 20u);
     EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, false).loads_in_flight, 64u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, false).evict_ahead, 5u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, false).evict_ahead, 16u);
     EXPECT_EQ(loads(PolicyKind::most_wanted, 1000000), 1u);                        // the paper's one swap
     EXPECT_EQ(default_settings(PolicyKind::lru, 0, 0, true).loads_in_flight, 2u);  // an empty scene
 }

@@ -107,7 +107,10 @@ typedef struct rp_path_sample {
 // Demand: arrays of one word a block, one after the other.
 #define RP_DEMAND_WANTS 0u    // rays that wait for the block
 #define RP_DEMAND_BOUNCES 1u  // with RP_COUNT_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
-#define RP_DEMAND_USED 2u     // last round in which a ray entered the block
+// With RP_NOTE_ROUNDS: the last round in which a ray entered the block; with RP_COUNT_ENTRIES: how many have so far, of a
+// sample of rays, modulo 2^32 (streams, and rays that are recorded, enter it by each of its portals).
+// A residency policy needs one or the other, and where everything is resident none is kept.
+#define RP_DEMAND_USED 2u
 #define RP_DEMAND_ARRAYS 3u
 // Beside streams there are more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
 // their places (RP_STATUS_WORDS): extension rays and shadow rays each for themselves, and either in RP_LISTS of them, which are gone through
