@@ -1,18 +1,12 @@
 #include "blocks/point_view.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
-
-using Vector = std::array<double, 3>;
-
-Vector vector(const Float3& v) { return {v.x, v.y, v.z}; }
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
-double length(const Vector& a) { return std::sqrt(dot(a, a)); }
 
 class Filter {
 public:

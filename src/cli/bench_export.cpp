@@ -10,7 +10,7 @@
 namespace raypager {
 namespace {
 
-constexpr const char* about =
+constexpr const char* about_export =
     "Writes a baked scene for Mitsuba 3: DIR/scene.xml and its meshes. Camera, materials, lights, depth, roulette and pixel filter are\n"
     "the same. bench/mitsuba/compare.py renders with both and compares their times.";
 
@@ -19,7 +19,7 @@ constexpr const char* about =
 Status run_bench_export(const Arguments& arguments) {
     std::vector<std::string> inputs;
     std::filesystem::path directory;
-    OptionParser parser("bench export", "FILE.rpb -o DIR", about);
+    OptionParser parser("bench export", "FILE.rpb -o DIR", about_export);
     parser.inputs("the block file", 1, 1, inputs);
     parser.option("output,o", "DIR", "directory to write to; made if absent", into_path(directory));
     const auto outcome = parser.parse(arguments);

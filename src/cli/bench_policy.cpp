@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* about =
+constexpr const char* about_policy =
     "Serves a demand trace (render --record-trace) again, under other policies and pools, without a device, and says what each would\n"
     "have moved. 'clairvoyant' is the furthest-next-use replacement on the same order of service; 'least' is what no schedule with\n"
     "these slots and this pool can go below. bench/README.md says what both mean and how the replay models time.";
@@ -32,7 +32,7 @@ struct PolicySettingsGiven {
 
 Result<OptionParser::Outcome> parse(const Arguments& arguments, PolicySettingsGiven& given) {
     std::vector<std::string> inputs;
-    OptionParser parser("bench policy", "TRACE [options]", about);
+    OptionParser parser("bench policy", "TRACE [options]", about_policy);
     parser.inputs("the demand trace", 1, 1, inputs);
     parser.option("pools", "LIST", "sizes of the pool, in bytes or as shares of the geometry (default: 50%,25%,12.5%,3%)",
                   into_list(given.pools, parse_size_or_percent));

@@ -24,7 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using bench::SweepPolicy;
 
-constexpr const char* about =
+constexpr const char* about_sweep =
     "Renders a scene at every combination of the lists, against one reference that it makes and keeps, and writes into DIR: sweep.html,\n"
     "a page with plots; sweep.csv and convergence.csv; sweep.json. Exit status 1 if films differ that must be the same. Beside the\n"
     "policies of render, --policies takes 'paper' (the paper's settings) and 'host' (all geometry in mapped host memory, no paging).";
@@ -67,7 +67,7 @@ Result<OptionParser::Outcome> parse(const Arguments& arguments, SweepGiven& give
     sweep.paths = {{}};
     sweep.connections = {Connection::queue};
     sweep.reference.spp = 0;
-    OptionParser parser("bench sweep", "INPUT... -o DIR [options]", about);
+    OptionParser parser("bench sweep", "INPUT... -o DIR [options]", about_sweep);
     parser.inputs("INPUT", 1, 1000000, given.inputs);
     parser.option("output,o", "DIR", "folder for the results; made if absent", into_path(given.folder));
     parser.option("limits", "LIST", "--geometry-limit of the runs, in bytes or % (default: 100%,50%,25%,12.5%,3%)",

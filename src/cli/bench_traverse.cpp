@@ -10,7 +10,7 @@
 namespace raypager {
 namespace {
 
-constexpr const char* about =
+constexpr const char* about_traverse =
     "Times the tracing stages of the engine on rays that lie on the device, everything resident: camera rays, one diffuse bounce\n"
     "from each of their hits, and a shadow ray from each to a box of light. Median of the repeats. With --ceiling, rays that\n"
     "miss the scene have a bounce and a shadow ray, too.";
@@ -48,7 +48,7 @@ nlohmann::json to_json(const bench::TraverseResult& result, const bench::Travers
 Status run_bench_traverse(const Arguments& arguments) {
     TraverseSettings settings;
     std::filesystem::path report;
-    OptionParser parser("bench traverse", "FILE.rpb [options]", about);
+    OptionParser parser("bench traverse", "FILE.rpb [options]", about_traverse);
     add_traverse_options(parser, settings);
     parser.option("device", "D", "number or part of the name, as 'raypager devices' lists them (default: its default)",
                   [&](const std::string& text) { return settings.options.device = text, Status(); });

@@ -10,7 +10,7 @@
 namespace raypager {
 namespace {
 
-constexpr const char* about =
+constexpr const char* about_make_scene =
     "Writes a procedural scene: DIR/scene.pbrt and its meshes. The same seed gives the same scene. KIND is one of\n"
     "  cornell   a Cornell box with three complex models (default: about 1 GB of geometry)\n"
     "  terrain   a fractal landscape, or one from an elevation image\n"
@@ -42,7 +42,7 @@ Status run_make_scene(const Arguments& arguments) {
     MakeSceneOptions options;
     std::vector<std::string> kinds;
     std::filesystem::path heightmap;
-    OptionParser parser("make-scene", "KIND -o DIR [options]", about);
+    OptionParser parser("make-scene", "KIND -o DIR [options]", about_make_scene);
     parser.inputs("the kind of scene", 1, 1, kinds);
     parser.option("output,o", "DIR", "directory to write to; made if absent", into_path(options.directory));
     parser.option("triangles", "N", "about so many triangles, 1K to 4G in thousands (default: the kind's own)",

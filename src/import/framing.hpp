@@ -2,30 +2,19 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "raypager/scene.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 
-using Vector = std::array<double, 3>;
 constexpr double pi = 3.14159265358979323846;
-
-inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline Vector operator*(double s, const Vector& v) { return {s * v[0], s * v[1], s * v[2]}; }
-inline double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
-inline double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
-inline Vector unit(const Vector& v) { return (1 / length(v)) * v; }
-inline Vector vector(const Float3& p) { return {p.x, p.y, p.z}; }
-inline Float3 float3(const Vector& v) { return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}; }
 
 // The world as the viewer's: up, towards the viewer's side of the object, and to the viewer's right.
 struct Axes {
-    Vector up, front, side;
+    Vector up = {}, front = {}, side = {};
 };
 constexpr Axes y_up = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
 constexpr Axes z_up = {{0, 0, 1}, {0, -1, 0}, {1, 0, 0}};
@@ -46,7 +35,7 @@ public:
     // radius: of what is framed.
     Vector eye(double radius) const;
 
-    Vector to_camera, right, up;
+    Vector to_camera = {}, right = {}, up = {};
 
 private:
     double tan_x, tan_y;

@@ -12,7 +12,7 @@
 namespace raypager {
 namespace {
 
-constexpr double width = 556, height = 548.8, depth = 559.2;
+constexpr double box_width = 556, box_height = 548.8, box_depth = 559.2;
 constexpr uint64_t knot_share = 270, vase_share = 230, coral_share = 360, all_shares = knot_share + vase_share + coral_share;
 
 void add_box(SceneWriter& scene) {
@@ -25,12 +25,12 @@ void add_box(SceneWriter& scene) {
     scene.conductor("mirror", {0.155, 0.117, 0.138}, {4.828, 3.122, 2.147}, 0);
     scene.glass("glass", 1.5);
     // Each seen from inside.
-    scene.quad("white", {0, 0, 0}, {0, 0, depth}, {width, 0, 0});
-    scene.quad("white", {0, height, 0}, {width, 0, 0}, {0, 0, depth});
-    scene.quad("white", {0, 0, depth}, {0, height, 0}, {width, 0, 0});
-    scene.quad("red", {width, 0, 0}, {0, 0, depth}, {0, height, 0});
-    scene.quad("green", {0, 0, 0}, {0, height, 0}, {0, 0, depth});
-    scene.light({213, height - 0.5, 227}, {130, 0, 0}, {0, 0, 105}, {34, 27, 17});
+    scene.quad("white", {0, 0, 0}, {0, 0, box_depth}, {box_width, 0, 0});
+    scene.quad("white", {0, box_height, 0}, {box_width, 0, 0}, {0, 0, box_depth});
+    scene.quad("white", {0, 0, box_depth}, {0, box_height, 0}, {box_width, 0, 0});
+    scene.quad("red", {box_width, 0, 0}, {0, 0, box_depth}, {0, box_height, 0});
+    scene.quad("green", {0, 0, 0}, {0, box_height, 0}, {0, 0, box_depth});
+    scene.light({213, box_height - 0.5, 227}, {130, 0, 0}, {0, 0, 105}, {34, 27, 17});
     scene.sphere("glass", {130, 52, 125}, 52);
     scene.sphere("mirror", {276, 40, 130}, 40);
 }

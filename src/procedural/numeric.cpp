@@ -17,8 +17,6 @@ double polynomial(const double (&coefficients)[count], double y) {
 
 }  // namespace
 
-double length(const Double3& a) { return std::sqrt(dot(a, a)); }
-
 Double3 normalized(const Double3& a) { return a * (1 / length(a)); }
 
 double Random::bell() {

@@ -5,20 +5,15 @@
 #include <array>
 #include <cstdint>
 
-#include "raypager/scene.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 
-using Double3 = std::array<double, 3>;
+using Double3 = Vector;
 
-inline Double3 operator+(const Double3& a, const Double3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline Double3 operator-(const Double3& a, const Double3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline Double3 operator*(const Double3& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
-inline double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline Double3 cross(const Double3& a, const Double3& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
-double length(const Double3& a);
+inline Double3 operator*(const Double3& a, double s) { return s * a; }
 Double3 normalized(const Double3& a);  // REQUIRES: a is not the null vector
-inline Float3 to_float3(const Double3& a) { return {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])}; }
+inline Float3 to_float3(const Double3& a) { return float3(a); }
 
 // A bijection on 64 bits in which every input bit affects every output bit (the finaliser of SplitMix64; Steele et al. 2014).
 inline uint64_t mix_bits(uint64_t x) {

@@ -34,7 +34,7 @@ std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, con
 // A tube of rows x columns quads about a (windings, turns) torus knot in the xy plane: each turns about the core circle of major radius
 // while the curve, at minor radius from it, goes windings times round the axis. thickness(row, column): the tube's radius there.
 struct TorusKnot {
-    Double3 center;
+    Double3 center = {};
     double major = 2, minor = 1;
     int windings = 2, turns = 3;
     uint64_t rows = 3, columns = 3;
@@ -45,7 +45,7 @@ SurfaceGrid knot_surface(TorusKnot knot);
 // A profile (radius, height) that starts and ends on the axis, as a smooth curve through the given points, turned about the vertical axis.
 // relief(along, around), both in [0, 1], is added to the radius.
 struct Turned {
-    Double3 base;  // where radius and height are 0
+    Double3 base = {};  // where radius and height are 0
     std::vector<std::array<double, 2>> profile;
     uint64_t rows = 3, columns = 3;
     std::function<double(double along, double around)> relief;

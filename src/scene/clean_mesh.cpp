@@ -7,11 +7,10 @@
 
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
-
-bool finite(const Float3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 // Differences of floats are exact in double unless their exponents lie 29 or more apart, and products of differences of 26 bits are as
 // well: what comes out as zero has no area, or so little that it vanishes beside the coordinates' last bits.

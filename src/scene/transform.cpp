@@ -3,13 +3,10 @@
 #include <utility>
 
 #include "raypager/scene.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
-
-using Vector = std::array<double, 3>;
-
-Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
 
 // The unit vector, or nothing if the length is zero or not finite. Scaled first, so that squares neither overflow nor vanish.
 std::optional<Vector> normalized(Vector v) {

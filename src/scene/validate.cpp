@@ -6,6 +6,7 @@
 #include <span>
 
 #include "raypager/scene.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 // Far more than anyone renders, small enough that products of the two stay in 32 bits.
 constexpr uint32_t largest_side = 65535;
 
-bool finite(const Float3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 bool finite(std::span<const float> values) {
     return std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
 }

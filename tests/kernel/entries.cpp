@@ -14,7 +14,7 @@ namespace {
 
 using support::ProbeRay;
 
-class SmallEntries : public testing::TestWithParam<Traversal> {
+class Entries : public testing::TestWithParam<Traversal> {
 protected:
     // Rays from all sides to the middle of a scene of one block: single ones enter it, for the closest hit and once more for any hit.
     void SetUp() override {
@@ -70,11 +70,11 @@ protected:
     uint32_t portals_ = 0, hits_ = 0;
 };
 
-TEST_P(SmallEntries, none_are_told_unless_asked_for) { EXPECT_EQ(use(""), 0u); }
+TEST_P(Entries, none_are_told_unless_asked_for) { EXPECT_EQ(use(""), 0u); }
 
-TEST_P(SmallEntries, the_round_of_the_last_one) { EXPECT_EQ(use(" -DRP_NOTE_ROUNDS"), 1u); }
+TEST_P(Entries, the_round_of_the_last_one) { EXPECT_EQ(use(" -DRP_NOTE_ROUNDS"), 1u); }
 
-TEST_P(SmallEntries, all_are_counted) {
+TEST_P(Entries, all_are_counted) {
     const uint32_t entries = use(" -DRP_COUNT_ENTRIES=0u");
     if (GetParam() == Traversal::ray) {
         EXPECT_EQ(entries, 2 * count);
@@ -87,10 +87,10 @@ TEST_P(SmallEntries, all_are_counted) {
     EXPECT_EQ(use(" -DRP_COUNT_ENTRIES=0u"), 2 * entries) << "they add up";
 }
 
-TEST_P(SmallEntries, a_sample_is_as_large_as_it_should_be) { expect_an_eighth(); }
+TEST_P(Entries, a_sample_is_as_large_as_it_should_be) { expect_an_eighth(); }
 
 // As to the sun: directions tell them no more apart. Along an axis two reciprocals are the same.
-TEST_P(SmallEntries, a_sample_of_parallel_rays) {
+TEST_P(Entries, a_sample_of_parallel_rays) {
     for (const Float3& direction : {Float3{0, 0, 1}, Float3{0.6f, 0.48f, 0.64f}}) {
         for (ProbeRay& ray : rays_) {
             const Float3 away = {ray.direction.x, ray.direction.y, ray.direction.z};
@@ -104,7 +104,7 @@ TEST_P(SmallEntries, a_sample_of_parallel_rays) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(traversal, SmallEntries, testing::ValuesIn(support::traversals()),
+INSTANTIATE_TEST_SUITE_P(traversal, Entries, testing::ValuesIn(support::traversals()),
                          [](const auto& tested) { return std::string(tested.param == Traversal::ray ? "ray" : "stream"); });
 
 }  // namespace
