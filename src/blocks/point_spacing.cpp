@@ -8,9 +8,9 @@
 namespace raypager {
 namespace {
 
-constexpr size_t enough = 24;     // points that tell a spacing
-constexpr size_t plenty = 64;     // cells with more are divided
-constexpr size_t neighbours = 3;  // the one whose distance counts: with two, points in lines would tell nothing of what lies between the lines
+constexpr size_t enough = 24;    // points that tell a spacing
+constexpr size_t plenty = 64;    // cells with more are divided
+constexpr size_t neighbour = 3;  // the one whose distance counts: with two, points in lines would tell nothing of what lies between the lines
 
 // The middle of what is left when zeros (points in the same place as others) are not counted; 0 if nothing is.
 float median(std::vector<float>& values) {
@@ -87,11 +87,11 @@ private:
 
 float compared_spacing(std::span<const Float3> points) {
     if (points.size() < 2) return 0;
-    const size_t rank = std::min(neighbours, points.size() - 1);
+    const size_t rank = std::min(neighbour, points.size() - 1);
     std::vector<float> distances;
     distances.reserve(points.size());
     for (size_t i = 0; i < points.size(); i++) {
-        std::array<float, neighbours> nearest;
+        std::array<float, neighbour> nearest;
         nearest.fill(std::numeric_limits<float>::infinity());
         for (size_t j = 0; j < points.size(); j++) {
             float d = i == j ? std::numeric_limits<float>::infinity() : distance_squared(points[i], points[j]);

@@ -77,11 +77,11 @@ void add_hose(Assembly& assembly, const Placement& place, double size, double de
     // A curve that keeps changing its direction, by less than 50 degrees a step.
     const uint32_t steps = scaled(40, detail, 8);
     const double step = 3 * size / steps;
-    std::vector<Double3> path = {place.origin};
-    Double3 heading = place.y, turn = random.direction();
+    std::vector<Vector> path = {place.origin};
+    Vector heading = place.y, turn = random.direction();
     for (uint32_t i = 0; i < steps; i++) {
         if (i % std::max(1u, steps / 6) == 0) turn = random.direction();
-        heading = normalized(heading + turn * (6.0 / steps));
+        heading = unit(heading + turn * (6.0 / steps));
         path.push_back(path.back() + heading * step);
     }
     const double radius = size * random.uniform(0.02, 0.06);
@@ -93,7 +93,7 @@ void add_loose_parts(Assembly& assembly, const Placement& place, double size, do
     const uint32_t count = 3 + random.below(10);
     for (uint32_t i = 0; i < count; i++) {
         const double distance = size * random.uniform(0.1, 0.7);
-        const Double3 offset = random.direction() * distance;
+        const Vector offset = random.direction() * distance;
         const double turn = random.uniform();
         const Placement own = Placement::along(place.origin + offset, random.direction(), turn);
         const double part = size * random.uniform(0.05, 0.25);

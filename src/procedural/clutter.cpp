@@ -85,7 +85,7 @@ void add_hall(SceneWriter& scene) {
             scene.light({7.5 * column - 1.5, hall_height + 0.5, -13 + 8.0 * row}, {3, 0, 0}, {0, 0, 1}, {44, 40, 33});
 }
 
-Placement lying(const Double3& origin, const Double3& direction) { return Placement::along(origin, direction); }
+Placement lying(const Vector& origin, const Vector& direction) { return Placement::along(origin, direction); }
 
 // Pipes along the back wall and beams under the open roof: what holds the picture together.
 void add_fixtures(Assembly& assembly, double detail, Random& random) {
@@ -107,9 +107,9 @@ void add_fixtures(Assembly& assembly, double detail, Random& random) {
 // From anywhere on one side of the hall to anywhere on the other, hardly thicker than a finger.
 void add_diagonals(Assembly& assembly, uint64_t count, double detail, Random& random) {
     for (uint64_t i = 0; i < count; i++) {
-        const Double3 from = {-hall_width / 2 + 0.5, random.uniform(0.2, hall_height - 1), random.uniform(-hall_depth + 1, -2)};
-        const Double3 to = {hall_width / 2 - 0.5, random.uniform(0.2, hall_height - 1), random.uniform(-hall_depth + 1, -2)};
-        const std::array<Double3, 2> path = {from, to};
+        const Vector from = {-hall_width / 2 + 0.5, random.uniform(0.2, hall_height - 1), random.uniform(-hall_depth + 1, -2)};
+        const Vector to = {hall_width / 2 - 0.5, random.uniform(0.2, hall_height - 1), random.uniform(-hall_depth + 1, -2)};
+        const std::array<Vector, 2> path = {from, to};
         const double radius = random.uniform(0.004, 0.02);
         add_bar(assembly.of(random.below(2) == 0 ? Stuff::steel : Stuff::rubber), path, radius, segments_for(radius, 0.5 * detail));
     }
@@ -127,7 +127,7 @@ public:
     }
 
     struct Spot {
-        Double3 at;
+        Vector at;
         double size;  // of what lies there
     };
     // Small things are many and lie deep in the heaps; large ones are few.
@@ -154,9 +154,9 @@ private:
     double total_ = 0;
 };
 
-Placement any_placement(const Double3& at, Random& random) {
+Placement any_placement(const Vector& at, Random& random) {
     // Most parts are aligned with the hall, as if just put down; the others lie as they fell.
-    constexpr std::array<Double3, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    constexpr std::array<Vector, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     // One draw a statement, here and wherever random numbers are arguments: compilers differ in the order in which they evaluate those.
     if (random.below(5) < 2) {
         const double turn = 0.25 * random.below(4);

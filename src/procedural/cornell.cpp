@@ -38,11 +38,11 @@ void add_box(SceneWriter& scene) {
 // Grooves that meander as on a brain coral, on a lumpy ball.
 Status add_coral(SceneWriter& scene, uint64_t triangles, uint64_t seed) {
     constexpr double radius = 118;
-    const Double3 center = {162, 108, 345};
+    const Vector center = {162, 108, 345};
     const auto n = static_cast<uint64_t>(std::max(1L, std::lround(std::sqrt(static_cast<double>(triangles) / 12))));
-    const auto surface = [seed](const Double3& direction) {
-        const Double3 warp = {fractal_noise(direction * 2.1, 2, 0.5, seed), fractal_noise(direction * 2.1 + Double3{5, 1, 3}, 2, 0.5, seed + 11),
-                              fractal_noise(direction * 2.1 + Double3{2, 8, 4}, 2, 0.5, seed + 22)};
+    const auto surface = [seed](const Vector& direction) {
+        const Vector warp = {fractal_noise(direction * 2.1, 2, 0.5, seed), fractal_noise(direction * 2.1 + Vector{5, 1, 3}, 2, 0.5, seed + 11),
+                             fractal_noise(direction * 2.1 + Vector{2, 8, 4}, 2, 0.5, seed + 22)};
         const double lumps = gradient_noise(direction * 1.7, seed + 33);
         const double grooves = 1 - std::abs(gradient_noise((direction + warp * 0.22) * 7.5, seed + 44)) * 2;
         const double grain = fractal_noise(direction * 60, 5, 0.6, seed + 55);

@@ -37,7 +37,7 @@ Tile::Tile(const HeightField& field, uint64_t column_begin, uint64_t column_end,
         for (size_t r = begin; r < end; r++)
             for (size_t c = 0; c < columns_; c++) {
                 const auto column = static_cast<double>(column_begin + c), row = static_cast<double>(row_begin + r);
-                positions_[vertex(c, r)] = to_float3({column * field.spacing_x, field.height(column, row), row * field.spacing_z});
+                positions_[vertex(c, r)] = float3({column * field.spacing_x, field.height(column, row), row * field.spacing_z});
             }
     });
 }

@@ -37,7 +37,7 @@ Noise2 value_noise(double x, double z, uint64_t seed) {
     return {a + (b - a) * u + (c - a) * v + twist * u * v, fade_slope(tx) * (b - a + twist * v), fade_slope(tz) * (c - a + twist * u)};
 }
 
-double gradient_noise(const Double3& p, uint64_t seed) {
+double gradient_noise(const Vector& p, uint64_t seed) {
     const double fx = std::floor(p[0]), fy = std::floor(p[1]), fz = std::floor(p[2]);
     const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy), iz = static_cast<int64_t>(fz);
     const double x = p[0] - fx, y = p[1] - fy, z = p[2] - fz;
@@ -47,7 +47,7 @@ double gradient_noise(const Double3& p, uint64_t seed) {
                mix(mix(corner(0, 0, 1), corner(1, 0, 1), u), mix(corner(0, 1, 1), corner(1, 1, 1), u), v), w);
 }
 
-double fractal_noise(const Double3& p, int octaves, double gain, uint64_t seed) {
+double fractal_noise(const Vector& p, int octaves, double gain, uint64_t seed) {
     double sum = 0, amplitude = 1, frequency = 1;
     for (int octave = 0; octave < octaves; octave++) {
         sum += amplitude * gradient_noise(p * frequency, seed + static_cast<uint64_t>(octave));
@@ -57,7 +57,7 @@ double fractal_noise(const Double3& p, int octaves, double gain, uint64_t seed) 
     return sum;
 }
 
-double ridged_noise(const Double3& p, int octaves, double gain, uint64_t seed) {
+double ridged_noise(const Vector& p, int octaves, double gain, uint64_t seed) {
     double sum = 0, amplitude = 1, total = 0, frequency = 1;
     for (int octave = 0; octave < octaves; octave++) {
         const double ridge = 1 - std::abs(gradient_noise(p * frequency, seed + static_cast<uint64_t>(octave)));

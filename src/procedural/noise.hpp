@@ -15,12 +15,12 @@ struct Noise2 {
 Noise2 value_noise(double x, double z, uint64_t seed);
 
 // Gradient noise (Perlin 2002) in space, about within [-1, 1].
-double gradient_noise(const Double3& p, uint64_t seed);
+double gradient_noise(const Vector& p, uint64_t seed);
 
 // Sum of octaves of gradient noise, each with twice the frequency and gain times the amplitude of the one before.
-double fractal_noise(const Double3& p, int octaves, double gain, uint64_t seed);
+double fractal_noise(const Vector& p, int octaves, double gain, uint64_t seed);
 
 // The same with each octave folded at zero: sharp ridges, in [0, 1] about (Musgrave's ridged multifractal, without his feedback).
-double ridged_noise(const Double3& p, int octaves, double gain, uint64_t seed);
+double ridged_noise(const Vector& p, int octaves, double gain, uint64_t seed);
 
 }  // namespace raypager

@@ -17,8 +17,6 @@ double polynomial(const double (&coefficients)[count], double y) {
 
 }  // namespace
 
-Double3 normalized(const Double3& a) { return a * (1 / length(a)); }
-
 double Random::bell() {
     // Twelve uniform numbers have variance 1 together; squeezing the tails costs nothing that a picture shows.
     double sum = -6;
@@ -26,7 +24,7 @@ double Random::bell() {
     return std::clamp(sum, -3.5, 3.5);
 }
 
-Double3 Random::direction() {
+Vector Random::direction() {
     const double z = uniform(-1, 1);
     const SinCos angle = sincos_turns(uniform());
     const double r = std::sqrt(std::max(0.0, 1 - z * z));

@@ -9,12 +9,6 @@
 
 namespace raypager {
 
-using Double3 = Vector;
-
-inline Double3 operator*(const Double3& a, double s) { return s * a; }
-Double3 normalized(const Double3& a);  // REQUIRES: a is not the null vector
-inline Float3 to_float3(const Double3& a) { return float3(a); }
-
 // A bijection on 64 bits in which every input bit affects every output bit (the finaliser of SplitMix64; Steele et al. 2014).
 inline uint64_t mix_bits(uint64_t x) {
     x ^= x >> 30;
@@ -32,8 +26,8 @@ public:
     double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }  // [0, 1)
     double uniform(double low, double high) { return low + (high - low) * uniform(); }
     uint32_t below(uint32_t count) { return static_cast<uint32_t>((bits() >> 32) * count >> 32); }  // [0, count)
-    double bell();        // mean 0, standard deviation 1, within [-3.5, 3.5]: a sum of uniform numbers
-    Double3 direction();  // uniform on the unit sphere
+    double bell();       // mean 0, standard deviation 1, within [-3.5, 3.5]: a sum of uniform numbers
+    Vector direction();  // uniform on the unit sphere
 
 private:
     uint64_t state_;

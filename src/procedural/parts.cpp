@@ -7,8 +7,8 @@
 namespace raypager {
 namespace {
 
-uint32_t add_vertex(TriangleMesh& mesh, const Double3& position) {
-    mesh.positions.push_back(to_float3(position));
+uint32_t add_vertex(TriangleMesh& mesh, const Vector& position) {
+    mesh.positions.push_back(float3(position));
     return static_cast<uint32_t>(mesh.positions.size() - 1);
 }
 
@@ -55,22 +55,22 @@ std::vector<Point2> circle(double radius, uint32_t points) {
     return result;
 }
 
-Double3 any_perpendicular(const Double3& direction) {
-    return normalized(std::abs(direction[1]) < 0.9 * length(direction) ? cross(direction, {0, 1, 0}) : cross(direction, {1, 0, 0}));
+Vector any_perpendicular(const Vector& direction) {
+    return unit(std::abs(direction[1]) < 0.9 * length(direction) ? cross(direction, {0, 1, 0}) : cross(direction, {1, 0, 0}));
 }
 
 }  // namespace
 
-Placement Placement::along(const Double3& origin, const Double3& direction, double turns) {
-    const Double3 y = normalized(direction), side = any_perpendicular(y), other = cross(side, y);
+Placement Placement::along(const Vector& origin, const Vector& direction, double turns) {
+    const Vector y = unit(direction), side = any_perpendicular(y), other = cross(side, y);
     const SinCos angle = sincos_turns(turns);
-    const Double3 x = side * angle.cos + other * angle.sin;
+    const Vector x = side * angle.cos + other * angle.sin;
     return {origin, x, y, cross(x, y)};
 }
 
 void add_turned(TriangleMesh& mesh, const Placement& place, std::span<const Point2> profile, uint32_t segments, bool closed) {
     RAYPAGER_CHECK(segments >= 3 && profile.size() >= 3);
-    const std::vector<Point2> unit = circle(1, segments);
+    const std::vector<Point2> round = circle(1, segments);
     const size_t n = profile.size();
     std::vector<std::vector<uint32_t>> rings;
     for (size_t i = 0; i < n; i++) {
@@ -80,7 +80,7 @@ void add_turned(TriangleMesh& mesh, const Placement& place, std::span<const Poin
             ring.assign(segments, add_vertex(mesh, place.at(0, y, 0)));
             continue;
         }
-        for (const Point2& u : unit) ring.push_back(add_vertex(mesh, place.at(radius * u[0], y, radius * u[1])));
+        for (const Point2& u : round) ring.push_back(add_vertex(mesh, place.at(radius * u[0], y, radius * u[1])));
     }
     for (size_t i = 0; i + (closed ? 0 : 1) < n; i++) {
         const std::vector<uint32_t>&lower = rings[i], &upper = rings[(i + 1) % n];
@@ -160,19 +160,19 @@ void add_beam(TriangleMesh& mesh, const Placement& place, double half_width, dou
     for (const auto& c : cap) faces.add(top[c[0]], top[c[2]], top[c[1]], bottom[c[0]], bottom[c[2]], bottom[c[1]]);
 }
 
-void add_bar(TriangleMesh& mesh, std::span<const Double3> path, double radius, uint32_t segments) {
+void add_bar(TriangleMesh& mesh, std::span<const Vector> path, double radius, uint32_t segments) {
     RAYPAGER_CHECK(path.size() >= 2 && segments >= 3);
-    const std::vector<Point2> unit = circle(1, segments);
+    const std::vector<Point2> round = circle(1, segments);
     const size_t n = path.size();
-    Double3 normal = any_perpendicular(path[1] - path[0]);
+    Vector normal = any_perpendicular(path[1] - path[0]);
     std::vector<uint32_t> before;
     for (size_t i = 0; i < n; i++) {
-        const Double3 tangent = normalized(path[i + 1 < n ? i + 1 : i] - path[i > 0 ? i - 1 : 0]);
-        normal = normalized(normal - tangent * dot(normal, tangent));  // carried along with as little twist as possible
-        const Double3 binormal = cross(normal, tangent);
+        const Vector tangent = unit(path[i + 1 < n ? i + 1 : i] - path[i > 0 ? i - 1 : 0]);
+        normal = unit(normal - tangent * dot(normal, tangent));  // carried along with as little twist as possible
+        const Vector binormal = cross(normal, tangent);
         std::vector<uint32_t> ring;
         ring.reserve(segments);
-        for (const Point2& u : unit) ring.push_back(add_vertex(mesh, path[i] + (normal * u[0] + binormal * u[1]) * radius));
+        for (const Point2& u : round) ring.push_back(add_vertex(mesh, path[i] + (normal * u[0] + binormal * u[1]) * radius));
         if (i == 0 || i + 1 == n) {
             const uint32_t centre = add_vertex(mesh, path[i]);
             for (uint32_t j = 0; j < segments; j++) {
@@ -241,7 +241,7 @@ void add_gear(TriangleMesh& mesh, const Placement& place, double radius, uint32_
 
 void add_spring(TriangleMesh& mesh, const Placement& place, double radius, double wire, double height, uint32_t coils, uint32_t segments) {
     const uint32_t steps = coils * segments * 2;
-    std::vector<Double3> path;
+    std::vector<Vector> path;
     for (uint32_t i = 0; i <= steps; i++) {
         const double t = static_cast<double>(i) / steps;
         const SinCos angle = sincos_turns(t * coils);

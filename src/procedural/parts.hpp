@@ -14,11 +14,11 @@ using Point2 = std::array<double, 2>;
 
 // A right-handed orthonormal frame; parts lie along or turn about its y axis.
 struct Placement {
-    Double3 origin = {0, 0, 0}, x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
-    Double3 at(double px, double py, double pz) const { return origin + x * px + y * py + z * pz; }
+    Vector origin = {0, 0, 0}, x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
+    Vector at(double px, double py, double pz) const { return origin + x * px + y * py + z * pz; }
     Placement moved(double px, double py, double pz) const { return {at(px, py, pz), x, y, z}; }
     // With the y axis in the given direction (not null), turned about it by turns.
-    static Placement along(const Double3& origin, const Double3& direction, double turns = 0);
+    static Placement along(const Vector& origin, const Vector& direction, double turns = 0);
 };
 
 // (radius, height) points turned about the y axis. Open profiles start and end on the axis and run upwards outside; closed ones never
@@ -37,7 +37,7 @@ void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t c
 void add_beam(TriangleMesh& mesh, const Placement& place, double half_width, double half_height, double length);
 
 // A round bar along a path in world space, with flat ends. REQUIRES: at least two points, neighbours apart.
-void add_bar(TriangleMesh& mesh, std::span<const Double3> path, double radius, uint32_t segments);
+void add_bar(TriangleMesh& mesh, std::span<const Vector> path, double radius, uint32_t segments);
 
 // Shapes made from these.
 void add_cylinder(TriangleMesh& mesh, const Placement& place, double radius, double height, uint32_t segments);

@@ -43,7 +43,7 @@ void put_las(std::byte* at, const ScanPoint& p, const std::array<int64_t, 3>& po
 }
 
 void put_ply(std::byte* at, const ScanPoint& p) {
-    put(at, to_float3({p.x, p.y, p.z}));
+    put(at, float3({p.x, p.y, p.z}));
     put(at + 12, p.color);
 }
 

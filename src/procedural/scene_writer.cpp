@@ -8,8 +8,8 @@ namespace {
 std::string numbers(const std::array<double, 3>& v) { return fmt::format("{} {} {}", v[0], v[1], v[2]); }
 
 // Coordinates are written as floats, since that is what a reader keeps.
-std::string point(const Double3& p) {
-    const Float3 f = to_float3(p);
+std::string point(const Vector& p) {
+    const Float3 f = float3(p);
     return fmt::format("{} {} {}", f.x, f.y, f.z);
 }
 
@@ -61,30 +61,30 @@ void SceneWriter::glass(std::string_view name, double ior) {
 
 void SceneWriter::sky(const Rgb& radiance) { text_ += fmt::format("LightSource \"infinite\" \"rgb L\" [{}]\n", numbers(radiance)); }
 
-void SceneWriter::sun(const Double3& towards_sun, const Rgb& irradiance) {
+void SceneWriter::sun(const Vector& towards_sun, const Rgb& irradiance) {
     text_ +=
         fmt::format("LightSource \"distant\" \"rgb L\" [{}] \"point3 from\" [{}] \"point3 to\" [0 0 0]\n", numbers(irradiance), point(towards_sun));
 }
 
-void SceneWriter::shape_quad(const Double3& p, const Double3& a, const Double3& b) {
+void SceneWriter::shape_quad(const Vector& p, const Vector& a, const Vector& b) {
     text_ += fmt::format("  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [{}  {}  {}  {}]\n", point(p), point(p + a),
                          point(p + a + b), point(p + b));
     made_.triangles += 2;
 }
 
-void SceneWriter::light(const Double3& p, const Double3& a, const Double3& b, const Rgb& radiance) {
+void SceneWriter::light(const Vector& p, const Vector& a, const Vector& b, const Rgb& radiance) {
     text_ += fmt::format("AttributeBegin\n  Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n  AreaLightSource \"diffuse\" \"rgb L\" [{}]\n",
                          numbers(radiance));
     shape_quad(p, a, b);
     text_ += "AttributeEnd\n";
 }
 
-void SceneWriter::sphere(std::string_view material, const Double3& center, double radius) {
+void SceneWriter::sphere(std::string_view material, const Vector& center, double radius) {
     text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n  Translate {}\n  Shape \"sphere\" \"float radius\" {}\nAttributeEnd\n", material,
                          point(center), radius);
 }
 
-void SceneWriter::quad(std::string_view material, const Double3& p, const Double3& a, const Double3& b) {
+void SceneWriter::quad(std::string_view material, const Vector& p, const Vector& a, const Vector& b) {
     text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n", material);
     shape_quad(p, a, b);
     text_ += "AttributeEnd\n";

@@ -17,7 +17,7 @@ namespace raypager {
 using Rgb = std::array<double, 3>;
 
 struct View {
-    Double3 eye, target, up = {0, 1, 0};
+    Vector eye, target, up = {0, 1, 0};
     double fov_degrees = 45;  // of the picture's shorter side
     uint32_t width = 1280, height = 720;
 };
@@ -38,11 +38,11 @@ public:
     void glass(std::string_view name, double ior);
 
     void sky(const Rgb& radiance);
-    void sun(const Double3& towards_sun, const Rgb& irradiance);
+    void sun(const Vector& towards_sun, const Rgb& irradiance);
     // A rectangle with corners p, p + a, p + a + b, p + b that shines to the side of cross(a, b).
-    void light(const Double3& p, const Double3& a, const Double3& b, const Rgb& radiance);
-    void sphere(std::string_view material, const Double3& center, double radius);
-    void quad(std::string_view material, const Double3& p, const Double3& a, const Double3& b);
+    void light(const Vector& p, const Vector& a, const Vector& b, const Rgb& radiance);
+    void sphere(std::string_view material, const Vector& center, double radius);
+    void quad(std::string_view material, const Vector& p, const Vector& a, const Vector& b);
 
     // meshes/NAME.ply, to be filled and handed to finish_mesh.
     Result<PlyWriter> begin_mesh(std::string_view name, uint64_t vertices, uint64_t triangles) const;
@@ -56,7 +56,7 @@ public:
     Result<MadeScene> finish();
 
 private:
-    void shape_quad(const Double3& p, const Double3& a, const Double3& b);
+    void shape_quad(const Vector& p, const Vector& a, const Vector& b);
     MakeSceneOptions options_;
     MadeScene made_;
     std::string text_;

@@ -66,7 +66,7 @@ private:
     void fill_row(uint64_t row, Float3* to) const {
         const uint64_t source = grid_.wraps_rows && row == grid_.rows ? 0 : row;
         const uint64_t count = is_pole(row) ? 1 : row_vertices();
-        for (uint64_t column = 0; column < count; column++) to[column] = to_float3(grid_.position(source, column));
+        for (uint64_t column = 0; column < count; column++) to[column] = float3(grid_.position(source, column));
     }
 
     Status write_triangles(PlyWriter& writer) const {
@@ -101,13 +101,13 @@ std::array<double, 2> curve_point(const std::vector<std::array<double, 2>>& poin
 }
 
 // A vertex of the lattice on the surface of a cube of n^3 cells, on the unit sphere. The polynomial evens out the triangles' sizes.
-Double3 cube_direction(const std::array<uint64_t, 3>& lattice, uint64_t n) {
-    Double3 p{};
+Vector cube_direction(const std::array<uint64_t, 3>& lattice, uint64_t n) {
+    Vector p{};
     for (size_t k = 0; k < 3; k++) {
         const double u = (2.0 * static_cast<double>(lattice[k]) - static_cast<double>(n)) / static_cast<double>(n);
         p[k] = u * (0.75 + 0.25 * u * u);
     }
-    return normalized(p);
+    return unit(p);
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ Status write_surface(SceneWriter& scene, std::string_view name, std::string_view
     return {};
 }
 
-std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, const std::function<double(const Double3&)>& radius) {
+std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Vector& center, const std::function<double(const Vector&)>& radius) {
     std::vector<SurfaceGrid> faces;
     for (size_t axis = 0; axis < 3; axis++)
         for (const bool far_side : {false, true}) {
@@ -138,7 +138,7 @@ std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, con
                 // Columns and rows swap roles on opposite faces, so that both are seen from outside.
                 lattice[(axis + 1) % 3] = far_side ? row : column;
                 lattice[(axis + 2) % 3] = far_side ? column : row;
-                const Double3 direction = cube_direction(lattice, n);
+                const Vector direction = cube_direction(lattice, n);
                 return center + direction * radius(direction);
             };
             faces.push_back(std::move(face));
@@ -156,12 +156,12 @@ SurfaceGrid knot_surface(TorusKnot knot) {
         const double around = static_cast<double>(column) / static_cast<double>(knot.columns);
         const SinCos a = sincos_turns(along * knot.windings), b = sincos_turns(along * knot.turns), c = sincos_turns(around);
         const double ring = knot.major + knot.minor * b.cos;
-        const Double3 outwards = {b.cos * a.cos, b.cos * a.sin, b.sin};  // from the core circle
-        const Double3 at = {ring * a.cos, ring * a.sin, knot.minor * b.sin};
+        const Vector outwards = {b.cos * a.cos, b.cos * a.sin, b.sin};  // from the core circle
+        const Vector at = {ring * a.cos, ring * a.sin, knot.minor * b.sin};
         const double p = knot.windings, q = knot.turns * knot.minor;
-        const Double3 tangent = normalized({-q * b.sin * a.cos - p * ring * a.sin, -q * b.sin * a.sin + p * ring * a.cos, q * b.cos});
-        const Double3 normal = normalized(outwards - tangent * dot(outwards, tangent));
-        const Double3 binormal = cross(normal, tangent);
+        const Vector tangent = unit({-q * b.sin * a.cos - p * ring * a.sin, -q * b.sin * a.sin + p * ring * a.cos, q * b.cos});
+        const Vector normal = unit(outwards - tangent * dot(outwards, tangent));
+        const Vector binormal = cross(normal, tangent);
         return knot.center + at + (normal * c.cos + binormal * c.sin) * knot.thickness(along, around);
     };
     return grid;
@@ -180,7 +180,7 @@ SurfaceGrid turned_surface(Turned turned) {
         const auto [radius, height] = curve_point(turned.profile, along);
         const double r = pole ? 0 : radius + turned.relief(along, around);
         const SinCos angle = sincos_turns(around);
-        return turned.base + Double3{r * angle.cos, height, r * angle.sin};
+        return turned.base + Vector{r * angle.cos, height, r * angle.sin};
     };
     return grid;
 }

@@ -19,7 +19,7 @@ struct SurfaceGrid {
     bool wraps_rows = false, wraps_columns = false;
     bool first_is_pole = false, last_is_pole = false;
     // Called from several threads; must depend on its arguments alone.
-    std::function<Double3(uint64_t row, uint64_t column)> position;
+    std::function<Vector(uint64_t row, uint64_t column)> position;
 
     uint64_t triangles() const { return columns * (2 * rows - (first_is_pole ? 1 : 0) - (last_is_pole ? 1 : 0)); }
 };
@@ -29,12 +29,12 @@ Status write_surface(SceneWriter& scene, std::string_view name, std::string_view
                      uint64_t max_triangles = max_mesh_triangles);
 
 // The six faces of a cube of n x n quads, blown up to a sphere: radius(direction) from center.
-std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Double3& center, const std::function<double(const Double3& direction)>& radius);
+std::vector<SurfaceGrid> displaced_sphere(uint64_t n, const Vector& center, const std::function<double(const Vector& direction)>& radius);
 
 // A tube of rows x columns quads about a (windings, turns) torus knot in the xy plane: each turns about the core circle of major radius
 // while the curve, at minor radius from it, goes windings times round the axis. thickness(row, column): the tube's radius there.
 struct TorusKnot {
-    Double3 center = {};
+    Vector center = {};
     double major = 2, minor = 1;
     int windings = 2, turns = 3;
     uint64_t rows = 3, columns = 3;
@@ -45,7 +45,7 @@ SurfaceGrid knot_surface(TorusKnot knot);
 // A profile (radius, height) that starts and ends on the axis, as a smooth curve through the given points, turned about the vertical axis.
 // relief(along, around), both in [0, 1], is added to the radius.
 struct Turned {
-    Double3 base = {};  // where radius and height are 0
+    Vector base = {};  // where radius and height are 0
     std::vector<std::array<double, 2>> profile;
     uint64_t rows = 3, columns = 3;
     std::function<double(double along, double around)> relief;

@@ -31,7 +31,7 @@ public:
     double height(double x, double z) const {
         const double u = x / landscape_size, v = z / landscape_size;
         const double px = x / first_wave, pz = z / first_wave;
-        const Double3 warp_at = {px * 0.7, 0.5, pz * 0.7};
+        const Vector warp_at = {px * 0.7, 0.5, pz * 0.7};
         const double wx = px + 0.35 * fractal_noise(warp_at, 3, 0.45, seed_ + 101);
         const double wz = pz + 0.35 * fractal_noise(warp_at, 3, 0.45, seed_ + 111);
         // A basin, a range behind it and at the sides, and hills in front.
@@ -44,7 +44,7 @@ public:
 private:
     static constexpr double first_wave = 5200;
 
-    double ridges(Double3 p) const {
+    double ridges(Vector p) const {
         double sum = 0, amplitude = 0.55, weight = 1;
         for (int octave = 0; octave < octaves_; octave++) {
             const double fold = 1 - 1.25 * std::abs(gradient_noise(p, seed_ + static_cast<uint64_t>(octave)));

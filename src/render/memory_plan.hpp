@@ -32,6 +32,9 @@ struct MemoryPlan {
     uint64_t slots = 0;
 };
 
+// Whether nothing ever has to leave.
+inline bool holds_all(const MemoryPlan& plan, const MemoryNeeds& needs) { return plan.pool_bytes >= needs.geometry; }
+
 // The fewest slots that a plan chooses by itself.
 inline constexpr uint64_t min_slots = 1024;
 

@@ -176,10 +176,9 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     order_ = params.order;
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
-    const bool all_resident = plan->pool_bytes >= needs.geometry;
     const uint32_t slots_together = filled_together(params.order, *plan, needs);
     auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(), slots_together,
-                                       all_resident ? BlockNotes() : block_notes(options_.policy), visits);
+                                       holds_all(*plan, needs) ? BlockNotes() : block_notes(options_.policy), visits);
     if (!wavefront) return wavefront.status();
     wavefront_ = std::move(*wavefront);
     return {};

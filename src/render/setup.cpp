@@ -169,12 +169,12 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
 
 uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs, uint64_t pixels) {
     const uint32_t region = default_region(order, plan.slots, pixels);
-    if (region == 0 || plan.pool_bytes >= needs.geometry) return region;
+    if (region == 0 || holds_all(plan, needs)) return region;
     return default_region(order, std::max<uint64_t>(1, plan.slots / 2), pixels);  // the others wait
 }
 
 uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs) {
-    if (plan.pool_bytes >= needs.geometry) return 8;
+    if (holds_all(plan, needs)) return 8;
     if (order.region == 0) return 1;
     return plan.pool_bytes >= needs.geometry / 4 ? 4 : 2;
 }

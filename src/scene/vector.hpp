@@ -15,10 +15,11 @@ using Vector = std::array<double, 3>;
 inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 inline Vector operator*(double s, const Vector& v) { return {s * v[0], s * v[1], s * v[2]}; }
+inline Vector operator*(const Vector& v, double s) { return s * v; }
 inline double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 inline Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
 inline double length(const Vector& v) { return std::sqrt(dot(v, v)); }
-inline Vector unit(const Vector& v) { return (1 / length(v)) * v; }
+inline Vector unit(const Vector& v) { return (1 / length(v)) * v; }  // REQUIRES: v is not the null vector
 inline Vector vector(const Float3& p) { return {p.x, p.y, p.z}; }
 inline Float3 float3(const Vector& v) { return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}; }
 

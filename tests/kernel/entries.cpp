@@ -56,7 +56,7 @@ protected:
 
     void expect_an_eighth() {
         const uint32_t before = use(""), all = use(" -DRP_COUNT_ENTRIES=0u") - before, sample = use(" -DRP_COUNT_ENTRIES=7u") - before - all;
-        // Rays, or streams of 64 of them, that are in the sample or not; each enters twice.
+        // Rays, or streams of 64 of them, that are in the sample or not; each enters twice. Five standard deviations of that.
         const double unit = GetParam() == Traversal::ray ? 1 : 64, expected = all / 8.0, tolerance = 5 * std::sqrt(expected * unit * 2);
         EXPECT_LT(tolerance, expected);
         EXPECT_NEAR(sample, expected, tolerance);

@@ -47,7 +47,7 @@ TEST(ProceduralParts, AreClosedAndOfTheRightVolume) {
     expect_volume(mesh, 2 * pi * pi * 0.0625, 0.008, "torus");
     add_beam(fresh(), tilted(), 0.5, 1, 3);
     expect_volume(mesh, 3 * (2 * 1.0 * 0.16 + 0.09 * (2 - 0.32)), 1e-5, "beam");
-    const std::array<Double3, 2> rod = {Double3{0, 0, 0}, Double3{3, 4, 0}};
+    const std::array<Vector, 2> rod = {Vector{0, 0, 0}, Vector{3, 4, 0}};
     add_bar(fresh(), rod, 0.1, 48);
     expect_volume(mesh, 5 * pi * 0.01, 0.004, "bar");
     add_perforated_plate(fresh(), tilted(), 3, 2, 1, 0.3, 6, 0.2);
@@ -104,9 +104,9 @@ void expect_closed_however_cut(const std::vector<SurfaceGrid>& grids, double vol
 }
 
 TEST(ProceduralSurfaces, SphereIsClosedHoweverCut) {
-    const auto round = [](const Double3&) { return 2.0; };
+    const auto round = [](const Vector&) { return 2.0; };
     expect_closed_however_cut(displaced_sphere(24, {1, 2, 3}, round), 8 * 4 * pi / 3, 0.01, "sphere");
-    const auto bumpy = [](const Double3& d) { return 2 + fractal_noise(d * 5, 4, 0.5, 3) * 0.3; };
+    const auto bumpy = [](const Vector& d) { return 2 + fractal_noise(d * 5, 4, 0.5, 3) * 0.3; };
     expect_closed(merge_by_position(written(displaced_sphere(31, {0, 0, 0}, bumpy), 500)), "bumpy sphere");
     expect_closed(merge_by_position(written(displaced_sphere(1, {0, 0, 0}, round), 500)), "cube");
 }
@@ -120,7 +120,7 @@ TEST(ProceduralSurfaces, KnotIsClosedHoweverCut) {
     double curve = 0;
     const auto point = [&](double t) {
         const SinCos a = sincos_turns(2 * t), b = sincos_turns(3 * t);
-        return Double3{(2 + b.cos) * a.cos, (2 + b.cos) * a.sin, b.sin};
+        return Vector{(2 + b.cos) * a.cos, (2 + b.cos) * a.sin, b.sin};
     };
     for (int i = 0; i < 10000; i++) curve += length(point((i + 1) / 10000.0) - point(i / 10000.0));
     expect_closed_however_cut({knot_surface(knot)}, curve * pi * 0.0625, 0.02, "knot");
