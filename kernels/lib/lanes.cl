@@ -5,7 +5,9 @@
 #ifndef RP_LANES_CL
 #define RP_LANES_CL
 
+#include "lib/bits.cl"
 #include "raypager/abi/block.h"
+#include "raypager/abi/path.h"
 
 #if defined(RP_PERSISTENT) && defined(RP_RECORD)
 #error "persistent threads do not record: a ray that finds no room in the log leaves its walk alone"
@@ -13,6 +15,36 @@
 #if (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
 #error "definitions that go together are not"
 #endif
+
+// Rays that follow each other in the queue share what they read, so those that a processor traces at a time should lie together: it has a part of the
+// queue, of which its vectors take the next rays, and then goes on with the parts of others. RP_PART_RUN: so many rays in a row are of one part;
+// without it there is one part for all.
+#if defined(RP_PART_RUN) && defined(RP_NV_PTX)
+static inline uint rp_part_count(void) {
+    uint r;
+    asm("mov.u32 %0, %%nsmid;" : "=r"(r));
+    return min(r, RP_MOST_PARTS);
+}
+static inline uint rp_own_part(uint parts) {
+    uint r;
+    asm volatile("mov.u32 %0, %%smid;" : "=r"(r));
+    return r % parts;
+}
+#elif defined(RP_PART_RUN)
+static inline uint rp_part_count(void) { return 3u; }
+static inline uint rp_own_part(uint parts) { return get_group_id(0) % parts; }
+#else
+static inline uint rp_part_count(void) { return 1u; }
+static inline uint rp_own_part(uint parts) { return 0u; }
+#endif
+// Where in the queue the ray with this number of a part stands.
+static inline uint rp_part_place(uint number, uint part, uint parts) {
+#ifdef RP_PART_RUN
+    return (number / RP_PART_RUN * parts + part) * RP_PART_RUN + number % RP_PART_RUN;
+#else
+    return number;
+#endif
+}
 
 #if defined(RP_PERSISTENT) && defined(RP_NV_PTX)
 // Bit i: condition of lane i. All 32 lanes come together here.
@@ -37,6 +69,11 @@ static inline uint rp_from_lane(uint value, uint lane) {
     asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, 0xffffffff;" : "=r"(r) : "r"(value), "r"(lane));
     return r;
 }
+// A value of which the compiler knows nothing. Where it knows what some lanes will vote it may give them a copy of the vote, at which they wait for ever.
+static inline uint rp_opaque(uint value) {
+    asm volatile("mov.b32 %0, %0;" : "+r"(value));
+    return value;
+}
 // One number each, counted up from *counter, for the lanes that want one.
 static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) {
     const uint takers = rp_ballot(wanted), lane = rp_lane();
@@ -46,6 +83,17 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
     if (lane == leader) first = atomic_add(counter, popcount(takers));
     return rp_from_lane(first, leader) + popcount(takers & ((1u << lane) - 1u));
 }
+// The next part behind this one of which not all are taken, or RP_NONE. taken: numbers taken, of each part; count: rays in the queue.
+static inline uint rp_next_part(const volatile __global uint* taken, uint part, uint parts, uint count) {
+    uint next = RP_NONE;
+    for (uint base = 1u; base < parts && next == RP_NONE; base += 32u) {
+        const uint ahead = base + rp_lane(), other = (part + ahead) % parts;
+        const uint left = rp_ballot(rp_opaque((ahead < parts) & (rp_part_place(taken[other], other, parts) < count)) != 0u);
+        const uint found = rp_from_lane(other, rp_lowest_bit(left));
+        next = left != 0u ? found : next;
+    }
+    return next;
+}
 // Lanes that have run ahead wait for the others.
 #define RP_CONVERGE() asm volatile("bar.warp.sync 0xffffffff;")
 #elif defined(RP_PERSISTENT)
@@ -53,6 +101,13 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 static inline uint rp_ballot(bool condition) { return condition ? 1u : 0u; }
 static inline uint rp_ballot_inner(uint current) { return rp_ballot(!(current & RP_REF_LEAF)); }
 static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) { return wanted ? atomic_inc(counter) : 0u; }
+static inline uint rp_next_part(const volatile __global uint* taken, uint part, uint parts, uint count) {
+    for (uint ahead = 1u; ahead < parts; ahead++) {
+        const uint other = (part + ahead) % parts;
+        if (rp_part_place(taken[other], other, parts) < count) return other;
+    }
+    return RP_NONE;
+}
 #define RP_CONVERGE()
 #endif
 

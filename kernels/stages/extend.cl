@@ -112,8 +112,10 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
     walk.shared = shared + get_local_id(0);
 #endif
 #ifdef RP_PERSISTENT
-    bool more = true, under_way = false;
-    uint slot = 0u;
+    const uint parts = rp_part_count();
+    volatile __global uint* const taken = counters + RP_COUNT_EXTEND_TAKEN;
+    bool under_way = false;
+    uint slot = 0u, part = rp_own_part(parts);
     walk.current = RP_REF_EXIT;
     for (;;) {
         const bool ended = walk.current >= RP_REF_STOPPED;
@@ -121,16 +123,16 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
             rp_put_down(&geometry, &walk, block_count, demand, slot_count, slot, status, paths, mine);
             under_way = false;
         }
-        const uint i = rp_take_numbers(ended && more, counters + RP_COUNT_EXTEND_TAKEN);
-        if (ended && more) {
-            more = under_way = i < count;
-            if (more) {
-                slot = rp_extend_entry(queue, i);
-                rp_take_up(&geometry, &walk, stack, slot_count, slot, status, paths);
-            }
+        const bool wanted = ended && part != RP_NONE;
+        const uint i = rp_part_place(rp_take_numbers(wanted, taken + part), part, parts);
+        if (rp_ballot(wanted && i >= count) != 0u) part = rp_next_part(taken, part, parts, count);
+        if (wanted && i < count) {
+            under_way = true;
+            slot = rp_extend_entry(queue, i);
+            rp_take_up(&geometry, &walk, stack, slot_count, slot, status, paths);
         }
         // A walk can end where it begins: in an empty scene.
-        if (rp_ballot(under_way) == 0u) break;
+        if (rp_ballot(under_way) == 0u && part == RP_NONE) break;
         rp_run_closest(&geometry, &walk, stack, round);
     }
 #else

@@ -330,9 +330,13 @@ bool Device::since_volta() const {
     return is_nvidia() && clGetDeviceInfo(device_(), compute_capability_major, sizeof major, &major, nullptr) == CL_SUCCESS && major >= 7;
 }
 
+std::string Device::camera_definitions() const {
+    return is_nvidia() ? " -DRP_PERSISTENT=1 -DRP_PART_RUN=1024" : " -DRP_PERSISTENT=1 -DRP_PART_RUN=16";
+}
+
 std::string Device::bounce_definitions() const {
-    const char* numbers =
-        is_nvidia() ? " -DRP_PERSISTENT=20 -DRP_LEAST_INNER=8 -DRP_SHARED_STACK=12" : " -DRP_PERSISTENT=1 -DRP_LEAST_INNER=1 -DRP_SHARED_STACK=3";
+    const char* numbers = is_nvidia() ? " -DRP_PERSISTENT=20 -DRP_LEAST_INNER=8 -DRP_SHARED_STACK=12 -DRP_PART_RUN=2048"
+                                      : " -DRP_PERSISTENT=1 -DRP_LEAST_INNER=1 -DRP_SHARED_STACK=3 -DRP_PART_RUN=16";
     return fmt::format("{} -DRP_GROUP_SIZE={}", numbers, group_size_);
 }
 

@@ -157,7 +157,7 @@ public:
     // rays stay together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their
     // stacks in local memory, and let leaves go first where few are still at inner nodes (measured on an H100: bench/results.md).
     bool has_persistent_threads() const { return persistent_threads_; }
-    std::string camera_definitions() const { return " -DRP_PERSISTENT=1"; }
+    std::string camera_definitions() const;
     std::string bounce_definitions() const;
     // Compiler options for a kernel that is to have no more registers than so many, where a device's compiler can be told: with fewer of them more
     // of its work-items run at a time.

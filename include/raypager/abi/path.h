@@ -92,17 +92,19 @@ typedef struct rp_path_sample {
 #define RP_COUNT_FREE 2u     // free slots
 #define RP_COUNT_WAITING 4u  // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u     // slots that are none of these, before new camera paths begin
-#define RP_COUNT_EXTEND_TAKEN 6u  // what work-items have taken from the queue of extension rays: rays, on CPUs streams of them
-#define RP_COUNT_SHADOW_TAKEN 7u  // the same of shadow rays, on CPUs
-#define RP_COUNTERS_PER_ROUND 8u
-#define RP_COUNT_NEXT_SAMPLE 8u     // 64 bits: low, high
-#define RP_COUNT_CAMERA_RAYS 10u    // 64 bits each from here on
-#define RP_COUNT_BOUNCE_RAYS 12u
-#define RP_COUNT_SHADOW_RAYS 14u
-#define RP_COUNT_WANTS_SERVED 16u   // times that a waiting extension ray entered the block that it had waited for
-#define RP_COUNT_WANTS_NO_HIT 18u   // of these: nothing was hit behind it
-#define RP_COUNT_IN_LISTS 20u       // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
-#define RP_COUNTER_WORDS 21u
+#define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
+// The same of extension rays; on GPUs rays, of each part of the queue (kernels/lib/lanes.cl), of which there are at most RP_MOST_PARTS.
+#define RP_COUNT_EXTEND_TAKEN 7u
+#define RP_MOST_PARTS 256u
+#define RP_COUNTERS_PER_ROUND (RP_COUNT_EXTEND_TAKEN + RP_MOST_PARTS)
+#define RP_COUNT_NEXT_SAMPLE (RP_COUNTERS_PER_ROUND + 0u)  // 64 bits: low, high
+#define RP_COUNT_CAMERA_RAYS (RP_COUNTERS_PER_ROUND + 2u)  // 64 bits each from here on
+#define RP_COUNT_BOUNCE_RAYS (RP_COUNTERS_PER_ROUND + 4u)
+#define RP_COUNT_SHADOW_RAYS (RP_COUNTERS_PER_ROUND + 6u)
+#define RP_COUNT_WANTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)  // times that a waiting extension ray entered the block that it had waited for
+#define RP_COUNT_WANTS_NO_HIT (RP_COUNTERS_PER_ROUND + 10u)  // of these: nothing was hit behind it
+#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)  // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
+#define RP_COUNTER_WORDS (RP_COUNTERS_PER_ROUND + 13u)
 
 // Demand: arrays of one word a block, one after the other.
 #define RP_DEMAND_WANTS 0u    // rays that wait for the block
