@@ -112,10 +112,10 @@ TEST(SmallRender, records_paths_in_the_order_in_which_they_begin) {
     auto file = support::bake_and_open(small_scene(30), {}, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
     RenderOptions options;
-    options.width = 16;
-    options.height = 8;
+    options.width = 8;
+    options.height = 4;
     options.spp = 64;
-    options.paths = 64;
+    options.paths = 16;
     options.record_paths = 1 << 20;
     const auto chosen = render(**file, options, {});
     ASSERT_TRUE(chosen.ok()) << chosen.status().message();
