@@ -12,13 +12,13 @@
 #if defined(RP_PERSISTENT) && defined(RP_RECORD)
 #error "persistent threads do not record: a ray that finds no room in the log leaves its walk alone"
 #endif
-#if (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
+#if defined(RP_PART_RUN) != defined(RP_PERSISTENT) || (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
 #error "definitions that go together are not"
 #endif
 
 // Rays that follow each other in the queue share what they read, so those that a processor traces at a time should lie together: it has a part of the
-// queue, of which its vectors take the next rays, and then goes on with the parts of others. RP_PART_RUN: so many rays in a row are of one part;
-// without it there is one part for all.
+// queue, of which its vectors take the next rays, and then goes on with the parts of others. RP_PART_RUN: so many rays in a row are of one part.
+// Where no processor has a number, there are three parts, so that tests come by them.
 #if defined(RP_PART_RUN) && defined(RP_NV_PTX)
 static inline uint rp_part_count(void) {
     uint r;
@@ -33,18 +33,13 @@ static inline uint rp_own_part(uint parts) {
 #elif defined(RP_PART_RUN)
 static inline uint rp_part_count(void) { return 3u; }
 static inline uint rp_own_part(uint parts) { return get_group_id(0) % parts; }
-#else
-static inline uint rp_part_count(void) { return 1u; }
-static inline uint rp_own_part(uint parts) { return 0u; }
 #endif
+#ifdef RP_PART_RUN
 // Where in the queue the ray with this number of a part stands.
 static inline uint rp_part_place(uint number, uint part, uint parts) {
-#ifdef RP_PART_RUN
     return (number / RP_PART_RUN * parts + part) * RP_PART_RUN + number % RP_PART_RUN;
-#else
-    return number;
-#endif
 }
+#endif
 
 #if defined(RP_PERSISTENT) && defined(RP_NV_PTX)
 // Bit i: condition of lane i. All 32 lanes come together here.

@@ -110,3 +110,16 @@ __kernel void rp_probe_light_choice(const __global uint* restrict steps, uint li
     const uint light = rp_choose_light(steps, lights, numbers[i], fine[i], &rest);
     results[i] = (uint2)(light, as_uint(rest));
 }
+
+#ifdef RP_PERSISTENT
+// Takes rays as stages/extend.cl does, and counts for each place in a queue of `count` how often it was taken.
+__kernel void rp_probe_parts(uint count, volatile __global uint* restrict taken, volatile __global uint* restrict times) {
+    const uint parts = rp_part_count();
+    uint part = rp_own_part(parts);
+    while (part != RP_NONE) {
+        const uint i = rp_part_place(rp_take_numbers(true, taken + part), part, parts);
+        if (rp_ballot(i >= count) != 0u) part = rp_next_part(taken, part, parts, count);
+        if (i < count) atomic_inc(times + i);
+    }
+}
+#endif

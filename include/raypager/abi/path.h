@@ -93,7 +93,8 @@ typedef struct rp_path_sample {
 #define RP_COUNT_WAITING 4u  // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u     // slots that are none of these, before new camera paths begin
 #define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
-// The same of extension rays; on GPUs rays, of each part of the queue (kernels/lib/lanes.cl), of which there are at most RP_MOST_PARTS.
+// The same of extension rays; on GPUs rays, of each part of the queue (kernels/lib/lanes.cl), of which there are at most RP_MOST_PARTS. In the end it
+// is more than there were, by what was asked for in vain.
 #define RP_COUNT_EXTEND_TAKEN 7u
 #define RP_MOST_PARTS 256u
 #define RP_COUNTERS_PER_ROUND (RP_COUNT_EXTEND_TAKEN + RP_MOST_PARTS)
