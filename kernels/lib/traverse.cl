@@ -113,8 +113,8 @@ typedef struct RP_WALK {
 } RP_WALK;
 
 static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
-    const float3 origin = (float3)(g->top_grid->origin[0], g->top_grid->origin[1], g->top_grid->origin[2]);
-    const float3 cell = (float3)(g->top_grid->cell[0], g->top_grid->cell[1], g->top_grid->cell[2]);
+    const float3 origin = (float3)(g->top_grid.origin[0], g->top_grid.origin[1], g->top_grid.origin[2]);
+    const float3 cell = (float3)(g->top_grid.cell[0], g->top_grid.cell[1], g->top_grid.cell[2]);
     w->frame = rp_make_frame(&w->ray, origin, cell);
     w->block.nodes = g->top_nodes;
 }
@@ -126,7 +126,7 @@ static inline uint RP_STOPPED_AT(const RP_WALK* w) { return w->current == RP_REF
 static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
     w->shear = rp_make_shear(&w->ray);
     RP_TO_TOP(g, w);
-    w->current = g->top_grid->root;
+    w->current = g->top_grid.root;
     RP_STACK_CLEAR();
     w->far = RP_END * RP_BOX_WIDEN;
 #if RP_ANY_HIT
@@ -234,10 +234,10 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
         if (w->current >= RP_REF_PORTAL && w->current < RP_REF_RETURN) {
             const uint portal = w->current & ~RP_REF_PORTAL;
             const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u];
-            const bool whole = portal >= g->top_grid->portal_count;
+            const bool whole = portal >= g->top_grid.portal_count;
             uint4 page;
             // A branch, so that the page of a whole block need not wait for its record.
-            if (whole) page = g->pages[portal - g->top_grid->portal_count];
+            if (whole) page = g->pages[portal - g->top_grid.portal_count];
             else page = g->pages[a.w];
             if (whole && RP_BLOCK_IS_OPENED(page)) {
                 w->current = b.w;

@@ -88,14 +88,14 @@ static inline void rp_visit_stop(rp_visit_log* log, uint block) {
 // is full; then the ray's next head tells that what was written so far is to be forgotten.
 static bool rp_visit_candidates(const rp_visit_log* log, const rp_geometry* g, const rp_ray* ray, float t_limit) {
     uint stack[RP_STACK_SIZE];
-    const float3 origin = (float3)(g->top_grid->origin[0], g->top_grid->origin[1], g->top_grid->origin[2]);
-    const float3 cell = (float3)(g->top_grid->cell[0], g->top_grid->cell[1], g->top_grid->cell[2]);
+    const float3 origin = (float3)(g->top_grid.origin[0], g->top_grid.origin[1], g->top_grid.origin[2]);
+    const float3 cell = (float3)(g->top_grid.cell[0], g->top_grid.cell[1], g->top_grid.cell[2]);
     const rp_frame frame = rp_make_frame(ray, origin, cell);
     const float far = t_limit * RP_BOX_WIDEN;
-    uint depth = 0u, current = g->top_grid->root, last = RP_NONE;
+    uint depth = 0u, current = g->top_grid.root, last = RP_NONE;
     stack[depth++] = RP_REF_EXIT;
     while (current != RP_REF_EXIT) {
-        if (current >= RP_REF_PORTAL && (current & ~RP_REF_PORTAL) >= g->top_grid->portal_count) {
+        if (current >= RP_REF_PORTAL && (current & ~RP_REF_PORTAL) >= g->top_grid.portal_count) {
             current = rp_beneath_block(g, current);
             continue;
         }

@@ -75,7 +75,7 @@ uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
                               ? wide_top(scene).bytes.size() + 2 * at_least_16(0)
                               : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t));
     const uint64_t portals = scene.portals.size() + (form == BlockForm::stored ? scene.blocks.size() : 0);
-    return tree + at_least_16(sizeof(rp_top_grid)) + at_least_16(portals * sizeof(rp_portal)) + demand_bytes(scene, form);
+    return tree + at_least_16(portals * sizeof(rp_portal)) + demand_bytes(scene, form);
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
@@ -96,8 +96,8 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
         const char* what;
     };
     // Streams have the wide top tree instead of the nodes and the paths through them.
-    const Part parts[] = {{result.top_grid_, std::as_bytes(std::span(&single.grid, 1)), "the top tree's grid"},
-                          {result.top_nodes_, bytes_of(single.nodes), "the top tree"},
+    result.top_grid_ = single.grid;
+    const Part parts[] = {{result.top_nodes_, bytes_of(single.nodes), "the top tree"},
                           {result.portals_, wide ? bytes_of(top.portals) : bytes_of(single.portals), "portals"},
                           {result.portal_paths_, wide ? std::span<const std::byte>() : bytes_of(scene.portal_paths), "portal paths"}};
     for (const Part& part : parts) {

@@ -63,7 +63,8 @@ private:
 
     GeometryBuffers() = default;
     BlockForm form_ = BlockForm::stored;
-    Buffer wide_top_, top_grid_, top_nodes_, portals_, portal_paths_, demand_;
+    rp_top_grid top_grid_ = {};
+    Buffer wide_top_, top_nodes_, portals_, portal_paths_, demand_;
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;
