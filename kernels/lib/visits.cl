@@ -61,8 +61,9 @@ static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volat
                                   uint slot, uint state, const __global uint4* paths, uint begin_kind, uint resume_kind) {
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
     log->words = words;
-    log->pixel = state & RP_STATUS_CAMERA ? surface.x : RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot).w;
-    log->sample = surface.z;
+    const bool camera = (state & RP_STATUS_CAMERA) != 0u;
+    log->pixel = camera ? RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w : RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot).w;
+    log->sample = camera ? RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w : surface.z;
     const bool resumed = (state & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS;
     log->kind = resumed ? resume_kind : begin_kind;
     log->stopped_by = RP_VISIT_NO_BLOCK;

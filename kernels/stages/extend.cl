@@ -31,9 +31,13 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
 // The planes of a ray that has to wait are as abi/path.h says, whatever its status word said until now.
 static inline void rp_settle(uint slot_count, uint slot, uint state, __global uint4* paths) {
     if (state & RP_STATUS_CAMERA) {
-        const uint pixel = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).x;
+        const uint pixel = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w, sample = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w;
+        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(INFINITY);
+        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w = as_uint(0.0f);
         RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
         RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
+        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
+        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
     }
     if (state & RP_STATUS_CONNECTED) {
         if (state & RP_STATUS_LIT) {
@@ -59,7 +63,7 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
     if (portal == RP_NONE) {
         // Shading, which comes next, finds the surface: there all lanes do so at once.
         if (hit->found_in != RP_NONE) {
-            const uint plane = state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
+            const uint plane = state & RP_STATUS_CAMERA ? RP_PLANE_ORIGIN : state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
             __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot_count, slot);
             found[0] = hit->what;
             found[1] = hit->found_in;

@@ -16,11 +16,14 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
     const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
     const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
     const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
+#ifdef RP_SHORT_STATES
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), pixel);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), sample);
+#else
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
     RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(pixel, 0u, sample, RP_NONE);
-#ifndef RP_SHORT_STATES
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
 #endif

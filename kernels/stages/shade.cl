@@ -52,13 +52,17 @@ typedef struct rp_arrival {
 #endif
 #ifdef RP_SHORT_STATES
 // Brings the planes of a path into the form that abi/path.h gives for rays that do not wait, the surface at the hit included. state: of its slot.
-static inline void rp_unfold(const rp_geometry* geometry, rp_arrival_planes* p, uint* state) {
+static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* camera, rp_arrival_planes* p, uint* state) {
+    uint3 found = p->hit.xyz;
     if (*state & RP_STATUS_CAMERA) {
         p->throughput = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
-        p->radiance = (uint4)((uint3)(0u), p->surface.x);
-    }
-    uint3 found = p->hit.xyz;
-    if (*state & RP_STATUS_CONNECTED) {
+        p->radiance = (uint4)((uint3)(0u), p->origin.w);
+        p->surface = (uint4)(0u, 0u, p->direction.w, RP_NONE);
+        p->hit.w = RP_NONE;
+        p->direction.w = as_uint(0.0f);
+        found = p->origin.xyz;
+        p->origin.xyz = as_uint3((float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
+    } else if (*state & RP_STATUS_CONNECTED) {
         const float3 light = (float3)(as_float(p->hit.w), as_float(p->surface.x), as_float(p->surface.y));
         if (*state & RP_STATUS_LIT) p->radiance.xyz = as_uint3(as_float3(p->radiance.xyz) + light);
         found = p->direction.xyz;
@@ -97,13 +101,18 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     rp_arrival_planes p;
     p.origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
     p.direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-    // Of camera rays these two hold nothing, but not to read them would be to wait for the state first.
-    p.throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
-    p.radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-    p.hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
-    p.surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
 #ifdef RP_SHORT_STATES
-    rp_unfold(geometry, &p, &state);
+    p.throughput = p.radiance = p.hit = p.surface = (uint4)(0u);
+    if (!(state & RP_STATUS_CAMERA))
+#endif
+    {
+        p.throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
+        p.radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+        p.hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
+        p.surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+    }
+#ifdef RP_SHORT_STATES
+    rp_unfold(geometry, &params->camera, &p, &state);
 #endif
     const float3 direction = as_float3(p.direction.xyz), throughput = as_float3(p.throughput.xyz);
     const float bsdf_density = as_float(p.direction.w);

@@ -67,12 +67,12 @@
 
 // Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way) the planes of a ray that does not wait are not all as said above, since most of what would
 // be written is only read again by the stage that comes next. The status word says so:
-#define RP_STATUS_CAMERA 0x800u      // camera ray: throughput 1, radiance 0, specular; the planes of these hold nothing, the pixel is in SURFACE.x
+#define RP_STATUS_CAMERA 0x800u      // camera ray: throughput 1, radiance 0, specular; only its first two planes hold anything: pixel in ORIGIN.w, sample in DIRECTION.w
 #define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
 #define RP_STATUS_LIT 0x2000u        // and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x4000u       // shadow ray: the path ends behind it
-// Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED. The
-// stage `shade` finds the surface there, in the same round.
+// Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED, in
+// ORIGIN.xyz (which is the camera's place) if it is a CAMERA ray. The stage `shade` finds the surface there, in the same round.
 #define RP_STATUS_FOUND 0x8000u
 // Shadow or extension ray that leaves the first vertex of its path and has not waited: the stage `wake` puts these first in their queues. Means nothing
 // once the ray is done.
