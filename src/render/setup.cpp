@@ -176,7 +176,8 @@ uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, con
 uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs) {
     if (holds_all(plan, needs)) return 8;
     if (order.region == 0) return 1;
-    return plan.pool_bytes >= needs.geometry / 4 ? 4 : 2;
+    // Measured on an H100 at 29, 12.5, 6 and 3 % (bench/results.md).
+    return plan.pool_bytes >= needs.geometry / 4 ? 4 : plan.pool_bytes >= needs.geometry / 12 ? 2 : 1;
 }
 
 BlockNotes block_notes(PolicyKind policy) {

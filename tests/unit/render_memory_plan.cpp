@@ -175,6 +175,8 @@ TEST(SlotUse, slots_are_given_out_together_as_far_as_few_rays_wait) {
     EXPECT_EQ(together(needs.geometry - 1, 1000), 4u);
     EXPECT_EQ(together(needs.geometry / 4, 1000), 4u);
     EXPECT_EQ(together(needs.geometry / 4 - 1, 1000), 2u);
+    EXPECT_EQ(together(needs.geometry / 12, 1000), 2u);
+    EXPECT_EQ(together(needs.geometry / 12 - 1, 1000), 1u);
 }
 
 TEST(SlotUse, regions_are_half_as_large_where_blocks_are_swapped) {
