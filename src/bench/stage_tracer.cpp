@@ -125,7 +125,9 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
         [](const Ray&) {
             return Word4{0, 0, 0, RP_NONE};
         }));
-    std::vector<uint32_t> words(count, shadow ? RP_STATUS_SHADOW : RP_STATUS_EXTEND);
+    // As a render has them: of pixel bits(t_max), which nobody asks for, sample 0.
+    const bool camera = purpose == RayPurpose::camera && form_ == BlockForm::stored;
+    std::vector<uint32_t> words(count, shadow ? RP_STATUS_SHADOW : camera ? RP_STATUS_EXTEND | RP_STATUS_CAMERA : RP_STATUS_EXTEND);
     RAYPAGER_TRY(queue.write_now(status_, 0, bytes_of(words)));
     // The queue of shadow rays is read from its end (kernels/lib/path.cl).
     words.resize(slots_);
@@ -207,7 +209,10 @@ Status StageTracer::distances(std::vector<float>& distances) {
     RAYPAGER_TRY(read_plane(RP_PLANE_HIT, hit));
     RAYPAGER_TRY(read_states(states));
     distances.clear();
-    for (size_t i = 0; i < count_; i++) distances.push_back(number(states[i] & RP_STATUS_FOUND ? hit[i].z : origin[i].w));
+    for (size_t i = 0; i < count_; i++) {
+        const Word4& found = states[i] & RP_STATUS_CAMERA ? origin[i] : hit[i];
+        distances.push_back(number(states[i] & RP_STATUS_FOUND ? found.z : origin[i].w));
+    }
     return {};
 }
 

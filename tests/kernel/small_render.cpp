@@ -138,7 +138,7 @@ TEST(SmallRender, goes_on_from_a_checkpoint) {
         for (const uint32_t percent : {100u, 60u}) {
             SCOPED_TRACE(testing::Message() << (traversal == Traversal::ray ? "rays, " : "streams, ") << percent << " %");
             RenderOptions options;
-            options.spp = 1;
+            options.spp = 2;
             options.paths = 64;
             options.traversal = traversal;
             options.geometry_limit_percent = percent;
@@ -157,6 +157,38 @@ TEST(SmallRender, goes_on_from_a_checkpoint) {
                 EXPECT_EQ(resumed->report.film_hash, whole->report.film_hash);
             }
         }
+    }
+}
+
+// Where the log has been full, there are camera rays that have not been traced at all.
+TEST(SmallRender, goes_on_from_a_checkpoint_of_a_recorded_render) {
+    const support::TemporaryFolder folder;
+    auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    RenderOptions options;
+    options.width = 12;
+    options.height = 8;
+    options.spp = 2;
+    options.max_depth = 0;
+    options.paths = 16;
+    options.traversal = Traversal::ray;
+    const auto whole = render(**file, options, {});
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    for (const uint32_t rounds : {14u, 150u}) {  // in the first and in the second pass over the picture
+        SCOPED_TRACE(rounds);
+        options.checkpoint = {};
+        options.checkpoint.file = folder.path() / fmt::format("{}.ckpt", rounds);
+        options.record_paths = 1 << 20;
+        device_faults().visit_events = 2;
+        const auto stopped = support::render_rounds(**file, options, rounds);
+        device_faults().clear();
+        ASSERT_TRUE(stopped.ok()) << stopped.status().message();
+        ASSERT_FALSE(stopped->report.complete);
+        options.record_paths = 0;
+        options.checkpoint.resume = true;
+        const auto resumed = render(**file, options, {});
+        ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+        EXPECT_EQ(resumed->report.film_hash, whole->report.film_hash);
     }
 }
 

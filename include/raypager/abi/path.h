@@ -67,7 +67,8 @@
 
 // Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way) the planes of a ray that does not wait are not all as said above, since most of what would
 // be written is only read again by the stage that comes next. The status word says so:
-#define RP_STATUS_CAMERA 0x800u      // camera ray: throughput 1, radiance 0, specular; only its first two planes hold anything: pixel in ORIGIN.w, sample in DIRECTION.w
+// Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
+#define RP_STATUS_CAMERA 0x800u
 #define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
 #define RP_STATUS_LIT 0x2000u        // and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x4000u       // shadow ray: the path ends behind it
