@@ -12,7 +12,8 @@
 #if defined(RP_PERSISTENT) && defined(RP_RECORD)
 #error "persistent threads do not record: a ray that finds no room in the log leaves its walk alone"
 #endif
-#if defined(RP_PART_RUN) != defined(RP_PERSISTENT) || (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
+#if defined(RP_PART_RUN) != defined(RP_PERSISTENT) || (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || \
+    (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
 #error "definitions that go together are not"
 #endif
 

@@ -90,13 +90,13 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);
+    result.top_grid_ = single.grid;
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
         const char* what;
     };
     // Streams have the wide top tree instead of the nodes and the paths through them.
-    result.top_grid_ = single.grid;
     const Part parts[] = {{result.top_nodes_, bytes_of(single.nodes), "the top tree"},
                           {result.portals_, wide ? bytes_of(top.portals) : bytes_of(single.portals), "portals"},
                           {result.portal_paths_, wide ? std::span<const std::byte>() : bytes_of(scene.portal_paths), "portal paths"}};

@@ -65,8 +65,8 @@
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
-// Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way) the planes of a ray that does not wait are not all as said above, since most of what would
-// be written is only read again by the stage that comes next. The status word says so:
+// Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way) the planes of a ray that does not wait are not all as said above,
+// since most of what would be written is only read again by the stage that comes next. The status word says so:
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x800u
 #define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
