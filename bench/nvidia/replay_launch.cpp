@@ -55,9 +55,17 @@ int main(int count, char** values) {
     CHECK(cuDevicePrimaryCtxRetain(&context, device));
     CHECK(cuCtxSetCurrent(context));
 
+    FILE* meta = fopen((base + "meta").c_str(), "r");
+    char name[64];
+    size_t global, local, number;
+    if (!meta || fscanf(meta, "%63s %zu %zu %zu", name, &global, &local, &number) != 4)
+        return fprintf(stderr, "%smeta is no launch\n", base.c_str()), 1;
+
     std::string ptx = read(values[2]);
     ptx = ptx.substr(std::min(ptx.find(".version"), ptx.size())).c_str();
-    replace(ptx, "%envreg3", "0");  // the global offset
+    replace(ptx, "%envreg3", "0");                             // the global offset
+    replace(ptx, "%envreg6", std::to_string(global / local));  // work-groups
+    if (ptx.find("%envreg") != std::string::npos) return fprintf(stderr, "%s: asks for what CUDA does not set (%%envreg)\n", values[2]), 1;
     replace(ptx, "ld.const", "ld.global.nc");
     replace(ptx, "ptr .const", "ptr .global");
     char log[8192] = {};
@@ -65,12 +73,6 @@ int main(int count, char** values) {
     void* option_values[] = {reinterpret_cast<void*>(strtoul(values[3], nullptr, 10)), log, reinterpret_cast<void*>(sizeof log)};
     CUmodule module;
     if (cuModuleLoadDataEx(&module, ptx.c_str(), 3, options, option_values) != CUDA_SUCCESS) return fprintf(stderr, "%s\n", log), 1;
-
-    FILE* meta = fopen((base + "meta").c_str(), "r");
-    char name[64];
-    size_t global, local, number;
-    if (!meta || fscanf(meta, "%63s %zu %zu %zu", name, &global, &local, &number) != 4)
-        return fprintf(stderr, "%smeta is no launch\n", base.c_str()), 1;
     CUfunction kernel;
     CHECK(cuModuleGetFunction(&kernel, module, name));
     std::vector<Argument> arguments(number);

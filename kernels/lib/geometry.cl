@@ -106,10 +106,23 @@ static inline uint rp_leaf_index(uint ref) { return ref >> RP_LEAF_INDEX_SHIFT &
 static inline uint2 rp_leaf_record(const rp_block_view* block, uint ref) {
     return ((const __global uint2*)((const __global uchar*)block->nodes + block->leaves_at))[rp_leaf_index(ref)];
 }
+// `width` bits, fewer than 32, from bit `at` on. Reads the word behind theirs, too.
+static inline uint rp_run_of_bits(const __global uint* words, uint at, uint width) {
+    const ulong both = (ulong)words[(at >> 5) + 1u] << 32 | words[at >> 5];
+    return (uint)(both >> (at & 31u)) & ((1u << width) - 1u);
+}
 // ref: of a strip's leaf, with the number of the triangle in bits 0-1.
 static inline uint rp_triangle_id(const __global uchar* block, uint ref) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;
-    return ((const __global uint*)(block + header->ids_at))[4u * rp_leaf_index(ref) + (ref & 3u)];
+    const uint leaf = rp_leaf_index(ref), k = ref & 3u;
+    const uint flags = header->flags;
+    if (flags & RP_IDS_CODED) {
+        const __global uint* const words = (const __global uint*)(block + header->ids_at);
+        const uint first_bits = RP_ID_FIRST_BITS(flags), step_bits = RP_ID_STEP_BITS(flags), at = leaf * (first_bits + 3u * step_bits);
+        const uint id = words[0] + rp_run_of_bits(words + 2, at, first_bits);
+        return k == 0u ? id : id + words[1] + rp_run_of_bits(words + 2, at + first_bits + (k - 1u) * step_bits, step_bits);
+    }
+    return ((const __global uint*)(block + header->ids_at))[4u * leaf + k];
 }
 
 // The spheres of a block, as rp_sphere: centre, word.

@@ -21,16 +21,60 @@ static inline uint rp_hit_primitive(const rp_geometry* g, const rp_hit* hit) {
 
 static inline float3 as_float3_xyz(uint4 v) { return as_float3(v.xyz); }
 
-// Vertices of leaves: of the block, those of the leaf's cluster from here on, and byte k (0 to 5) of the leaf's indices, all counted in floats. To be
-// added up in 32 bits, in which GPUs have one instruction less for each vertex.
-static inline const __global float* rp_vertices(const rp_block_view* block) {
-    return (const __global float*)((const __global uchar*)block->nodes + block->vertices_at);
+// The vertices of leaves, by their bytes in the leaf's record (0 to 5) and where its cluster begins.
+static inline uint rp_vertex_number(uint2 leaf, uint k) { return rp_any_byte(leaf, 2u + k); }
+#ifdef RP_CODED_POSITIONS
+typedef struct rp_vertices {
+    const __global uchar* section;
+    uint first;  // of the cluster
+    uint flags;  // of the block, as all that follows
+    float3 base;
+    float cell;
+} rp_vertices;
+static inline rp_vertices rp_leaf_vertices(const rp_block_view* block, uint2 leaf) {
+    const __global rp_block_header* header = (const __global rp_block_header*)rp_block_of_nodes(block->nodes);
+    rp_vertices v;
+    v.section = (const __global uchar*)block->nodes + block->vertices_at;
+    v.first = (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+    v.flags = header->flags;
+    v.base = (float3)(header->origin[3], header->cell[3], header->lower[3]);
+    v.cell = header->upper[3];
+    return v;
 }
-static inline uint rp_cluster(uint2 leaf) { return (leaf.x & 0xffffu) * (3u * RP_CLUSTER_UNIT); }
-static inline uint rp_vertex_offset(uint2 leaf, uint k) { return 3u * rp_any_byte(leaf, 2u + k); }
-static inline float3 rp_leaf_vertex(const __global float* vertices, uint2 leaf, uint k) {
-    return rp_load3(vertices + (rp_cluster(leaf) + rp_vertex_offset(leaf, k)));
+// A number of so many bits (RP_POSITION_MOST_BITS at most), as a float. GPUs take longer to convert.
+static inline float rp_position_number(ulong word, uint bits) {
+    return as_float(0x4b000000u | ((uint)word & ((1u << bits) - 1u))) - as_float(0x4b000000u);
 }
+static inline float3 rp_vertex(const rp_vertices* v, uint number) {
+    const uint stride = RP_POSITION_STRIDE(v->flags), index = v->first + number;
+    if (stride == 0u) return rp_load3((const __global float*)v->section + 3u * index);
+    // Two words, the second of which may belong to the ids behind.
+    const uint at = index * stride;
+    const __global uint* const words = (const __global uint*)(v->section + (at & ~3u));
+    ulong word = ((ulong)words[1] << 32 | words[0]) >> ((at & 3u) << 3);
+    const uint x_bits = RP_POSITION_BITS(v->flags, 0), y_bits = RP_POSITION_BITS(v->flags, 1), z_bits = RP_POSITION_BITS(v->flags, 2);
+    // Both products and sums are exact, fused or not.
+    float3 position = v->base;
+    position.x += rp_position_number(word, x_bits) * v->cell;
+    word >>= x_bits;
+    position.y += rp_position_number(word, y_bits) * v->cell;
+    position.z += rp_position_number(word >> y_bits, z_bits) * v->cell;
+    return position;
+}
+#else
+// Counted in floats, to be added up in 32 bits, in which GPUs have one instruction less for each vertex.
+typedef struct rp_vertices {
+    const __global float* section;
+    uint first;
+} rp_vertices;
+static inline rp_vertices rp_leaf_vertices(const rp_block_view* block, uint2 leaf) {
+    rp_vertices v;
+    v.section = (const __global float*)((const __global uchar*)block->nodes + block->vertices_at);
+    v.first = (leaf.x & 0xffffu) * (3u * RP_CLUSTER_UNIT);
+    return v;
+}
+static inline float3 rp_vertex(const rp_vertices* v, uint number) { return rp_load3(v->section + (v->first + 3u * number)); }
+#endif
 
 // Which triangles of a strip the ray's line may hit, as bits. The rest of the test is for these alone (rp_strip_hit): lanes of a GPU that ran
 // into it at different triangles of their strips would wait for each other at each of them.
@@ -38,9 +82,8 @@ static inline uint rp_strip_candidates(const rp_ray* ray, const rp_shear* shear,
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint count = (ref & 3u) + 1u;
     // All loads before the first test. Unused index bytes repeat the last vertex, so every load is in range.
-    const __global float* const vertices = rp_vertices(block);
-    const uint cluster = rp_cluster(leaf);
-#define RP_VERTEX(k) rp_load3(vertices + (cluster + 3u * rp_byte(leaf, 2u + k)))
+    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
+#define RP_VERTEX(k) rp_vertex(&vertices, rp_byte(leaf, 2u + k))
     const float3 p0 = RP_VERTEX(0u), p1 = RP_VERTEX(1u), p2 = RP_VERTEX(2u), p3 = RP_VERTEX(3u), p4 = RP_VERTEX(4u), p5 = RP_VERTEX(5u);
 #undef RP_VERTEX
     rp_sheared a = rp_shear_vertex(ray, shear, p0), b = rp_shear_vertex(ray, shear, p1), c = rp_shear_vertex(ray, shear, p2);
@@ -65,10 +108,10 @@ static inline uint rp_strip_first_vertex(uint ref, uint k) { return 31u - clz((~
 // Distance at which the ray hits triangle k of a strip, or -1.
 static inline float rp_strip_hit(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, uint k) {
     const uint2 leaf = rp_leaf_record(block, ref);
-    const __global float* const vertices = rp_vertices(block);
-    const rp_sheared a = rp_shear_vertex(ray, shear, rp_leaf_vertex(vertices, leaf, rp_strip_first_vertex(ref, k)));
-    const rp_sheared b = rp_shear_vertex(ray, shear, rp_leaf_vertex(vertices, leaf, k + 1u));
-    const rp_sheared c = rp_shear_vertex(ray, shear, rp_leaf_vertex(vertices, leaf, k + 2u));
+    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
+    const rp_sheared a = rp_shear_vertex(ray, shear, rp_vertex(&vertices, rp_vertex_number(leaf, rp_strip_first_vertex(ref, k))));
+    const rp_sheared b = rp_shear_vertex(ray, shear, rp_vertex(&vertices, rp_vertex_number(leaf, k + 1u)));
+    const rp_sheared c = rp_shear_vertex(ray, shear, rp_vertex(&vertices, rp_vertex_number(leaf, k + 2u)));
     return rp_hit_triangle(ray, shear, &a, &b, &c);
 }
 

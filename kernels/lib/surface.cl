@@ -62,15 +62,15 @@ typedef struct rp_triangle {
 static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref) {
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint3 corners = rp_strip_corners(ref);
-    const uint offset[3] = {rp_vertex_offset(leaf, corners.x), rp_vertex_offset(leaf, corners.y), rp_vertex_offset(leaf, corners.z)};
-    const __global float* cluster = rp_vertices(block) + rp_cluster(leaf);
+    const uint number[3] = {rp_vertex_number(leaf, corners.x), rp_vertex_number(leaf, corners.y), rp_vertex_number(leaf, corners.z)};
+    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
     const __global uchar* const base = rp_block_of_nodes(block->nodes);
     const uint normals_at = ((const __global rp_block_header*)base)->normals_at;
     const __global uint* normals = (const __global uint*)(base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
     rp_triangle triangle;
     for (uint i = 0u; i < 3u; i++) {
-        triangle.corner[i] = rp_load3(cluster + offset[i]);
-        triangle.normal[i] = normals_at != 0u ? normals[offset[i] / 3u] : RP_NONE;
+        triangle.corner[i] = rp_vertex(&vertices, number[i]);
+        triangle.normal[i] = normals_at != 0u ? normals[number[i]] : RP_NONE;
     }
     return triangle;
 }
@@ -99,16 +99,16 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint3 corners = rp_strip_corners(ref);
-    uint3 offset = (uint3)(rp_vertex_offset(leaf, corners.x), rp_vertex_offset(leaf, corners.y), rp_vertex_offset(leaf, corners.z));
-    const __global float* cluster = rp_vertices(block) + rp_cluster(leaf);
-    float3 a = rp_load3(cluster + offset.x), b = rp_load3(cluster + offset.y), c = rp_load3(cluster + offset.z);
+    uint3 number = (uint3)(rp_vertex_number(leaf, corners.x), rp_vertex_number(leaf, corners.y), rp_vertex_number(leaf, corners.z));
+    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
+    float3 a = rp_vertex(&vertices, number.x), b = rp_vertex(&vertices, number.y), c = rp_vertex(&vertices, number.z);
     // Begin with the first vertex by position, so that the arithmetic below does not depend on how the strip lists them.
     for (int turn = 0; turn < 2 && (rp_comes_before(b, a) || rp_comes_before(c, a)); turn++) {
         const float3 first = a;
         a = b;
         b = c;
         c = first;
-        offset = offset.yzx;
+        number = number.yzx;
     }
     const rp_shear shear = rp_make_shear(ray);
     const rp_sheared sa = rp_shear_vertex(ray, &shear, a), sb = rp_shear_vertex(ray, &shear, b), sc = rp_shear_vertex(ray, &shear, c);
@@ -125,7 +125,7 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     const uint normals_at = ((const __global rp_block_header*)base)->normals_at;
     if (normals_at != 0u) {
         const __global uint* normals = (const __global uint*)(base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
-        const uint na = normals[offset.x / 3u], nb = normals[offset.y / 3u], nc = normals[offset.z / 3u];
+        const uint na = normals[number.x], nb = normals[number.y], nc = normals[number.z];
         if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
             const float3 n = rp_sum(rp_sum(rp_scaled(1.0f - bb - bc, rp_decode_normal(na)), rp_scaled(bb, rp_decode_normal(nb))),
                                     rp_scaled(bc, rp_decode_normal(nc)));

@@ -14,6 +14,7 @@
 #include "blocks/distribute.hpp"
 #include "blocks/gather.hpp"
 #include "blocks/top_tree.hpp"
+#include "scene/block_coding.hpp"
 #include "store/block_file.hpp"
 
 namespace raypager {
@@ -38,6 +39,9 @@ Status check_options(const BakeOptions& options) {
         return Status::usage(fmt::format("block size {}: must be from {} to {} bytes", options.block_bytes, least_block_bytes, RP_MAX_BLOCK_BYTES));
     if (options.sub_boxes < 1 || options.sub_boxes > RP_MAX_SUB_BOXES)
         return Status::usage(fmt::format("{} sub-boxes a block: must be from 1 to {}", options.sub_boxes, RP_MAX_SUB_BOXES));
+    if (options.position_error != 0 && !(options.position_error >= least_position_error && options.position_error <= largest_position_error))
+        return Status::usage(
+            fmt::format("position error {}: must be from {} to {}", options.position_error, least_position_error, largest_position_error));
     return {};
 }
 
@@ -80,10 +84,11 @@ public:
 
         const GatherLimits limits = {*memory, output_, options_.stop};
         auto gathered = gather(
-            scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points);
+            scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points, cell());
         if (!gathered) return gathered.status();
         BakedScene baked = describe(scene_, *gathered);
         baked.fingerprint = *fingerprint;
+        baked.position_cell = cell();
         std::vector<PortalBox> portal_boxes;
         RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, *writer, baked, portal_boxes, summary.buckets)
                                        : build_in_memory(gathered->world, *writer, baked, portal_boxes));
@@ -105,6 +110,8 @@ public:
     }
 
 private:
+    float cell() const { return options_.position_error > 0 ? position_cell(options_.position_error) : 0; }
+
     void report(const char* stage, double fraction) const {
         if (options_.progress) options_.progress(stage, fraction);
     }

@@ -63,7 +63,7 @@ private:
     // The blocks of one part: more than one where its bytes were underestimated.
     void build(std::span<PrimitiveRef> refs, std::vector<PackedBlock>& blocks) const {
         PackedBlock block;
-        if (pack(world_, build_bvh(world_, refs, builder_.options_.sub_boxes), builder_.options_.block_bytes, block)) {
+        if (pack(world_, build_bvh(world_, refs, builder_.options_.sub_boxes), builder_.options_.block_bytes, position_cell_, block)) {
             blocks.push_back(std::move(block));
             return;
         }
@@ -77,6 +77,7 @@ private:
     const std::span<PrimitiveRef> refs_;
     const std::vector<Part>& parts_;
     const std::function<void(double)>& progress_;
+    const float position_cell_ = builder_.baked_.position_cell;
 
     std::mutex mutex_;  // of what follows, and of everything that append() changes
     std::condition_variable written_;

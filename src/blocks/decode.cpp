@@ -6,6 +6,7 @@
 #include "base/check.hpp"
 #include "blocks/point_code.hpp"
 #include "blocks/strip.hpp"
+#include "scene/block_coding.hpp"
 
 namespace raypager {
 namespace {
@@ -25,8 +26,7 @@ void decode_strip(const BlockView& block, rp_u32 ref, uint32_t index, DecodedLea
         DecodedTriangle triangle = {block.ids[RP_LEAF_MAX_PRIMITIVES * index + k], {}, {RP_NONE, RP_NONE, RP_NONE}};
         const rp_u32 corners[3] = {a, b, c};
         for (int i = 0; i < 3; i++) {
-            const float* p = &block.vertices[3 * size_t{corners[i]}];
-            triangle.vertices[i] = {p[0], p[1], p[2]};
+            triangle.vertices[i] = block.vertices[corners[i]];
             if (!block.normals.empty()) triangle.normals[i] = block.normals[corners[i]];
         }
         out.triangles.push_back(triangle);
@@ -40,10 +40,13 @@ BlockView::BlockView(std::span<const std::byte> bytes) {
     std::memcpy(&header, bytes.data(), sizeof header);
     nodes = section<rp_node>(bytes, header.nodes_at, header.node_count);
     leaves = section<rp_leaf>(bytes, header.leaves_at, header.leaf_count);
-    vertices = section<float>(bytes, header.vertices_at, uint64_t{header.vertex_count} * 3);
+    const BlockPositions positions(header, section<std::byte>(bytes, header.vertices_at, position_bytes(header)).data());
+    for (uint32_t i = 0; i < header.vertex_count; i++) vertices.push_back(positions[i]);
     spheres = section<rp_sphere>(bytes, header.spheres_at, header.sphere_count);
     sphere_ids = section<rp_u32>(bytes, header.spheres_at + header.sphere_count * uint64_t{sizeof(rp_sphere)}, header.sphere_count);
-    ids = section<rp_u32>(bytes, header.ids_at, uint64_t{header.leaf_count} * RP_LEAF_MAX_PRIMITIVES);
+    const BlockIds all_ids(header, section<std::byte>(bytes, header.ids_at, id_bytes(header)).data());
+    for (uint32_t leaf = 0; leaf < header.leaf_count; leaf++)
+        for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) ids.push_back(all_ids(leaf, k));
     if (header.normals_at != 0) normals = section<rp_u32>(bytes, header.normals_at, header.vertex_count);
 }
 

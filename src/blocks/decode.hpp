@@ -30,10 +30,10 @@ struct BlockView {
     rp_block_header header;
     std::span<const rp_node> nodes;
     std::span<const rp_leaf> leaves;
-    std::span<const float> vertices;  // 3 each
+    std::vector<Float3> vertices;  // decoded
     std::span<const rp_sphere> spheres;
     std::span<const rp_u32> sphere_ids;  // one a sphere
-    std::span<const rp_u32> ids;         // RP_LEAF_MAX_PRIMITIVES a leaf
+    std::vector<rp_u32> ids;             // RP_LEAF_MAX_PRIMITIVES a leaf, decoded; those that a leaf does not use may be anything
     std::span<const rp_u32> normals;     // one a vertex, or none
 };
 

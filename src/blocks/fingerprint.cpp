@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // Counts up whenever the same scene would be baked into other bytes.
-constexpr uint32_t baker_version = 6;
+constexpr uint32_t baker_version = 7;
 
 class Fingerprint {
 public:
@@ -117,6 +117,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     f.add(baker_version);
     f.add(options.block_bytes);
     f.add(options.sub_boxes);
+    f.add(options.position_error);
     add_points(f, options.points);
     for (const std::string& file : scene.files)
         if (auto status = f.add_file(file); !status.ok()) return status;

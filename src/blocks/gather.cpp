@@ -147,11 +147,13 @@ private:
 
 class Gatherer {
 public:
-    Gatherer(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points, Gathered& out)
+    Gatherer(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points, float position_cell,
+             Gathered& out)
         : scene_(scene),
           limits_(limits),
           progress_(progress),
           points_(points),
+          position_cell_(position_cell),
           out_(out),
           prefetch_(scene, limits.memory.gather / prefetch_share, limits.stop),
           buffer_(limits.memory.gather / buffer_share),
@@ -212,7 +214,7 @@ private:
         const auto room = fits(MeshIntake::memory_bytes(mesh.positions.size(), mesh.triangles.size(), !mesh.normals.empty()));
         if (!room) return room.status();
         const uint64_t first = count();
-        RAYPAGER_TRY(add_whole(shape, Placement(shape), loaded->mesh, loaded->issues));
+        RAYPAGER_TRY(add_whole(shape, Placement(shape, position_cell_), loaded->mesh, loaded->issues));
         if (spiller_) add_weight(count() - first, mesh.positions.size(), !mesh.normals.empty());
         out_.issues.add(loaded->issues);
         return {};
@@ -220,7 +222,7 @@ private:
 
     Status stream_mesh(const Shape& shape) {
         MeshIssues issues;
-        const Placement placement(shape);
+        const Placement placement(shape, position_cell_);
         MeshIntake intake(placement, issues,
                           {[this](uint64_t bytes) { return fits(bytes); },
                            [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded) {
@@ -362,6 +364,7 @@ private:
     const GatherLimits& limits_;
     const GatherProgress& progress_;
     const PointOptions& points_;
+    const float position_cell_;
     Gathered& out_;
     MeshPrefetch prefetch_;
     const uint64_t buffer_;             // for reading a mesh that was not read ahead
@@ -374,9 +377,10 @@ private:
 
 }  // namespace
 
-Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points) {
+Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points,
+                        float position_cell) {
     Gathered gathered;
-    Gatherer gatherer(scene, limits, progress, points, gathered);
+    Gatherer gatherer(scene, limits, progress, points, position_cell, gathered);
     for (size_t i = 0; i < scene.shapes.size(); i++)
         if (auto status = gatherer.add(i); !status.ok()) return status;
     if (auto status = gatherer.finish(); !status.ok()) return status;

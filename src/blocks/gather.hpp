@@ -35,10 +35,11 @@ struct GatherLimits {
 // stage: "load" while all is in memory, "stream" from when it is not.
 using GatherProgress = std::function<void(const char* stage, double fraction)>;
 
-// Primitives are numbered in the order of scene.shapes. Positions are transformed in double precision and rounded once. Primitives that
-// no ray can hit once their vertices are rounded (no area, radius 0) are dropped and counted.
-// An error names the shape: its mesh cannot be loaded, a coordinate is beyond +-1e12, or there are 2^32 - 1 primitives or vertices or more.
-Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points = {});
+// Primitives are numbered in the order of scene.shapes. Positions are transformed in double precision and rounded once; those of meshes to multiples
+// of position_cell, if it is not 0. Primitives that no ray can hit once their vertices are rounded (no area, radius 0) are dropped and counted. An
+// error names the shape: its mesh cannot be loaded, a coordinate is beyond +-1e12, or there are 2^32 - 1 primitives or vertices or more.
+Result<Gathered> gather(const Scene& scene, const GatherLimits& limits, const GatherProgress& progress, const PointOptions& points = {},
+                        float position_cell = 0);
 // All in memory.
 Result<Gathered> gather(const Scene& scene, const std::function<void(double fraction)>& progress, const PointOptions& points = {});
 

@@ -7,6 +7,7 @@
 #include "base/check.hpp"
 #include "blocks/grid.hpp"
 #include "blocks/vertex_windows.hpp"
+#include "scene/block_coding.hpp"
 #include "wide/block.hpp"
 
 namespace raypager {
@@ -19,14 +20,20 @@ uint64_t align(uint64_t value, uint64_t alignment) { return (value + alignment -
 
 class Packer {
 public:
-    Packer(const World& world, const Bvh& bvh)
-        : world_(world), bvh_(bvh), grid_(make_grid(bvh.nodes[0].box)), windows_(static_cast<uint32_t>(bvh.vertices.size())) {}
+    Packer(const World& world, const Bvh& bvh, float position_cell)
+        : world_(world),
+          bvh_(bvh),
+          position_cell_(position_cell),
+          grid_(make_grid(bvh.nodes[0].box)),
+          windows_(static_cast<uint32_t>(bvh.vertices.size())) {}
 
     bool run(uint64_t limit, PackedBlock& block) {
         nodes_.resize(bvh_.portals.size() - 1);
         for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0, 0});
         add_crown(0, 0, block.portals);
-        if (out_of_reach_ || !layout(limit)) return false;
+        if (out_of_reach_) return false;
+        code();
+        if (!layout(limit)) return false;
         block.bounds = bvh_.nodes[0].box;
         block.triangles = bvh_.triangles;
         block.spheres = static_cast<uint32_t>(spheres_.size());
@@ -101,8 +108,19 @@ private:
         }
     }
 
+    void code() {
+        header_.leaf_count = static_cast<rp_u32>(leaves_.size());
+        header_.vertex_count = static_cast<rp_u32>(windows_.sequence().size());
+        std::vector<Float3> positions;
+        for (const uint32_t v : windows_.sequence()) {
+            positions.push_back(bvh_.vertices[v].position);
+            normals_.push_back(bvh_.vertices[v].normal);
+        }
+        positions_ = code_positions(positions, position_cell_, header_);
+        coded_ids_ = code_ids(ids_, header_);
+    }
+
     bool layout(uint64_t limit) {
-        const uint64_t vertices = windows_.sequence().size();
         uint64_t end = sizeof header_;
         const auto section = [&end](uint64_t bytes) {
             const uint64_t start = end;
@@ -111,10 +129,10 @@ private:
         };
         header_.nodes_at = section(nodes_.size() * sizeof(rp_node));
         header_.leaves_at = section(leaves_.size() * sizeof(rp_leaf));
-        header_.vertices_at = section(vertices * sizeof(Float3));
+        header_.vertices_at = section(positions_.size());
         header_.spheres_at = section(spheres_.size() * (sizeof(rp_sphere) + sizeof(rp_u32)));
-        header_.ids_at = section(ids_.size() * sizeof(rp_u32));
-        header_.normals_at = bvh_.has_normals ? section(vertices * sizeof(rp_u32)) : 0;
+        header_.ids_at = section(coded_ids_.size());
+        header_.normals_at = bvh_.has_normals ? section(normals_.size() * sizeof(rp_u32)) : 0;
         end = align(end, RP_BLOCK_ALIGNMENT);
         if (end > limit) return false;
         header_.bytes = static_cast<rp_u32>(end);
@@ -124,8 +142,6 @@ private:
     void write(std::vector<std::byte>& bytes) {
         header_.magic = RP_BLOCK_MAGIC;
         header_.node_count = static_cast<rp_u32>(nodes_.size());
-        header_.leaf_count = static_cast<rp_u32>(leaves_.size());
-        header_.vertex_count = static_cast<rp_u32>(windows_.sequence().size());
         header_.sphere_count = static_cast<rp_u32>(spheres_.size());
         header_.triangle_count = bvh_.triangles;
         header_.portal_count = static_cast<rp_u32>(bvh_.portals.size());
@@ -135,12 +151,6 @@ private:
             header_.lower[a] = bvh_.nodes[0].box.lower[a];
             header_.upper[a] = bvh_.nodes[0].box.upper[a];
         }
-        std::vector<Float3> positions;
-        std::vector<rp_u32> normals;
-        for (const uint32_t v : windows_.sequence()) {
-            positions.push_back(bvh_.vertices[v].position);
-            normals.push_back(bvh_.vertices[v].normal);
-        }
         bytes.assign(header_.bytes, std::byte{0});
         const auto put = [&bytes](rp_u32 at, const auto& items) {
             if (!items.empty()) std::memcpy(bytes.data() + at, items.data(), items.size() * sizeof items[0]);
@@ -148,11 +158,11 @@ private:
         std::memcpy(bytes.data(), &header_, sizeof header_);
         put(header_.nodes_at, nodes_);
         put(header_.leaves_at, leaves_);
-        put(header_.vertices_at, positions);
+        put(header_.vertices_at, positions_);
         put(header_.spheres_at, spheres_);
         put(header_.spheres_at + static_cast<rp_u32>(spheres_.size() * sizeof(rp_sphere)), sphere_ids_);
-        put(header_.ids_at, ids_);
-        if (header_.normals_at) put(header_.normals_at, normals);
+        put(header_.ids_at, coded_ids_);
+        if (header_.normals_at) put(header_.normals_at, normals_);
     }
 
     static_assert(sizeof(rp_block_header) == 128 && sizeof(rp_node) == 32 && sizeof(rp_leaf) == 8);
@@ -160,6 +170,7 @@ private:
 
     const World& world_;
     const Bvh& bvh_;
+    const float position_cell_;
     const Grid grid_;
     VertexWindows windows_;
     rp_block_header header_ = {};
@@ -167,12 +178,15 @@ private:
     rp_u32 crown_nodes_ = 0, crown_portals_ = 0;  // so far
     std::vector<rp_leaf> leaves_;
     std::vector<rp_sphere> spheres_;
-    std::vector<rp_u32> sphere_ids_, ids_;
+    std::vector<rp_u32> sphere_ids_, ids_, normals_;
+    std::vector<std::byte> positions_, coded_ids_;
     bool out_of_reach_ = false;
 };
 
 }  // namespace
 
-bool pack(const World& world, const Bvh& bvh, uint64_t limit, PackedBlock& block) { return Packer(world, bvh).run(limit, block); }
+bool pack(const World& world, const Bvh& bvh, uint64_t limit, float position_cell, PackedBlock& block) {
+    return Packer(world, bvh, position_cell).run(limit, block);
+}
 
 }  // namespace raypager

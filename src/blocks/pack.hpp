@@ -26,6 +26,7 @@ struct PackedBlock {
 
 // header.block_index is left 0. Fails (returns false) if the block would exceed limit bytes or the reach of 16-bit vertex offsets:
 // then it must be cut in two.
-bool pack(const World& world, const Bvh& bvh, uint64_t limit, PackedBlock& block);
+// position_cell: of which all coordinates are multiples; 0: positions stay floats.
+bool pack(const World& world, const Bvh& bvh, uint64_t limit, float position_cell, PackedBlock& block);
 
 }  // namespace raypager

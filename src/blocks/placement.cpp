@@ -31,12 +31,22 @@ bool has_no_area(const Float3& a, const Float3& b, const Float3& c) {
     return uy * vz == uz * vy && uz * vx == ux * vz && ux * vy == uy * vx;
 }
 
-Placement::Placement(const Shape& shape)
-    : to_world_(shape.to_world), identity_(shape.to_world.is_identity()), flips_(shape.reverse_orientation != shape.to_world.swaps_handedness()) {
+Placement::Placement(const Shape& shape, float position_cell)
+    : to_world_(shape.to_world),
+      cell_(position_cell),
+      identity_(shape.to_world.is_identity()),
+      flips_(shape.reverse_orientation != shape.to_world.swaps_handedness()) {
     if (const auto inverse = shape.to_world.inverse()) normals_ = inverse->transpose();
 }
 
-Float3 Placement::point(const Float3& p) const { return identity_ ? p : rounded(to_world_.point(p.x, p.y, p.z)); }
+Float3 Placement::point(const Float3& p) const {
+    if (cell_ == 0) return identity_ ? p : rounded(to_world_.point(p.x, p.y, p.z));
+    std::array<double, 3> placed = {p.x, p.y, p.z};
+    if (!identity_) placed = to_world_.point(p.x, p.y, p.z);
+    // Without -0, of which no multiple comes back where positions are coded. Where floats are coarser than cells, rounding keeps them multiples.
+    for (double& coordinate : placed) coordinate = std::nearbyint(coordinate / cell_) * cell_ + 0.0;
+    return rounded(placed);
+}
 
 uint32_t Placement::normal(const Float3& n) const {
     if (!normals_) return RP_NONE;

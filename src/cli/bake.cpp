@@ -25,6 +25,14 @@ Result<uint64_t> parse_block_size(const std::string& text) {
     return bytes;
 }
 
+Result<float> parse_position_error(const std::string& text) {
+    const auto error = parse_positive(text);
+    if (!error) return error.status();
+    if (*error < least_position_error || *error > largest_position_error)
+        return Status::usage(fmt::format("'{}' is not between {} and {}", text, least_position_error, largest_position_error));
+    return static_cast<float>(*error);
+}
+
 }  // namespace
 
 Status run_bake(const Arguments& arguments) {
@@ -43,6 +51,10 @@ Status run_bake(const Arguments& arguments) {
                   into(options.block_bytes, parse_block_size));
     add_view_options(parser, view.width, view.height, view.camera);
     add_point_options(parser, options.points);
+    parser.option("position-error", "E",
+                  "vertices of meshes may move by E along each axis, in the scene's units, onto a grid that all share, without cracks: fewer bytes "
+                  "a triangle, slower to trace on GPUs (default: they stay where they are, to the bit)",
+                  into(options.position_error, parse_position_error));
     parser.option("sub-boxes", "N",
                   "boxes a block at most that tell in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
                   into_count(options.sub_boxes, 1, RP_MAX_SUB_BOXES));

@@ -9,6 +9,7 @@
 #include "cli/report.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
+#include "scene/block_coding.hpp"
 #include "store/block_file.hpp"
 
 namespace raypager {
@@ -56,10 +57,11 @@ Result<Parts> parts_of_block(std::span<const std::byte> stored) {
     parts.headers = sizeof header;
     parts.nodes = sizeof(rp_node) * uint64_t(header.node_count);
     parts.leaves = sizeof(rp_leaf) * uint64_t(header.leaf_count);
-    parts.vertices = 3 * sizeof(float) * uint64_t(header.vertex_count);
+    if (!good_coding(header)) return too_small();
+    parts.vertices = position_bytes(header);
     parts.spheres = sizeof(rp_sphere) * uint64_t(header.sphere_count);
     parts.sphere_ids = sizeof(rp_u32) * uint64_t(header.sphere_count);
-    parts.ids = RP_LEAF_MAX_PRIMITIVES * sizeof(rp_u32) * uint64_t(header.leaf_count);
+    parts.ids = id_bytes(header);
     parts.normals = header.normals_at != 0 ? sizeof(rp_u32) * uint64_t(header.vertex_count) : 0;
     if (parts.content() > stored.size()) return too_small();
     parts.padding = stored.size() - parts.content();
@@ -95,6 +97,7 @@ std::string as_json(const BakedScene& scene, const Parts& parts, bool verified) 
                       {"scene_on_cpu", scene_json(scene, BlockForm::wide)},
                       {"parts", shares},
                       {"top_tree", {{"portals", top.portals}, {"nodes", top.nodes}, {"depth", top.depth}}},
+                      {"position_cell", scene.position_cell},
                       {"lights", scene.lights.size()},
                       {"materials", scene.materials.size()},
                       {"verified", verified}});
@@ -112,6 +115,8 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
     line("geometry", fmt::format("{}, {:.2f} bytes a primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
     line("", fmt::format("{}, {:.2f} bytes a primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
+    if (scene.position_cell > 0)
+        line("positions", fmt::format("multiples of {:.6g}: moved by at most {:.6g} along each axis", scene.position_cell, scene.position_cell / 2));
     line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
     line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
     line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));

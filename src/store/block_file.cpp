@@ -70,6 +70,7 @@ Status read_scalars(const InputFile& file, const Header& header, BakedScene& sce
     scene.triangles = s.triangles;
     scene.spheres = s.spheres;
     scene.fingerprint = s.fingerprint;
+    scene.position_cell = s.position_cell;
     return {};
 }
 

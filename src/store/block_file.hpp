@@ -50,6 +50,7 @@ struct BakedScene {
     std::vector<rp_u32> wide_roots;      // of the portals, in the wide form of their blocks (abi/wide.h)
     std::vector<BlockRecord> blocks;
     uint64_t triangles = 0, spheres = 0;            // primitives in the blocks
+    float position_cell = 0;                        // of which all coordinates of triangles are multiples; 0: they are as they were given
     uint64_t fingerprint = 0;                       // of the input and the bake options; tells whether a cached file is still good
     uint64_t geometry_bytes(BlockForm form) const;  // of all blocks in memory
     uint64_t stored_bytes() const { return geometry_bytes(BlockForm::stored); }

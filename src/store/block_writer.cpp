@@ -33,6 +33,7 @@ Scalars make_scalars(const BakedScene& scene) {
     s.triangles = scene.triangles;
     s.spheres = scene.spheres;
     s.fingerprint = scene.fingerprint;
+    s.position_cell = scene.position_cell;
     return s;
 }
 

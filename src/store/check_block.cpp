@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "scene/block_coding.hpp"
 #include "store/check_scene.hpp"
 
 namespace raypager {
@@ -43,7 +44,9 @@ private:
         if (bytes_.size() < sizeof header_) return bad("it is shorter than its header");
         std::memcpy(&header_, bytes_.data(), sizeof header_);
         if (header_.magic != RP_BLOCK_MAGIC) return bad("it does not begin with \"RBLK\"");
-        if (header_.block_index != block_ || header_.flags != 0) return bad("its header is that of another block");
+        if (header_.block_index != block_) return bad("its header is that of another block");
+        if (!good_coding(header_) || (RP_POSITION_STRIDE(header_.flags) != 0 && !(scene_.position_cell > 0)))
+            return bad("how its positions and ids are coded makes no sense");
         if (header_.bytes != bytes_.size() || header_.bytes != record.stored_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
@@ -59,9 +62,9 @@ private:
         } const sections[] = {
             {"nodes", header_.nodes_at, header_.node_count * uint64_t{sizeof(rp_node)}},
             {"leaves", header_.leaves_at, header_.leaf_count * uint64_t{sizeof(rp_leaf)}},
-            {"vertices", header_.vertices_at, header_.vertex_count * uint64_t{12}},
+            {"vertices", header_.vertices_at, position_bytes(header_)},
             {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{sizeof(rp_sphere) + sizeof(rp_u32)}},
-            {"ids", header_.ids_at, header_.leaf_count * uint64_t{4 * RP_LEAF_MAX_PRIMITIVES}},
+            {"ids", header_.ids_at, id_bytes(header_)},
             {"normals", header_.normals_at, header_.normals_at ? header_.vertex_count * uint64_t{4} : 0},
         };
         uint64_t end = sizeof header_;
@@ -82,8 +85,11 @@ private:
     }
 
     Status check_numbers() const {
-        for (uint64_t i = 0; i < uint64_t{header_.vertex_count} * 3; i++)
-            if (!std::isfinite(item<float>(header_.vertices_at, i))) return bad(fmt::format("vertex {} is not finite", i / 3));
+        const BlockPositions positions(header_, bytes_.data() + header_.vertices_at);
+        for (uint32_t i = 0; i < header_.vertex_count; i++) {
+            const Float3 p = positions[i];
+            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) return bad(fmt::format("vertex {} is not finite", i));
+        }
         for (uint64_t i = 0; i < header_.sphere_count; i++) {
             for (const float value : item<rp_sphere>(header_.spheres_at, i).center)
                 if (!std::isfinite(value)) return bad(fmt::format("sphere {} is not finite", i));
@@ -173,9 +179,11 @@ private:
         for (int i = 0; i < 6; i++)
             if (first + (bytes >> 8 * i & 255u) >= header_.vertex_count) return bad(fmt::format("leaf {} names a vertex that does not exist", index));
         triangles_ += count;
+        const BlockIds ids(header_, bytes_.data() + header_.ids_at);
         for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) {
-            const auto id = item<rp_u32>(header_.ids_at, RP_LEAF_MAX_PRIMITIVES * uint64_t{index} + k);
-            if (k < count ? id >= primitives() : id != RP_NONE) return bad(fmt::format("leaf {} names a primitive that does not exist", index));
+            const rp_u32 id = ids(index, k);
+            if (k < count ? id >= primitives() : !(header_.flags & RP_IDS_CODED) && id != RP_NONE)
+                return bad(fmt::format("leaf {} names a primitive that does not exist", index));
         }
         return {};
     }

@@ -13,7 +13,7 @@ namespace raypager::format {
 static_assert(std::endian::native == std::endian::little, "block files are read and written as they lie in memory");
 
 inline constexpr char magic[8] = {'R', 'A', 'Y', 'P', 'A', 'G', 'E', 'R'};
-inline constexpr uint32_t version = 5;
+inline constexpr uint32_t version = 6;
 inline constexpr uint32_t endian_mark = 0x01020304u;
 inline constexpr uint64_t page = 4096;  // the header takes one; blocks start at multiples
 
@@ -41,13 +41,15 @@ struct Scalars {
     float lower[3], upper[3];
     rp_top_grid top_grid;
     uint64_t triangles, spheres, fingerprint;
+    float position_cell;
+    uint32_t unused;
 };
 
 inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),    sizeof(rp_material), sizeof(rp_light), sizeof(rp_primitive_range),
                                                        sizeof(rp_node),    sizeof(rp_portal),   sizeof(uint64_t), sizeof(rp_u32),
                                                        sizeof(BlockRecord)};
 
-static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 144);
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 152);
 static_assert(sizeof(rp_material) == 64 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
 static_assert(sizeof(rp_node) == 32 && sizeof(rp_portal) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
 

@@ -86,6 +86,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
     if (suits_streams(device.info())) result.variants_ = "-DRP_SURFACE_LANES ";
+    if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();

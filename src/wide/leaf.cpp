@@ -30,17 +30,22 @@ void strip_vertices(const StoredBlock& block, rp_u32 ref, rp_u32 (&vertices)[RP_
 
 }  // namespace
 
-StoredBlock::StoredBlock(std::span<const std::byte> bytes) {
+rp_block_header StoredBlock::header_of(std::span<const std::byte> bytes) {
+    rp_block_header header;
     RAYPAGER_CHECK(bytes.size() >= sizeof header && reinterpret_cast<uintptr_t>(bytes.data()) % 4 == 0);
     std::memcpy(&header, bytes.data(), sizeof header);
-    nodes = section<rp_node>(bytes, header.nodes_at);
-    leaves = section<rp_leaf>(bytes, header.leaves_at);
-    vertices = section<Float3>(bytes, header.vertices_at);
-    spheres = section<rp_sphere>(bytes, header.spheres_at);
-    sphere_ids = reinterpret_cast<const rp_u32*>(spheres + header.sphere_count);
-    ids = section<rp_u32>(bytes, header.ids_at);
-    normals = header.normals_at ? section<rp_u32>(bytes, header.normals_at) : nullptr;
+    return header;
 }
+
+StoredBlock::StoredBlock(std::span<const std::byte> bytes)
+    : header(header_of(bytes)),
+      nodes(section<rp_node>(bytes, header.nodes_at)),
+      leaves(section<rp_leaf>(bytes, header.leaves_at)),
+      vertices(header, bytes.data() + header.vertices_at),
+      spheres(section<rp_sphere>(bytes, header.spheres_at)),
+      sphere_ids(reinterpret_cast<const rp_u32*>(spheres + header.sphere_count)),
+      ids(header, bytes.data() + header.ids_at),
+      normals(header.normals_at ? section<rp_u32>(bytes, header.normals_at) : nullptr) {}
 
 namespace {
 
@@ -116,7 +121,7 @@ bool WideLeaf::add_strip(const StoredBlock& block, rp_u32 ref) {
         if (numbers[i] == RP_WIDE_LEAF_VERTICES) return false;
     }
     visit_strip(ref, numbers, [&](uint32_t k, rp_u32 a, rp_u32 b, rp_u32 c) {
-        ids_[triangles_] = block.ids[RP_LEAF_MAX_PRIMITIVES * leaf_index(ref) + k];
+        ids_[triangles_] = block.ids(leaf_index(ref), k);
         corners_[triangles_++] = {static_cast<rp_u8>(a), static_cast<rp_u8>(b), static_cast<rp_u8>(c)};
     });
     return true;

@@ -11,6 +11,7 @@
 #include "raypager/abi/block.h"
 #include "raypager/abi/wide.h"
 #include "raypager/scene.hpp"
+#include "scene/block_coding.hpp"
 #include "scene/box.hpp"
 
 namespace raypager {
@@ -21,11 +22,14 @@ struct StoredBlock {
     rp_block_header header;
     const rp_node* nodes;
     const rp_leaf* leaves;
-    const Float3* vertices;
+    BlockPositions vertices;
     const rp_sphere* spheres;
     const rp_u32* sphere_ids;
-    const rp_u32* ids;      // RP_LEAF_MAX_PRIMITIVES a leaf
+    BlockIds ids;
     const rp_u32* normals;  // one a vertex, or null
+
+private:
+    static rp_block_header header_of(std::span<const std::byte> bytes);
 };
 
 // What a subtree of the stored tree holds.

@@ -104,6 +104,8 @@ TEST_F(CliProgram, BadUsage) {
     expect_error("render a.rpb b.ply -o a.pfm", 2, "a.rpb");
     expect_error("bake a.ply -o a.exr", 2, "a.exr");
     expect_error("bake a.ply -o a.rpb --block-size 1K", 2, "--block-size");
+    for (const char* error : {"0", "-1", "much", "1e-30", "1e20"})
+        expect_error(fmt::format("bake a.ply -o a.rpb --position-error {}", error), 2, "--position-error");
     expect_error("bake a.rpb -o b.rpb", 2, "a.rpb");
     expect_error("make-scene castle -o out", 2, "'castle'");
     expect_error("make-scene cornell -o out --triangles 7", 2, "--triangles");

@@ -28,7 +28,7 @@ protected:
             scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f), cloud_shape(random_points(1500, 2))});
         scene.area_lights = {{{5, 5, 5}, false}};
         scene.shapes[2].area_light = 0;
-        bake_and_open(scene, path_, 16 << 10, 4);
+        bake_and_open(scene, path_, 16 << 10, 4, position_error_);
         auto text = read_text(path_);
         ASSERT_TRUE(text.ok());
         good_ = *text;
@@ -83,6 +83,7 @@ protected:
         return sealed(bytes);
     }
 
+    float position_error_ = 0;
     TemporaryFolder folder_;
     std::filesystem::path path_ = folder_ / "good.rpb", damaged_ = folder_ / "damaged.rpb";
     std::string good_;
@@ -240,11 +241,16 @@ TEST_F(DamagedBlockFile, RandomChangesUnderRightChecksums) {
     }
 }
 
+// With positions and ids that are coded.
+class DamagedCodedBlocks : public DamagedBlockFile {
+protected:
+    DamagedCodedBlocks() { position_error_ = 1e-3f; }
+};
+
 // Changes inside a block, past its checksum: what check_block accepts can be decoded without leaving the block.
-TEST_F(DamagedBlockFile, ChecksOfBlocksMakeDecodingSafe) {
-    constexpr uint32_t seed = 101;
+void decode_damaged_blocks(const std::filesystem::path& path, uint32_t seed) {
     std::mt19937 random(seed);
-    const auto file = BlockFile::open(path_);
+    const auto file = BlockFile::open(path);
     ASSERT_TRUE(file.ok());
     const BakedScene& scene = (*file)->scene();
     int refused = 0, accepted = 0;
@@ -279,6 +285,21 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksMakeDecodingSafe) {
     AlignedBytes bytes = read_block(**file, 0);
     for (const size_t size : {size_t{0}, size_t{10}, sizeof(rp_block_header), bytes.size - 1})
         EXPECT_FALSE((*file)->check_block(0, bytes.span().first(size)).ok());
+}
+
+TEST_F(DamagedBlockFile, ChecksOfBlocksMakeDecodingSafe) { decode_damaged_blocks(path_, 101); }
+TEST_F(DamagedCodedBlocks, ChecksOfBlocksMakeDecodingSafe) { decode_damaged_blocks(path_, 103); }
+
+// Positions are coded only in scenes that say so.
+TEST_F(DamagedBlockFile, ChecksOfBlocksKnowCodes) {
+    const auto file = BlockFile::open(path_);
+    ASSERT_TRUE(file.ok());
+    AlignedBytes bytes = read_block(**file, 0);
+    const rp_u32 flags = 4u << RP_POSITION_STRIDE_SHIFT;
+    std::memcpy(bytes.span().data() + offsetof(rp_block_header, flags), &flags, sizeof flags);
+    const Status status = (*file)->check_block(0, bytes.span());
+    ASSERT_FALSE(status.ok());
+    EXPECT_NE(status.message().find("coded"), std::string::npos) << status.message();
 }
 
 // What check_block says of the nodes above the portals, by which rays enter a block as a whole.

@@ -52,6 +52,44 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
     EXPECT_EQ(persistent->report.film_hash, resident->report.film_hash);
 }
 
+// Coded positions and ids: all ways of tracing draw what they draw of the same positions as floats.
+TEST(SmallRender, coded_blocks_show_the_picture_of_what_they_code) {
+    const support::TemporaryFolder folder;
+    for (const float error : {0x1p-8f, 0x1p-20f}) {  // strides of 4 and of 6 or 8 bytes
+        Scene scene = small_scene(40);
+        BakeOptions bake_options;
+        bake_options.block_bytes = 16 << 10;
+        bake_options.position_error = error;
+        const auto coded = support::bake_and_open(scene, bake_options, folder.path(), "coded");
+        ASSERT_TRUE(coded.ok()) << coded.status().message();
+        EXPECT_EQ((*coded)->scene().position_cell, 2 * error);
+        for (Shape& shape : scene.shapes) {
+            if (!shape.mesh) continue;
+            TriangleMesh mesh = dynamic_cast<const MeshInMemory&>(*shape.mesh).mesh();
+            for (Float3& p : mesh.positions)
+                for (float* coordinate : {&p.x, &p.y, &p.z}) *coordinate = std::nearbyint(*coordinate / (2 * error)) * (2 * error) + 0.0f;
+            shape.mesh = std::make_shared<MeshInMemory>(shape.mesh->name(), mesh);
+        }
+        bake_options.position_error = 0;
+        const auto moved = support::bake_and_open(scene, bake_options, folder.path(), "moved");
+        ASSERT_TRUE(moved.ok()) << moved.status().message();
+        EXPECT_LT((*coded)->scene().stored_bytes(), (*moved)->scene().stored_bytes() * 9 / 10);
+        RenderOptions options;
+        options.spp = 1;
+        options.paths = 64;
+        const auto expected = render(**moved, options, {});
+        ASSERT_TRUE(expected.ok()) << expected.status().message();
+        for (const Traversal traversal : support::traversals())
+            for (const double percent : {100.0, 60.0}) {
+                options.traversal = traversal;
+                options.geometry_limit_percent = percent;
+                const auto drawn = render(**coded, options, {});
+                ASSERT_TRUE(drawn.ok()) << drawn.status().message();
+                EXPECT_EQ(drawn->report.film_hash, expected->report.film_hash) << error << ", " << percent << " %";
+            }
+    }
+}
+
 TEST(SmallRender, records_what_rays_enter) {
     const support::TemporaryFolder folder;
     BakeOptions bake_options;

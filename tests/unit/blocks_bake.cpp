@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -12,6 +13,7 @@
 #include "blocks/gather.hpp"
 #include "blocks/grid.hpp"
 #include "blocks/mesh_prefetch.hpp"
+#include "scene/block_coding.hpp"
 #include "unit/blocks_scenes.hpp"
 
 namespace raypager {
@@ -93,6 +95,72 @@ TEST_P(Bake, EveryPrimitiveOnceAndExactly) {
         }
     }
     for (size_t i = 0; i < seen.size(); i++) ASSERT_EQ(seen[i], 1u) << "primitive " << i;
+}
+
+// Vertices move no further than was asked for, all that lie in one place to the same one, and come out of the file where they moved to.
+TEST(BakeOfFewBytes, MovesEveryVertexALittleAndOpensNoCracks) {
+    constexpr float error = 2e-4f;
+    Scene scene = scene_of({mesh_shape(terrain(100, true)), mesh_shape(icosphere(4)), mesh_shape(terrain(100))});
+    scene.shapes[1].to_world = Transform::translate(0.3, 0.4, 1e3) * Transform::rotate(30, 1, 2, 3);
+    scene.shapes[2].to_world = Transform::translate(-1, 0, 0);  // shares an edge with the first
+    const float cell = position_cell(error);
+    const auto exact = gather(scene, [](double) {});
+    const auto moved = gather(
+        scene, GatherLimits(), [](const char*, double) {}, {}, cell);
+    ASSERT_TRUE(exact.ok() && moved.ok());
+    const World &from = exact->world, &to = moved->world;
+    ASSERT_EQ(from.primitives.size(), to.primitives.size());
+    std::map<std::array<float, 3>, Float3> places;
+    double furthest = 0;
+    for (size_t i = 0; i < from.primitives.size(); i++) {
+        for (int k = 0; k < 3; k++) {
+            const Float3 &a = from.positions[from.primitives[i][k]], &b = to.positions[to.primitives[i][k]];
+            for (const auto coordinate : {&Float3::x, &Float3::y, &Float3::z}) {
+                const double by = std::abs(double(a.*coordinate) - b.*coordinate);
+                furthest = std::max(furthest, by);
+                // Where floats are coarser than the grid, rounding has its part.
+                ASSERT_LE(by, cell / 2 + std::abs(a.*coordinate) * 0x1p-24);
+                ASSERT_EQ(std::remainder(b.*coordinate, cell), 0) << "not on the grid";
+            }
+            const auto [known, is_new] = places.try_emplace({a.x, a.y, a.z}, b);
+            ASSERT_EQ(known->second, b) << "a crack";
+        }
+    }
+    EXPECT_GT(furthest, error / 4) << "nothing moved";
+
+    const TemporaryFolder folder;
+    const auto file = bake_and_open(scene, folder / "scene.rpb", 64 << 10, 64, error);
+    EXPECT_EQ(file->scene().position_cell, cell);
+    uint64_t found = 0;
+    for (uint32_t block = 0; block < file->scene().blocks.size(); block++) {
+        AlignedBytes bytes = read_block(*file, block);
+        ASSERT_TRUE(file->check_block(block, bytes.span()).ok());
+        const BlockView view(bytes.span());
+        EXPECT_NE(RP_POSITION_STRIDE(view.header.flags), 0u);
+        EXPECT_NE(view.header.flags & RP_IDS_CODED, 0u);
+        for (const rp_portal& portal : file->scene().portals) {
+            if (portal.block != block) continue;
+            for (const DecodedTriangle& t : decode_subtree(view, portal.root).triangles) {
+                const Triangle& expected = to.primitives[t.id];
+                ASSERT_EQ(canonical({t.vertices[0], t.vertices[1], t.vertices[2]}),
+                          canonical({to.positions[expected[0]], to.positions[expected[1]], to.positions[expected[2]]}));
+                found++;
+            }
+        }
+    }
+    EXPECT_EQ(found, to.primitives.size());
+}
+
+TEST(BakeOfFewBytes, TakesSixteenBytesATriangle) {
+    const TemporaryFolder folder;
+    const Scene scene = scene_of({mesh_shape(terrain(200))});
+    const auto bytes = [&](float error) {
+        const auto file = bake_and_open(scene, folder / "scene.rpb", 128 << 10, 64, error);
+        return static_cast<double>(file->scene().stored_bytes()) / static_cast<double>(file->scene().triangles);
+    };
+    EXPECT_LE(bytes(1e-5f), 16);  // of a terrain of size 1
+    EXPECT_GT(bytes(0), 17);
+    EXPECT_LE(bytes(0), 22);
 }
 
 // The bounds of what lies beneath ref; checks that every box on the way holds its subtree with the promised slack.

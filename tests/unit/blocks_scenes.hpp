@@ -175,10 +175,11 @@ inline AlignedBytes read_block(const BlockFile& file, uint32_t block) {
 }
 
 inline std::shared_ptr<const BlockFile> bake_and_open(const Scene& scene, const std::filesystem::path& path, uint64_t block_bytes,
-                                                      uint32_t sub_boxes = 64) {
+                                                      uint32_t sub_boxes = 64, float position_error = 0) {
     BakeOptions options;
     options.block_bytes = block_bytes;
     options.sub_boxes = sub_boxes;
+    options.position_error = position_error;
     const auto summary = bake(scene, options, path);
     if (!summary) throw std::runtime_error(summary.status().message());
     const auto file = BlockFile::open(path);

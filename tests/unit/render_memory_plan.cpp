@@ -135,11 +135,23 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     EXPECT_NEAR(static_cast<double>(before), (100 << 20) / 0.04 / 54 / 100, 10);
     needs.geometry *= 2;
     EXPECT_NEAR(static_cast<double>(plan_memory(needs)->slots), 2.0 * static_cast<double>(before), 20);
-    // Regions want half of them, but not fewer than are near.
-    needs.most_region_slots = UINT64_MAX;
-    EXPECT_NEAR(static_cast<double>(plan_memory(needs)->slots), static_cast<double>(before), 20);
-    needs.geometry_limit_percent = 12.5;
-    EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
+    // Regions want half of them, but not fewer than twice of those that are near.
+    const auto of_regions = [&](double percent) {
+        needs.geometry_limit_percent = percent;
+        needs.most_region_slots = 0;
+        const uint64_t slots = plan_memory(needs)->slots;
+        needs.most_region_slots = UINT64_MAX;
+        const uint64_t fewer = plan_memory(needs)->slots;
+        EXPECT_EQ(fewer, std::min<uint64_t>(slots, std::max<uint64_t>(slots / 2, 1 << 19))) << percent;
+        return std::pair(slots, fewer);
+    };
+    for (const double percent : {12.5, 6.0, 4.0, 2.0}) of_regions(percent);
+    EXPECT_EQ(of_regions(50).second, 1u << 18);
+    const auto [few, as_few] = of_regions(8);
+    EXPECT_GT(few, 1u << 18);
+    EXPECT_EQ(as_few, few) << "between both";
+    const auto [many, half] = of_regions(2);
+    EXPECT_EQ(half, many / 2);
     // Never more than there were without.
     needs.geometry_limit_percent = 1;
     needs.near_slots = 0;

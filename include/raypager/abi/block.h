@@ -5,10 +5,10 @@
 //   nodes      rp_node[node_count]             inner nodes, two children each, directly behind the header: first those above its portals, the
 //                                              root first, so that a ray can enter the block as a whole, then those beneath them
 //   leaves     rp_leaf[leaf_count]             triangle strips
-//   vertices   float[3 * vertex_count]         exact positions in world space; a leaf sees a window of up to 256
+//   vertices   float[3 * vertex_count]         exact positions in world space; a leaf sees a window of up to 256; or coded, see below
 //   spheres    rp_sphere[sphere_count]         spheres and points, leaf by leaf
 //              rp_u32[sphere_count]            right behind them: their scene-wide ids
-//   ids        rp_u32[4 * leaf_count]          triangle k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE
+//   ids        rp_u32[4 * leaf_count]          triangle k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE; or coded, see below
 //   normals    rp_u32[vertex_count], or none   octahedral shading normals beside the vertices (RP_NONE: this vertex has none)
 #ifndef RAYPAGER_ABI_BLOCK_H
 #define RAYPAGER_ABI_BLOCK_H
@@ -91,6 +91,27 @@ typedef struct rp_sphere {
 #define RP_POINT_LARGEST_CODE 254u
 #define RP_POINT_LEAST_RADIUS 0x1p-16f
 #define RP_POINT_LARGEST_RADIUS 57344.0f
+
+// Coded ids and positions, as rp_block_header.flags says -------------------------------------------------------------------
+// In scenes that were baked for few bytes a position takes RP_POSITION_STRIDE bytes, 4, 5, 6 or 8, instead of 12: from the lowest bit on,
+// RP_POSITION_BITS of x, y and z each, which are multiples of a cell, a power of two, counted from the least of the block: coordinate = base + cell *
+// number. Neither is rounded. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in upper[3].
+// Kernels may read the word behind a position: ids, at least, follow.
+#define RP_POSITION_BITS(flags, axis) ((flags) >> 5 * (axis) & 31u)
+#define RP_POSITION_ALL_BITS 0x7fffu
+#define RP_POSITION_STRIDE_SHIFT 15
+#define RP_POSITION_STRIDE(flags) ((flags) >> RP_POSITION_STRIDE_SHIFT & 15u)
+#define RP_POSITION_MOST_BITS 23  // an axis, so that numbers are exact as floats
+// With RP_IDS_CODED ids are rp_u32 base, rp_u32 step, then a run of bits, from the lowest of each rp_u32 on, with one rp_u32 more than it needs: leaf by
+// leaf RP_ID_FIRST_BITS of its first triangle's id, counted from base, and three times RP_ID_STEP_BITS of what the others' are above that, counted from
+// step; all modulo 2^32. What a leaf does not use is 0.
+#define RP_IDS_CODED (1u << 19)
+#define RP_ID_FIRST_SHIFT 20
+#define RP_ID_FIRST_BITS(flags) ((flags) >> RP_ID_FIRST_SHIFT & 31u)
+#define RP_ID_STEP_SHIFT 25
+#define RP_ID_STEP_BITS(flags) ((flags) >> RP_ID_STEP_SHIFT & 31u)
+#define RP_ID_MOST_BITS 31
+#define RP_IDS_ALL_BITS (0x7ffu << 19)
 
 typedef struct rp_block_header {
     rp_u32 magic, block_index, bytes, flags;

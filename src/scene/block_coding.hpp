@@ -1,0 +1,80 @@
+// Positions and ids as blocks store them (abi/block.h), where they are coded: see RP_POSITION_STRIDE and RP_IDS_CODED there.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "raypager/abi/block.h"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+// The largest power of two that is not more than twice `error`: vertices that move to the nearest multiple of it move by at most `error` along each
+// axis.
+float position_cell(float error);
+
+// Bytes of a block's sections. REQUIRES: good_coding(header).
+uint64_t position_bytes(const rp_block_header& header);
+uint64_t id_bytes(const rp_block_header& header);
+// Whether header.flags and what else says how positions and ids are coded make sense.
+bool good_coding(const rp_block_header& header);
+
+// The positions of a block. REQUIRES: a section that holds position_bytes().
+class BlockPositions {
+public:
+    BlockPositions(const rp_block_header& header, const std::byte* section)
+        : section_(section),
+          flags_(header.flags),
+          base_{header.origin[3], header.cell[3], header.lower[3]},
+          cell_(header.upper[3]),
+          stride_(RP_POSITION_STRIDE(header.flags)) {}
+
+    Float3 operator[](size_t index) const {
+        if (stride_ == 0) {
+            Float3 position;
+            std::memcpy(&position, section_ + index * sizeof position, sizeof position);
+            return position;
+        }
+        return decode(index);
+    }
+
+private:
+    Float3 decode(size_t index) const;
+
+    const std::byte* section_;
+    rp_u32 flags_;
+    Float3 base_;
+    float cell_;
+    size_t stride_;
+};
+
+// The ids of a block's triangles. REQUIRES: a section that holds id_bytes().
+class BlockIds {
+public:
+    BlockIds(const rp_block_header& header, const std::byte* section) : section_(section), flags_(header.flags) {}
+    // Of triangle k, up to RP_LEAF_MAX_PRIMITIVES. Where a leaf has fewer: RP_NONE, or anything if ids are coded.
+    rp_u32 operator()(size_t leaf, uint32_t k) const { return flags_ & RP_IDS_CODED ? decode(leaf, k) : word(RP_LEAF_MAX_PRIMITIVES * leaf + k); }
+
+private:
+    rp_u32 word(size_t index) const {
+        rp_u32 value;
+        std::memcpy(&value, section_ + index * sizeof value, sizeof value);
+        return value;
+    }
+    rp_u32 bits(size_t at, uint32_t width) const;
+    rp_u32 decode(size_t leaf, uint32_t k) const;
+
+    const std::byte* section_;
+    rp_u32 flags_;
+};
+
+// Code the sections in as few bytes as they take, and say in `header` how. Every coordinate comes back to the bit: where positions are not multiples
+// of `cell`, or lie too far apart, they stay as they are.
+std::vector<std::byte> code_positions(std::span<const Float3> positions, float cell, rp_block_header& header);
+// RP_LEAF_MAX_PRIMITIVES a leaf, unused ones RP_NONE.
+std::vector<std::byte> code_ids(std::span<const rp_u32> ids, rp_block_header& header);
+
+}  // namespace raypager
