@@ -86,6 +86,9 @@ public:
         auto gathered = gather(
             scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points, cell());
         if (!gathered) return gathered.status();
+        if (options_.position_error > 0 && gathered->triangles == 0 && gathered->issues.degenerate > 0)
+            return Status::failed(
+                fmt::format("no triangle is left of the scene if vertices move by {}; give a smaller --position-error", options_.position_error));
         BakedScene baked = describe(scene_, *gathered);
         baked.fingerprint = *fingerprint;
         baked.position_cell = cell();

@@ -20,8 +20,8 @@ struct BakeOptions {
     uint64_t block_bytes = 0;  // at most, in memory format; 16 KiB .. RP_MAX_BLOCK_BYTES; 0: about a thousand blocks, of 128 KiB to 4 MiB
     uint32_t sub_boxes = 64;   // portals a block, at most; 1 .. RP_MAX_SUB_BOXES
     PointOptions points;
-    // Vertices of meshes may move by so much along each axis, onto a grid that all share, so that they take fewer bytes; 0: they stay where they are.
-    // least_position_error .. largest_position_error
+    // Vertices of meshes may move by so much along each axis, and by the rounding to floats, onto a grid that all share, so that they take fewer
+    // bytes; 0: they stay where they are. least_position_error .. largest_position_error
     float position_error = 0;
     uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what is available
     const std::atomic<bool>* stop = nullptr;  // the bake fails soon after it becomes true

@@ -8,7 +8,8 @@ namespace raypager {
 namespace {
 
 // Estimates for the bytes of a primitive in a block. A triangle of a closed mesh has half a vertex for itself, an isolated one three;
-// the fewer neighbours it has, the fewer triangles it will share a leaf with. Too low an estimate costs a second build.
+// the fewer neighbours it has, the fewer triangles it will share a leaf with. Too low an estimate costs a second build. So ids, and positions, are
+// taken for whole: how many bits they will take is known only when the block is there.
 constexpr float single_leaf_bytes = 56;  // of a leaf with a single triangle: leaf, ids, and one node a leaf
 
 // How many triangles use each vertex, at most 255.

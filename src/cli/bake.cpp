@@ -28,9 +28,10 @@ Result<uint64_t> parse_block_size(const std::string& text) {
 Result<float> parse_position_error(const std::string& text) {
     const auto error = parse_positive(text);
     if (!error) return error.status();
-    if (*error < least_position_error || *error > largest_position_error)
+    const auto rounded = static_cast<float>(*error);
+    if (rounded < least_position_error || rounded > largest_position_error)
         return Status::usage(fmt::format("'{}' is not between {} and {}", text, least_position_error, largest_position_error));
-    return static_cast<float>(*error);
+    return rounded;
 }
 
 }  // namespace
@@ -52,7 +53,8 @@ Status run_bake(const Arguments& arguments) {
     add_view_options(parser, view.width, view.height, view.camera);
     add_point_options(parser, options.points);
     parser.option("position-error", "E",
-                  "vertices of meshes may move by E along each axis, in the scene's units, onto a grid that all share, without cracks: fewer bytes "
+                  "vertices of meshes (not spheres and points) may move by E along each axis, in the scene's units, onto a grid that all share, "
+                  "without cracks: fewer bytes "
                   "a triangle, slower to trace on GPUs (default: they stay where they are, to the bit)",
                   into(options.position_error, parse_position_error));
     parser.option("sub-boxes", "N",

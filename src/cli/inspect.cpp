@@ -48,7 +48,7 @@ TopFigures top_figures(const BakedScene& scene) {
     return figures;
 }
 
-Result<Parts> parts_of_block(std::span<const std::byte> stored) {
+Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte> stored) {
     const auto too_small = [] { return Status::failed("its sections do not fit into it; bake the scene again"); };
     rp_block_header header;
     if (stored.size() < sizeof header) return too_small();
@@ -57,7 +57,7 @@ Result<Parts> parts_of_block(std::span<const std::byte> stored) {
     parts.headers = sizeof header;
     parts.nodes = sizeof(rp_node) * uint64_t(header.node_count);
     parts.leaves = sizeof(rp_leaf) * uint64_t(header.leaf_count);
-    if (!good_coding(header)) return too_small();
+    if (!good_coding(header, scene.position_cell)) return Status::failed("how its positions and ids are coded makes no sense; bake the scene again");
     parts.vertices = position_bytes(header);
     parts.spheres = sizeof(rp_sphere) * uint64_t(header.sphere_count);
     parts.sphere_ids = sizeof(rp_u32) * uint64_t(header.sphere_count);
@@ -77,7 +77,7 @@ Result<Parts> read_all_blocks(const BlockFile& file, bool verify) {
         stored.resize(blocks[block].stored_bytes);
         RAYPAGER_TRY(file.read_block(block, stored));
         if (verify) RAYPAGER_TRY(file.check_block(block, stored));
-        const auto parts = parts_of_block(stored);
+        const auto parts = parts_of_block(file.scene(), stored);
         if (!parts) return parts.status().at(fmt::format("{}: block {}", file.path().string(), block));
         sum.add(*parts);
     }
@@ -116,7 +116,8 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
     line("geometry", fmt::format("{}, {:.2f} bytes a primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
     line("", fmt::format("{}, {:.2f} bytes a primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
     if (scene.position_cell > 0)
-        line("positions", fmt::format("multiples of {:.6g}: moved by at most {:.6g} along each axis", scene.position_cell, scene.position_cell / 2));
+        line("positions", fmt::format("multiples of {:.6g}: moved by {:.6g} at most along each axis, beyond rounding", scene.position_cell,
+                                      scene.position_cell / 2));
     line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
     line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
     line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));

@@ -34,7 +34,9 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
         slots = std::max(
             {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, needs.most_chosen_slots)});
         if (needs.near_slots) slots = std::min(slots, std::max(needs.near_slots, slots_for_loads(needs, std::min(pool, left))));
-        if (const uint64_t half = std::max({slots / 2, needs.default_slots, 2 * needs.near_slots}); half <= needs.most_region_slots)
+        // On a CPU twice those that are near, unless that is too many for regions.
+        const uint64_t at_least = std::min(2 * needs.near_slots, std::max(needs.near_slots, needs.most_region_slots));
+        if (const uint64_t half = std::max({slots / 2, needs.default_slots, at_least}); half <= needs.most_region_slots)
             slots = std::min(slots, half);
     } else {
         slots = std::max(slots, std::min(needs.roomy_slots, (left - needs.geometry) / needs.per_slot));

@@ -33,7 +33,7 @@ uint64_t most_chosen_slots(const DeviceInfo& info) {
     return info.type == "CPU" ? std::max(4 * default_slots(info), uint64_t{1} << 22) : 16 * default_slots(info);
 }
 // How many times the bytes of the scene they may take: the memory of a GPU is there for nothing else.
-uint64_t scenes_for_slots(const DeviceInfo& info) { return info.type == "CPU" ? 2 : 8; }
+uint64_t scenes_for_slots(const DeviceInfo& info) { return info.type == "CPU" ? 2 : 9; }
 
 // Renders with a checkpoint are there to be stopped and looked at.
 bool is_seen_growing(const RenderOptions& options) {

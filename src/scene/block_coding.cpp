@@ -34,6 +34,12 @@ float position_cell(float error) {
     return static_cast<float>(std::ldexp(1.0, exponent - 1));
 }
 
+// Products with a power of two are exact unless they are too small for normal numbers, so that it makes no difference whether a device fuses the sum.
+bool good_position_cell(float cell) {
+    int exponent;
+    return cell == 0 || (cell >= 0x1p-100f && cell <= 0x1p60f && std::frexp(cell, &exponent) == 0.5f);
+}
+
 uint64_t position_bytes(const rp_block_header& header) {
     const uint64_t stride = RP_POSITION_STRIDE(header.flags);
     return header.vertex_count * (stride ? stride : sizeof(Float3));
@@ -42,16 +48,17 @@ uint64_t position_bytes(const rp_block_header& header) {
 uint64_t id_bytes(const rp_block_header& header) {
     const uint64_t leaves = header.leaf_count;
     if (!(header.flags & RP_IDS_CODED)) return leaves * triangles * sizeof(rp_u32);
-    return sizeof(rp_u32) * (2 + (leaves * bits_of_leaf(header.flags) + 31) / 32 + 1);
+    return sizeof(rp_u32) * (2 + leaves * bits_of_leaf(header.flags) / 32 + 2);
 }
 
-bool good_coding(const rp_block_header& header) {
+bool good_coding(const rp_block_header& header, float scene_cell) {
     const rp_u32 flags = header.flags, stride = RP_POSITION_STRIDE(flags);
     if (flags & ~(RP_POSITION_ALL_BITS | 15u << RP_POSITION_STRIDE_SHIFT | RP_IDS_ALL_BITS)) return false;
     if (!(flags & RP_IDS_CODED) && flags & RP_IDS_ALL_BITS) return false;
     const float cell = header.upper[3];
     if (stride == 0) return (flags & RP_POSITION_ALL_BITS) == 0;
-    if ((stride != 4 && stride != 5 && stride != 6 && stride != 8) || position_bits(flags) > 8 * stride || !(cell > 0)) return false;
+    if ((stride != 4 && stride != 5 && stride != 6 && stride != 8) || position_bits(flags) > 8 * stride) return false;
+    if (cell == 0 || cell != scene_cell || !good_position_cell(cell)) return false;
     for (int a = 0; a < 3; a++) {
         const uint32_t bits = RP_POSITION_BITS(flags, a);
         const float base = base_of(header, a);

@@ -15,12 +15,14 @@ namespace raypager {
 // The largest power of two that is not more than twice `error`: vertices that move to the nearest multiple of it move by at most `error` along each
 // axis.
 float position_cell(float error);
+// Whether it is such a number, or 0, for positions that are not coded.
+bool good_position_cell(float cell);
 
 // Bytes of a block's sections. REQUIRES: good_coding(header).
 uint64_t position_bytes(const rp_block_header& header);
 uint64_t id_bytes(const rp_block_header& header);
-// Whether header.flags and what else says how positions and ids are coded make sense.
-bool good_coding(const rp_block_header& header);
+// Whether header.flags and what else says how positions and ids are coded make sense, in a scene with this cell.
+bool good_coding(const rp_block_header& header, float cell);
 
 // The positions of a block. REQUIRES: a section that holds position_bytes().
 class BlockPositions {

@@ -45,8 +45,7 @@ private:
         std::memcpy(&header_, bytes_.data(), sizeof header_);
         if (header_.magic != RP_BLOCK_MAGIC) return bad("it does not begin with \"RBLK\"");
         if (header_.block_index != block_) return bad("its header is that of another block");
-        if (!good_coding(header_) || (RP_POSITION_STRIDE(header_.flags) != 0 && !(scene_.position_cell > 0)))
-            return bad("how its positions and ids are coded makes no sense");
+        if (!good_coding(header_, scene_.position_cell)) return bad("how its positions and ids are coded makes no sense");
         if (header_.bytes != bytes_.size() || header_.bytes != record.stored_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "raypager/abi/path.h"
+#include "scene/block_coding.hpp"
 #include "store/format.hpp"
 
 namespace raypager {
@@ -35,7 +36,7 @@ Status check_scalars(const BakedScene& scene) {
     for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward})
         if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) return bad(scalars, "the camera is not finite");
     if (scene.width == 0 || scene.height == 0 || scene.spp == 0) return bad(scalars, "the size of the picture is zero");
-    if (!(scene.position_cell >= 0) || !std::isfinite(scene.position_cell)) return bad(scalars, "the grid of positions makes no sense");
+    if (!good_position_cell(scene.position_cell)) return bad(scalars, "the grid of positions makes no sense");
     if (!good_bounds(scene.lower, scene.upper)) return bad(scalars, "the bounds make no sense");
     if (!good_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");
     if (scene.triangles >= RP_NONE || scene.spheres >= RP_NONE || scene.triangles + scene.spheres >= RP_NONE)

@@ -115,6 +115,14 @@ TEST_F(CliProgram, BadUsage) {
     expect_error("devices stray", 2, "'stray'");
 }
 
+TEST_F(CliProgram, PositionErrorsThatLeaveNothing) {
+    write_scene("scene.pbrt", 4);
+    expect_error("bake scene.pbrt -o a.rpb --position-error 1000", 1, "--position-error");
+    expect_error("bake scene.pbrt -o a.rpb --position-error 1e12", 1, "--position-error");
+    EXPECT_FALSE(exists("a.rpb"));
+    EXPECT_EQ(run("bake scene.pbrt -o a.rpb --position-error 1e-20").status, 0);
+}
+
 TEST_F(CliProgram, MissingInputs) {
     for (const char* name : {"absent.rpb", "absent.pbrt", "absent.ply"}) expect_error(fmt::format("render {} -o a.pfm", name), 1, name);
     expect_error("bake absent.pbrt -o a.rpb", 1, "absent.pbrt");

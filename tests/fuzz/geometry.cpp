@@ -1,5 +1,6 @@
 // Geometry of any kind through the whole bake: coordinates of all magnitudes, transforms, spheres. An input is a list of floats and
 // bytes; whatever they are, the baker refuses them or writes a block file that passes every check and holds what came in.
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -89,7 +90,9 @@ void run(std::string_view input) {
     Reader in(input);
     BakeOptions options;
     options.block_bytes = 16 << 10;
-    options.sub_boxes = 1 + in.take<uint8_t>() % 64;
+    const auto choice = in.take<uint8_t>();
+    options.sub_boxes = 1 + choice % 64;
+    options.position_error = std::array{0.0f, 1e-3f, least_position_error, largest_position_error}[choice / 64];
     const Scene scene = read_scene(in);
     const std::filesystem::path path = scratch_path("output.rpb");
     const auto summary = bake(scene, options, path);

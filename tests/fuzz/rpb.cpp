@@ -35,14 +35,16 @@ std::vector<std::string> seeds() {
     scenes[0].area_lights = {{{5, 5, 5}, false}};
     scenes[0].shapes[1].area_light = 0;
     std::vector<std::string> result;
-    for (const Scene& scene : scenes) {
-        const std::filesystem::path path = scratch_path("seed.rpb");
-        BakeOptions options;
-        options.block_bytes = 16 << 10;
-        options.sub_boxes = 4;
-        RAYPAGER_CHECK(bake(scene, options, path).ok());
-        result.push_back(support::squeeze_pages(support::read_file(path)));
-    }
+    for (const float position_error : {0.0f, 1e-3f})
+        for (const Scene& scene : scenes) {
+            const std::filesystem::path path = scratch_path("seed.rpb");
+            BakeOptions options;
+            options.block_bytes = 16 << 10;
+            options.sub_boxes = 4;
+            options.position_error = position_error;
+            RAYPAGER_CHECK(bake(scene, options, path).ok());
+            result.push_back(support::squeeze_pages(support::read_file(path)));
+        }
     return result;
 }
 

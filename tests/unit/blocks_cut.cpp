@@ -177,7 +177,8 @@ TEST(BlockSizes, StaySmall) {
     EXPECT_LT(bytes_a_primitive(scene_of({mesh_shape(list)}), 1 << 20), 22);
 }
 
-// Estimates that are too low cost a second build, such that are too high make blocks small.
+// Estimates that are too low cost a second build, such that are too high make blocks small. In how many bits ids are coded follows from their order,
+// of which the cut knows nothing: they are taken for whole, a fifth of the bytes.
 TEST(BlockSizes, AreEstimatedWell) {
     const struct {
         const char* name;
@@ -193,7 +194,7 @@ TEST(BlockSizes, AreEstimatedWell) {
         for (const PrimitiveRef& ref : make_refs(world)) estimate += ref.weight;
         const double ratio = estimate / static_cast<double>(world.primitives.size()) / bytes_a_primitive(c.scene, 1 << 20);
         EXPECT_GT(ratio, 1.0) << c.name;
-        EXPECT_LT(ratio, 1.15) << c.name;
+        EXPECT_LT(ratio, 1.3) << c.name;
     }
 }
 

@@ -152,6 +152,11 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     EXPECT_EQ(as_few, few) << "between both";
     const auto [many, half] = of_regions(2);
     EXPECT_EQ(half, many / 2);
+    needs.most_region_slots = 400000;
+    EXPECT_EQ(plan_memory(needs)->slots, many) << "too short for half of them";
+    needs.geometry_limit_percent = 6;
+    EXPECT_EQ(plan_memory(needs)->slots, 400000u) << "regions are worth more";
+    needs.most_region_slots = UINT64_MAX;
     // Never more than there were without.
     needs.geometry_limit_percent = 1;
     needs.near_slots = 0;

@@ -21,7 +21,7 @@ uint32_t come_back(const std::vector<Float3>& positions, float cell) {
     rp_block_header header = {};
     header.vertex_count = static_cast<rp_u32>(positions.size());
     const std::vector<std::byte> bytes = code_positions(positions, cell, header);
-    EXPECT_TRUE(good_coding(header));
+    EXPECT_TRUE(good_coding(header, cell));
     EXPECT_EQ(position_bytes(header), bytes.size());
     const BlockPositions decoded(header, bytes.data());
     for (size_t i = 0; i < positions.size(); i++) EXPECT_EQ(bits_of(decoded[i]), bits_of(positions[i])) << "vertex " << i << ", cell " << cell;
@@ -89,7 +89,7 @@ bool ids_come_back(const std::vector<rp_u32>& ids) {
     rp_block_header header = {};
     header.leaf_count = static_cast<rp_u32>(ids.size() / RP_LEAF_MAX_PRIMITIVES);
     const std::vector<std::byte> bytes = code_ids(ids, header);
-    EXPECT_TRUE(good_coding(header));
+    EXPECT_TRUE(good_coding(header, 0));
     EXPECT_EQ(id_bytes(header), bytes.size());
     EXPECT_LE(bytes.size(), ids.size() * sizeof(rp_u32));
     const BlockIds decoded(header, bytes.data());
@@ -123,7 +123,16 @@ TEST(BlockCoding, ids_come_back) {
     // In the whole range nothing is gained.
     EXPECT_FALSE(ids_come_back(leaves(random, 300, 0x80000000u, 0x70000000u, 0x60000000u)));
     EXPECT_FALSE(ids_come_back({}));
-    EXPECT_TRUE(ids_come_back({5, RP_NONE, RP_NONE, RP_NONE}));
+    EXPECT_FALSE(ids_come_back({5, RP_NONE, RP_NONE, RP_NONE})) << "as many bytes";
+    // Where the last bits end with a word, and where there are none: the word behind is there.
+    for (const auto& [count, bits] : {std::pair(32u, 5u), std::pair(128u, 7u), std::pair(2u, 0u)}) {
+        std::vector<rp_u32> single(count * RP_LEAF_MAX_PRIMITIVES, RP_NONE);
+        for (uint32_t leaf = 0; leaf < count; leaf++) single[leaf * RP_LEAF_MAX_PRIMITIVES] = 7 + leaf % (1u << bits);
+        EXPECT_TRUE(ids_come_back(single));
+        rp_block_header header = {};
+        header.leaf_count = count;
+        EXPECT_EQ(code_ids(single, header).size(), (2 + count * bits / 32 + 2) * sizeof(rp_u32));
+    }
     for (int trial = 0; trial < 200; trial++) {
         const uint32_t range = 1u << random() % 24, step = 1u << random() % 24;
         ids_come_back(leaves(random, 1 + random() % 100, uint64_t{1} << 25, range, step));
@@ -132,11 +141,11 @@ TEST(BlockCoding, ids_come_back) {
 
 TEST(BlockCoding, what_makes_no_sense_is_refused) {
     rp_block_header header = {};
-    EXPECT_TRUE(good_coding(header));
-    const auto refused = [&](rp_u32 flags) {
+    EXPECT_TRUE(good_coding(header, 0));
+    const auto refused = [&](rp_u32 flags, float cell = 1) {
         rp_block_header bad = header;
         bad.flags = flags;
-        return !good_coding(bad);
+        return !good_coding(bad, cell);
     };
     header.upper[3] = 1;
     const auto stride = [](rp_u32 bytes) { return bytes << RP_POSITION_STRIDE_SHIFT; };
@@ -149,9 +158,11 @@ TEST(BlockCoding, what_makes_no_sense_is_refused) {
     EXPECT_TRUE(refused(1u << 30)) << "bits that mean nothing";
     EXPECT_TRUE(refused(1u << RP_ID_FIRST_SHIFT)) << "ids that are not coded";
     EXPECT_FALSE(refused(RP_IDS_CODED | 1u << RP_ID_FIRST_SHIFT));
-    for (const float bad : {0.0f, -1.0f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    EXPECT_TRUE(refused(stride(4) | 1, 2)) << "a cell of another scene";
+    for (const float bad : {0.0f, -1.0f, 0.3f, 0x1p-120f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
         header.upper[3] = bad;
-        EXPECT_TRUE(refused(stride(4) | 1)) << bad;
+        EXPECT_TRUE(refused(stride(4) | 1, bad)) << bad;
+        EXPECT_EQ(good_position_cell(bad), bad == 0) << bad;
     }
     header.upper[3] = 1;
     header.lower[3] = std::numeric_limits<float>::infinity();

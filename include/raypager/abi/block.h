@@ -95,16 +95,16 @@ typedef struct rp_sphere {
 // Coded ids and positions, as rp_block_header.flags says -------------------------------------------------------------------
 // In scenes that were baked for few bytes a position takes RP_POSITION_STRIDE bytes, 4, 5, 6 or 8, instead of 12: from the lowest bit on,
 // RP_POSITION_BITS of x, y and z each, which are multiples of a cell, a power of two, counted from the least of the block: coordinate = base + cell *
-// number. Neither is rounded. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in upper[3].
-// Kernels may read the word behind a position: ids, at least, follow.
+// number, where the product is exact. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in upper[3].
+// Kernels may read the word behind a position. It lies in the block: where there are leaves, their ids follow.
 #define RP_POSITION_BITS(flags, axis) ((flags) >> 5 * (axis) & 31u)
 #define RP_POSITION_ALL_BITS 0x7fffu
 #define RP_POSITION_STRIDE_SHIFT 15
 #define RP_POSITION_STRIDE(flags) ((flags) >> RP_POSITION_STRIDE_SHIFT & 15u)
 #define RP_POSITION_MOST_BITS 23  // an axis, so that numbers are exact as floats
-// With RP_IDS_CODED ids are rp_u32 base, rp_u32 step, then a run of bits, from the lowest of each rp_u32 on, with one rp_u32 more than it needs: leaf by
-// leaf RP_ID_FIRST_BITS of its first triangle's id, counted from base, and three times RP_ID_STEP_BITS of what the others' are above that, counted from
-// step; all modulo 2^32. What a leaf does not use is 0.
+// With RP_IDS_CODED ids are rp_u32 base, rp_u32 step, then a run of n bits in rp_u32[n / 32 + 2], from the lowest of each on: leaf by leaf
+// RP_ID_FIRST_BITS of its first triangle's id, counted from base, and three times RP_ID_STEP_BITS of what the others' are above that, counted from
+// step; all modulo 2^32. So the word behind the last bit is there as well, for whoever reads two. What a leaf does not use may be anything.
 #define RP_IDS_CODED (1u << 19)
 #define RP_ID_FIRST_SHIFT 20
 #define RP_ID_FIRST_BITS(flags) ((flags) >> RP_ID_FIRST_SHIFT & 31u)
@@ -118,9 +118,9 @@ typedef struct rp_block_header {
     rp_u32 node_count, leaf_count, vertex_count, sphere_count;
     rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
     rp_u32 ids_at, normals_at /* 0: no normals */, triangle_count, portal_count;
-    float origin[4];  // grid: xyz
-    float cell[4];    // grid: xyz
-    float lower[4], upper[4];  // exact bounds: xyz
+    float origin[4];  // grid: xyz; coded positions: base of x
+    float cell[4];    // grid: xyz; base of y
+    float lower[4], upper[4];  // exact bounds: xyz; base of z, cell
 } rp_block_header;
 
 // A sub-box of a block, and a leaf of the top tree: where a ray enters the block's BVH. The grid is that of the block.
