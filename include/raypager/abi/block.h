@@ -95,7 +95,8 @@ typedef struct rp_sphere {
 // Coded ids and positions, as rp_block_header.flags says -------------------------------------------------------------------
 // In scenes that were baked for few bytes a position takes RP_POSITION_STRIDE bytes, 4, 5, 6 or 8, instead of 12: from the lowest bit on,
 // RP_POSITION_BITS of x, y and z each, which are multiples of a cell, a power of two, counted from the least of the block: coordinate = base + cell *
-// number, where the product is exact. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in upper[3].
+// number, where the product is exact. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in
+// upper[3].
 // Kernels may read the word behind a position. It lies in the block: where there are leaves, their ids follow.
 #define RP_POSITION_BITS(flags, axis) ((flags) >> 5 * (axis) & 31u)
 #define RP_POSITION_ALL_BITS 0x7fffu
