@@ -54,8 +54,7 @@ Status run_bake(const Arguments& arguments) {
     add_point_options(parser, options.points);
     parser.option("position-error", "E",
                   "vertices of meshes (not spheres and points) may move by E along each axis, in the scene's units, onto a grid that all share, "
-                  "without cracks: fewer bytes "
-                  "a triangle, slower to trace on GPUs (default: they stay where they are, to the bit)",
+                  "without cracks: fewer bytes a triangle, slower to trace on GPUs (default: they stay where they are, to the bit)",
                   into(options.position_error, parse_position_error));
     parser.option("sub-boxes", "N",
                   "boxes a block at most that tell in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",

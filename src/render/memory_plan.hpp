@@ -46,8 +46,8 @@ inline constexpr uint64_t min_slots = 1024;
 // number where that is taken from the pool; and of room that the pool may not have all up to half of the scene's bytes, or a quarter up to
 // most_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than near_slots only as far as loads are dearer: in
 // proportion to the scene's bytes, and inversely to the share of it that is resident. Renders that go region by region meet fewer blocks at a time,
-// and half of these slots, on a CPU twice near_slots at least where regions are left then, are better: there is less to look at and to fetch from far. Always at most half
-// of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths of the render.
+// and half of these slots, on a CPU twice near_slots at least where regions are left then, are better: there is less to look at and to fetch from
+// far. Always at most half of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths of the render.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 
 }  // namespace raypager
