@@ -54,7 +54,8 @@ static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide
     const ulong places = as_ulong(vload8(0, node->size)) * 0x0101010101010100ul;
     const ulong first = (ulong)((const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT);
     const uint bottom = stack->depth, count = popcount(children);
-    vstore8(rp_pick_long8(first + convert_ulong8(as_uchar8(places)) * RP_WIDE_UNIT, order), 0, stack->record + bottom);
+    const uint8 place = as_uint8(rp_pick8(as_float8(convert_uint8(as_uchar8(places))), order));
+    vstore8(first + convert_ulong8(place * RP_WIDE_UNIT), 0, stack->record + bottom);
     vstore8(rp_pick_long8(vload8(0, met->rays), order), 0, stack->rays + bottom);
     vstore8(((key - 8u) & ~7u) | (uint8)(node->leaves) >> order << 31, 0, stack->entry + bottom);
     stack->depth += count;

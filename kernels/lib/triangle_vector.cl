@@ -27,6 +27,7 @@ static inline uint RP_NAME(rp_inside_)(RP_FLOATS ax, RP_FLOATS ay, RP_FLOATS bx,
                                        RP_NAME(rp_edges_) * edges) {
     RP_FLOATS u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
     uint inside = lanes & ~RP_NAME(rp_mask)(RP_NAME(rp_signs_differ_)(u, v, w));
+    if (inside == 0u) return 0u;
     if (inside & RP_NAME(rp_mask)((u == 0.0f) | (v == 0.0f) | (w == 0.0f))) {
         u = u == 0.0f ? RP_NAME(rp_edge_remainder_)(cx, by, cy, bx) : u;
         v = v == 0.0f ? RP_NAME(rp_edge_remainder_)(ax, cy, ay, cx) : v;

@@ -41,10 +41,6 @@ static inline int16 rp_lanes16(uint mask) {
 static inline float16 rp_pick16(float16 values, uint16 index) {
 #if defined(RP_AVX512)
     return __builtin_ia32_permvarsf512(values, as_int16(index));
-#elif defined(RP_AVX2)
-    const float8 low0 = __builtin_ia32_permvarsf256(values.lo, as_int8(index.lo)), high0 = __builtin_ia32_permvarsf256(values.hi, as_int8(index.lo));
-    const float8 low1 = __builtin_ia32_permvarsf256(values.lo, as_int8(index.hi)), high1 = __builtin_ia32_permvarsf256(values.hi, as_int8(index.hi));
-    return (float16)(index.lo < 8u ? low0 : high0, index.hi < 8u ? low1 : high1);
 #else
     float from[16];
     uint at[16];
@@ -55,19 +51,42 @@ static inline float16 rp_pick16(float16 values, uint16 index) {
 #endif
 }
 
+#ifdef RP_AVX512
 // Lane k: of both vectors, one behind the other, value index[k] (0 to 31).
 static inline float16 rp_pick_of_two16(float16 first, float16 second, uint16 index) {
-#if defined(RP_AVX512)
     return __builtin_ia32_vpermi2varps512(first, as_int16(index), second);
-#else
-    return index < 16u ? rp_pick16(first, index & 15u) : rp_pick16(second, index & 15u);
+}
 #endif
+
+// Lane k: values[index[k] % 8].
+static inline float8 rp_pick8(float8 values, uint8 index) {
+#ifdef RP_AVX2
+    return __builtin_ia32_permvarsf256(values, as_int8(index));
+#else
+    float from[8];
+    uint at[8];
+    vstore8(values, 0, from);
+    vstore8(index & 7u, 0, at);
+    for (uint k = 0u; k < 8u; k++) at[k] = as_uint(from[at[k]]);
+    return as_float8(vload8(0, at));
+#endif
+}
+
+// Lane k: of both vectors, one behind the other, value index[k] (0 to 15).
+static inline float8 rp_pick_of_two8(float8 first, float8 second, uint8 index) {
+    return index < 8u ? rp_pick8(first, index) : rp_pick8(second, index);
 }
 
 // Lane k: values[index[k]] (0 to 7).
 static inline ulong8 rp_pick_long8(ulong8 values, uint8 index) {
 #if defined(RP_AVX512)
     return as_ulong8(__builtin_ia32_permvardf512(as_double8(values), as_long8(convert_ulong8(index))));
+#elif defined(RP_AVX2)
+    // Halves of 32 bits, of all eight. Through memory it would be eight stores that a load then waits for.
+    const float16 words = as_float16(values);
+    const float8 low = rp_pick8(words.even, index), high = rp_pick8(words.odd, index);
+    return as_ulong8((float16)(low.s0, high.s0, low.s1, high.s1, low.s2, high.s2, low.s3, high.s3, low.s4, high.s4, low.s5, high.s5, low.s6, high.s6,
+                               low.s7, high.s7));
 #else
     ulong from[8], picked[8];
     uint at[8];

@@ -8,6 +8,13 @@
 #define RP_LANES 16
 #include "lib/triangle_vector.cl"
 #undef RP_LANES
+// A ray alone: in sixteen lanes, where permutations have as many (two rays, if the leaf has no more than eight triangles), else eight triangles at a time.
+#ifndef RP_AVX512
+#define RP_EIGHT_LANES 1
+#define RP_LANES 8
+#include "lib/triangle_vector.cl"
+#undef RP_LANES
+#endif
 
 // With fewer rays than this in a packet, each is tested alone against all triangles.
 #ifndef RP_DENSE_TRIANGLES
@@ -51,6 +58,101 @@ static inline void rp_keep_closest(rp_stream* s, uint r, const __global rp_wide_
     } while (lanes != 0u);
 }
 
+#ifdef RP_EIGHT_LANES
+// A row of up to sixteen numbers of vertices, in halves; the second one means nothing if there are no more than eight.
+typedef struct rp_row {
+    float8 first, second;
+} rp_row;
+
+static inline rp_row rp_load_row(const __global float* at, float origin, const bool few) {
+    // Loads reach past the end of a row, into what follows (RP_WIDE_GUARD); no triangle has those lanes for corners.
+    rp_row row;
+    row.first = vload8(0, at) - origin;
+    row.second = few ? row.first : vload8(1, at) - origin;
+    return row;
+}
+static inline rp_row rp_shear_row(rp_row row, float shear, rp_row z) {
+    row.first = row.first - shear * z.first;
+    row.second = row.second - shear * z.second;
+    return row;
+}
+static inline float8 rp_pick_of_row(rp_row row, uint8 index, const bool few) {
+    return few ? rp_pick8(row.first, index) : rp_pick_of_two8(row.first, row.second, index);
+}
+
+// A ray's sight of the vertices of a leaf.
+typedef struct rp_rows {
+    rp_row rx, ry, rz;  // relative to its origin, in Woop's order of axes
+    rp_row x, y;        // sheared
+} rp_rows;
+
+// One ray against up to eight triangles of a leaf, from number `first` on, those in `lanes`. few: the leaf has no more than eight vertices. True
+// if any_hit is set and something is hit.
+static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const rp_rows* v, uint8 a, uint8 b, uint8 c, uint lanes,
+                                     uint first, const __global uint* ids, const bool few, const bool any_hit) {
+    rp_edges_8 edges;
+    const uint inside =
+        rp_inside_8(rp_pick_of_row(v->x, a, few), rp_pick_of_row(v->y, a, few), rp_pick_of_row(v->x, b, few), rp_pick_of_row(v->y, b, few),
+                    rp_pick_of_row(v->x, c, few), rp_pick_of_row(v->y, c, few), lanes, &edges);
+    if (inside == 0u) return false;
+    const uint axis = s->axis[r];
+    const rp_points_8 pa = {rp_pick_of_row(v->rx, a, few), rp_pick_of_row(v->ry, a, few), rp_pick_of_row(v->rz, a, few)};
+    const rp_points_8 pb = {rp_pick_of_row(v->rx, b, few), rp_pick_of_row(v->ry, b, few), rp_pick_of_row(v->rz, b, few)};
+    const rp_points_8 pc = {rp_pick_of_row(v->rx, c, few), rp_pick_of_row(v->ry, c, few), rp_pick_of_row(v->rz, c, few)};
+    float8 t;
+    const uint in_front =
+        rp_distance_8(&edges, &pa, &pb, &pc, (float8)(RP_OF_RAY(s->shear[2], r)), (float8)(RP_OF_RAY(s->inverse[rp_axis_x(axis)], r)),
+                      (float8)(RP_OF_RAY(s->inverse[rp_axis_y(axis)], r)), (float8)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
+    const uint hit = in_front & rp_mask8(t <= RP_OF_RAY(s->t, r));
+    if (hit == 0u) return false;
+    if (any_hit) return true;
+    float distance[RP_WIDE_LEAF_TRIANGLES];
+    vstore8(t, 0, distance + first);
+    rp_keep_closest(s, r, leaf, ids, distance, hit << first);
+    return false;
+}
+
+static inline rp_rows rp_see_rows(const rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const bool few) {
+    const uint axis = s->axis[r], ix = rp_axis_x(axis), iy = rp_axis_y(axis), vertices = leaf->vertices;
+    const __global float* at = rp_leaf_coordinates(leaf);
+    rp_rows v;
+    v.rx = rp_load_row(at + vertices * ix, RP_OF_RAY(s->origin[ix], r), few);
+    v.ry = rp_load_row(at + vertices * iy, RP_OF_RAY(s->origin[iy], r), few);
+    v.rz = rp_load_row(at + vertices * axis, RP_OF_RAY(s->origin[axis], r), few);
+    v.x = rp_shear_row(v.rx, RP_OF_RAY(s->shear[0], r), v.rz);
+    v.y = rp_shear_row(v.ry, RP_OF_RAY(s->shear[1], r), v.rz);
+    return v;
+}
+
+static inline uint8 rp_eight_corners(const __global uchar* corners) { return convert_uint8(vload8(0, corners)); }
+
+// The rays, one after the other, against all triangles of a leaf. few: it has no more than eight of them, nor of vertices. Returns those that hit
+// something, if any_hit is set.
+static inline ulong rp_rays_hit(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const __global uchar* corners, const __global uint* ids,
+                                const bool few, const bool any_hit) {
+    const uint count = leaf->count, all = (1u << count) - 1u;
+    const uint8 a = rp_eight_corners(corners), b = rp_eight_corners(corners + count), c = rp_eight_corners(corners + 2u * count);
+    ulong hit = 0ul;
+    do {
+        const uint r = rp_lowest(rays);
+        rays &= rays - 1ul;
+        const rp_rows v = rp_see_rows(s, r, leaf, few);
+        bool hits = rp_ray_hits_eight(s, r, leaf, &v, a, b, c, all & 255u, 0u, ids, few, any_hit);
+        if (!few && count > 8u && !(any_hit && hits))
+            hits = rp_ray_hits_eight(s, r, leaf, &v, rp_eight_corners(corners + 8u), rp_eight_corners(corners + count + 8u),
+                                     rp_eight_corners(corners + 2u * count + 8u), all >> 8, 8u, ids, false, any_hit);
+        if (hits) hit |= 1ul << r;
+    } while (rays != 0ul);
+    return hit;
+}
+
+// The same for any leaf.
+static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const __global uchar* corners,
+                                          const __global uint* ids, const bool any_hit) {
+    return leaf->count <= 8u && leaf->vertices <= 8u ? rp_rays_hit(s, rays, leaf, corners, ids, true, any_hit)
+                                                     : rp_rays_hit(s, rays, leaf, corners, ids, false, any_hit);
+}
+#else
 // One ray against all triangles of a leaf. True if any_hit is set and something is hit.
 static inline bool rp_ray_hits_triangles(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, uint16 a, uint16 b, uint16 c,
                                          const __global uint* ids, const bool any_hit) {
@@ -131,6 +233,37 @@ static inline uint rp_two_rays_hit_triangles(rp_stream* s, uint r, uint q, const
     return 0u;
 }
 
+// The rays, one or two at a time, against all triangles of a leaf. Returns those that hit something, if any_hit is set.
+static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const __global uchar* corners,
+                                          const __global uint* ids, const bool any_hit) {
+    const uint count = leaf->count;
+    ulong hit = 0ul;
+    if (count <= 8u && !rp_is_single(rays)) {
+        const uint8 a = convert_uint8(vload8(0, corners)), b = convert_uint8(vload8(0, corners + count)),
+                    c = convert_uint8(vload8(0, corners + 2u * count));
+        const uint16 aa = (uint16)(a, a + 16u), bb = (uint16)(b, b + 16u), cc = (uint16)(c, c + 16u);
+        do {
+            const uint r = rp_lowest(rays);
+            rays &= rays - 1ul;
+            // The last one of an odd number is its own partner.
+            const uint q = rays != 0ul ? rp_lowest(rays) : r;
+            rays &= rays - 1ul;
+            const uint both = rp_two_rays_hit_triangles(s, r, q, leaf, aa, bb, cc, ids, any_hit);
+            if (any_hit) hit |= (ulong)(both & 1u) << r | (ulong)(both >> 1) << q;
+        } while (rays != 0ul);
+        return hit;
+    }
+    const uint16 a = convert_uint16(vload16(0, corners)), b = convert_uint16(vload16(0, corners + count));
+    const uint16 c = convert_uint16(vload16(0, corners + 2u * count));
+    do {
+        const uint r = rp_lowest(rays);
+        rays &= rays - 1ul;
+        if (rp_ray_hits_triangles(s, r, leaf, a, b, c, ids, any_hit)) hit |= 1ul << r;
+    } while (rays != 0ul);
+    return hit;
+}
+#endif
+
 // Sixteen rays along the same axis against one triangle after the other. Returns the lanes that hit something if any_hit is set.
 static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, const __global rp_wide_leaf* leaf, const __global uint* ids,
                                             const bool any_hit) {
@@ -188,12 +321,8 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
 static inline ulong rp_hit_triangles(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
     const __global uchar* corners = rp_leaf_corners(leaf);
     const __global uint* ids = rp_leaf_ids(leaf);
-    const uint count = leaf->count;
+    if (rp_is_single(rays)) return rp_rays_hit_triangles(s, rays, leaf, corners, ids, any_hit) ? rays : 0ul;
     ulong alone = 0ul, hit = 0ul;
-    if (rp_is_single(rays)) {
-        const uint16 a = convert_uint16(vload16(0, corners)), b = convert_uint16(vload16(0, corners + count));
-        return rp_ray_hits_triangles(s, rp_lowest(rays), leaf, a, b, convert_uint16(vload16(0, corners + 2u * count)), ids, any_hit) ? rays : 0ul;
-    }
     for (uint p = 0u; p < RP_PACKETS; p++) {
         const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
         if (popcount(lanes) < RP_DENSE_TRIANGLES || s->packet_axis[p] == RP_MIXED)
@@ -201,29 +330,7 @@ static inline ulong rp_hit_triangles(rp_stream* s, ulong rays, const __global rp
         else
             hit |= (ulong)rp_packet_hits_triangles(s, p, lanes, leaf, ids, any_hit) << (RP_PACKET_RAYS * p);
     }
-    if (alone != 0ul && count <= 8u) {
-        const uint8 a = convert_uint8(vload8(0, corners)), b = convert_uint8(vload8(0, corners + count)),
-                    c = convert_uint8(vload8(0, corners + 2u * count));
-        const uint16 aa = (uint16)(a, a + 16u), bb = (uint16)(b, b + 16u), cc = (uint16)(c, c + 16u);
-        do {
-            const uint r = rp_lowest(alone);
-            alone &= alone - 1ul;
-            // The last one of an odd number is its own partner.
-            const uint q = alone != 0ul ? rp_lowest(alone) : r;
-            alone &= alone - 1ul;
-            const uint both = rp_two_rays_hit_triangles(s, r, q, leaf, aa, bb, cc, ids, any_hit);
-            if (any_hit) hit |= (ulong)(both & 1u) << r | (ulong)(both >> 1) << q;
-        } while (alone != 0ul);
-    } else if (alone != 0ul) {
-        const uint16 a = convert_uint16(vload16(0, corners)), b = convert_uint16(vload16(0, corners + count));
-        const uint16 c = convert_uint16(vload16(0, corners + 2u * count));
-        do {
-            const uint r = rp_lowest(alone);
-            alone &= alone - 1ul;
-            if (rp_ray_hits_triangles(s, r, leaf, a, b, c, ids, any_hit)) hit |= 1ul << r;
-        } while (alone != 0ul);
-    }
-    return hit;
+    return alone != 0ul ? hit | rp_rays_hit_triangles(s, alone, leaf, corners, ids, any_hit) : hit;
 }
 
 static inline rp_ray rp_ray_of_stream(const rp_stream* s, uint r) {

@@ -6,7 +6,11 @@
 
 // With fewer rays than this in a packet, each is tested alone against all children.
 #ifndef RP_DENSE_BOXES
+#ifdef RP_AVX512
 #define RP_DENSE_BOXES 4
+#else
+#define RP_DENSE_BOXES 7
+#endif
 #endif
 
 // With so many rays, children that none of them can meet are looked for first.
@@ -52,8 +56,8 @@ static inline uint rp_possible_children(const rp_stream* s, const rp_planes* pla
     return rp_mask8(enter <= leave * RP_STREAM_WIDEN) & ((1u << count) - 1u);
 }
 
-// Sixteen rays, all directions of the same signs, against one child after the other.
-static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, uint p, float16 until, uint lanes, uint children, const bool any_hit,
+// Sixteen rays, all directions of the same signs, against one child after the other. Adds to what is met, and returns the children that are.
+static inline uint rp_packet_meets(const rp_stream* s, const rp_planes* planes, uint p, float16 until, uint lanes, uint children, const bool any_hit,
                                    rp_children_met* met) {
     const uint signs = s->packet_signs[p];
     const float* near_x = planes->at + (signs & 1u ? 24u : 0u);
@@ -66,6 +70,7 @@ static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
     const float16 nx = s->near_shift[0][p], ny = s->near_shift[1][p], nz = s->near_shift[2][p];
     const float16 fx = s->far_shift[0][p], fy = s->far_shift[1][p], fz = s->far_shift[2][p];
     const float16 from = s->from[p];
+    uint met_by_any = 0u;
     for (; children != 0u; children &= children - 1u) {
         const uint k = rp_lowest(children);
         const float16 enter_x = fma((float16)(near_x[k]), ix, nx), enter_y = fma((float16)(near_y[k]), iy, ny);
@@ -78,14 +83,16 @@ static inline void rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
         // No branch for children that are not met: it would be foretold badly.
         const uint meets = rp_mask16(enter <= leave) & lanes;
         met->rays[k] |= (ulong)meets << (RP_PACKET_RAYS * p);
+        met_by_any |= (meets != 0u ? 1u : 0u) << k;
         if (!any_hit) met->entry[k] = rp_min(met->entry[k], rp_least16(rp_lanes16(meets) ? enter : (float16)(INFINITY)));
     }
+    return met_by_any;
 }
 
-// Each of the rays against all children at once.
-static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, const float16* until, ulong rays, uint count, const bool any_hit,
+// Each of the rays against all children at once. Sets what is met, and returns the children that are.
+static inline uint rp_rays_meet(const rp_stream* s, const rp_planes* planes, const float16* until, ulong rays, uint count, const bool any_hit,
                                 rp_children_met* met) {
-    long8 met_by = (long8)(0l);
+    uint8 met_low = (uint8)(0u), met_high = (uint8)(0u);  // of each child: the rays that meet it
     float8 entry = (float8)(INFINITY);
     const int8 present = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < (int)count;
     do {
@@ -104,13 +111,14 @@ static inline void rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
         const float8 enter = as_float8(max(as_int8(rp_max(rp_max(enter_x, enter_y), enter_z)), as_int8(from)));
         const float8 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, end)) * RP_BOX_WIDEN;
         const int8 meets = (enter <= leave) & present;
-        met_by = convert_long8(meets) ? met_by | (long8)((long)(1ul << r)) : met_by;
+        const ulong ray = 1ul << r;
+        met_low |= as_uint8(meets) & (uint)ray;
+        met_high |= as_uint8(meets) & (uint)(ray >> 32);
         if (!any_hit) entry = meets ? rp_min(entry, enter) : entry;
     } while (rays != 0ul);
-    ulong by[RP_WIDE_CHILDREN];
-    vstore8(as_ulong8(met_by), 0, by);
-    for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) met->rays[k] |= by[k];
-    if (!any_hit) vstore8(rp_min(vload8(0, met->entry), entry), 0, met->entry);
+    vstore8(convert_ulong8(met_low) | convert_ulong8(met_high) << 32, 0, met->rays);
+    if (!any_hit) vstore8(entry, 0, met->entry);
+    return rp_mask8((met_low | met_high) != 0u);
 }
 
 // One ray against all children, operation by operation as rp_rays_meet. Most nodes that rays come to which have little in common are met by a
@@ -120,6 +128,7 @@ static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node*
     const uint r = rp_lowest(rays);
     const __global uchar* planes = node->lower[0];
     float8 enter[3], leave[3];
+#pragma unroll
     for (uint a = 0u; a < 3u; a++) {
         const float cell = as_float((uint)node->exponent[a] << 23), origin = node->origin[a], inverse = RP_OF_RAY(s->inverse[a], r);
         const uint near = s->near_at[a][r], far = 8u * (2u * a + RP_ROW_UPPER) - near;
@@ -140,21 +149,28 @@ static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_n
     if (rp_is_single(rays)) return rp_ray_meets(s, node, until, rays, any_hit, met);
     rp_planes planes;
     rp_decode_planes(node, &planes);
-    vstore8((ulong8)(0ul), 0, met->rays);
-    if (!any_hit) vstore8((float8)(INFINITY), 0, met->entry);
     const uint count = node->count;
-    uint children = (1u << count) - 1u;
-    if (s->signs != RP_MIXED && popcount(rays) >= RP_DENSE_STREAM) children = rp_possible_children(s, &planes, count);
+    uint possible = (1u << count) - 1u, packets = 0u;
+    if (s->signs != RP_MIXED && popcount(rays) >= RP_DENSE_STREAM) possible = rp_possible_children(s, &planes, count);
     ulong alone = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) {
         const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
-        if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED)
-            alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
-        else
-            rp_packet_meets(s, &planes, p, until[p], lanes, children, any_hit, met);
+        if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED) alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
+        else packets |= 1u << p;
     }
-    if (alone != 0ul) rp_rays_meet(s, &planes, until, alone, count, any_hit, met);
-    return rp_mask8(convert_int8(vload8(0, met->rays) != 0ul));
+    // What is met is told by what these return: to read it back as a vector would be to wait for eight stores.
+    uint children = 0u;
+    if (alone != 0ul) {
+        children = rp_rays_meet(s, &planes, until, alone, count, any_hit, met);
+    } else {
+        vstore8((ulong8)(0ul), 0, met->rays);
+        if (!any_hit) vstore8((float8)(INFINITY), 0, met->entry);
+    }
+    for (; packets != 0u; packets &= packets - 1u) {
+        const uint p = rp_lowest(packets);
+        children |= rp_packet_meets(s, &planes, p, until[p], (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu, possible, any_hit, met);
+    }
+    return children;
 }
 
 #endif

@@ -114,13 +114,13 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
 
 // For tests of vector.cl, which has portable and special forms: what its functions make of 16 numbers and 16 indices a work-item.
 // results: mask of numbers > 0 in 16 and in 8 lanes, mask of the lanes of that mask, index of its lowest bit; then least and greatest
-// number; then 16 picked numbers; the first eight numbers, each twice, picked as eight of 64 bits by the first eight indices modulo 8; and the bits of
-// the first eight, sorted.
+// number; then 16 picked numbers; the first eight numbers, each twice, picked as eight of 64 bits by the first eight indices modulo 8; the bits of
+// the first eight, sorted; the first eight picked by the first eight indices modulo 8; and all sixteen, picked by the first eight indices.
 __kernel void rp_probe_vectors(const __global float* restrict numbers, const __global uint* restrict indices, __global uint* restrict results) {
     const uint i = get_global_id(0);
     const float16 v = vload16(i, numbers);
     const uint16 index = vload16(i, indices);
-    __global uint* out = results + 46u * i;
+    __global uint* out = results + 62u * i;
     const uint mask = rp_mask16(v > 0.0f);
     out[0] = mask;
     out[1] = rp_mask8(v.lo > 0.0f);
@@ -132,4 +132,6 @@ __kernel void rp_probe_vectors(const __global float* restrict numbers, const __g
     const ulong8 twice = convert_ulong8(as_uint8(v.lo));
     vstore16(as_uint16(rp_pick_long8(twice | twice << 32, index.lo & 7u)), 0, out + 22);
     vstore8(rp_sort8(as_uint8(v.lo)), 0, out + 38);
+    vstore8(as_uint8(rp_pick8(v.lo, index.lo)), 0, out + 46);
+    vstore8(as_uint8(rp_pick_of_two8(v.lo, v.hi, index.lo)), 0, out + 54);
 }

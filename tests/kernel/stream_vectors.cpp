@@ -11,7 +11,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t lanes = 16, words = 46;  // see rp_probe_vectors
+constexpr uint32_t lanes = 16, words = 62;  // see rp_probe_vectors
 
 class SmallVectors : public testing::TestWithParam<const char*> {};
 
@@ -52,6 +52,8 @@ TEST_P(SmallVectors, do_what_scalars_do) {
         for (uint32_t k = 0; k < 8; k++) {
             for (const uint32_t half : {22u, 23u}) EXPECT_EQ(std::bit_cast<float>(out[half + 2 * k]), v[indices[i * lanes + k] % 8]) << "lane " << k;
             sorted.push_back(std::bit_cast<uint32_t>(v[k]));
+            EXPECT_EQ(std::bit_cast<float>(out[46 + k]), v[indices[i * lanes + k] % 8]) << "lane " << k;
+            EXPECT_EQ(std::bit_cast<float>(out[54 + k]), v[indices[i * lanes + k]]) << "lane " << k;
         }
         std::sort(sorted.begin(), sorted.end(), std::greater<>());
         EXPECT_EQ(std::vector(out + 38, out + 46), sorted);
