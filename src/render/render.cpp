@@ -66,6 +66,7 @@ private:
     }
     Status start_round();
     Status finish_round();
+    void fill_by_waits();
     Status settle();
     uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
     uint64_t samples_begun() const { return counters_.next_sample() + renumbered_; }
@@ -96,6 +97,7 @@ private:
     std::optional<Checkpointer> checkpointer_;
     std::unique_ptr<Watchdog> watchdog_;  // asks residency_: destroyed before it
     RoundCounters counters_;
+    bool fills_by_waits_ = false;
     std::span<const uint32_t> demand_;
     WorkDone earlier_;  // by runs before this one
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
@@ -177,6 +179,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
     const uint32_t slots_together = filled_together(params.order, *plan, needs);
+    fills_by_waits_ = slots_together > 1 && !holds_all(*plan, needs);
     auto wavefront = Wavefront::create(*device_, scene_, form_, params, residency_->slabs(), residency_->page_table(), slots_together,
                                        holds_all(*plan, needs) ? BlockNotes() : block_notes(options_.policy), visits);
     if (!wavefront) return wavefront.status();
@@ -216,7 +219,16 @@ Status Renderer::finish_round() {
     watchdog_->doing("tracing");
     ended_++;
     RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
+    fill_by_waits();
     return recorder_.round_ended(*wavefront_, seconds_since(render_start_) - snapshot_seconds_);
+}
+
+// A ray that waits keeps the slots that were filled with it from being used.
+void Renderer::fill_by_waits() {
+    if (!fills_by_waits_) return;
+    const uint64_t rays = counters_.camera_rays() + counters_.bounce_rays();
+    if (rays < slots()) return;  // too few to tell
+    wavefront_->fill_together(filled_together(static_cast<double>(counters_.wants_served()) / static_cast<double>(rays)));
 }
 
 // Ends all rounds under way, so that the counters are those of the state on the device.

@@ -179,10 +179,12 @@ uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, con
 
 uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs) {
     if (holds_all(plan, needs)) return 8;
-    if (order.region == 0) return 1;
-    // Measured on an H100 at 29, 12.5, 6 and 3 % (bench/results.md).
-    return plan.pool_bytes >= needs.geometry / 4 ? 4 : plan.pool_bytes >= needs.geometry / 12 ? 2 : 1;
+    return order.region == 0 ? 1 : filled_together(0);
 }
+
+// Measured on an H100 (bench/results.md): at 29, 12.5 and 3 % resident a ray of a terrain waits 0.04, 0.13 and 0.5 times, one among clutter 0.14, 0.4
+// and 1.5 times.
+uint32_t filled_together(double waits_per_ray) { return waits_per_ray < 0.1 ? 4 : waits_per_ray < 0.6 ? 2 : 1; }
 
 BlockNotes block_notes(PolicyKind policy) {
     return {.bounces = policy == PolicyKind::most_wanted, .use = counts_entries(policy) ? BlockNotes::Use::entries : BlockNotes::Use::last_round};

@@ -32,6 +32,8 @@ uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, con
 // Path slots that are given out at once beside single rays: the more, the more states lie side by side where stages read them, but a ray that waits
 // keeps its neighbours from being used.
 uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs);
+// The same where blocks are swapped in a render that goes region by region: the more often an extension ray has waited so far, the fewer.
+uint32_t filled_together(double waits_per_ray);
 // What the policy wants to know of blocks.
 BlockNotes block_notes(PolicyKind policy);
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);

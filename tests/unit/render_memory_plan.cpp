@@ -180,7 +180,6 @@ TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 16) << "everything is resident";
 }
 
-// How slots are used follows from how much stays.
 TEST(SlotUse, slots_are_given_out_together_as_far_as_few_rays_wait) {
     const MemoryNeeds needs = ordinary();
     const auto together = [&](uint64_t pool, uint32_t region) {
@@ -189,11 +188,13 @@ TEST(SlotUse, slots_are_given_out_together_as_far_as_few_rays_wait) {
     };
     EXPECT_EQ(together(needs.geometry, 0), 8u);
     EXPECT_EQ(together(needs.geometry - 1, 0), 1u);
-    EXPECT_EQ(together(needs.geometry - 1, 1000), 4u);
-    EXPECT_EQ(together(needs.geometry / 4, 1000), 4u);
-    EXPECT_EQ(together(needs.geometry / 4 - 1, 1000), 2u);
-    EXPECT_EQ(together(needs.geometry / 12, 1000), 2u);
-    EXPECT_EQ(together(needs.geometry / 12 - 1, 1000), 1u);
+    EXPECT_EQ(together(needs.geometry - 1, 1000), 4u) << "to begin with";
+    EXPECT_EQ(filled_together(0.0), 4u);
+    EXPECT_EQ(filled_together(0.09), 4u);
+    EXPECT_EQ(filled_together(0.1), 2u);
+    EXPECT_EQ(filled_together(0.59), 2u);
+    EXPECT_EQ(filled_together(0.6), 1u);
+    EXPECT_EQ(filled_together(20.0), 1u) << "a ray may wait more than once";
 }
 
 TEST(SlotUse, regions_are_half_as_large_where_blocks_are_swapped) {
