@@ -22,7 +22,8 @@ typedef struct RP_NAME(rp_edges_) {
     RP_FLOATS u, v, w;
 } RP_NAME(rp_edges_);
 
-// First half: on which side of the edges the ray passes. Lanes in which the triangle is missed are clear in the result.
+// First half: on which side of the edges the ray passes. Lanes in which the triangle is missed are clear in the result; if all
+// are, edges may be left as they were.
 static inline uint RP_NAME(rp_inside_)(RP_FLOATS ax, RP_FLOATS ay, RP_FLOATS bx, RP_FLOATS by, RP_FLOATS cx, RP_FLOATS cy, uint lanes,
                                        RP_NAME(rp_edges_) * edges) {
     RP_FLOATS u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;

@@ -1,5 +1,5 @@
-// Vectors of eight and sixteen lanes as CPUs have them: bit masks of comparisons, permutations, the least lane. Each has a portable form;
-// where the compiler names the instruction set, one instruction does it. tests/kernel compares both.
+// Vectors of eight and sixteen lanes as CPUs have them: bit masks of comparisons, permutations, the least lane. What more than one device
+// needs has a portable form; where the compiler names the instruction set, one or a few instructions do it. tests/kernel compares both.
 #ifndef RP_VECTOR_CL
 #define RP_VECTOR_CL
 

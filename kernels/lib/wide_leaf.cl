@@ -8,7 +8,8 @@
 #define RP_LANES 16
 #include "lib/triangle_vector.cl"
 #undef RP_LANES
-// A ray alone: in sixteen lanes, where permutations have as many (two rays, if the leaf has no more than eight triangles), else eight triangles at a time.
+// A ray alone: in sixteen lanes, where permutations have as many (two rays, if the leaf has no more than eight triangles); else eight triangles at a
+// time.
 #ifndef RP_AVX512
 #define RP_EIGHT_LANES 1
 #define RP_LANES 8
@@ -282,7 +283,7 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
         x[v] = rx - shear_x * rz;
         y[v] = ry - shear_y * rz;
     }
-    // First the sides of the edges of all triangles, without branches; then the distances of those that a ray passes through.
+    // First the sides of the edges of all triangles; then the distances of those that a ray passes through.
     rp_edges_16 edges[RP_WIDE_LEAF_TRIANGLES];
     uint inside_of[RP_WIDE_LEAF_TRIANGLES], candidates = 0u;
     for (uint k = 0u; k < count; k++) {

@@ -83,10 +83,6 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
     rp_planes planes;
     rp_decode_planes(nodes + i, &planes);
     rp_children_met alone;
-    for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
-        alone.rays[k] = 0ul;
-        alone.entry[k] = INFINITY;
-    }
     rp_rays_meet(&s, &planes, s.t, ~0ul, nodes[i].count, false, &alone);
     rp_children_met single;
     for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {

@@ -223,7 +223,7 @@ Status Renderer::finish_round() {
     return recorder_.round_ended(*wavefront_, seconds_since(render_start_) - snapshot_seconds_);
 }
 
-// A ray that waits keeps the slots that were filled with it from being used.
+// A ray that waits keeps the slots that were filled with it from being used. Extension rays stand for all.
 void Renderer::fill_by_waits() {
     if (!fills_by_waits_) return;
     const uint64_t rays = counters_.camera_rays() + counters_.bounce_rays();

@@ -179,7 +179,7 @@ uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, con
 
 uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs) {
     if (holds_all(plan, needs)) return 8;
-    return order.region == 0 ? 1 : filled_together(0);
+    return order.region == 0 ? 1 : filled_together(0.0);
 }
 
 // Measured on an H100 (bench/results.md): at 29, 12.5 and 3 % resident a ray of a terrain waits 0.04, 0.13 and 0.5 times, one among clutter 0.14, 0.4

@@ -84,12 +84,11 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, uint32_t filled_together,
                                                      const BlockNotes& notes, const VisitLogSettings& visits) {
     RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
-    RAYPAGER_CHECK(filled_together == 1 || filled_together == 2 || filled_together == 4 || filled_together == 8);
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
     auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table);
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
-    wavefront->filled_together_ = filled_together;
+    wavefront->fill_together(filled_together);
     if (!scene.blocks.empty()) wavefront->notes_ = notes;
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     wavefront->visit_settings_ = visits;
@@ -213,6 +212,11 @@ Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
     RAYPAGER_TRY(device_.kernels().fill_zero(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), sizeof(uint32_t)));
     RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_, visits_));
     return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_, visits_);
+}
+
+void Wavefront::fill_together(uint32_t slots) {
+    RAYPAGER_CHECK(slots == 1 || slots == 2 || slots == 4 || slots == 8);
+    filled_together_ = slots;
 }
 
 Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Flight& flight) {

@@ -75,8 +75,8 @@ public:
         (void)device_.kernels().finish();
         (void)device_.beside().finish();
     }
-    // From the next round on.
-    void fill_together(uint32_t slots) { filled_together_ = slots; }
+    // From the next round on, so many slots as filled_together of create.
+    void fill_together(uint32_t slots);
     // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. newly_published: at least those blocks
     // that are in the page table now and were not in the round before.
     Status start_round(uint32_t round, std::span<const uint32_t> newly_published);

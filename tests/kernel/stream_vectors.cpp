@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <functional>
 #include <random>
 
 #include "support/device_scene.hpp"
+#include "support/small_scene.hpp"
 
 namespace raypager {
 namespace {
@@ -58,6 +60,42 @@ TEST_P(SmallVectors, do_what_scalars_do) {
         std::sort(sorted.begin(), sorted.end(), std::greater<>());
         EXPECT_EQ(std::vector(out + 38, out + 46), sorted);
     }
+}
+
+// Without the instructions of this device streams take other ways: packets are as wide, but a ray alone tests eight triangles at a time.
+TEST(SmallStreams, find_the_same_hits_in_their_portable_form) {
+    if (support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
+    support::TemporaryFolder folder;
+    BakeOptions options;
+    options.block_bytes = 1 << 16;
+    const auto file = support::bake_and_open(support::small_scene(24), options, folder.path(), "small");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    auto scene = support::DeviceScene::create(*file, 0, Traversal::stream);
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    std::mt19937 random(11);
+    std::normal_distribution<float> normal;
+    std::vector<support::ProbeRay> rays;
+    for (uint32_t i = 0; i < 960; i++) {
+        // In turn: neighbours that go the same way, and rays that have nothing in common.
+        const float spread = i / 192 % 2 ? 1.0f : 0.02f;
+        const Float3 origin = {3 + spread * normal(random), 3 + spread * normal(random), spread * normal(random)};
+        rays.push_back(
+            {origin, INFINITY, {spread * normal(random) - origin.x, spread * normal(random) - origin.y, spread * normal(random) - origin.z}});
+    }
+    const auto hits = (*scene)->trace(rays), portable = (*scene)->trace(rays, " -DRP_PORTABLE");
+    ASSERT_TRUE(hits.ok() && portable.ok()) << hits.status().message() << portable.status().message();
+    uint32_t found = 0;
+    for (size_t i = 0; i < rays.size(); i++) {
+        const support::ProbeHit &a = (*hits)[i], &b = (*portable)[i];
+        found += std::isfinite(a.t);
+        EXPECT_EQ(std::bit_cast<uint32_t>(a.t), std::bit_cast<uint32_t>(b.t)) << i;
+        EXPECT_EQ(a.primitive, b.primitive) << i;
+        EXPECT_EQ(a.occluded, b.occluded) << i;
+        EXPECT_EQ(a.normal, b.normal) << i;
+        EXPECT_TRUE(a.position.x == b.position.x && a.position.y == b.position.y && a.position.z == b.position.z) << i;
+    }
+    EXPECT_GT(found, rays.size() / 4);
+    EXPECT_LT(found, rays.size());
 }
 
 INSTANTIATE_TEST_SUITE_P(forms, SmallVectors, testing::Values("", " -DRP_PORTABLE"),

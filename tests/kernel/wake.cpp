@@ -114,7 +114,8 @@ protected:
     }
 
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
-    Lists wake(const Slots& s, bool named) {
+    Lists wake(const Slots& s, bool named) { return wake(s, named, GetParam()); }
+    Lists wake(const Slots& s, bool named, uint32_t together) {
         auto kernel = device_->kernel("wake", "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3", device_->group_size()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
@@ -123,7 +124,7 @@ protected:
         const uint32_t bit_scale = nap_bit_scale(blocks);
         const cl_ulong came = named ? nap_bits(s.came, bit_scale) : all_nap_bits;
         Queue& commands = device_->kernels();
-        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, GetParam()).ok());
+        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, together).ok());
         EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
         std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
@@ -197,6 +198,23 @@ TEST_P(Wake, nobody_sleeps_too_long) {
     }
     EXPECT_GT(woken, slots);
     EXPECT_GT(most_waiting, slots / 2);
+}
+
+TEST_P(Wake, nobody_is_lost_where_it_changes_how_many_are_given_out_together) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    Slots s = random_slots(random, 0);
+    for (const uint32_t together : {GetParam(), 8u, 1u, 4u, 2u}) {
+        const Lists lists = wake(s, true, together), right = expected(s, together);
+        EXPECT_TRUE(lists.extend == right.extend && lists.shadow == right.shadow && lists.waiting == right.waiting) << together;
+        EXPECT_TRUE(std::includes(right.free.begin(), right.free.end(), lists.free.begin(), lists.free.end())) << together;
+    }
+    for (uint32_t block = 0; block < blocks; block++) {
+        if (s.pages[block].address == RP_NONE) s.came.push_back(block);
+        s.pages[block].address = block;
+    }
+    EXPECT_TRUE(wake(s, true) == expected(s, GetParam()));
 }
 
 // The names are what it goes by: a block that has come and is not named wakes nobody who sleeps.
