@@ -37,21 +37,10 @@ static inline int16 rp_lanes16(uint mask) {
     return ((int16)((int)mask) & (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)) != 0;
 }
 
-// Lane k: values[index[k]].
-static inline float16 rp_pick16(float16 values, uint16 index) {
-#if defined(RP_AVX512)
-    return __builtin_ia32_permvarsf512(values, as_int16(index));
-#else
-    float from[16];
-    uint at[16];
-    vstore16(values, 0, from);
-    vstore16(index & 15u, 0, at);
-    for (uint k = 0u; k < 16u; k++) at[k] = as_uint(from[at[k]]);
-    return as_float16(vload16(0, at));
-#endif
-}
-
 #ifdef RP_AVX512
+// Lane k: values[index[k]].
+static inline float16 rp_pick16(float16 values, uint16 index) { return __builtin_ia32_permvarsf512(values, as_int16(index)); }
+
 // Lane k: of both vectors, one behind the other, value index[k] (0 to 31).
 static inline float16 rp_pick_of_two16(float16 first, float16 second, uint16 index) {
     return __builtin_ia32_vpermi2varps512(first, as_int16(index), second);

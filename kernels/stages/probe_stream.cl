@@ -124,7 +124,12 @@ __kernel void rp_probe_vectors(const __global float* restrict numbers, const __g
     out[3] = rp_lowest((ulong)mask | 1ul << 40);
     out[4] = as_uint(rp_least16(v));
     out[5] = as_uint(rp_greatest16(v));
+#ifdef RP_AVX512
     vstore16(as_uint16(rp_pick16(v, index)), 0, out + 6);
+#else
+    vstore8(as_uint8(rp_pick_of_two8(v.lo, v.hi, index.lo)), 0, out + 6);
+    vstore8(as_uint8(rp_pick_of_two8(v.lo, v.hi, index.hi)), 0, out + 14);
+#endif
     const ulong8 twice = convert_ulong8(as_uint8(v.lo));
     vstore16(as_uint16(rp_pick_long8(twice | twice << 32, index.lo & 7u)), 0, out + 22);
     vstore8(rp_sort8(as_uint8(v.lo)), 0, out + 38);
