@@ -59,11 +59,16 @@ private:
     void group_triangles(std::span<const PrimitiveRef> refs) {
         std::array<Triangle, most_covered> triangles;
         std::array<LaneBox, most_covered> boxes;
+        // They lie anywhere in the world's arrays. Asked for one after the other, with nothing done in between, memory brings many at a time.
         for (size_t i = 0; i < refs.size(); i++) {
-            const Triangle& t = world_.primitives[refs[i].id];
-            triangles[i] = {table_.number(world_.vertex(t[0])), table_.number(world_.vertex(t[1])), table_.number(world_.vertex(t[2]))};
+            triangles[i] = world_.primitives[refs[i].id];
             boxes[i] = refs[i].lanes();
         }
+        std::array<VertexBits, 3 * most_covered> vertices;
+        for (size_t i = 0; i < refs.size(); i++)
+            for (size_t k = 0; k < 3; k++) vertices[3 * i + k] = world_.vertex(triangles[i][k]);
+        for (size_t i = 0; i < refs.size(); i++)
+            for (size_t k = 0; k < 3; k++) triangles[i][k] = table_.number(vertices[3 * i + k]);
         for (const Strip& strip : cover_with_strips(std::span(triangles).first(refs.size()), std::span(boxes).first(refs.size()))) {
             Leaf leaf;
             Box box;

@@ -7,8 +7,8 @@
 #include "base/check.hpp"
 #include "blocks/grid.hpp"
 #include "blocks/vertex_windows.hpp"
+#include "blocks/wide_size.hpp"
 #include "scene/block_coding.hpp"
-#include "wide/block.hpp"
 
 namespace raypager {
 namespace {
@@ -28,6 +28,7 @@ public:
           windows_(static_cast<uint32_t>(bvh.vertices.size())) {}
 
     bool run(uint64_t limit, PackedBlock& block) {
+        add_spheres();
         nodes_.resize(bvh_.portals.size() - 1);
         for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0, 0});
         add_crown(0, 0, block.portals);
@@ -43,12 +44,10 @@ public:
     }
 
 private:
-    static void measure_wide_form(PackedBlock& block) {
-        std::vector<rp_u32> roots;
-        for (const PackedPortal& portal : block.portals) roots.push_back(portal.root);
-        WideBlockMaker maker;
-        block.wide_bytes = static_cast<uint32_t>(maker.make(block.bytes, roots).size());
-        for (size_t i = 0; i < roots.size(); i++) block.portals[i].wide_root = maker.roots()[i];
+    void measure_wide_form(PackedBlock& block) const {
+        const WideSize size = raypager::measure_wide_form(bvh_, spheres_);
+        block.wide_bytes = size.bytes;
+        for (size_t i = 0; i < size.roots.size(); i++) block.portals[i].wide_root = size.roots[i];
     }
 
     // Appends a subtree in depth-first order; returns the reference to its root.
@@ -81,11 +80,9 @@ private:
     }
 
     rp_u32 add_leaf(const Leaf& leaf) {
-        const auto index = static_cast<rp_u32>(leaf.has_spheres() ? spheres_.size() : leaves_.size());
+        const auto index = leaf.has_spheres() ? leaf.first_sphere : static_cast<rp_u32>(leaves_.size());
         RAYPAGER_CHECK(index <= RP_LEAF_INDEX_MASK);
-        if (leaf.has_spheres()) {
-            add_spheres(leaf);
-        } else {
+        if (!leaf.has_spheres()) {
             leaves_.push_back(add_strip(leaf));
             for (const uint32_t id : leaf.ids) ids_.push_back(id == RP_NONE ? RP_NONE : world_.id(id));
         }
@@ -100,8 +97,8 @@ private:
                 b[2] | rp_u32{b[3]} << 8 | rp_u32{b[4]} << 16 | rp_u32{b[5]} << 24};
     }
 
-    void add_spheres(const Leaf& leaf) {
-        for (const uint32_t id : std::span(bvh_.sphere_ids).subspan(leaf.first_sphere, leaf.count())) {
+    void add_spheres() {
+        for (const uint32_t id : bvh_.sphere_ids) {
             const WorldSphere& s = world_.sphere(id);
             spheres_.push_back({{s.center.x, s.center.y, s.center.z}, s.is_point() ? s.point_word : std::bit_cast<rp_u32>(s.radius)});
             sphere_ids_.push_back(world_.id(id));

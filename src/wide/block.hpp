@@ -1,14 +1,15 @@
 // A block's stored form (abi/block.h) -> its form in the memory of a CPU (abi/wide.h), in linear time.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 #include "raypager/abi/block.h"
 #include "raypager/abi/wide.h"
-#include "wide/collapse.hpp"
 #include "wide/leaf.hpp"
+#include "wide/plan.hpp"
 
 namespace raypager {
 
@@ -22,15 +23,18 @@ public:
     std::span<const rp_u32> roots() const { return roots_; }
 
 private:
-    uint32_t add(const StoredBlock& block, rp_u32 ref);
-    bool gather(const StoredBlock& block, const BinaryNode& node);
-    void weigh_as_leaf(const StoredBlock& block, uint32_t index);
+    struct Tree {
+        const StoredBlock& block;
+        bool is_leaf(rp_u32 ref) const { return ref & RP_REF_LEAF; }
+        std::array<rp_u32, 2> children(rp_u32 ref) const { return {block.nodes[ref].child[0].ref, block.nodes[ref].child[1].ref}; }
+        Box bounds(rp_u32 ref) const { return bounds_of_leaf(block, ref); }
+        LeafContent content(rp_u32 ref) const { return content_of_leaf(ref); }
+    };
+    struct Record : WideLeaf {
+        bool add(const Tree& tree, rp_u32 ref) { return WideLeaf::add(tree.block, ref); }
+    };
 
-    std::vector<BinaryNode> nodes_;
-    std::vector<LeafContent> contents_;  // of each node's subtree
-    std::vector<uint32_t> tops_;         // the roots among the nodes
-    Collapse collapse_;
-    WideLeaf leaf_;
+    WidePlan<Tree, Record> plan_;
     std::vector<std::byte> bytes_;
     std::vector<rp_u32> roots_;
 };

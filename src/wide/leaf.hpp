@@ -13,6 +13,7 @@
 #include "raypager/scene.hpp"
 #include "scene/block_coding.hpp"
 #include "scene/box.hpp"
+#include "wide/leaf_content.hpp"
 
 namespace raypager {
 
@@ -32,26 +33,14 @@ private:
     static rp_block_header header_of(std::span<const std::byte> bytes);
 };
 
-// What a subtree of the stored tree holds.
-struct LeafContent {
-    uint32_t triangles = 0, spheres = 0, points = 0;
-    uint32_t vertices = 0;  // of all strips, shared ones counted once a strip
-    void add(const LeafContent& other) {
-        triangles += other.triangles;
-        spheres += other.spheres;
-        points += other.points;
-        vertices += other.vertices;
-    }
-};
-LeafContent content_of_leaf(rp_u32 ref);
-
-// Bounds of the primitives of one stored leaf.
+// Bounds of a leaf's primitives. flags: bits 0-6 of its reference.
+Box bounds_of_spheres(const rp_sphere* spheres, rp_u32 flags);
 Box bounds_of_leaf(const StoredBlock& block, rp_u32 ref);
 
 // One leaf record in the making.
 class WideLeaf {
 public:
-    void clear();
+    void clear() { size_ = {}; }
     // Adds a stored leaf. False if the record would have too many primitives or vertices; it then is of no use.
     bool add(const StoredBlock& block, rp_u32 ref);
     void append_to(std::vector<std::byte>& bytes, uint32_t block_index) const;
@@ -62,7 +51,6 @@ private:
         rp_u32 normal;
     };
     bool add_strip(const StoredBlock& block, rp_u32 ref);
-    bool add_spheres(const StoredBlock& block, rp_u32 ref);
     // Number of the vertex in this leaf; RP_WIDE_LEAF_VERTICES if there is no room.
     uint32_t number(const Vertex& vertex);
 
@@ -70,8 +58,7 @@ private:
     std::array<std::array<rp_u8, 3>, RP_WIDE_LEAF_TRIANGLES> corners_;
     std::array<rp_sphere, RP_WIDE_LEAF_SPHERES> spheres_;
     std::array<rp_u32, std::max(RP_WIDE_LEAF_SPHERES, RP_WIDE_LEAF_TRIANGLES)> ids_;
-    uint32_t vertex_count_ = 0, triangles_ = 0, sphere_count_ = 0;
-    bool has_normals_ = false, are_points_ = false;
+    WideLeafSize size_;
 };
 
 }  // namespace raypager

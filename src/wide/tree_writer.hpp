@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstring>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "base/check.hpp"
@@ -14,14 +15,26 @@
 
 namespace raypager {
 
-// append_leaf(const BinaryNode&, std::vector<std::byte>& bytes) appends a leaf record, a multiple of RP_WIDE_UNIT bytes.
-template <class AppendLeaf>
+// Stands for bytes of which only the number is wanted.
+class ByteCount {
+public:
+    size_t size() const { return size_; }
+    void resize(size_t size) { size_ = size; }
+
+private:
+    size_t size_ = 0;
+};
+
+// Bytes: std::vector<std::byte>, or ByteCount for where the parts would lie.
+// append_leaf(const BinaryNode&, Bytes&) appends a leaf record, a multiple of RP_WIDE_UNIT bytes.
+template <class Bytes, class AppendLeaf>
 class WideTreeWriter {
 public:
     // Writes over what is in `bytes`. The other arguments outlive the writer.
-    WideTreeWriter(std::span<const BinaryNode> nodes, const Collapse& collapse, std::vector<std::byte>& bytes, AppendLeaf append_leaf)
+    WideTreeWriter(std::span<const BinaryNode> nodes, const Collapse& collapse, Bytes& bytes, AppendLeaf append_leaf)
         : nodes_(nodes), collapse_(collapse), bytes_(bytes), append_leaf_(append_leaf) {
-        bytes_.assign(up_to(sizeof(rp_wide_header), RP_WIDE_UNIT), std::byte{0});
+        bytes_.resize(0);
+        bytes_.resize(up_to(sizeof(rp_wide_header), RP_WIDE_UNIT));
     }
 
     // Returns the root's word.
@@ -39,11 +52,14 @@ public:
 
     void finish(uint32_t block, rp_u32 root) {
         bytes_.resize(up_to(bytes_.size() + RP_WIDE_GUARD, RP_BLOCK_ALIGNMENT));
-        const rp_wide_header header = {RP_WIDE_MAGIC, static_cast<rp_u32>(bytes_.size()), block, root};
-        std::memcpy(bytes_.data(), &header, sizeof header);
+        if constexpr (writes) {
+            const rp_wide_header header = {RP_WIDE_MAGIC, static_cast<rp_u32>(bytes_.size()), block, root};
+            std::memcpy(bytes_.data(), &header, sizeof header);
+        }
     }
 
 private:
+    static constexpr bool writes = !std::is_same_v<Bytes, ByteCount>;
     static size_t up_to(size_t value, size_t unit) { return (value + unit - 1) / unit * unit; }
 
     // Its children follow each other at the end of what is there; then come theirs.
@@ -66,8 +82,10 @@ private:
             places[++k] = bytes_.size();
         }
         RAYPAGER_CHECK(places[k] - places[0] <= 255 * RP_WIDE_UNIT);
-        quantise(std::span(boxes, k), node);
-        std::memcpy(bytes_.data() + at, &node, sizeof node);
+        if constexpr (writes) {
+            quantise(std::span(boxes, k), node);
+            std::memcpy(bytes_.data() + at, &node, sizeof node);
+        }
         k = 0;
         for (const WideChild& child : children) {
             if (!child.leaf) write_node(child.node, places[k]);
@@ -77,7 +95,7 @@ private:
 
     std::span<const BinaryNode> nodes_;
     const Collapse& collapse_;
-    std::vector<std::byte>& bytes_;
+    Bytes& bytes_;
     AppendLeaf append_leaf_;
 };
 
