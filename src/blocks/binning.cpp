@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/check.hpp"
+#include "base/jitter.hpp"
 
 namespace raypager {
 namespace {
@@ -62,29 +63,38 @@ BinMapping::BinMapping(const LaneBox& centroids, int bins) : count(bins) {
     }
 }
 
-BinSet::BinSet(int bins) : count_(bins) { std::uninitialized_fill_n(bins_.data(), 3 * bins, Bin()); }
+BinSet::BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled) : count_(mapping.count) {
+    std::uninitialized_fill_n(bins_.data(), 3 * count_, Bin());
+    if (refs.size() <= 2 * most_sampled) {
+        for (const PrimitiveRef& ref : refs) add(ref, mapping);
+        return;
+    }
+    // One from anywhere in each stretch: a fixed place might follow the rows of a regular mesh.
+    for (size_t i = 0; i < most_sampled; i++) {
+        const size_t begin = refs.size() * i / most_sampled, end = refs.size() * (i + 1) / most_sampled;
+        add(refs[begin + jitter(i, end - begin)], mapping);
+    }
+}
 
-void BinSet::add(std::span<const PrimitiveRef> refs, const BinMapping& mapping) {
+inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {
     const float last = static_cast<float>(count_ - 1);
     const Lanes limit = {last, last, last, last};
-    Bin* const axes[3] = {bins_.data(), bins_.data() + count_, bins_.data() + 2 * count_};
-    for (const PrimitiveRef& ref : refs) {
-        const LaneBox box = ref.lanes();
-        const Lanes place = least((box.lower + box.upper - mapping.origin) * mapping.scale, limit);
-        // All at once: taking them from the lanes one by one goes through memory, which costs three times as much as all the rest.
-        const auto bin = __builtin_convertvector(place, LaneInts);
-        for (Bin* const target : {axes[0] + bin[0], axes[1] + bin[1], axes[2] + bin[2]}) {
-            target->box.grow(box);
-            target->weight += ref.weight;
-            target->count++;
-        }
+    const LaneBox box = ref.lanes();
+    const Lanes place = least((box.lower + box.upper - mapping.origin) * mapping.scale, limit);
+    // All at once: taking them from the lanes one by one goes through memory, which costs three times as much as all the rest.
+    const auto bin = __builtin_convertvector(place, LaneInts);
+    const uint64_t sums = uint64_t{ref.weight} << 32 | 1;
+    for (int a = 0; a < 3; a++) {
+        Bin& target = bins_[static_cast<size_t>(a * count_ + bin[a])];
+        target.box.grow(box);
+        target.sums += sums;
     }
 }
 
 Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
     Split best;
     const auto count = static_cast<size_t>(bins.count());
-    const auto cost = [by_weight](const BinSet::Bin& sum) { return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight : sum.count); };
+    const auto cost = [by_weight](const BinSet::Bin& sum) { return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight() : sum.count()); };
     for (int a = 0; a < 3; a++) {
         const auto axis = bins.axis(a);
         std::array<double, most_bins> cost_right;
@@ -94,13 +104,13 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
         for (size_t i = count - 1; i > 0; i--) {
             sum.add(axis[i]);
             cost_right[i] = cost(sum);
-            weight_right[i] = sum.weight;
-            count_right[i] = sum.count;
+            weight_right[i] = sum.weight();
+            count_right[i] = sum.count();
         }
         sum = {};
         for (size_t i = 1; i < count; i++) {
             sum.add(axis[i - 1]);
-            if (sum.count == 0 || count_right[i] == 0 || sum.weight < least_weight || weight_right[i] < least_weight) continue;
+            if (sum.count() == 0 || count_right[i] == 0 || sum.weight() < least_weight || weight_right[i] < least_weight) continue;
             const double total = cost(sum) + cost_right[i];
             if (best.axis < 0 || total < best.cost) best = {a, static_cast<int>(i), total};
         }
@@ -111,6 +121,11 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
 size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
     const size_t n = refs.size();
     RAYPAGER_CHECK(step < n && n <= most_swept);
+    // There is one way to split two, so the axis matters to their order alone.
+    if (n == 2) {
+        if (sort_key(refs[1], 0) < sort_key(refs[0], 0)) std::swap(refs[0], refs[1]);
+        return 1;
+    }
     std::array<SortedPlaces, 3> sorted;
     size_t best_axis = 0, best_middle = 0;
     double best_cost = std::numeric_limits<double>::infinity();

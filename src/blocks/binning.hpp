@@ -38,16 +38,17 @@ struct BinMapping {
 struct BinSet {
     struct Bin {
         LaneBox box;
-        uint64_t weight = 0;
-        uint32_t count = 0;
+        uint64_t sums = 0;  // weights above, count below, so that one addition does for both
+        uint64_t weight() const { return sums >> 32; }
+        uint32_t count() const { return static_cast<uint32_t>(sums); }
         void add(const Bin& other) {
             box.grow(other.box);
-            weight += other.weight;
-            count += other.count;
+            sums += other.sums;
         }
     };
-    explicit BinSet(int bins);
-    void add(std::span<const PrimitiveRef> refs, const BinMapping& mapping);
+    // Of the refs if they are at most 2 * most_sampled, otherwise of that many of them.
+    // REQUIRES: the weights of those add up to less than 2^32.
+    BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled);
     std::span<const Bin> axis(int a) const {
         const auto count = static_cast<size_t>(count_);
         return std::span(bins_).subspan(static_cast<size_t>(a) * count, count);
@@ -55,6 +56,7 @@ struct BinSet {
     int count() const { return count_; }
 
 private:
+    void add(const PrimitiveRef& ref, const BinMapping& mapping);
     union {
         std::array<Bin, 3 * most_bins> bins_;  // of which the first 3 * count_ are there: small sets use few
     };

@@ -4,7 +4,6 @@
 #include <mutex>
 
 #include "base/check.hpp"
-#include "base/jitter.hpp"
 #include "base/parallel.hpp"
 #include "blocks/binning.hpp"
 
@@ -47,22 +46,6 @@ Measure measure(std::span<const PrimitiveRef> refs) {
         sum.grow(part);
     });
     return sum;
-}
-
-BinSet sampled_bins(std::span<const PrimitiveRef> refs, const BinMapping& mapping) {
-    BinSet bins(mapping.count);
-    if (refs.size() <= 2 * most_sampled) {
-        bins.add(refs, mapping);
-        return bins;
-    }
-    // One from anywhere in each stretch: a fixed place might follow the rows of a regular mesh.
-    std::vector<PrimitiveRef> sample(most_sampled);
-    for (size_t i = 0; i < most_sampled; i++) {
-        const size_t begin = refs.size() * i / most_sampled, end = refs.size() * (i + 1) / most_sampled;
-        sample[i] = refs[begin + jitter(i, end - begin)];
-    }
-    bins.add(sample, mapping);
-    return bins;
 }
 
 struct Halves {
@@ -139,9 +122,9 @@ CutPlane CutPlane::choose(std::span<PrimitiveRef> refs) {
 CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const LaneBox& centroids) {
     RAYPAGER_CHECK(refs.size() >= 2);
     const BinMapping mapping(centroids, most_bins);
-    const BinSet bins = sampled_bins(refs, mapping);
+    const BinSet bins(refs, mapping, most_sampled);
     uint64_t weight = 0;
-    for (const BinSet::Bin& bin : bins.axis(0)) weight += bin.weight;
+    for (const BinSet::Bin& bin : bins.axis(0)) weight += bin.weight();
     const Split split = best_split(bins, weight / least_share, true);
     CutPlane plane;
     if (split.axis >= 0) {

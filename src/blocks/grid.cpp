@@ -25,12 +25,14 @@ constexpr double own_slack = RP_GRID_SLACK + 1e-6;
 
 uint32_t round_down(double x) {
     RAYPAGER_CHECK(x >= RP_GRID_MIN && x <= RP_GRID_MAX);
-    return static_cast<uint32_t>(std::floor(2 * (x - RP_GRID_MIN)));
+    return static_cast<uint32_t>(2 * (x - RP_GRID_MIN));
 }
 
 uint32_t round_up(double x) {
     RAYPAGER_CHECK(x >= RP_GRID_MIN && x <= RP_GRID_MAX);
-    return static_cast<uint32_t>(std::ceil(2 * (x - RP_GRID_MIN)));
+    const double step = 2 * (x - RP_GRID_MIN);
+    const auto below = static_cast<uint32_t>(step);
+    return below + (below < step);
 }
 
 }  // namespace

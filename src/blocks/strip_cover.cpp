@@ -151,8 +151,10 @@ private:
 
     // Tries all paths that extend this one at its end, and at its beginning too if both_ends.
     void extend(const Path& path, bool both_ends) {
-        consider(path);
-        if (path.count == RP_LEAF_MAX_PRIMITIVES) return;
+        const double area = path.box.half_area();
+        consider(path, area);
+        // Boxes only grow, and a full strip shares what a leaf costs among the most triangles.
+        if (path.count == RP_LEAF_MAX_PRIMITIVES || least_cost(area, RP_LEAF_MAX_PRIMITIVES) >= best_cost_) return;
         if (both_ends) extend_at_end(path.reversed(), false);
         extend_at_end(path, both_ends);
     }
@@ -162,11 +164,17 @@ private:
             extend(longer(path, static_cast<uint32_t>(std::countr_zero(rest))), both_ends);
     }
 
-    void consider(const Path& path) {
-        const double n = path.count, area = path.box.half_area() * (node_cost + leaf_cost + primitive_cost * n);
+    // A triangle's share of the cost of a strip that strands none.
+    double least_cost(double area, uint32_t count) const {
+        const double n = count;
+        return (area * (node_cost + leaf_cost + primitive_cost * n) + mean_area_ * leaf_overhead) / n;
+    }
+
+    void consider(const Path& path, double area) {
         // Stranded triangles only add to the cost, and take long to count.
-        if ((area + mean_area_ * leaf_overhead) / n >= best_cost_) return;
-        const double cost = (area + mean_area_ * (leaf_overhead + stranded_cost * stranded(path))) / n;
+        const double least = least_cost(area, path.count);
+        if (least >= best_cost_) return;
+        const double cost = least + mean_area_ * stranded_cost * stranded(path) / path.count;
         if (cost >= best_cost_) return;
         best_cost_ = cost;
         best_ = path;
