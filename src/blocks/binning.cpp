@@ -94,7 +94,9 @@ inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {
 Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
     Split best;
     const auto count = static_cast<size_t>(bins.count());
-    const auto cost = [by_weight](const BinSet::Bin& sum) { return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight() : sum.count()); };
+    const auto cost = [by_weight](const BinSet::Bin& sum) {
+        return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight() : sum.count());
+    };
     for (int a = 0; a < 3; a++) {
         const auto axis = bins.axis(a);
         std::array<double, most_bins> cost_right;

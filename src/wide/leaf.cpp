@@ -136,8 +136,7 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
         for (uint32_t corner = 0; corner < 3; corner++)
             for (uint32_t k = 0; k < size_.triangles; k++) *out++ = std::byte{corners_[k][corner]};
         if (size_.has_normals)
-            for (uint32_t v = 0; v < size_.vertices; v++)
-                std::memcpy(record + at.normals + v * sizeof(rp_u32), &vertices_[v].normal, sizeof(rp_u32));
+            for (uint32_t v = 0; v < size_.vertices; v++) std::memcpy(record + at.normals + v * sizeof(rp_u32), &vertices_[v].normal, sizeof(rp_u32));
     } else {
         std::memcpy(record + at.first, spheres_.data(), size_.spheres * sizeof spheres_[0]);
     }
