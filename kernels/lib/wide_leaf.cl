@@ -60,50 +60,45 @@ static inline void rp_keep_closest(rp_stream* s, uint r, const __global rp_wide_
 }
 
 #ifdef RP_EIGHT_LANES
-// A row of up to sixteen numbers of vertices, in halves; the second one means nothing if there are no more than eight.
-typedef struct rp_row {
-    float8 first, second;
-} rp_row;
+// Corners of up to eight triangles of a leaf, by axis and by number of the corner.
+typedef struct rp_eight_corners {
+    float8 at[3][3];
+} rp_eight_corners;
 
-static inline rp_row rp_load_row(const __global float* at, float origin, const bool few) {
+static inline float8 rp_corners_of_row(const __global float* row, uint8 index, const bool few) {
     // Loads reach past the end of a row, into what follows (RP_WIDE_GUARD); no triangle has those lanes for corners.
-    rp_row row;
-    row.first = vload8(0, at) - origin;
-    row.second = few ? row.first : vload8(1, at) - origin;
-    return row;
-}
-static inline rp_row rp_shear_row(rp_row row, float shear, rp_row z) {
-    row.first = row.first - shear * z.first;
-    row.second = row.second - shear * z.second;
-    return row;
-}
-static inline float8 rp_pick_of_row(rp_row row, uint8 index, const bool few) {
-    return few ? rp_pick8(row.first, index) : rp_pick_of_two8(row.first, row.second, index);
+    return few ? rp_pick8(vload8(0, row), index) : rp_pick_of_two8(vload8(0, row), vload8(1, row), index);
 }
 
-// A ray's sight of the vertices of a leaf.
-typedef struct rp_rows {
-    rp_row rx, ry, rz;  // relative to its origin, in Woop's order of axes
-    rp_row x, y;        // sheared
-} rp_rows;
+// few: the leaf has no more than eight vertices.
+static inline void rp_gather_corners(const __global rp_wide_leaf* leaf, const __global uchar* corners, const bool few, rp_eight_corners* out) {
+    const uint count = leaf->count, vertices = leaf->vertices;
+    const __global float* at = rp_leaf_coordinates(leaf);
+    const uint8 a = convert_uint8(vload8(0, corners)), b = convert_uint8(vload8(0, corners + count)), c = convert_uint8(vload8(0, corners + 2u * count));
+#pragma unroll
+    for (uint axis = 0u; axis < 3u; axis++) {
+        out->at[axis][0] = rp_corners_of_row(at + vertices * axis, a, few);
+        out->at[axis][1] = rp_corners_of_row(at + vertices * axis, b, few);
+        out->at[axis][2] = rp_corners_of_row(at + vertices * axis, c, few);
+    }
+}
 
-// One ray against up to eight triangles of a leaf, from number `first` on, those in `lanes`. few: the leaf has no more than eight vertices. True
-// if any_hit is set and something is hit.
-static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const rp_rows* v, uint8 a, uint8 b, uint8 c, uint lanes,
-                                     uint first, const __global uint* ids, const bool few, const bool any_hit) {
+// One ray against up to eight triangles of a leaf, from number `first` on, those in `lanes`. True if any_hit is set and something is hit.
+static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const rp_eight_corners* corners, uint lanes, uint first,
+                                     const __global uint* ids, const bool any_hit) {
+    const uint axis = s->axis[r], ix = rp_axis_x(axis), iy = rp_axis_y(axis);
+    const float8 *x = corners->at[ix], *y = corners->at[iy], *z = corners->at[axis];
+    const float ox = RP_OF_RAY(s->origin[ix], r), oy = RP_OF_RAY(s->origin[iy], r), oz = RP_OF_RAY(s->origin[axis], r);
+    const float shear_x = RP_OF_RAY(s->shear[0], r), shear_y = RP_OF_RAY(s->shear[1], r);
+    const rp_points_8 a = {x[0] - ox, y[0] - oy, z[0] - oz}, b = {x[1] - ox, y[1] - oy, z[1] - oz}, c = {x[2] - ox, y[2] - oy, z[2] - oz};
     rp_edges_8 edges;
-    const uint inside =
-        rp_inside_8(rp_pick_of_row(v->x, a, few), rp_pick_of_row(v->y, a, few), rp_pick_of_row(v->x, b, few), rp_pick_of_row(v->y, b, few),
-                    rp_pick_of_row(v->x, c, few), rp_pick_of_row(v->y, c, few), lanes, &edges);
+    const uint inside = rp_inside_8(a.x - shear_x * a.z, a.y - shear_y * a.z, b.x - shear_x * b.z, b.y - shear_y * b.z, c.x - shear_x * c.z,
+                                    c.y - shear_y * c.z, lanes, &edges);
     if (inside == 0u) return false;
-    const uint axis = s->axis[r];
-    const rp_points_8 pa = {rp_pick_of_row(v->rx, a, few), rp_pick_of_row(v->ry, a, few), rp_pick_of_row(v->rz, a, few)};
-    const rp_points_8 pb = {rp_pick_of_row(v->rx, b, few), rp_pick_of_row(v->ry, b, few), rp_pick_of_row(v->rz, b, few)};
-    const rp_points_8 pc = {rp_pick_of_row(v->rx, c, few), rp_pick_of_row(v->ry, c, few), rp_pick_of_row(v->rz, c, few)};
     float8 t;
     const uint in_front =
-        rp_distance_8(&edges, &pa, &pb, &pc, (float8)(RP_OF_RAY(s->shear[2], r)), (float8)(RP_OF_RAY(s->inverse[rp_axis_x(axis)], r)),
-                      (float8)(RP_OF_RAY(s->inverse[rp_axis_y(axis)], r)), (float8)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
+        rp_distance_8(&edges, &a, &b, &c, (float8)(RP_OF_RAY(s->shear[2], r)), (float8)(RP_OF_RAY(s->inverse[ix], r)),
+                      (float8)(RP_OF_RAY(s->inverse[iy], r)), (float8)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
     const uint hit = in_front & rp_mask8(t <= RP_OF_RAY(s->t, r));
     if (hit == 0u) return false;
     if (any_hit) return true;
@@ -113,45 +108,24 @@ static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wid
     return false;
 }
 
-static inline rp_rows rp_see_rows(const rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const bool few) {
-    const uint axis = s->axis[r], ix = rp_axis_x(axis), iy = rp_axis_y(axis), vertices = leaf->vertices;
-    const __global float* at = rp_leaf_coordinates(leaf);
-    rp_rows v;
-    v.rx = rp_load_row(at + vertices * ix, RP_OF_RAY(s->origin[ix], r), few);
-    v.ry = rp_load_row(at + vertices * iy, RP_OF_RAY(s->origin[iy], r), few);
-    v.rz = rp_load_row(at + vertices * axis, RP_OF_RAY(s->origin[axis], r), few);
-    v.x = rp_shear_row(v.rx, RP_OF_RAY(s->shear[0], r), v.rz);
-    v.y = rp_shear_row(v.ry, RP_OF_RAY(s->shear[1], r), v.rz);
-    return v;
-}
-
-static inline uint8 rp_eight_corners(const __global uchar* corners) { return convert_uint8(vload8(0, corners)); }
-
-// The rays, one after the other, against all triangles of a leaf. few: it has no more than eight of them, nor of vertices. Returns those that hit
+// The rays, one after the other, against all triangles of a leaf, whose corners are gathered once for all of them. Returns those that hit
 // something, if any_hit is set.
-static inline ulong rp_rays_hit(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const __global uchar* corners, const __global uint* ids,
-                                const bool few, const bool any_hit) {
-    const uint count = leaf->count, all = (1u << count) - 1u;
-    const uint8 a = rp_eight_corners(corners), b = rp_eight_corners(corners + count), c = rp_eight_corners(corners + 2u * count);
-    ulong hit = 0ul;
-    do {
-        const uint r = rp_lowest(rays);
-        rays &= rays - 1ul;
-        const rp_rows v = rp_see_rows(s, r, leaf, few);
-        bool hits = rp_ray_hits_eight(s, r, leaf, &v, a, b, c, all & 255u, 0u, ids, few, any_hit);
-        if (!few && count > 8u && !(any_hit && hits))
-            hits = rp_ray_hits_eight(s, r, leaf, &v, rp_eight_corners(corners + 8u), rp_eight_corners(corners + count + 8u),
-                                     rp_eight_corners(corners + 2u * count + 8u), all >> 8, 8u, ids, false, any_hit);
-        if (hits) hit |= 1ul << r;
-    } while (rays != 0ul);
-    return hit;
-}
-
-// The same for any leaf.
 static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const __global uchar* corners,
                                           const __global uint* ids, const bool any_hit) {
-    return leaf->count <= 8u && leaf->vertices <= 8u ? rp_rays_hit(s, rays, leaf, corners, ids, true, any_hit)
-                                                     : rp_rays_hit(s, rays, leaf, corners, ids, false, any_hit);
+    const uint count = leaf->count;
+    ulong hit = 0ul;
+    for (uint first = 0u; first < count && rays != 0ul; first += 8u) {
+        rp_eight_corners eight;
+        if (leaf->vertices <= 8u) rp_gather_corners(leaf, corners + first, true, &eight);
+        else rp_gather_corners(leaf, corners + first, false, &eight);
+        const uint lanes = ((1u << count) - 1u) >> first & 255u;
+        for (ulong left = rays; left != 0ul; left &= left - 1ul) {
+            const uint r = rp_lowest(left);
+            if (rp_ray_hits_eight(s, r, leaf, &eight, lanes, first, ids, any_hit)) hit |= 1ul << r;
+        }
+        if (any_hit) rays &= ~hit;
+    }
+    return hit;
 }
 #else
 // One ray against all triangles of a leaf. True if any_hit is set and something is hit.
