@@ -67,19 +67,25 @@ static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide
         for (uint i = 1u; i + 1u < count; i++) rp_fetch_record(rp_stacked(stack, bottom + i));
 }
 
+static inline void rp_push_child(rp_stream_stack* stack, uint place, const __global uchar* first, ulong places, uint k, uint entry,
+                                 const rp_children_met* met) {
+    const __global uchar* record = first + ((uint)(places >> (8u * k)) & 255u) * RP_WIDE_UNIT;
+    rp_fetch_record(record);
+    stack->record[place] = (ulong)record;
+    stack->rays[place] = met->rays[k];
+    stack->entry[place] = entry;
+}
+
 // The same for rays whose order of visits does not matter.
 static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children) {
     const __global uchar* first = (const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT;
     const ulong places = as_ulong(vload8(0, node->size)) * 0x0101010101010100ul;
-    const uint leaves = node->leaves;
-    for (; children != 0u; children &= children - 1u) {
-        const uint k = rp_lowest(children), place = stack->depth++;
-        const __global uchar* record = first + ((uint)(places >> (8u * k)) & 255u) * RP_WIDE_UNIT;
-        rp_fetch_record(record);
-        stack->record[place] = (ulong)record;
-        stack->rays[place] = met->rays[k];
-        stack->entry[place] = leaves >> k & 1u ? RP_ENTRY_LEAF : 0u;
-    }
+    const uint leaves = children & node->leaves;
+    uint place = stack->depth;
+    stack->depth += popcount(children);
+    // Leaves on top: what is hit there needs no further look.
+    for (uint left = children & ~leaves; left != 0u; left &= left - 1u) rp_push_child(stack, place++, first, places, rp_lowest(left), 0u, met);
+    for (uint left = leaves; left != 0u; left &= left - 1u) rp_push_child(stack, place++, first, places, rp_lowest(left), RP_ENTRY_LEAF, met);
 }
 
 // Of the rays, those that are at `entry` before their closest hit.

@@ -19,7 +19,11 @@
 
 // With fewer rays than this in a packet, each is tested alone against all triangles.
 #ifndef RP_DENSE_TRIANGLES
+#ifdef RP_AVX512
 #define RP_DENSE_TRIANGLES 7
+#else
+#define RP_DENSE_TRIANGLES 12
+#endif
 #endif
 
 // Where the parts of a leaf of triangles are.
@@ -296,7 +300,7 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
 static inline ulong rp_hit_triangles(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
     const __global uchar* corners = rp_leaf_corners(leaf);
     const __global uint* ids = rp_leaf_ids(leaf);
-    if (rp_is_single(rays)) return rp_rays_hit_triangles(s, rays, leaf, corners, ids, any_hit) ? rays : 0ul;
+    if (popcount(rays) < RP_DENSE_TRIANGLES) return rp_rays_hit_triangles(s, rays, leaf, corners, ids, any_hit);
     ulong alone = 0ul, hit = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) {
         const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;

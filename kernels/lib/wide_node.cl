@@ -150,6 +150,7 @@ static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_n
     rp_planes planes;
     rp_decode_planes(node, &planes);
     const uint count = node->count;
+    if (popcount(rays) < RP_DENSE_BOXES) return rp_rays_meet(s, &planes, until, rays, count, any_hit, met);
     uint possible = (1u << count) - 1u, packets = 0u;
     if (s->signs != RP_MIXED && popcount(rays) >= RP_DENSE_STREAM) possible = rp_possible_children(s, &planes, count);
     ulong alone = 0ul;
