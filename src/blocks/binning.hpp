@@ -48,7 +48,7 @@ struct BinSet {
     };
     // Of the refs if they are at most 2 * most_sampled, otherwise of that many of them.
     // REQUIRES: the weights of those add up to less than 2^32.
-    BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled);
+    BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled = SIZE_MAX / 2);
     std::span<const Bin> axis(int a) const {
         const auto count = static_cast<size_t>(count_);
         return std::span(bins_).subspan(static_cast<size_t>(a) * count, count);

@@ -12,9 +12,6 @@ namespace {
 // Sets up to this size are sorted and every split is tried.
 constexpr size_t sweep_size = 12;
 
-// How a larger set is split is found on so many of it.
-constexpr size_t most_sampled = 1 << 10;
-
 struct Halves {
     size_t left_count = 0;
     Extent left, right;
@@ -57,7 +54,7 @@ private:
     static Halves split_by_bins(std::span<PrimitiveRef> refs, const Extent& extent) {
         const int count = refs.size() < 64 ? 8 : refs.size() < 1024 ? 16 : most_bins;
         const BinMapping mapping(extent.centroids, count);
-        const BinSet bins(refs, mapping, most_sampled);
+        const BinSet bins(refs, mapping);
         const Split split = best_split(bins, 0, false);
         if (split.axis < 0) return measured(refs, split_at_median(refs, extent.centroids));
         Halves halves;
