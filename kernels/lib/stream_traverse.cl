@@ -44,7 +44,8 @@ static inline void rp_fetch_record(const __global uchar* record) {
 
 // Puts the children that are met onto the stack, the nearest on top. With as few branches as can be: how many children are met, and in which
 // order, is foretold badly, and each mistake costs a CPU as much as testing a ray. So all eight places are written, those that are met first.
-static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children) {
+// rays: that were tested; one alone meets all that is met.
+static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children, ulong rays) {
     const uint8 lane = (uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u);
     const int8 is_met = ((uint8)(children) >> lane & 1u) != 0u;
     // Distances less their last three bits, in whose place the number of the child stands: not greater, so that no ray misses what it enters there.
@@ -56,7 +57,7 @@ static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide
     const uint bottom = stack->depth, count = popcount(children);
     const uint8 place = as_uint8(rp_pick8(as_float8(convert_uint8(as_uchar8(places))), order));
     vstore8(first + convert_ulong8(place * RP_WIDE_UNIT), 0, stack->record + bottom);
-    vstore8(rp_pick_long8(vload8(0, met->rays), order), 0, stack->rays + bottom);
+    vstore8(rp_is_single(rays) ? (ulong8)(rays) : rp_pick_long8(vload8(0, met->rays), order), 0, stack->rays + bottom);
     vstore8(((key - 8u) & ~7u) | (uint8)(node->leaves) >> order << 31, 0, stack->entry + bottom);
     stack->depth += count;
     // One to three without a branch that depends on their number.
@@ -67,25 +68,31 @@ static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide
         for (uint i = 1u; i + 1u < count; i++) rp_fetch_record(rp_stacked(stack, bottom + i));
 }
 
-static inline void rp_push_child(rp_stream_stack* stack, uint place, const __global uchar* first, ulong places, uint k, uint entry,
-                                 const rp_children_met* met) {
+static inline void rp_push_child(rp_stream_stack* stack, uint place, const __global uchar* first, ulong places, uint k, uint entry, ulong rays) {
     const __global uchar* record = first + ((uint)(places >> (8u * k)) & 255u) * RP_WIDE_UNIT;
     rp_fetch_record(record);
     stack->record[place] = (ulong)record;
-    stack->rays[place] = met->rays[k];
+    stack->rays[place] = rays;
     stack->entry[place] = entry;
 }
 
 // The same for rays whose order of visits does not matter.
-static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children) {
+static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children, ulong rays) {
     const __global uchar* first = (const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT;
     const ulong places = as_ulong(vload8(0, node->size)) * 0x0101010101010100ul;
     const uint leaves = children & node->leaves;
+    const bool single = rp_is_single(rays);
     uint place = stack->depth;
     stack->depth += popcount(children);
     // Leaves on top: what is hit there needs no further look.
-    for (uint left = children & ~leaves; left != 0u; left &= left - 1u) rp_push_child(stack, place++, first, places, rp_lowest(left), 0u, met);
-    for (uint left = leaves; left != 0u; left &= left - 1u) rp_push_child(stack, place++, first, places, rp_lowest(left), RP_ENTRY_LEAF, met);
+    for (uint left = children & ~leaves; left != 0u; left &= left - 1u) {
+        const uint k = rp_lowest(left);
+        rp_push_child(stack, place++, first, places, k, 0u, single ? rays : met->rays[k]);
+    }
+    for (uint left = leaves; left != 0u; left &= left - 1u) {
+        const uint k = rp_lowest(left);
+        rp_push_child(stack, place++, first, places, k, RP_ENTRY_LEAF, single ? rays : met->rays[k]);
+    }
 }
 
 // Of the rays, those that are at `entry` before their closest hit.
@@ -221,8 +228,8 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
         const __global rp_wide_node* node = (const __global rp_wide_node*)walk->record;
         const uint children = rp_meet_children(s, node, rp_until(walk), rays, any_hit, &met);
         if (children != 0u) {
-            if (any_hit) rp_push_children(&walk->stack, node, &met, children);
-            else rp_push_sorted(&walk->stack, node, &met, children);
+            if (any_hit) rp_push_children(&walk->stack, node, &met, children, rays);
+            else rp_push_sorted(&walk->stack, node, &met, children, rays);
             // The nearest one needs no further look.
             const uint top = --walk->stack.depth;
             walk->record = rp_stacked(&walk->stack, top);

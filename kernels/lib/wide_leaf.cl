@@ -10,8 +10,10 @@
 #undef RP_LANES
 // A ray alone: in sixteen lanes, where permutations have as many (two rays, if the leaf has no more than eight triangles); else eight triangles at a
 // time.
-#ifndef RP_AVX512
+#if !defined(RP_AVX512) && !defined(RP_EIGHT_LANES)
 #define RP_EIGHT_LANES 1
+#endif
+#ifdef RP_EIGHT_LANES
 #define RP_LANES 8
 #include "lib/triangle_vector.cl"
 #undef RP_LANES
@@ -27,13 +29,6 @@
 #endif
 
 // Where the parts of a leaf of triangles are.
-typedef struct rp_leaf_view {
-    const __global rp_wide_leaf* leaf;
-    const __global float* axes[3];  // coordinates of the vertices; axes[0] is what Woop's test calls x
-    const __global uchar* corners;
-    const __global uint* ids;
-} rp_leaf_view;
-
 static inline const __global float* rp_leaf_coordinates(const __global rp_wide_leaf* leaf) { return (const __global float*)(leaf + 1); }
 static inline const __global uchar* rp_leaf_corners(const __global rp_wide_leaf* leaf) {
     return (const __global uchar*)(rp_leaf_coordinates(leaf) + 3u * leaf->vertices);

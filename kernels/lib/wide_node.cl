@@ -34,7 +34,8 @@ static inline void rp_decode_planes(const __global rp_wide_node* node, rp_planes
     }
 }
 
-// For each child that is met: which rays meet it, and the least distance at which one of them enters.
+// For each child that is met: which rays meet it (not said of a ray that is tested alone: it meets all of these), and the least distance at
+// which one of them enters.
 typedef struct rp_children_met {
     ulong rays[RP_WIDE_CHILDREN];
     float entry[RP_WIDE_CHILDREN];
@@ -121,7 +122,7 @@ static inline uint rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
     return rp_mask8((met_low | met_high) != 0u);
 }
 
-// One ray against all children, operation by operation as rp_rays_meet. Most nodes that rays come to which have little in common are met by a
+// One ray against all children, operation by operation as rp_rays_meet, but it leaves met->rays alone. Most nodes that rays come to which have little in common are met by a
 // single one: what is only for more than one costs as much there as the test itself.
 static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node* node, const float16* until, ulong rays, const bool any_hit,
                                 rp_children_met* met) {
@@ -138,7 +139,6 @@ static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node*
     const float8 from = (float8)(RP_OF_RAY(s->from, r)), end = (float8)(RP_OF_RAY(until, r));
     const float8 first = as_float8(max(as_int8(rp_max(rp_max(enter[0], enter[1]), enter[2])), as_int8(from)));
     const float8 last = rp_min(rp_min(leave[0], leave[1]), rp_min(leave[2], end)) * RP_BOX_WIDEN;
-    vstore8((ulong8)(rays), 0, met->rays);
     if (!any_hit) vstore8(first, 0, met->entry);
     return rp_mask8(first <= last) & ((1u << node->count) - 1u);
 }

@@ -94,7 +94,7 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
         const uint met_by_ray = rp_meet_children(&s, nodes + i, s.t, 1ul << r, false, &of_ray);
         for (uint k = 0u; k < RP_WIDE_CHILDREN; k++) {
             if (!(met_by_ray >> k & 1u)) continue;
-            single.rays[k] |= of_ray.rays[k];
+            single.rays[k] |= 1ul << r;
             single.entry[k] = rp_min(single.entry[k], of_ray.entry[k]);
         }
     }

@@ -123,7 +123,7 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
 size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
     const size_t n = refs.size();
     RAYPAGER_CHECK(step < n && n <= most_swept);
-    // There is one way to split two, so the axis matters to their order alone.
+    // There is one way to split two, at the same cost on all axes, of which the first one is taken below.
     if (n == 2) {
         if (sort_key(refs[1], 0) < sort_key(refs[0], 0)) std::swap(refs[0], refs[1]);
         return 1;

@@ -46,9 +46,9 @@ struct BinSet {
             sums += other.sums;
         }
     };
-    // Of the refs if they are at most 2 * most_sampled, otherwise of that many of them.
-    // REQUIRES: the weights of those add up to less than 2^32.
-    BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled = SIZE_MAX / 2);
+    // Of all refs, or, if they are more than 2 * most_sampled, of most_sampled of them. Weights that add up to 2^32 or more are of no use; counts
+    // are.
+    BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled);
     std::span<const Bin> axis(int a) const {
         const auto count = static_cast<size_t>(count_);
         return std::span(bins_).subspan(static_cast<size_t>(a) * count, count);

@@ -54,7 +54,7 @@ private:
     static Halves split_by_bins(std::span<PrimitiveRef> refs, const Extent& extent) {
         const int count = refs.size() < 64 ? 8 : refs.size() < 1024 ? 16 : most_bins;
         const BinMapping mapping(extent.centroids, count);
-        const BinSet bins(refs, mapping);
+        const BinSet bins(refs, mapping, refs.size());
         const Split split = best_split(bins, 0, false);
         if (split.axis < 0) return measured(refs, split_at_median(refs, extent.centroids));
         Halves halves;

@@ -154,7 +154,7 @@ private:
         const double area = path.box.half_area();
         consider(path, area);
         // Boxes only grow, and a full strip shares what a leaf costs among the most triangles.
-        if (path.count == RP_LEAF_MAX_PRIMITIVES || least_cost(area, RP_LEAF_MAX_PRIMITIVES) >= best_cost_) return;
+        if (path.count == RP_LEAF_MAX_PRIMITIVES || share(area, RP_LEAF_MAX_PRIMITIVES, leaf_overhead) >= best_cost_) return;
         if (both_ends) extend_at_end(path.reversed(), false);
         extend_at_end(path, both_ends);
     }
@@ -164,17 +164,16 @@ private:
             extend(longer(path, static_cast<uint32_t>(std::countr_zero(rest))), both_ends);
     }
 
-    // A triangle's share of the cost of a strip that strands none.
-    double least_cost(double area, uint32_t count) const {
+    // A triangle's share of the cost of a strip. overhead: in mean areas.
+    double share(double area, uint32_t count, double overhead) const {
         const double n = count;
-        return (area * (node_cost + leaf_cost + primitive_cost * n) + mean_area_ * leaf_overhead) / n;
+        return (area * (node_cost + leaf_cost + primitive_cost * n) + mean_area_ * overhead) / n;
     }
 
     void consider(const Path& path, double area) {
         // Stranded triangles only add to the cost, and take long to count.
-        const double least = least_cost(area, path.count);
-        if (least >= best_cost_) return;
-        const double cost = least + mean_area_ * stranded_cost * stranded(path) / path.count;
+        if (share(area, path.count, leaf_overhead) >= best_cost_) return;
+        const double cost = share(area, path.count, leaf_overhead + stranded_cost * stranded(path));
         if (cost >= best_cost_) return;
         best_cost_ = cost;
         best_ = path;

@@ -56,8 +56,8 @@ struct WideLeafSize {
 
     // Where the parts of the record lie, and its end.
     struct Places {
-        uint32_t corners, ids, normals, end;  // of triangles: positions follow the head, at `first`
-        uint32_t first;
+        uint32_t first;  // positions of vertices and then corners, or spheres
+        uint32_t ids, normals, end;
     };
     Places places() const {
         constexpr auto up_to = [](uint32_t value, uint32_t unit) { return (value + unit - 1) / unit * unit; };
@@ -65,8 +65,7 @@ struct WideLeafSize {
         Places at = {};
         if (triangles > 0) {
             at.first = head;
-            at.corners = at.first + vertices * 3 * 4;
-            at.ids = up_to(at.corners + triangles * 3, 4);
+            at.ids = up_to(at.first + vertices * 3 * 4 + triangles * 3, 4);
             at.normals = at.ids + triangles * 4;
             at.end = at.normals + (has_normals ? vertices * 4 : 0);
         } else {

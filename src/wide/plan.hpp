@@ -20,7 +20,7 @@ namespace raypager {
 //   LeafContent content(uint32_t ref) const;               of a leaf
 // and Record one with
 //   void clear();
-//   bool add(const Tree&, uint32_t ref);  a leaf of it; false if the record would be too large, and then is of no use
+//   bool add(const Tree&, uint32_t ref);  a leaf of it; false if it does not go into the record, which then is of no use
 template <class Tree, class Record>
 class WidePlan {
 public:

@@ -63,7 +63,8 @@ TEST_P(SmallVectors, do_what_scalars_do) {
 }
 
 // Without the instructions of this device streams take other ways: packets are as wide, but a ray alone tests eight triangles at a time.
-TEST(SmallStreams, find_the_same_hits_in_their_portable_form) {
+// Rays alone or in packets, in lanes of the device or portable: other arithmetic in other lanes, the same bits.
+TEST(SmallStreams, find_the_same_hits_in_all_their_forms) {
     if (support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
     support::TemporaryFolder folder;
     BakeOptions options;
@@ -82,18 +83,25 @@ TEST(SmallStreams, find_the_same_hits_in_their_portable_form) {
         rays.push_back(
             {origin, INFINITY, {spread * normal(random) - origin.x, spread * normal(random) - origin.y, spread * normal(random) - origin.z}});
     }
-    const auto hits = (*scene)->trace(rays), portable = (*scene)->trace(rays, " -DRP_PORTABLE");
-    ASSERT_TRUE(hits.ok() && portable.ok()) << hits.status().message() << portable.status().message();
-    uint32_t found = 0;
-    for (size_t i = 0; i < rays.size(); i++) {
-        const support::ProbeHit &a = (*hits)[i], &b = (*portable)[i];
-        found += std::isfinite(a.t);
-        EXPECT_EQ(std::bit_cast<uint32_t>(a.t), std::bit_cast<uint32_t>(b.t)) << i;
-        EXPECT_EQ(a.primitive, b.primitive) << i;
-        EXPECT_EQ(a.occluded, b.occluded) << i;
-        EXPECT_EQ(a.normal, b.normal) << i;
-        EXPECT_TRUE(a.position.x == b.position.x && a.position.y == b.position.y && a.position.z == b.position.z) << i;
+    const auto hits = (*scene)->trace(rays);
+    ASSERT_TRUE(hits.ok()) << hits.status().message();
+    const std::string packets = " -DRP_DENSE_TRIANGLES=1 -DRP_DENSE_BOXES=1", alone = " -DRP_DENSE_TRIANGLES=65 -DRP_DENSE_BOXES=65";
+    const std::string portable = " -DRP_PORTABLE", eight = " -DRP_EIGHT_LANES=1";
+    for (const std::string& form : {portable, packets, alone, alone + eight, packets + portable, alone + portable}) {
+        SCOPED_TRACE(form);
+        const auto others = (*scene)->trace(rays, form);
+        ASSERT_TRUE(others.ok()) << others.status().message();
+        for (size_t i = 0; i < rays.size(); i++) {
+            const support::ProbeHit &a = (*hits)[i], &b = (*others)[i];
+            EXPECT_EQ(std::bit_cast<uint32_t>(a.t), std::bit_cast<uint32_t>(b.t)) << i;
+            EXPECT_EQ(a.primitive, b.primitive) << i;
+            EXPECT_EQ(a.occluded, b.occluded) << i;
+            EXPECT_EQ(a.normal, b.normal) << i;
+            EXPECT_TRUE(a.position.x == b.position.x && a.position.y == b.position.y && a.position.z == b.position.z) << i;
+        }
     }
+    uint32_t found = 0;
+    for (const support::ProbeHit& hit : *hits) found += std::isfinite(hit.t);
     EXPECT_GT(found, rays.size() / 4);
     EXPECT_LT(found, rays.size());
 }

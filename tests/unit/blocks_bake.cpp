@@ -15,6 +15,7 @@
 #include "blocks/mesh_prefetch.hpp"
 #include "scene/block_coding.hpp"
 #include "unit/blocks_scenes.hpp"
+#include "wide/block.hpp"
 
 namespace raypager {
 namespace {
@@ -209,6 +210,22 @@ TEST_P(Bake, BoxesHoldWhatIsBeneath) {
     }
 }
 
+// A bake reckons it beforehand; a block whose form for CPUs differed from that could not be loaded.
+TEST_P(Bake, WideFormsAreAsLargeAsTheFileSays) {
+    WideBlockMaker maker;
+    for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
+        AlignedBytes bytes = read_block(*file_, block);
+        std::vector<rp_u32> roots, wide_roots;
+        for (size_t i = 0; i < file_->scene().portals.size(); i++) {
+            if (file_->scene().portals[i].block != block) continue;
+            roots.push_back(file_->scene().portals[i].root);
+            wide_roots.push_back(file_->scene().wide_roots[i]);
+        }
+        EXPECT_EQ(maker.make(bytes.span(), roots).size(), file_->scene().blocks[block].wide_bytes);
+        EXPECT_TRUE(std::ranges::equal(maker.roots(), wide_roots));
+    }
+}
+
 // A ray that enters a block as a whole meets what lies beneath its portals, once.
 TEST_P(Bake, TheRootOfABlockLeadsToAllOfIt) {
     uint32_t with_portals = 0;
@@ -381,6 +398,13 @@ TEST(Gather, KeepsWhatHasAreaWhereItIsPlaced) {
     }
 }
 
+// A landscape and its mirror image, which meet at 0 and -0.
+Scene mirrored() {
+    TriangleMesh right = terrain(60, true), left = right;
+    for (Float3& p : left.positions) p.x = -p.x;
+    return scene_of({mesh_shape(right), mesh_shape(left)});
+}
+
 INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                          testing::Values(Case{"empty", [] { return scene_of({}); }, 1 << 20, 64},
                                          Case{"one_triangle", [] { return scene_of({mesh_shape(soup(1, seed))}); }, 1 << 20, 64},
@@ -392,6 +416,7 @@ INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                                          Case{"soup", [] { return scene_of({mesh_shape(soup(20000, seed))}); }, 16 << 10, 64},
                                          Case{"terrain", [] { return scene_of({mesh_shape(terrain(150))}); }, 64 << 10, 64},
                                          Case{"terrain_small_blocks", [] { return scene_of({mesh_shape(terrain(100, true))}); }, 16 << 10, 8},
+                                         Case{"zeros_of_both_signs", mirrored, 16 << 10, 64},
                                          Case{"icosphere", [] { return scene_of({mesh_shape(icosphere(6))}); }, 1 << 20, 64},
                                          Case{"spheres", [] { return scene_of(random_spheres(5000, seed)); }, 16 << 10, 1},
                                          Case{"cloud", [] { return scene_of({cloud_shape(random_points(20000, seed))}); }, 16 << 10, 64},
