@@ -122,8 +122,8 @@ static inline uint rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
     return rp_mask8((met_low | met_high) != 0u);
 }
 
-// One ray against all children, operation by operation as rp_rays_meet, but it leaves met->rays alone. Most nodes that rays come to which have little in common are met by a
-// single one: what is only for more than one costs as much there as the test itself.
+// One ray against all children, operation by operation as rp_rays_meet, but it leaves met->rays as they are. Most nodes that rays come to which
+// have little in common are met by a single one: what is only for more than one costs as much there as the test itself.
 static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node* node, const float16* until, ulong rays, const bool any_hit,
                                 rp_children_met* met) {
     const uint r = rp_lowest(rays);

@@ -46,8 +46,7 @@ struct BinSet {
             sums += other.sums;
         }
     };
-    // Of all refs, or, if they are more than 2 * most_sampled, of most_sampled of them. Weights that add up to 2^32 or more are of no use; counts
-    // are.
+    // Of all refs, or, if they are more than 2 * most_sampled, of most_sampled of them. Weights are of use only if they add up to less than 2^32.
     BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, size_t most_sampled);
     std::span<const Bin> axis(int a) const {
         const auto count = static_cast<size_t>(count_);

@@ -62,8 +62,7 @@ TEST_P(SmallVectors, do_what_scalars_do) {
     }
 }
 
-// Without the instructions of this device streams take other ways: packets are as wide, but a ray alone tests eight triangles at a time.
-// Rays alone or in packets, in lanes of the device or portable: other arithmetic in other lanes, the same bits.
+// Rays alone or in packets, with the instructions of this device or without (then a ray alone tests eight triangles at a time): the same bits.
 TEST(SmallStreams, find_the_same_hits_in_all_their_forms) {
     if (support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
     support::TemporaryFolder folder;

@@ -12,7 +12,6 @@
 #include "base/files.hpp"
 #include "blocks/gather.hpp"
 #include "blocks/grid.hpp"
-#include "blocks/mesh_prefetch.hpp"
 #include "scene/block_coding.hpp"
 #include "unit/blocks_scenes.hpp"
 #include "wide/block.hpp"
@@ -215,14 +214,9 @@ TEST_P(Bake, WideFormsAreAsLargeAsTheFileSays) {
     WideBlockMaker maker;
     for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
         AlignedBytes bytes = read_block(*file_, block);
-        std::vector<rp_u32> roots, wide_roots;
-        for (size_t i = 0; i < file_->scene().portals.size(); i++) {
-            if (file_->scene().portals[i].block != block) continue;
-            roots.push_back(file_->scene().portals[i].root);
-            wide_roots.push_back(file_->scene().wide_roots[i]);
-        }
-        EXPECT_EQ(maker.make(bytes.span(), roots).size(), file_->scene().blocks[block].wide_bytes);
-        EXPECT_TRUE(std::ranges::equal(maker.roots(), wide_roots));
+        const BlockPortals portals = file_->scene().portals_of(block);
+        EXPECT_EQ(maker.make(bytes.span(), portals.roots).size(), file_->scene().blocks[block].wide_bytes);
+        EXPECT_TRUE(std::ranges::equal(maker.roots(), portals.wide_roots));
     }
 }
 
@@ -431,21 +425,6 @@ INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                                          Case{"nested", nested, 64 << 10, 64}, Case{"nested_clusters", nested_clusters, 256 << 10, 64},
                                          Case{"same_triangle", same_triangle, 64 << 10, 64}),
                          [](const testing::TestParamInfo<Case>& param) { return std::string(param.param.name); });
-
-TEST(MeshPrefetch, gives_a_mesh_its_share_of_the_workers) {
-    EXPECT_EQ(workers_for_mesh(16, 1000, 0), 16u) << "the last one";
-    EXPECT_EQ(workers_for_mesh(16, 0, 0), 16u) << "the last one, which lies in memory";
-    EXPECT_EQ(workers_for_mesh(16, 1'000'000, 100), 16u) << "one with its ground";
-    EXPECT_EQ(workers_for_mesh(16, 100, 1'000'000), 1u) << "that ground";
-    EXPECT_EQ(workers_for_mesh(1, 1000, 1000), 1u);
-    EXPECT_EQ(workers_for_mesh(64, UINT64_MAX / 2, UINT64_MAX / 2), 32u);
-    // However many equal ones there are, they have about all workers among them.
-    for (const uint64_t meshes : {2u, 5u, 32u, 64u, 1000u}) {
-        const size_t each = workers_for_mesh(64, 1000, 1000 * (meshes - 1)), at_once = std::min<size_t>(64, meshes);
-        EXPECT_GE(each * at_once, 60u) << meshes;
-        EXPECT_LE(each * at_once, 96u) << meshes;
-    }
-}
 
 }  // namespace
 }  // namespace raypager
