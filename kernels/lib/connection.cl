@@ -1,30 +1,40 @@
-// What becomes of a path when its shadow ray has been traced as far as it gets.
+// What becomes of a path behind its shadow ray.
 #ifndef RP_CONNECTION_CL
 #define RP_CONNECTION_CL
 
 #include "lib/film.cl"
 #include "lib/path.cl"
-#include "raypager/abi/block.h"
 
-// Adds the light that arrives; the path ends, or its extension ray begins.
-static inline void rp_finish_connection(uint slot, bool occluded, uint slot_count, __global uint* status, __global uint4* paths,
-                                        __global uint* film) {
-    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), radiance_plane = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+// What a shadow ray brings if it arrives.
+static inline float3 rp_light_on_its_way(uint slot, uint slot_count, const __global uint4* paths) {
     const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    float3 radiance = as_float3(radiance_plane.xyz);
-    if (!occluded) radiance += (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y));
-    if (RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot).w & RP_PATH_ENDS) {
-        rp_film_add(film, radiance_plane.w, radiance);
-        status[slot] = RP_STATUS_FREE;
+    return (float3)(as_float(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w), as_float(surface.x), as_float(surface.y));
+}
+
+// The shadow ray has been traced: the path ends, or its extension ray begins, which the planes will show when that has been traced
+// (RP_STATUS_CONNECTED). state: of the slot; kept: what stays of it.
+static inline void rp_end_shadow_ray(uint slot, uint state, uint kept, bool occluded, uint slot_count, __global uint* status,
+                                     const __global uint4* paths, __global uint* film) {
+    if (!(state & RP_STATUS_ENDS)) {
+        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & kept);
         return;
     }
+    const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+    rp_film_add(film, radiance.w, occluded ? as_float3(radiance.xyz) : as_float3(radiance.xyz) + rp_light_on_its_way(slot, slot_count, paths));
+    status[slot] = RP_STATUS_FREE;
+}
+
+// The planes of an extension ray that is CONNECTED and has to wait are as abi/path.h says of rays that do.
+static inline void rp_settle_connection(uint slot, uint state, uint slot_count, __global uint4* paths) {
+    if (state & RP_STATUS_LIT) {
+        const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
+        const float3 sum = as_float3(radiance.xyz) + rp_light_on_its_way(slot, slot_count, paths);
+        RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(sum), radiance.w);
+    }
     const uint density = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w;
-    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), radiance_plane.w);
-    ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = INFINITY;
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(hit.xyz, density);
-    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
-    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, surface.z, RP_NONE);
-    status[slot] = RP_STATUS_EXTEND | (status[slot] & RP_STATUS_BLOCK_MASK);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).xyz, density);
+    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w = RP_NONE;
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(INFINITY);
 }
 
 #endif

@@ -38,12 +38,6 @@ static inline void rp_set_portal(uint slot, uint portal, uint slot_count, __glob
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;
 }
 
-// What a shadow ray brings if it arrives.
-static inline float3 rp_light_on_its_way(uint slot, uint slot_count, const __global uint4* paths) {
-    const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    return (float3)(as_float(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w), as_float(surface.x), as_float(surface.y));
-}
-
 // The ray of a slot waits for a block. wants: of all blocks. state: RP_STATUS_*_WAITS, and what else the status word has to say.
 static inline void rp_wait_for(uint slot, uint block, uint state, uint slot_count, __global uint* status, volatile __global uint* wants) {
     status[slot] = state;

@@ -34,8 +34,8 @@ typedef struct rp_stream {
     float16 t[RP_PACKETS];                             // closest hit so far, or the ray's end
     uint16 primitive[RP_PACKETS];                      // hit so far
     uint16 hit_low[RP_PACKETS], hit_high[RP_PACKETS];  // address of the leaf in which this launch found it, plus the primitive's number in it; or 0
-    uchar axis[RP_STREAM_RAYS];                        // the one that Woop's test calls z
-    uchar near_at[3][RP_STREAM_RAYS];                  // which row of rp_planes is the near one of an axis
+    uchar16 axis[RP_PACKETS];                          // the one that Woop's test calls z
+    uchar16 near_at[3][RP_PACKETS];                    // which row of rp_planes is the near one of an axis
     uchar packet_axis[RP_PACKETS], packet_signs[RP_PACKETS];  // of all rays of the packet, or RP_MIXED
     // Of all rays: signs or RP_MIXED, and bounds of origins and reciprocals.
     uint signs;
@@ -49,6 +49,7 @@ typedef struct rp_stream {
 } rp_stream;
 
 #define RP_OF_RAY(packets, r) (((const float*)(packets))[r])
+#define RP_BYTE_OF_RAY(packets, r) (((const uchar*)(packets))[r])
 #define RP_SET_OF_RAY(packets, r, value) (((float*)(packets))[r] = (value))
 
 // Rows of eight: the lower planes of x, y, z, then the upper ones.
@@ -67,12 +68,9 @@ static inline void rp_set_stream_ray(rp_stream* s, uint r, float3 origin, float3
 
 static inline float16 rp_safe_reciprocal16(float16 x) { return 1.0f / (fabs(x) < 1e-18f ? copysign((float16)(1e-18f), x) : x); }
 
-static inline uint rp_common(const uchar* values) {
-    const uchar16 all = vload16(0, values);
-    uint differ = 0u;
-    const ulong2 halves = as_ulong2(all ^ (uchar16)(all.s0));
-    differ = (halves.x | halves.y) != 0ul;
-    return differ ? RP_MIXED : all.s0;
+static inline uint rp_common(uchar16 values) {
+    const ulong2 differences = as_ulong2(values ^ (uchar16)(values.s0));
+    return (differences.x | differences.y) != 0ul ? RP_MIXED : values.s0;
 }
 
 // Derives the rest from origins, directions and t; no ray has waited. All 64 rays must be there; those that are not used repeat others.
@@ -86,21 +84,19 @@ static inline void rp_prepare_stream(rp_stream* s) {
             s->near_shift[a][p] = -shift - slack;
             s->far_shift[a][p] = slack - shift;
             const uchar16 negative = convert_uchar16(as_uint16(inverse) >> 31);
-            vstore16((uchar16)((uchar)(8u * a)) + negative * (uchar)(8u * RP_ROW_UPPER), p, s->near_at[a]);
+            s->near_at[a][p] = (uchar16)((uchar)(8u * a)) + negative * (uchar)(8u * RP_ROW_UPPER);
             signs |= negative << (uchar)a;
         }
         const float16 x = s->direction[0][p], y = s->direction[1][p], z = s->direction[2][p];
         const float16 mx = fabs(x), my = fabs(y), mz = fabs(z);
-        const int16 along_x = (mx >= my) & (mx >= mz), along_y = (my >= mz) & ~along_x;
+        const int16 along_x = mx >= rp_max(my, mz), along_y = my >= mz;  // where not along x
         s->shear[2][p] = 1.0f / (along_x ? x : along_y ? y : z);
         s->shear[0][p] = (along_x ? y : along_y ? z : x) * s->shear[2][p];
         s->shear[1][p] = (along_x ? z : along_y ? x : y) * s->shear[2][p];
         const int16 axis = along_x ? (int16)(0) : along_y ? (int16)(1) : (int16)(2);
-        vstore16(convert_uchar16(axis), p, s->axis);
-        uchar of_packet[RP_PACKET_RAYS];
-        vstore16(signs, 0, of_packet);
-        s->packet_signs[p] = rp_common(of_packet);
-        s->packet_axis[p] = rp_common(s->axis + RP_PACKET_RAYS * p);
+        s->axis[p] = convert_uchar16(axis);
+        s->packet_signs[p] = rp_common(signs);
+        s->packet_axis[p] = rp_common(s->axis[p]);
         s->hit_low[p] = s->hit_high[p] = (uint16)(0u);
         s->from[p] = (float16)(0.0f);
         s->from_portal[p] = (uint16)(0u);

@@ -49,7 +49,7 @@ static inline RP_NAME(rp_triangle_point_) RP_NAME(rp_point_on_triangle_)(RP_NAME
         p.turns += before & 1;
     }
     const RP_FLOATS mx = fabs(direction.x), my = fabs(direction.y), mz = fabs(direction.z);
-    const RP_INTS axis = ((mx >= my) & (mx >= mz)) ? (RP_INTS)(0) : my >= mz ? (RP_INTS)(1) : (RP_INTS)(2);
+    const RP_INTS axis = mx >= rp_max(my, mz) ? (RP_INTS)(0) : my >= mz ? (RP_INTS)(1) : (RP_INTS)(2);
     const RP_NAME(rp_vector_) along = RP_NAME(rp_permute_)(axis, direction);
     const RP_FLOATS shear_z = 1.0f / along.z, shear_x = along.x * shear_z, shear_y = along.y * shear_z;
     const RP_NAME(rp_vector_) ra = RP_NAME(rp_permute_)(axis, RP_NAME(rp_minus_)(a, origin)),

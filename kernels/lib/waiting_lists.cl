@@ -11,10 +11,10 @@ static inline volatile __global rp_list* rp_lists_of(volatile __global uint* dem
 }
 
 // The same as rp_wait_for beside streams, where the slot goes to the front of a list of the block's. stream: number of the ray's.
-static inline void rp_wait_in_list(uint slot, uint stream, uint block, uint phase, uint offset_exponent, uint slot_count, __global uint* status,
+static inline void rp_wait_in_list(uint slot, uint stream, uint block, uint state, uint slot_count, __global uint* status,
                                    volatile __global uint* demand, uint block_count) {
-    volatile __global rp_list* const list = rp_lists_of(demand, block_count, block, phase == RP_STATUS_SHADOW_WAITS) + stream % RP_LISTS;
-    status[slot] = phase | offset_exponent << RP_STATUS_OFFSET_SHIFT;
+    volatile __global rp_list* const list = rp_lists_of(demand, block_count, block, (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS) + stream % RP_LISTS;
+    status[slot] = state;
     rp_set_place(status, slot_count, slot, atomic_xchg(&list->link, slot + 1u));
     atomic_inc(&list->count);
     atomic_inc(demand + RP_DEMAND_WANTS * block_count + block);

@@ -85,7 +85,7 @@ static inline void rp_gather_corners(const __global rp_wide_leaf* leaf, const __
 // One ray against up to eight triangles of a leaf, from number `first` on, those in `lanes`. True if any_hit is set and something is hit.
 static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const rp_eight_corners* corners, uint lanes, uint first,
                                      const __global uint* ids, const bool any_hit) {
-    const uint axis = s->axis[r], ix = rp_axis_x(axis), iy = rp_axis_y(axis);
+    const uint axis = RP_BYTE_OF_RAY(s->axis, r), ix = rp_axis_x(axis), iy = rp_axis_y(axis);
     const float8 *x = corners->at[ix], *y = corners->at[iy], *z = corners->at[axis];
     const float ox = RP_OF_RAY(s->origin[ix], r), oy = RP_OF_RAY(s->origin[iy], r), oz = RP_OF_RAY(s->origin[axis], r);
     const float shear_x = RP_OF_RAY(s->shear[0], r), shear_y = RP_OF_RAY(s->shear[1], r);
@@ -130,7 +130,7 @@ static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __glob
 // One ray against all triangles of a leaf. True if any_hit is set and something is hit.
 static inline bool rp_ray_hits_triangles(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, uint16 a, uint16 b, uint16 c,
                                          const __global uint* ids, const bool any_hit) {
-    const uint axis = s->axis[r], ix = rp_axis_x(axis), iy = rp_axis_y(axis), vertices = leaf->vertices;
+    const uint axis = RP_BYTE_OF_RAY(s->axis, r), ix = rp_axis_x(axis), iy = rp_axis_y(axis), vertices = leaf->vertices;
     const __global float* at = rp_leaf_coordinates(leaf);
     // Loads reach past the end of a row, into what follows (RP_WIDE_GUARD); no triangle has those lanes for corners.
     const float16 rx = vload16(0, at + vertices * ix) - RP_OF_RAY(s->origin[ix], r),
@@ -162,7 +162,7 @@ typedef struct rp_seen_vertices {
 } rp_seen_vertices;
 
 static inline rp_seen_vertices rp_see_vertices(const rp_stream* s, uint r, const __global rp_wide_leaf* leaf) {
-    const uint axis = s->axis[r], ix = rp_axis_x(axis), iy = rp_axis_y(axis), vertices = leaf->vertices;
+    const uint axis = RP_BYTE_OF_RAY(s->axis, r), ix = rp_axis_x(axis), iy = rp_axis_y(axis), vertices = leaf->vertices;
     const __global float* at = rp_leaf_coordinates(leaf);
     rp_seen_vertices v;
     // Loads reach past the end of a row, into what follows (RP_WIDE_GUARD); no triangle has those lanes for corners.
@@ -190,7 +190,7 @@ static inline uint rp_two_rays_hit_triangles(rp_stream* s, uint r, uint q, const
     const rp_points_16 pa = {RP_PICK_OF_BOTH(rx, a), RP_PICK_OF_BOTH(ry, a), RP_PICK_OF_BOTH(rz, a)};
     const rp_points_16 pb = {RP_PICK_OF_BOTH(rx, b), RP_PICK_OF_BOTH(ry, b), RP_PICK_OF_BOTH(rz, b)};
     const rp_points_16 pc = {RP_PICK_OF_BOTH(rx, c), RP_PICK_OF_BOTH(ry, c), RP_PICK_OF_BOTH(rz, c)};
-    const uint axis_r = s->axis[r], axis_q = s->axis[q];
+    const uint axis_r = RP_BYTE_OF_RAY(s->axis, r), axis_q = RP_BYTE_OF_RAY(s->axis, q);
     const float16 inverse_x = rp_two8(RP_OF_RAY(s->inverse[rp_axis_x(axis_r)], r), RP_OF_RAY(s->inverse[rp_axis_x(axis_q)], q));
     const float16 inverse_y = rp_two8(RP_OF_RAY(s->inverse[rp_axis_y(axis_r)], r), RP_OF_RAY(s->inverse[rp_axis_y(axis_q)], q));
     const float16 inverse_z = rp_two8(RP_OF_RAY(s->inverse[axis_r], r), RP_OF_RAY(s->inverse[axis_q], q));

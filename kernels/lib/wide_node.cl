@@ -99,7 +99,7 @@ static inline uint rp_rays_meet(const rp_stream* s, const rp_planes* planes, con
     do {
         const uint r = rp_lowest(rays);
         rays &= rays - 1ul;
-        const uint x = s->near_at[0][r], y = s->near_at[1][r], z = s->near_at[2][r];
+        const uint x = RP_BYTE_OF_RAY(s->near_at[0], r), y = RP_BYTE_OF_RAY(s->near_at[1], r), z = RP_BYTE_OF_RAY(s->near_at[2], r);
         const float ix = RP_OF_RAY(s->inverse[0], r), iy = RP_OF_RAY(s->inverse[1], r), iz = RP_OF_RAY(s->inverse[2], r);
         const float8 enter_x = fma(vload8(0, planes->at + x), (float8)(ix), (float8)(RP_OF_RAY(s->near_shift[0], r)));
         const float8 enter_y = fma(vload8(0, planes->at + y), (float8)(iy), (float8)(RP_OF_RAY(s->near_shift[1], r)));
@@ -132,7 +132,7 @@ static inline uint rp_ray_meets(const rp_stream* s, const __global rp_wide_node*
 #pragma unroll
     for (uint a = 0u; a < 3u; a++) {
         const float cell = as_float((uint)node->exponent[a] << 23), origin = node->origin[a], inverse = RP_OF_RAY(s->inverse[a], r);
-        const uint near = s->near_at[a][r], far = 8u * (2u * a + RP_ROW_UPPER) - near;
+        const uint near = RP_BYTE_OF_RAY(s->near_at[a], r), far = 8u * (2u * a + RP_ROW_UPPER) - near;
         enter[a] = fma(convert_float8(vload8(0, planes + near)) * cell + origin, (float8)(inverse), (float8)(RP_OF_RAY(s->near_shift[a], r)));
         leave[a] = fma(convert_float8(vload8(0, planes + far)) * cell + origin, (float8)(inverse), (float8)(RP_OF_RAY(s->far_shift[a], r)));
     }

@@ -46,15 +46,17 @@ static inline void rp_set_sphere_surface(const rp_stream* s, uint r, const __glo
 // Of one packet: triangles together, then what is special.
 static inline void rp_find_packet_surfaces(const rp_stream* s, uint p, rp_wide_surfaces* surfaces) {
     float corner[3][3][RP_PACKET_RAYS];
-    uint hits = 0u, special = 0u;
-    for (uint lane = 0u; lane < RP_PACKET_RAYS; lane++) {
-        const uint r = RP_PACKET_RAYS * p + lane;
-        for (uint i = 0u; i < 9u; i++) corner[i / 3u][i % 3u][lane] = i % 4u == 0u ? 1.0f : 0.0f;  // any triangle will do
-        if (!rp_hit_in_launch(s, r)) continue;
-        hits |= 1u << lane;
+    const uint hits = rp_mask16((s->hit_low[p] | s->hit_high[p]) != 0u);
+    if (hits == 0u) return;
+    uint special = 0u, others = ~hits & 0xffffu;
+    for (uint left = hits; left != 0u; left &= left - 1u) {
+        const uint lane = rp_lowest(left), r = RP_PACKET_RAYS * p + lane;
         const __global rp_wide_leaf* leaf = rp_hit_leaf(s, r);
         if (leaf->kind == RP_WIDE_SPHERES || leaf->flags & RP_WIDE_NORMALS) special |= 1u << lane;
-        if (leaf->kind == RP_WIDE_SPHERES) continue;
+        if (leaf->kind == RP_WIDE_SPHERES) {
+            others |= 1u << lane;
+            continue;
+        }
         const rp_triangle triangle = rp_leaf_triangle(leaf, rp_hit_number(s, r));
         for (uint i = 0u; i < 3u; i++) {
             corner[i][0][lane] = triangle.corner[i].x;
@@ -62,7 +64,9 @@ static inline void rp_find_packet_surfaces(const rp_stream* s, uint p, rp_wide_s
             corner[i][2][lane] = triangle.corner[i].z;
         }
     }
-    if (hits == 0u) return;
+    // For these any triangle will do.
+    for (; others != 0u; others &= others - 1u)
+        for (uint i = 0u; i < 9u; i++) corner[i / 3u][i % 3u][rp_lowest(others)] = i % 4u == 0u ? 1.0f : 0.0f;
     const rp_vector_16 origin = {s->origin[0][p], s->origin[1][p], s->origin[2][p]};
     const rp_vector_16 direction = {s->direction[0][p], s->direction[1][p], s->direction[2][p]};
     rp_vector_16 corners[3];

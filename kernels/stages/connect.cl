@@ -1,23 +1,10 @@
 // Fifth stage: traces the shadow rays of the queue; adds the light of those that arrive, and lets their paths go on.
-#include "lib/film.cl"
+#include "lib/connection.cl"
 #include "lib/leaf.cl"
-#include "lib/path.cl"
 
 #define RP_ANY_HIT 1
 #include "lib/traverse.cl"
 #undef RP_ANY_HIT
-
-// The path ends, or its extension ray begins, which the planes will show when it has been traced (RP_STATUS_CONNECTED).
-static inline void rp_end_shadow_ray(uint slot, uint state, bool occluded, uint slot_count, __global uint* status, const __global uint4* paths,
-                                     __global uint* film) {
-    if (!(state & RP_STATUS_ENDS)) {
-        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & RP_STATUS_FIRST);
-        return;
-    }
-    const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-    rp_film_add(film, radiance.w, occluded ? as_float3(radiance.xyz) : as_float3(radiance.xyz) + rp_light_on_its_way(slot, slot_count, paths));
-    status[slot] = RP_STATUS_FREE;
-}
 
 static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, uint slot_count, uint slot,
                                   __global uint* status, __global uint4* paths, __global uint* film RP_VISIT_PARAMETER) {
@@ -47,7 +34,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
         rp_set_portal(slot, portal, slot_count, paths);
         rp_wait_for(slot, rp_portal_block(geometry, portal), RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS), slot_count, status, wants);
     } else {
-        rp_end_shadow_ray(slot, state, walk.hit, slot_count, status, paths, film);
+        rp_end_shadow_ray(slot, state, RP_STATUS_FIRST, walk.hit, slot_count, status, paths, film);
     }
 }
 

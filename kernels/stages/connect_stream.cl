@@ -1,30 +1,37 @@
 // Fifth stage on CPUs: does what connect.cl does, with streams of rays over the wide form of the blocks.
 #include "lib/connection.cl"
+#include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
 #include "lib/waiting_lists.cl"
 
 typedef struct rp_connect_rays {
     uint first, count;  // in the queue
-    uint slot[RP_STREAM_RAYS], portal[RP_STREAM_RAYS];
+    uint slot[RP_STREAM_RAYS], state[RP_STREAM_RAYS];
 } rp_connect_rays;
 
-static inline void rp_load_connect_stream(const rp_geometry* g, const __global uint4* paths, uint slot_count, const __global uint* queue,
-                                          rp_stream* s, rp_connect_rays* c, const rp_share* share) {
+static inline void rp_load_connect_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
+                                          const __global uint* queue, rp_stream* s, rp_connect_rays* c, const rp_share* share) {
     const uint count = c->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
+    for (uint r = 0u; r < next_count; r++) rp_fetch_early(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, rp_shadow_entry(queue, slot_count, next + r)));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
-        if (r < next_count) rp_fetch_path(paths, slot_count, rp_shadow_entry(queue, slot_count, next + r));
-        const uint slot = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
-        const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-        rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w), RP_NONE);
-        c->slot[r] = slot;
-        c->portal[r] = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).w;
+        c->slot[r] = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
+        c->state[r] = status[c->slot[r]];
+    }
+    ulong resumed = 0ul;
+    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
+        uint8 ray[8];
+        rp_read_slots(paths, RP_PLANE_ORIGIN, slot_count, c->slot + 8u * i, ray);
+        rp_set_stream_rays(s, i, ray, ray + 4, ray[3], (uint8)(RP_NONE));
+        resumed |= (ulong)rp_mask8((vload8(i, c->state) & RP_STATUS_RESUMED) != 0u) << (8u * i);
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (uint r = 0u; r < count; r++)
-        if (c->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, c->portal[r]);
+    for (resumed &= s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+        const uint r = rp_lowest(resumed);
+        rp_resume_ray(s, r, g->portals, RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, c->slot[r]).w);
+    }
 }
 
 // Returns whether the ray waits from now on.
@@ -34,11 +41,12 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
     const bool occluded = !(s->active >> r & 1ul);
     const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
     if (portal == RP_NONE) {
-        rp_finish_connection(c->slot[r], occluded, slot_count, status, paths, film);
+        rp_end_shadow_ray(c->slot[r], c->state[r], RP_STATUS_BLOCK_MASK, occluded, slot_count, status, paths, film);
         return false;
     }
     rp_set_portal(c->slot[r], portal, slot_count, paths);
-    rp_wait_in_list(c->slot[r], c->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_SHADOW_WAITS, 0u, slot_count, status, demand, block_count);
+    rp_wait_in_list(c->slot[r], c->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_SHADOW_WAITS | (c->state[r] & RP_STATUS_ENDS), slot_count,
+                    status, demand, block_count);
     return true;
 }
 
@@ -54,7 +62,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
     for (uint w = 0u; w < RP_WALKS; w++) {
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) continue;
-        rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w], &share);
+        rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
         rp_begin_walk(&walks[w], wide_top);
         running |= 1u << w;
     }
@@ -72,7 +80,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_connect_stream(&geometry, paths, slot_count, queue, &walks[w].stream, &rays[w], &share);
+            rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
         }
     }

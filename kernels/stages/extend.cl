@@ -1,4 +1,5 @@
 // Third stage: traces the extension rays of the queue until they have found their closest hit or come to an absent block.
+#include "lib/connection.cl"
 #include "lib/lanes.cl"
 #include "lib/path.cl"
 #include "lib/surface.cl"
@@ -39,17 +40,7 @@ static inline void rp_settle(uint slot_count, uint slot, uint state, __global ui
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
     }
-    if (state & RP_STATUS_CONNECTED) {
-        if (state & RP_STATUS_LIT) {
-            const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-            const float3 sum = as_float3(radiance.xyz) + rp_light_on_its_way(slot, slot_count, paths);
-            RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(sum), radiance.w);
-        }
-        const uint density = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w;
-        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).xyz, density);
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w = RP_NONE;
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(INFINITY);
-    }
+    if (state & RP_STATUS_CONNECTED) rp_settle_connection(slot, state, slot_count, paths);
 }
 
 // Puts down what became of it. mine: counts of wants served, and of those without a hit.

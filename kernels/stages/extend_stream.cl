@@ -1,5 +1,6 @@
 // Third stage on CPUs: does what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included.
-#include "lib/path.cl"
+#include "lib/connection.cl"
+#include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
 #include "lib/waiting_lists.cl"
 #include "lib/wide_surface.cl"
@@ -15,22 +16,28 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
     const uint count = e->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
+    for (uint r = 0u; r < next_count; r++) rp_fetch_extension(paths, slot_count, rp_extend_entry(queue, next + r));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
-        if (r < next_count) rp_fetch_extension(paths, slot_count, rp_extend_entry(queue, next + r));
-        const uint slot = rp_extend_entry(queue, e->first + min(r, count - 1u));
-        const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
-        rp_set_stream_ray(s, r, as_float3(origin.xyz), as_float3(direction.xyz), as_float(origin.w),
-                          RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w);
-        e->slot[r] = slot;
-        const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-        e->sample[r] = surface.z;
-        e->portal[r] = surface.w;
-        e->state[r] = status[slot];
+        e->slot[r] = rp_extend_entry(queue, e->first + min(r, count - 1u));
+        e->state[r] = status[e->slot[r]];
+    }
+    ulong resumed = 0ul;
+    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
+        uint8 ray[8], hit[8], direction[3];
+        rp_read_slots(paths, RP_PLANE_ORIGIN, slot_count, e->slot + 8u * i, ray);
+        rp_read_slots(paths, RP_PLANE_HIT, slot_count, e->slot + 8u * i, hit);
+        const uint8 state = vload8(i, e->state);
+        const int8 connected = (state & RP_STATUS_CONNECTED) != 0u;
+        for (uint a = 0u; a < 3u; a++) direction[a] = connected ? hit[a] : ray[4u + a];
+        rp_set_stream_rays(s, i, ray, direction, connected ? as_uint8((float8)(INFINITY)) : ray[3], connected ? (uint8)(RP_NONE) : hit[3]);
+        const int8 goes_on = (state & RP_STATUS_RESUMED) != 0u;
+        vstore8(hit[6], i, e->sample);
+        vstore8(goes_on ? hit[7] : (uint8)(RP_NONE), i, e->portal);
+        resumed |= (ulong)rp_mask8(goes_on) << (8u * i);
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (uint r = 0u; r < count; r++)
-        if (e->portal[r] != RP_NONE) rp_resume_ray(s, r, g->portals, e->portal[r]);
+    for (resumed &= s->active; resumed != 0ul; resumed &= resumed - 1ul) rp_resume_ray(s, rp_lowest(resumed), g->portals, e->portal[rp_lowest(resumed)]);
 }
 
 // Counts of one work-item: extension rays that had waited, those of them that hit nothing in the block they had waited for, and rays that wait
@@ -39,37 +46,71 @@ typedef struct rp_extend_counts {
     uint served, no_hit, waiting;
 } rp_extend_counts;
 
+// A ray that is CONNECTED is done: what shading reads is put in its place, so that the rest of the planes can be written over.
+static inline void rp_keep_light(uint slot, float t, uint slot_count, __global uint4* paths) {
+    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
+    const uint density = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w;
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(rp_light_on_its_way(slot, slot_count, paths)), as_uint(t));
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(hit.xyz, density);
+    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w = RP_NONE;
+}
+
+// hit: what the ray's planes HIT and SURFACE are if it has one.
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
-                                       uint slot_count, uint block_count, volatile __global uint* demand, __global uint* status,
-                                       __global uint4* paths, rp_extend_counts* counts) {
-    const uint slot = e->slot[r], waited_at = e->portal[r];
+                                       uint portal, uint8 hit, uint slot_count, uint block_count, volatile __global uint* demand,
+                                       __global uint* status, __global uint4* paths, rp_extend_counts* counts) {
+    const uint slot = e->slot[r], state = e->state[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
-    const uint portal = rp_waits_at(s, r);
-    uint offset_exponent = rp_state_offset(e->state[r]);
-    const bool hit = rp_hit_in_launch(s, r);
-    if (hit) {
+    const bool has_hit = rp_hit_in_launch(s, r);
+    uint offset_exponent = rp_state_offset(state), block = state & RP_STATUS_BLOCK_MASK;
+    if (state & RP_STATUS_CONNECTED) {
+        if (portal != RP_NONE) rp_settle_connection(slot, state, slot_count, paths);
+        else rp_keep_light(slot, t, slot_count, paths);
+    }
+    if (has_hit) {
         offset_exponent = surfaces->offset_exponent[r];
-        const float3 position = (float3)(surfaces->position[0][r], surfaces->position[1][r], surfaces->position[2][r]);
+        block = rp_block_state(rp_hit_leaf(s, r)->block);
         ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = t;
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(position), ((const uint*)s->primitive)[r]);
-        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) =
-            (uint4)(surfaces->geometric_normal[r], surfaces->shading_normal[r], e->sample[r], portal);
-    } else if (portal != waited_at) {
+        vstore8(hit, 0, (__global uint*)&RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot));
+    } else if (portal != RP_NONE) {
         rp_set_portal(slot, portal, slot_count, paths);
     }
     if (waited_at != RP_NONE) {
         counts->served++;
-        if (!hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
+        if (!has_hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
     }
+    const uint offset = offset_exponent << RP_STATUS_OFFSET_SHIFT;
     if (portal == RP_NONE) {
-        const uint block = hit ? rp_block_state(rp_hit_leaf(s, r)->block) : e->state[r] & RP_STATUS_BLOCK_MASK;
-        status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT | block;
+        status[slot] = RP_STATUS_SHADE | offset | (state & RP_STATUS_LIT) | block;
 #ifdef RP_COUNT_BOUNCES
-        if (hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
+        if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
         counts->waiting++;
-        rp_wait_in_list(slot, e->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS, offset_exponent, slot_count, status, demand, block_count);
+        rp_wait_in_list(slot, e->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS | offset, slot_count, status, demand,
+                        block_count);
+    }
+}
+
+static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, uint slot_count, uint block_count,
+                                          volatile __global uint* demand, __global uint* status, __global uint4* paths, rp_extend_counts* counts) {
+    rp_wide_surfaces surfaces;
+    rp_find_surfaces(s, &surfaces);
+    for (uint first = 0u; first < e->count; first += 8u) {
+        const uint i = first / 8u;
+        uint portal[8];
+        for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
+        uint8 hit[8] = {as_uint8(vload8(i, surfaces.position[0])),
+                        as_uint8(vload8(i, surfaces.position[1])),
+                        as_uint8(vload8(i, surfaces.position[2])),
+                        vload8(i, (const uint*)s->primitive),
+                        vload8(i, surfaces.geometric_normal),
+                        vload8(i, surfaces.shading_normal),
+                        vload8(i, e->sample),
+                        vload8(0, portal)};
+        rp_transpose8(hit);
+        for (uint k = 0u; k < min(e->count - first, 8u); k++)
+            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], hit[k], slot_count, block_count, demand, status, paths, counts);
     }
 }
 
@@ -96,11 +137,7 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
             rp_step(&geometry, &walks[w], round, false);
             continue;
         }
-        rp_wide_surfaces surfaces;
-        rp_find_surfaces(&walks[w].stream, &surfaces);
-        for (uint r = 0u; r < rays[w].count; r++)
-            rp_store_extend_ray(&geometry, &walks[w].stream, &rays[w], &surfaces, r, slot_count, block_count, demand, status, paths,
-                                &counts);
+        rp_store_extend_stream(&geometry, &walks[w].stream, &rays[w], slot_count, block_count, demand, status, paths, &counts);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);

@@ -82,14 +82,12 @@ static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* 
 #define RP_SHADE_GEOMETRY const rp_geometry* geometry,
 #define RP_SHADE_FROM &geometry,
 #define RP_SHADE_KEEPS 0u
-#define RP_SHADE_ENDS(out) ((out)->go_on ? 0u : RP_STATUS_ENDS)
 #define RP_SHADE_FIRST(depth) ((depth) == 0u ? RP_STATUS_FIRST : 0u)
 #else
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY
 #define RP_SHADE_FROM
 #define RP_SHADE_KEEPS RP_STATUS_BLOCK_MASK  // of the status word
-#define RP_SHADE_ENDS(out) 0u
 #define RP_SHADE_FIRST(depth) 0u
 #endif
 
@@ -117,6 +115,9 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const float3 direction = as_float3(p.direction.xyz), throughput = as_float3(p.throughput.xyz);
     const float bsdf_density = as_float(p.direction.w);
     float3 radiance = as_float3(p.radiance.xyz);
+#if RP_SHADE_LANES == 16
+    if (state & RP_STATUS_LIT) radiance += as_float3(p.origin.xyz);
+#endif
     const uint flags = p.throughput.w, depth = flags & RP_PATH_DEPTH_MASK, pixel = p.radiance.w;
     const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
 
@@ -167,7 +168,7 @@ static inline void rp_depart(uint slot, uint state, uint slot_count, float3 radi
     const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
     const uint density = out->go_on ? as_uint(out->density) : 0u, specular = out->go_on && out->density == 0.0f ? RP_PATH_SPECULAR : 0u;
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) =
-        (uint4)(as_uint3(rp_float3(out->throughput)), (depth + 1u) | specular | (out->go_on ? (uint)out->refraction << RP_PATH_REFRACTION_SHIFT : RP_PATH_ENDS));
+        (uint4)(as_uint3(rp_float3(out->throughput)), (depth + 1u) | specular | (out->go_on ? (uint)out->refraction << RP_PATH_REFRACTION_SHIFT : 0u));
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), pixel);
     if (out->shadow) {
         const uint3 light = as_uint3(rp_float3(out->light));
@@ -175,7 +176,7 @@ static inline void rp_depart(uint slot, uint state, uint slot_count, float3 radi
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(rp_float3(out->light_direction)), density);
         RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(direction, light.x);
         RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(light.yz, sample, RP_NONE);
-        status[slot] = RP_STATUS_SHADOW | RP_SHADE_ENDS(out) | (state & RP_SHADE_KEEPS) | RP_SHADE_FIRST(depth);
+        status[slot] = RP_STATUS_SHADOW | (out->go_on ? 0u : RP_STATUS_ENDS) | (state & RP_SHADE_KEEPS) | RP_SHADE_FIRST(depth);
     } else {
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(INFINITY));
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(direction, density);

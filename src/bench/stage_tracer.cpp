@@ -219,15 +219,9 @@ Status StageTracer::distances(std::vector<float>& distances) {
 Status StageTracer::blocked(std::vector<bool>& blocked) {
     RAYPAGER_CHECK(purpose_ == RayPurpose::shadow);
     blocked.clear();
-    if (form_ == BlockForm::stored) {
-        std::vector<uint32_t> states(count_);
-        RAYPAGER_TRY(read_states(states));
-        for (const uint32_t state : states) blocked.push_back((state & RP_STATUS_LIT) == 0);
-        return {};
-    }
-    std::vector<Word4> radiance;
-    RAYPAGER_TRY(read_plane(RP_PLANE_RADIANCE, radiance));
-    for (const Word4& value : radiance) blocked.push_back(value.x == 0);
+    std::vector<uint32_t> states(count_);
+    RAYPAGER_TRY(device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states))));
+    for (const uint32_t state : states) blocked.push_back((state & RP_STATUS_LIT) == 0);
     return {};
 }
 

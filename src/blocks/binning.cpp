@@ -85,7 +85,7 @@ inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {
     const auto bin = __builtin_convertvector(place, LaneInts);
     const uint64_t sums = uint64_t{ref.weight} << 32 | 1;
     for (int a = 0; a < 3; a++) {
-        Bin& target = bins_[static_cast<size_t>(a * count_ + bin[a])];
+        Bin& target = bins_[static_cast<size_t>(a) * static_cast<size_t>(count_) + static_cast<size_t>(bin[a])];
         target.box.grow(box);
         target.sums += sums;
     }

@@ -13,8 +13,7 @@
 //   RP_PLANE_RADIANCE    radiance gathered so far rgb | pixel index
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
 //   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
-// The portal is where a waiting ray stands in its order of visits. Beside streams also that of other rays, RP_NONE: they start at the root of the top
-// tree.
+// The portal is where a waiting ray stands in its order of visits; that of others says nothing: they start at the root of the top tree.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -28,7 +27,6 @@
 
 #define RP_PATH_DEPTH_MASK 0xffffu   // scattering events so far
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
-#define RP_PATH_ENDS 0x20000u        // ends after its shadow ray
 // Above: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
 // began), as a signed binary logarithm in steps of about 1/256 (kernels/lib/scatter.cl). Russian roulette must not end paths for that.
 #define RP_PATH_REFRACTION_SHIFT 18
@@ -61,23 +59,27 @@
 #define RP_STATUS_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
 #define RP_STATUS_OFFSET_MASK 0xffu
-#define RP_STATUS_BLOCK_SHIFT 11
+#define RP_STATUS_BLOCK_SHIFT 15
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
-// Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way) the planes of a ray that does not wait are not all as said above,
-// since most of what would be written is only read again by the stage that comes next. The status word says so:
+// The planes of a ray that does not wait are not all as said above, since most of what would be written is only read again by the stage that comes
+// next. The status word says so:
+#define RP_STATUS_CONNECTED 0x800u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
+#define RP_STATUS_LIT 0x1000u       // and the light of the shadow ray has arrived, but is not added to the radiance yet
+#define RP_STATUS_ENDS 0x2000u      // shadow ray: the path ends behind it
+// Beside streams: ray that had waited, and goes on from its portal. When an extension ray is done, the planes are as said above, but for light that
+// has arrived (LIT), which stands in ORIGIN.xyz.
+#define RP_STATUS_RESUMED 0x4000u
+// Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
-#define RP_STATUS_CAMERA 0x800u
-#define RP_STATUS_CONNECTED 0x1000u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
-#define RP_STATUS_LIT 0x2000u        // and the light of the shadow ray has arrived, but is not added to the radiance yet
-#define RP_STATUS_ENDS 0x4000u       // shadow ray: the path ends behind it
+#define RP_STATUS_CAMERA 0x8000u
 // Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED, in
 // ORIGIN.xyz (which is the camera's place) if it is a CAMERA ray. The stage `shade` finds the surface there, in the same round.
-#define RP_STATUS_FOUND 0x8000u
+#define RP_STATUS_FOUND 0x10000u
 // Shadow or extension ray that leaves the first vertex of its path and has not waited: the stage `wake` puts these first in their queues. Means nothing
 // once the ray is done.
-#define RP_STATUS_FIRST 0x10000u
+#define RP_STATUS_FIRST 0x20000u
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
 #define RP_MOST_NAMED 16u
