@@ -8,7 +8,7 @@
 // What is known of the rays of a stream beside their paths through space.
 typedef struct rp_extend_rays {
     uint first, count;  // in the queue
-    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], state[RP_STREAM_RAYS];
+    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], state[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
 } rp_extend_rays;
 
 static inline void rp_load_extend_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
@@ -31,6 +31,7 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
         for (uint a = 0u; a < 3u; a++) direction[a] = connected ? hit[a] : ray[4u + a];
         rp_set_stream_rays(s, i, ray, direction, connected ? as_uint8((float8)(INFINITY)) : ray[3], connected ? (uint8)(RP_NONE) : hit[3]);
         const int8 goes_on = (state & RP_STATUS_RESUMED) != 0u;
+        vstore8(ray[7], i, e->density);
         vstore8(hit[6], i, e->sample);
         vstore8(goes_on ? hit[7] : (uint8)(RP_NONE), i, e->portal);
         resumed |= (ulong)rp_mask8(goes_on) << (8u * i);
@@ -46,34 +47,27 @@ typedef struct rp_extend_counts {
     uint served, no_hit, waiting;
 } rp_extend_counts;
 
-// A ray that is CONNECTED is done: what shading reads is put in its place, so that the rest of the planes can be written over.
-static inline void rp_keep_light(uint slot, float t, uint slot_count, __global uint4* paths) {
-    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
-    const uint density = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w;
-    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(rp_light_on_its_way(slot, slot_count, paths)), as_uint(t));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(hit.xyz, density);
-    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w = RP_NONE;
-}
-
-// hit: what the ray's planes HIT and SURFACE are if it has one.
+// hit: if it has one, what its planes are to say of it: HIT and SURFACE, or, if the ray is CONNECTED and does not wait, ORIGIN and DIRECTION.
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
                                        uint portal, uint8 hit, uint slot_count, uint block_count, volatile __global uint* demand,
                                        __global uint* status, __global uint4* paths, rp_extend_counts* counts) {
     const uint slot = e->slot[r], state = e->state[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
     const bool has_hit = rp_hit_in_launch(s, r);
-    uint offset_exponent = rp_state_offset(state), block = state & RP_STATUS_BLOCK_MASK;
-    if (state & RP_STATUS_CONNECTED) {
-        if (portal != RP_NONE) rp_settle_connection(slot, state, slot_count, paths);
-        else rp_keep_light(slot, t, slot_count, paths);
-    }
+    uint offset_exponent = rp_state_offset(state), block = state & RP_STATUS_BLOCK_MASK, connected = state & (RP_STATUS_CONNECTED | RP_STATUS_LIT);
     if (has_hit) {
         offset_exponent = surfaces->offset_exponent[r];
         block = rp_block_state(rp_hit_leaf(s, r)->block);
-        ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot))[3] = t;
-        vstore8(hit, 0, (__global uint*)&RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot));
+        if (connected != 0u && portal != RP_NONE) {
+            rp_settle_connection(slot, state, slot_count, paths);
+            connected = 0u;
+        }
+        if (connected == 0u) RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(t);
+        vstore8(hit, 0, (__global uint*)&RP_PLANE(paths, connected != 0u ? RP_PLANE_ORIGIN : RP_PLANE_HIT, slot_count, slot));
     } else if (portal != RP_NONE) {
         rp_set_portal(slot, portal, slot_count, paths);
+    } else if (connected != 0u) {
+        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = RP_NONE;
     }
     if (waited_at != RP_NONE) {
         counts->served++;
@@ -81,14 +75,14 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     }
     const uint offset = offset_exponent << RP_STATUS_OFFSET_SHIFT;
     if (portal == RP_NONE) {
-        status[slot] = RP_STATUS_SHADE | offset | (state & RP_STATUS_LIT) | block;
+        status[slot] = RP_STATUS_SHADE | offset | connected | block;
 #ifdef RP_COUNT_BOUNCES
         if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
         counts->waiting++;
-        rp_wait_in_list(slot, e->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS | offset, slot_count, status, demand,
-                        block_count);
+        rp_wait_in_list(slot, e->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS | offset | connected, slot_count, status,
+                        demand, block_count);
     }
 }
 
@@ -100,14 +94,16 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
         const uint i = first / 8u;
         uint portal[8];
         for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
+        const uint8 waits_at = vload8(0, portal);
+        const int8 unfolds = ((vload8(i, e->state) & RP_STATUS_CONNECTED) != 0u) & (waits_at == RP_NONE);
         uint8 hit[8] = {as_uint8(vload8(i, surfaces.position[0])),
                         as_uint8(vload8(i, surfaces.position[1])),
                         as_uint8(vload8(i, surfaces.position[2])),
                         vload8(i, (const uint*)s->primitive),
                         vload8(i, surfaces.geometric_normal),
                         vload8(i, surfaces.shading_normal),
-                        vload8(i, e->sample),
-                        vload8(0, portal)};
+                        unfolds ? as_uint8(vload8(i, (const float*)s->t)) : vload8(i, e->sample),
+                        unfolds ? vload8(i, e->density) : waits_at};
         rp_transpose8(hit);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
             rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], hit[k], slot_count, block_count, demand, status, paths, counts);

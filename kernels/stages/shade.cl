@@ -84,6 +84,16 @@ static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* 
 #define RP_SHADE_KEEPS 0u
 #define RP_SHADE_FIRST(depth) ((depth) == 0u ? RP_STATUS_FIRST : 0u)
 #else
+// The same of a ray that is CONNECTED.
+static inline void rp_unfold_connection(rp_arrival_planes* p, uint state) {
+    const float3 before = as_float3(p->radiance.xyz), light = (float3)(as_float(p->hit.w), as_float(p->surface.x), as_float(p->surface.y));
+    p->radiance.xyz = as_uint3(state & RP_STATUS_LIT ? before + light : before);
+    const uint4 found = p->origin, more = p->direction;
+    p->origin.w = more.z;
+    p->direction = (uint4)(p->hit.xyz, more.w);
+    p->hit = found;
+    p->surface.xy = more.xy;
+}
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY
 #define RP_SHADE_FROM
@@ -111,13 +121,12 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     }
 #ifdef RP_SHORT_STATES
     rp_unfold(geometry, &params->camera, &p, &state);
+#else
+    if (state & RP_STATUS_CONNECTED) rp_unfold_connection(&p, state);
 #endif
     const float3 direction = as_float3(p.direction.xyz), throughput = as_float3(p.throughput.xyz);
     const float bsdf_density = as_float(p.direction.w);
     float3 radiance = as_float3(p.radiance.xyz);
-#if RP_SHADE_LANES == 16
-    if (state & RP_STATUS_LIT) radiance += as_float3(p.origin.xyz);
-#endif
     const uint flags = p.throughput.w, depth = flags & RP_PATH_DEPTH_MASK, pixel = p.radiance.w;
     const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
 

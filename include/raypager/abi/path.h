@@ -68,8 +68,8 @@
 #define RP_STATUS_CONNECTED 0x800u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
 #define RP_STATUS_LIT 0x1000u       // and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u      // shadow ray: the path ends behind it
-// Beside streams: ray that had waited, and goes on from its portal. When an extension ray is done, the planes are as said above, but for light that
-// has arrived (LIT), which stands in ORIGIN.xyz.
+// Beside streams: ray that had waited, and goes on from its portal. An extension ray that has no hit yet is CONNECTED (and LIT) even while it waits. Once
+// it is done, its hit point and primitive are in ORIGIN, the normals and the distance in DIRECTION.xyz, and the rest still as for the shadow ray.
 #define RP_STATUS_RESUMED 0x4000u
 // Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
