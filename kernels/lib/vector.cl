@@ -63,7 +63,8 @@ static inline float8 rp_pick8(float8 values, uint8 index) {
 
 // Lane k: of both vectors, one behind the other, value index[k] (0 to 15).
 static inline float8 rp_pick_of_two8(float8 first, float8 second, uint8 index) {
-    return index < 8u ? rp_pick8(first, index) : rp_pick8(second, index);
+    // By the bit that makes the difference, moved to where blends look.
+    return as_int8(index << 28) < 0 ? rp_pick8(second, index) : rp_pick8(first, index);
 }
 
 // Lane k: values[index[k]] (0 to 7).

@@ -1,7 +1,9 @@
 // Vectors of three coordinates on RP_LANES lanes; between begin_lanes.cl and end_lanes.cl, as often as one likes.
-#if (RP_LANES == 1 && !defined(RP_HAS_VECTORS_1)) || (RP_LANES == 16 && !defined(RP_HAS_VECTORS_16))
+#if (RP_LANES == 1 && !defined(RP_HAS_VECTORS_1)) || (RP_LANES == 8 && !defined(RP_HAS_VECTORS_8)) || (RP_LANES == 16 && !defined(RP_HAS_VECTORS_16))
 #if RP_LANES == 1
 #define RP_HAS_VECTORS_1
+#elif RP_LANES == 8
+#define RP_HAS_VECTORS_8
 #else
 #define RP_HAS_VECTORS_16
 #endif

@@ -70,7 +70,7 @@ static inline float8 rp_corners_of_row(const __global float* row, uint8 index, c
 }
 
 // few: the leaf has no more than eight vertices.
-static inline void rp_gather_corners(const __global rp_wide_leaf* leaf, const __global uchar* corners, const bool few, rp_eight_corners* out) {
+static inline void rp_gather_rows(const __global rp_wide_leaf* leaf, const __global uchar* corners, const bool few, rp_eight_corners* out) {
     const uint count = leaf->count, vertices = leaf->vertices;
     const __global float* at = rp_leaf_coordinates(leaf);
     const uint8 a = convert_uint8(vload8(0, corners)), b = convert_uint8(vload8(0, corners + count)), c = convert_uint8(vload8(0, corners + 2u * count));
@@ -80,6 +80,13 @@ static inline void rp_gather_corners(const __global rp_wide_leaf* leaf, const __
         out->at[axis][1] = rp_corners_of_row(at + vertices * axis, b, few);
         out->at[axis][2] = rp_corners_of_row(at + vertices * axis, c, few);
     }
+}
+// Not inlined: LLVM would make one of the two, with a branch for each row.
+static __attribute__((noinline)) void rp_gather_corners_of_few(const __global rp_wide_leaf* leaf, const __global uchar* corners, rp_eight_corners* out) {
+    rp_gather_rows(leaf, corners, true, out);
+}
+static __attribute__((noinline)) void rp_gather_corners(const __global rp_wide_leaf* leaf, const __global uchar* corners, rp_eight_corners* out) {
+    rp_gather_rows(leaf, corners, false, out);
 }
 
 // One ray against up to eight triangles of a leaf, from number `first` on, those in `lanes`. True if any_hit is set and something is hit.
@@ -115,8 +122,8 @@ static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __glob
     ulong hit = 0ul;
     for (uint first = 0u; first < count && rays != 0ul; first += 8u) {
         rp_eight_corners eight;
-        if (leaf->vertices <= 8u) rp_gather_corners(leaf, corners + first, true, &eight);
-        else rp_gather_corners(leaf, corners + first, false, &eight);
+        if (leaf->vertices <= 8u) rp_gather_corners_of_few(leaf, corners + first, &eight);
+        else rp_gather_corners(leaf, corners + first, &eight);
         const uint lanes = ((1u << count) - 1u) >> first & 255u;
         for (ulong left = rays; left != 0ul; left &= left - 1ul) {
             const uint r = rp_lowest(left);

@@ -8,7 +8,13 @@
 #include "lib/surface.cl"
 #include "lib/wide_leaf.cl"
 
-#define RP_LANES 16
+// As many hits at a time as registers have lanes: with twice as many most of the time went into putting registers aside.
+#ifdef RP_AVX512
+#define RP_SURFACE_HITS 16
+#else
+#define RP_SURFACE_HITS 8
+#endif
+#define RP_LANES RP_SURFACE_HITS
 #include "lib/surface_lanes.cl"
 #undef RP_LANES
 
@@ -43,53 +49,54 @@ static inline void rp_set_sphere_surface(const rp_stream* s, uint r, const __glo
     surfaces->offset_exponent[r] = surface.offset_exponent;
 }
 
-// Of one packet: triangles together, then what is special.
-static inline void rp_find_packet_surfaces(const rp_stream* s, uint p, rp_wide_surfaces* surfaces) {
-    float corner[3][3][RP_PACKET_RAYS];
-    const uint hits = rp_mask16((s->hit_low[p] | s->hit_high[p]) != 0u);
+#define RP_LANES RP_SURFACE_HITS
+#include "lib/begin_lanes.cl"
+// Of the rays from `first` on: triangles together, then what is special.
+static inline void rp_find_some_surfaces(const rp_stream* s, uint first, rp_wide_surfaces* surfaces) {
+    const uint hits = RP_NAME(rp_mask)((RP_LOAD((const uint*)s->hit_low + first) | RP_LOAD((const uint*)s->hit_high + first)) != 0u);
     if (hits == 0u) return;
-    uint special = 0u, others = ~hits & 0xffffu;
-    for (uint left = hits; left != 0u; left &= left - 1u) {
-        const uint lane = rp_lowest(left), r = RP_PACKET_RAYS * p + lane;
+    float corner[9][RP_SURFACE_HITS];
+    uint special = 0u;
+    for (uint lane = 0u; lane < RP_SURFACE_HITS; lane++) {
+        const uint r = first + lane;
+        const bool hit = (hits >> lane & 1u) != 0u;
         const __global rp_wide_leaf* leaf = rp_hit_leaf(s, r);
-        if (leaf->kind == RP_WIDE_SPHERES || leaf->flags & RP_WIDE_NORMALS) special |= 1u << lane;
-        if (leaf->kind == RP_WIDE_SPHERES) {
-            others |= 1u << lane;
+        if (hit && (leaf->kind == RP_WIDE_SPHERES || leaf->flags & RP_WIDE_NORMALS)) special |= 1u << lane;
+        if (!hit || leaf->kind == RP_WIDE_SPHERES) {
+            for (uint i = 0u; i < 9u; i++) corner[i][lane] = i % 4u == 0u ? 1.0f : 0.0f;  // any triangle will do
             continue;
         }
         const rp_triangle triangle = rp_leaf_triangle(leaf, rp_hit_number(s, r));
         for (uint i = 0u; i < 3u; i++) {
-            corner[i][0][lane] = triangle.corner[i].x;
-            corner[i][1][lane] = triangle.corner[i].y;
-            corner[i][2][lane] = triangle.corner[i].z;
+            corner[3u * i][lane] = triangle.corner[i].x;
+            corner[3u * i + 1u][lane] = triangle.corner[i].y;
+            corner[3u * i + 2u][lane] = triangle.corner[i].z;
         }
     }
-    // For these any triangle will do.
-    for (; others != 0u; others &= others - 1u)
-        for (uint i = 0u; i < 9u; i++) corner[i / 3u][i % 3u][rp_lowest(others)] = i % 4u == 0u ? 1.0f : 0.0f;
-    const rp_vector_16 origin = {s->origin[0][p], s->origin[1][p], s->origin[2][p]};
-    const rp_vector_16 direction = {s->direction[0][p], s->direction[1][p], s->direction[2][p]};
-    rp_vector_16 corners[3];
+    RP_NAME(rp_vector_) corners[3];
     for (uint i = 0u; i < 3u; i++) {
-        corners[i].x = vload16(0, corner[i][0]);
-        corners[i].y = vload16(0, corner[i][1]);
-        corners[i].z = vload16(0, corner[i][2]);
+        corners[i].x = RP_LOAD(corner[3u * i]);
+        corners[i].y = RP_LOAD(corner[3u * i + 1u]);
+        corners[i].z = RP_LOAD(corner[3u * i + 2u]);
     }
-    const rp_triangle_point_16 point = rp_point_on_triangle_16(origin, direction, corners[0], corners[1], corners[2]);
-    vstore16(point.position.x, p, surfaces->position[0]);
-    vstore16(point.position.y, p, surfaces->position[1]);
-    vstore16(point.position.z, p, surfaces->position[2]);
-    vstore16(point.normal, p, surfaces->geometric_normal);
-    vstore16(point.normal, p, surfaces->shading_normal);
-    vstore16(point.offset_exponent, p, surfaces->offset_exponent);
+    const float *o = (const float*)s->origin + first, *d = (const float*)s->direction + first;
+    const RP_NAME(rp_vector_) origin = {RP_LOAD(o), RP_LOAD(o + RP_STREAM_RAYS), RP_LOAD(o + 2u * RP_STREAM_RAYS)};
+    const RP_NAME(rp_vector_) direction = {RP_LOAD(d), RP_LOAD(d + RP_STREAM_RAYS), RP_LOAD(d + 2u * RP_STREAM_RAYS)};
+    const RP_NAME(rp_triangle_point_) point = RP_NAME(rp_point_on_triangle_)(origin, direction, corners[0], corners[1], corners[2]);
+    RP_STORE(point.position.x, surfaces->position[0] + first);
+    RP_STORE(point.position.y, surfaces->position[1] + first);
+    RP_STORE(point.position.z, surfaces->position[2] + first);
+    RP_STORE(point.normal, surfaces->geometric_normal + first);
+    RP_STORE(point.normal, surfaces->shading_normal + first);
+    RP_STORE(point.offset_exponent, surfaces->offset_exponent + first);
     if (special == 0u) return;
-    float b[RP_PACKET_RAYS], c[RP_PACKET_RAYS];
-    int turns[RP_PACKET_RAYS];
-    vstore16(point.b, 0, b);
-    vstore16(point.c, 0, c);
-    vstore16(point.turns, 0, turns);
+    float b[RP_SURFACE_HITS], c[RP_SURFACE_HITS];
+    int turns[RP_SURFACE_HITS];
+    RP_STORE(point.b, b);
+    RP_STORE(point.c, c);
+    RP_STORE(point.turns, turns);
     for (; special != 0u; special &= special - 1u) {
-        const uint lane = rp_lowest(special), r = RP_PACKET_RAYS * p + lane;
+        const uint lane = rp_lowest(special), r = first + lane;
         const __global rp_wide_leaf* leaf = rp_hit_leaf(s, r);
         if (leaf->kind == RP_WIDE_SPHERES) {
             rp_set_sphere_surface(s, r, leaf, surfaces);
@@ -99,9 +106,11 @@ static inline void rp_find_packet_surfaces(const rp_stream* s, uint p, rp_wide_s
         }
     }
 }
+#include "lib/end_lanes.cl"
+#undef RP_LANES
 
 static inline void rp_find_surfaces(const rp_stream* s, rp_wide_surfaces* surfaces) {
-    for (uint p = 0u; p < RP_PACKETS; p++) rp_find_packet_surfaces(s, p, surfaces);
+    for (uint first = 0u; first < RP_STREAM_RAYS; first += RP_SURFACE_HITS) rp_find_some_surfaces(s, first, surfaces);
 }
 
 #endif
