@@ -5,10 +5,8 @@
 #include "lib/film.cl"
 #include "lib/path.cl"
 
-// What a shadow ray brings if it arrives.
 static inline float3 rp_light_on_its_way(uint slot, uint slot_count, const __global uint4* paths) {
-    const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    return (float3)(as_float(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot).w), as_float(surface.x), as_float(surface.y));
+    return rp_light_in(RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot), RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot));
 }
 
 // The shadow ray has been traced: the path ends, or its extension ray begins, which the planes will show when that has been traced
@@ -24,7 +22,7 @@ static inline void rp_end_shadow_ray(uint slot, uint state, uint kept, bool occl
     status[slot] = RP_STATUS_FREE;
 }
 
-// The planes of an extension ray that is CONNECTED and has to wait are as abi/path.h says of rays that do.
+// The planes of an extension ray that is CONNECTED, but can be no longer, are as those of one that is not. It has no hit yet.
 static inline void rp_settle_connection(uint slot, uint state, uint slot_count, __global uint4* paths) {
     if (state & RP_STATUS_LIT) {
         const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);

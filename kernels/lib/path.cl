@@ -33,6 +33,9 @@ static inline void rp_set_place(__global uint* status, uint slot_count, uint slo
     status[(size_t)RP_STATUS_WORDS(slot_count) + slot] = place;
 }
 
+// What a shadow ray brings if it arrives, from its planes.
+static inline float3 rp_light_in(uint4 hit, uint4 surface) { return (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y)); }
+
 // Where a ray will go on.
 static inline void rp_set_portal(uint slot, uint portal, uint slot_count, __global uint4* paths) {
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot))[3] = portal;

@@ -55,17 +55,6 @@ typedef struct rp_stream {
 // Rows of eight: the lower planes of x, y, z, then the upper ones.
 #define RP_ROW_UPPER 3u
 
-static inline void rp_set_stream_ray(rp_stream* s, uint r, float3 origin, float3 direction, float t, uint primitive) {
-    RP_SET_OF_RAY(s->origin[0], r, origin.x);
-    RP_SET_OF_RAY(s->origin[1], r, origin.y);
-    RP_SET_OF_RAY(s->origin[2], r, origin.z);
-    RP_SET_OF_RAY(s->direction[0], r, direction.x);
-    RP_SET_OF_RAY(s->direction[1], r, direction.y);
-    RP_SET_OF_RAY(s->direction[2], r, direction.z);
-    RP_SET_OF_RAY(s->t, r, t);
-    ((uint*)s->primitive)[r] = primitive;
-}
-
 static inline float16 rp_safe_reciprocal16(float16 x) { return 1.0f / (fabs(x) < 1e-18f ? copysign((float16)(1e-18f), x) : x); }
 
 static inline uint rp_common(uchar16 values) {

@@ -37,6 +37,13 @@ static inline void rp_read_slots(const __global uint4* paths, uint plane, uint s
     rp_transpose8(words);
 }
 
+// Of a stream's rays, by the status words of their slots, those that had waited.
+static inline ulong rp_resumed_rays(const uint* state) {
+    ulong resumed = 0ul;
+    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) resumed |= (ulong)rp_mask8((vload8(i, state) & RP_STATUS_RESUMED) != 0u) << (8u * i);
+    return resumed;
+}
+
 // Rays 8 i to 8 i + 7 of a stream, by coordinate.
 static inline void rp_set_stream_rays(rp_stream* s, uint i, const uint8* origin, const uint8* direction, uint8 t, uint8 primitive) {
 #pragma unroll

@@ -46,7 +46,7 @@ static inline uint3 rp_strip_corners(uint ref) {
 }
 
 #ifdef RP_SURFACE_LANES
-// Where streams find the surfaces of sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
+// Where streams find the surfaces of eight or sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
 // depend on the way of tracing.
 #define RP_LANES 1
 #include "lib/surface_lanes.cl"

@@ -1,4 +1,4 @@
-// Surfaces of triangles at hits, on RP_LANES lanes; 1: scalars. Included once for each number of lanes, so that one ray and sixteen
+// Surfaces of triangles at hits, on RP_LANES lanes; 1: scalars. Included once for each number of lanes, so that one ray and eight or sixteen
 // get the same results to the bit: nothing here but operations that every number of lanes does alike.
 #include "lib/begin_lanes.cl"
 #include "lib/vector_lanes.cl"

@@ -9,10 +9,12 @@
 #include "lib/wide_leaf.cl"
 
 // As many hits at a time as registers have lanes: with twice as many most of the time went into putting registers aside.
+#ifndef RP_SURFACE_HITS
 #ifdef RP_AVX512
 #define RP_SURFACE_HITS 16
 #else
 #define RP_SURFACE_HITS 8
+#endif
 #endif
 #define RP_LANES RP_SURFACE_HITS
 #include "lib/surface_lanes.cl"

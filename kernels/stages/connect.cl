@@ -1,4 +1,4 @@
-// Fifth stage: traces the shadow rays of the queue; adds the light of those that arrive, and lets their paths go on.
+// Fifth stage: traces the shadow rays of the queue, and lets their paths go on or end. Shading adds the light of those that arrive and go on.
 #include "lib/connection.cl"
 #include "lib/leaf.cl"
 

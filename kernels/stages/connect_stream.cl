@@ -19,16 +19,14 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const __global u
         c->slot[r] = rp_shadow_entry(queue, slot_count, c->first + min(r, count - 1u));
         c->state[r] = status[c->slot[r]];
     }
-    ulong resumed = 0ul;
     for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
         uint8 ray[8];
         rp_read_slots(paths, RP_PLANE_ORIGIN, slot_count, c->slot + 8u * i, ray);
         rp_set_stream_rays(s, i, ray, ray + 4, ray[3], (uint8)(RP_NONE));
-        resumed |= (ulong)rp_mask8((vload8(i, c->state) & RP_STATUS_RESUMED) != 0u) << (8u * i);
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (resumed &= s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+    for (ulong resumed = rp_resumed_rays(c->state) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
         const uint r = rp_lowest(resumed);
         rp_resume_ray(s, r, g->portals, RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, c->slot[r]).w);
     }

@@ -21,7 +21,6 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
         e->slot[r] = rp_extend_entry(queue, e->first + min(r, count - 1u));
         e->state[r] = status[e->slot[r]];
     }
-    ulong resumed = 0ul;
     for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
         uint8 ray[8], hit[8], direction[3];
         rp_read_slots(paths, RP_PLANE_ORIGIN, slot_count, e->slot + 8u * i, ray);
@@ -30,15 +29,16 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const __global ui
         const int8 connected = (state & RP_STATUS_CONNECTED) != 0u;
         for (uint a = 0u; a < 3u; a++) direction[a] = connected ? hit[a] : ray[4u + a];
         rp_set_stream_rays(s, i, ray, direction, connected ? as_uint8((float8)(INFINITY)) : ray[3], connected ? (uint8)(RP_NONE) : hit[3]);
-        const int8 goes_on = (state & RP_STATUS_RESUMED) != 0u;
         vstore8(ray[7], i, e->density);
         vstore8(hit[6], i, e->sample);
-        vstore8(goes_on ? hit[7] : (uint8)(RP_NONE), i, e->portal);
-        resumed |= (ulong)rp_mask8(goes_on) << (8u * i);
+        vstore8((state & RP_STATUS_RESUMED) != 0u ? hit[7] : (uint8)(RP_NONE), i, e->portal);
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (resumed &= s->active; resumed != 0ul; resumed &= resumed - 1ul) rp_resume_ray(s, rp_lowest(resumed), g->portals, e->portal[rp_lowest(resumed)]);
+    for (ulong resumed = rp_resumed_rays(e->state) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+        const uint r = rp_lowest(resumed);
+        rp_resume_ray(s, r, g->portals, e->portal[r]);
+    }
 }
 
 // Counts of one work-item: extension rays that had waited, those of them that hit nothing in the block they had waited for, and rays that wait
@@ -95,15 +95,16 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
         uint portal[8];
         for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
         const uint8 waits_at = vload8(0, portal);
-        const int8 unfolds = ((vload8(i, e->state) & RP_STATUS_CONNECTED) != 0u) & (waits_at == RP_NONE);
+        const int8 stays_connected = ((vload8(i, e->state) & RP_STATUS_CONNECTED) != 0u) & (waits_at == RP_NONE);
+        // Where there is no hit, nothing of this is used.
         uint8 hit[8] = {as_uint8(vload8(i, surfaces.position[0])),
                         as_uint8(vload8(i, surfaces.position[1])),
                         as_uint8(vload8(i, surfaces.position[2])),
                         vload8(i, (const uint*)s->primitive),
                         vload8(i, surfaces.geometric_normal),
                         vload8(i, surfaces.shading_normal),
-                        unfolds ? as_uint8(vload8(i, (const float*)s->t)) : vload8(i, e->sample),
-                        unfolds ? vload8(i, e->density) : waits_at};
+                        stays_connected ? as_uint8(vload8(i, (const float*)s->t)) : vload8(i, e->sample),
+                        stays_connected ? vload8(i, e->density) : waits_at};
         rp_transpose8(hit);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
             rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], hit[k], slot_count, block_count, demand, status, paths, counts);

@@ -1,11 +1,22 @@
 // For tests: what probe.cl does, with streams; and parts of the stream traversal alone.
-#include "lib/path.cl"
+#include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
 #include "lib/wide_surface.cl"
 
 static inline void rp_trace_walk(const rp_geometry* geometry, rp_walk* walk, const __global uchar* wide_top, const bool any_hit) {
     rp_begin_walk(walk, wide_top);
     while (walk->rays != 0ul) rp_step(geometry, walk, 1u, any_hit);
+}
+
+static inline void rp_set_stream_ray(rp_stream* s, uint r, float3 origin, float3 direction, float t, uint primitive) {
+    RP_SET_OF_RAY(s->origin[0], r, origin.x);
+    RP_SET_OF_RAY(s->origin[1], r, origin.y);
+    RP_SET_OF_RAY(s->origin[2], r, origin.z);
+    RP_SET_OF_RAY(s->direction[0], r, direction.x);
+    RP_SET_OF_RAY(s->direction[1], r, direction.y);
+    RP_SET_OF_RAY(s->direction[2], r, direction.z);
+    RP_SET_OF_RAY(s->t, r, t);
+    ((uint*)s->primitive)[r] = primitive;
 }
 
 static inline void rp_load_probe_stream(const __global float4* rays, uint first, uint count, rp_stream* s) {
@@ -111,12 +122,13 @@ __kernel void rp_probe_wide_boxes(const __global float4* restrict rays, const __
 // For tests of vector.cl, which has portable and special forms: what its functions make of 16 numbers and 16 indices a work-item.
 // results: mask of numbers > 0 in 16 and in 8 lanes, mask of the lanes of that mask, index of its lowest bit; then least and greatest
 // number; then 16 picked numbers; the first eight numbers, each twice, picked as eight of 64 bits by the first eight indices modulo 8; the bits of
-// the first eight, sorted; the first eight picked by the first eight indices modulo 8; and all sixteen, picked by the first eight indices.
+// the first eight, sorted; the first eight picked by the first eight indices modulo 8; all sixteen, picked by the first eight
+// indices; and a matrix transposed, in row k of which are the first (k even) or last eight indices, each plus 64 k.
 __kernel void rp_probe_vectors(const __global float* restrict numbers, const __global uint* restrict indices, __global uint* restrict results) {
     const uint i = get_global_id(0);
     const float16 v = vload16(i, numbers);
     const uint16 index = vload16(i, indices);
-    __global uint* out = results + 62u * i;
+    __global uint* out = results + 126u * i;
     const uint mask = rp_mask16(v > 0.0f);
     out[0] = mask;
     out[1] = rp_mask8(v.lo > 0.0f);
@@ -135,4 +147,8 @@ __kernel void rp_probe_vectors(const __global float* restrict numbers, const __g
     vstore8(rp_sort8(as_uint8(v.lo)), 0, out + 38);
     vstore8(as_uint8(rp_pick8(v.lo, index.lo)), 0, out + 46);
     vstore8(as_uint8(rp_pick_of_two8(v.lo, v.hi, index.lo)), 0, out + 54);
+    uint8 rows[8];
+    for (uint k = 0u; k < 8u; k++) rows[k] = (k & 1u ? index.hi : index.lo) + 64u * k;
+    rp_transpose8(rows);
+    for (uint k = 0u; k < 8u; k++) vstore8(rows[k], k, out + 62);
 }

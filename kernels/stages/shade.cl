@@ -51,7 +51,7 @@ typedef struct rp_arrival {
 #error "streams find surfaces themselves"
 #endif
 #ifdef RP_SHORT_STATES
-// Brings the planes of a path into the form that abi/path.h gives for rays that do not wait, the surface at the hit included. state: of its slot.
+// Brings the planes of a path into the form that abi/path.h gives first, the surface at the hit included. state: of its slot.
 static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* camera, rp_arrival_planes* p, uint* state) {
     uint3 found = p->hit.xyz;
     if (*state & RP_STATUS_CAMERA) {
@@ -63,8 +63,7 @@ static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* 
         found = p->origin.xyz;
         p->origin.xyz = as_uint3((float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
     } else if (*state & RP_STATUS_CONNECTED) {
-        const float3 light = (float3)(as_float(p->hit.w), as_float(p->surface.x), as_float(p->surface.y));
-        if (*state & RP_STATUS_LIT) p->radiance.xyz = as_uint3(as_float3(p->radiance.xyz) + light);
+        if (*state & RP_STATUS_LIT) p->radiance.xyz = as_uint3(as_float3(p->radiance.xyz) + rp_light_in(p->hit, p->surface));
         found = p->direction.xyz;
         p->direction.xyz = p->hit.xyz;
         p->hit.w = RP_NONE;
@@ -84,15 +83,15 @@ static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* 
 #define RP_SHADE_KEEPS 0u
 #define RP_SHADE_FIRST(depth) ((depth) == 0u ? RP_STATUS_FIRST : 0u)
 #else
-// The same of a ray that is CONNECTED.
+// Brings the planes of a ray that is CONNECTED, and was traced in a stream, into the form that abi/path.h gives first. state: of its slot.
 static inline void rp_unfold_connection(rp_arrival_planes* p, uint state) {
-    const float3 before = as_float3(p->radiance.xyz), light = (float3)(as_float(p->hit.w), as_float(p->surface.x), as_float(p->surface.y));
-    p->radiance.xyz = as_uint3(state & RP_STATUS_LIT ? before + light : before);
-    const uint4 found = p->origin, more = p->direction;
-    p->origin.w = more.z;
-    p->direction = (uint4)(p->hit.xyz, more.w);
-    p->hit = found;
-    p->surface.xy = more.xy;
+    const float3 before = as_float3(p->radiance.xyz), after = before + rp_light_in(p->hit, p->surface);
+    p->radiance.xyz = as_uint3(state & RP_STATUS_LIT ? after : before);
+    const uint4 hit = p->origin, surface = p->direction;
+    p->origin.w = surface.z;
+    p->direction = (uint4)(p->hit.xyz, surface.w);
+    p->hit = hit;
+    p->surface.xy = surface.xy;
 }
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY

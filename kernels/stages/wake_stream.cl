@@ -13,7 +13,7 @@
 static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint block, uint phase, __global uint* status, uint slot_count,
                                   volatile __global uint* awake) {
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
-    const uint in_block = phase | RP_STATUS_RESUMED | rp_block_state(block);
+    const uint goes_on = phase | RP_STATUS_RESUMED | rp_block_state(block);
     uint link[RP_LISTS], left = 0u, roused = 0u;
     for (uint k = 0u; k < RP_LISTS; k++) {
         link[k] = lists[k].link;
@@ -27,7 +27,7 @@ static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint block, 
             const uint slot = link[k] - 1u;
             link[k] = rp_place_of(status, slot_count, slot);
             left &= link[k] == 0u ? ~(1u << k) : ~0u;
-            status[slot] = (status[slot] & kept) | in_block;
+            status[slot] = (status[slot] & kept) | goes_on;
             atomic_or(awake + slot / 32u, 1u << slot % 32u);
         }
     }

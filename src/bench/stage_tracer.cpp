@@ -116,11 +116,10 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
             return Word4{bits(r.direction.x), bits(r.direction.y), bits(r.direction.z), 0};
         }));
     RAYPAGER_TRY(write(RP_PLANE_THROUGHPUT, zero, zero));
-    // A shadow ray that arrives adds (1, 0, 0) to the radiance.
     RAYPAGER_TRY(write(
         RP_PLANE_HIT,
         [&](const Ray&) {
-            return Word4{0, 0, 0, shadow ? bits(1.0f) : RP_NONE};
+            return Word4{0, 0, 0, shadow ? 0 : RP_NONE};
         },
         [](const Ray&) {
             return Word4{0, 0, 0, RP_NONE};
@@ -152,7 +151,7 @@ Status StageTracer::again() {
     return {};
 }
 
-// Of single rays; beside streams what is read says nothing.
+// Of extension rays. Those that streams trace are told apart by nothing that matters here, and have the numbers of blocks in these bits.
 Status StageTracer::read_states(std::vector<uint32_t>& states) {
     RAYPAGER_TRY(device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states))));
     if (form_ != BlockForm::stored) states.assign(states.size(), 0);

@@ -13,7 +13,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t lanes = 16, words = 62;  // see rp_probe_vectors
+constexpr uint32_t lanes = 16, words = 126;  // see rp_probe_vectors
 
 class SmallVectors : public testing::TestWithParam<const char*> {};
 
@@ -57,6 +57,8 @@ TEST_P(SmallVectors, do_what_scalars_do) {
             EXPECT_EQ(std::bit_cast<float>(out[46 + k]), v[indices[i * lanes + k] % 8]) << "lane " << k;
             EXPECT_EQ(std::bit_cast<float>(out[54 + k]), v[indices[i * lanes + k]]) << "lane " << k;
         }
+        for (uint32_t row = 0; row < 8; row++)
+            for (uint32_t k = 0; k < 8; k++) EXPECT_EQ(out[62 + 8 * k + row], indices[i * lanes + 8 * (row % 2) + k] + 64 * row) << "row " << row;
         std::sort(sorted.begin(), sorted.end(), std::greater<>());
         EXPECT_EQ(std::vector(out + 38, out + 46), sorted);
     }
@@ -86,7 +88,9 @@ TEST(SmallStreams, find_the_same_hits_in_all_their_forms) {
     ASSERT_TRUE(hits.ok()) << hits.status().message();
     const std::string packets = " -DRP_DENSE_TRIANGLES=1 -DRP_DENSE_BOXES=1", alone = " -DRP_DENSE_TRIANGLES=65 -DRP_DENSE_BOXES=65";
     const std::string portable = " -DRP_PORTABLE", eight = " -DRP_EIGHT_LANES=1";
-    for (const std::string& form : {portable, packets, alone, alone + eight, packets + portable, alone + portable}) {
+    const std::string surfaces_of_eight = " -DRP_SURFACE_HITS=8", surfaces_of_sixteen = " -DRP_SURFACE_HITS=16";
+    for (const std::string& form :
+         {portable, packets, alone, alone + eight + surfaces_of_eight, packets + portable, alone + portable + surfaces_of_sixteen}) {
         SCOPED_TRACE(form);
         const auto others = (*scene)->trace(rays, form);
         ASSERT_TRUE(others.ok()) << others.status().message();

@@ -35,7 +35,11 @@ protected:
 
     // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_in_list has it.
     void set(uint32_t slot, uint32_t phase, uint32_t block) {
-        status_[slot] = phase | static_cast<uint32_t>(random_() % 200) << RP_STATUS_OFFSET_SHIFT;
+        const uint32_t flags = phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS   ? RP_STATUS_ENDS
+                               : phase == RP_STATUS_EXTEND || phase == RP_STATUS_EXTEND_WAITS ? RP_STATUS_CONNECTED | RP_STATUS_LIT
+                                                                                              : 0;
+        kept_[slot] = (static_cast<uint32_t>(random_() % 200) << RP_STATUS_OFFSET_SHIFT) | (static_cast<uint32_t>(random_()) & flags);
+        status_[slot] = phase | kept_[slot];
         block_of_[slot] = block;
         if (!waits(slot)) {
             status_[slot] |= block << RP_STATUS_BLOCK_SHIFT;
@@ -55,6 +59,7 @@ protected:
     std::vector<uint32_t> wake(bool named) {
         std::set<uint32_t> extend, shadow, free;
         uint32_t waiting = 0, wants = 0;
+        const std::vector<uint32_t> before = status_;
         for (uint32_t slot = 0; slot < slots; slot++) {
             const uint32_t now = phase(slot);
             if (waits(slot) && absent(block_of_[slot]))
@@ -84,7 +89,12 @@ protected:
             uint32_t falls = 0;
             std::pair<uint64_t, uint32_t> last;
             for (const uint32_t slot : *list) {
+                // Who had waited goes on from there; what else the word says is as it was.
+                const bool had_waited = (before[slot] & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS;
+                const uint32_t what = list == &extend_list ? RP_STATUS_EXTEND : RP_STATUS_SHADOW;
                 EXPECT_EQ(status_[slot] >> RP_STATUS_BLOCK_SHIFT, block_of_[slot]);
+                EXPECT_EQ(status_[slot] & ~RP_STATUS_BLOCK_MASK,
+                          what | kept_[slot] | (had_waited ? RP_STATUS_RESUMED : before[slot] & RP_STATUS_RESUMED));
                 const std::pair<uint64_t, uint32_t> now(uint64_t{block_of_[slot]} * block_scale(blocks, RP_BUNDLES) >> 32, slot);
                 falls += now < last ? 1 : 0;
                 last = now;
@@ -97,7 +107,8 @@ protected:
     }
 
     std::mt19937 random_;
-    std::vector<uint32_t> status_ = std::vector<uint32_t>(2 * RP_STATUS_WORDS(slots)), block_of_ = std::vector<uint32_t>(slots);
+    std::vector<uint32_t> status_ = std::vector<uint32_t>(2 * RP_STATUS_WORDS(slots)), block_of_ = std::vector<uint32_t>(slots),
+                          kept_ = std::vector<uint32_t>(slots);
     std::vector<rp_page> pages_ = std::vector<rp_page>(blocks);
     std::set<uint32_t> came_;  // blocks since the round before, some of which may have left again
 

@@ -13,7 +13,8 @@
 //   RP_PLANE_RADIANCE    radiance gathered so far rgb | pixel index
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
 //   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
-// The portal is where a waiting ray stands in its order of visits; that of others says nothing: they start at the root of the top tree.
+// The portal is where a ray that waits, or has just waited, stands in its order of visits; that of others says nothing: they start at the root of the top
+// tree.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -27,9 +28,9 @@
 
 #define RP_PATH_DEPTH_MASK 0xffffu   // scattering events so far
 #define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
-// Above: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
+// The rest: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
 // began), as a signed binary logarithm in steps of about 1/256 (kernels/lib/scatter.cl). Russian roulette must not end paths for that.
-#define RP_PATH_REFRACTION_SHIFT 18
+#define RP_PATH_REFRACTION_SHIFT 17
 #define RP_PATH_MOST_REFRACTION 7680
 
 // Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
@@ -46,7 +47,8 @@
 #define RP_BUNDLES 2048u
 
 // The status word of a slot: what it is about (low bits); of an extension ray that has a hit the offset exponent there (surface.cl), unless shading
-// is to find its surface; and beside streams the block that its path met last, or the greatest number that there is room for: waking reads no more.
+// is to find its surface; and beside streams the block that its path met last, or the greatest number that there is room for (131,071; then rays of
+// the blocks behind it are in one bundle): waking reads no more.
 // Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, beside streams, the next slot of a list
 // of that block's (RP_DEMAND_LISTS).
 #define RP_STATUS_FREE 0u
@@ -63,14 +65,15 @@
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
 
-// The planes of a ray that does not wait are not all as said above, since most of what would be written is only read again by the stage that comes
-// next. The status word says so:
-#define RP_STATUS_CONNECTED 0x800u  // extension ray behind a shadow ray: the planes are still as for that one, so it has no other hit or portal
-#define RP_STATUS_LIT 0x1000u       // and the light of the shadow ray has arrived, but is not added to the radiance yet
-#define RP_STATUS_ENDS 0x2000u      // shadow ray: the path ends behind it
-// Beside streams: ray that had waited, and goes on from its portal. An extension ray that has no hit yet is CONNECTED (and LIT) even while it waits. Once
-// it is done, its hit point and primitive are in ORIGIN, the normals and the distance in DIRECTION.xyz, and the rest still as for the shadow ray.
-#define RP_STATUS_RESUMED 0x4000u
+// The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says
+// so:
+// Extension ray behind a shadow ray: the planes are still as for that one, so it has no hit. Single rays are this until they wait. Beside streams they are
+// until they have a hit and wait, and keep their portal in its place; and once they are done ORIGIN is hit point xyz, primitive (RP_NONE: no hit, and
+// then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
+#define RP_STATUS_CONNECTED 0x800u
+#define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
+#define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
+#define RP_STATUS_RESUMED 0x4000u  // beside streams: ray that had waited, and goes on from its portal
 // Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x8000u
