@@ -151,11 +151,9 @@ Status StageTracer::again() {
     return {};
 }
 
-// Of extension rays. Those that streams trace are told apart by nothing that matters here, and have the numbers of blocks in these bits.
 Status StageTracer::read_states(std::vector<uint32_t>& states) {
-    RAYPAGER_TRY(device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states))));
-    if (form_ != BlockForm::stored) states.assign(states.size(), 0);
-    return {};
+    states.resize(count_);
+    return device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states)));
 }
 
 Result<double> StageTracer::trace() {
@@ -203,14 +201,16 @@ Status StageTracer::hits(std::vector<SurfacePoint>& hits) {
 Status StageTracer::distances(std::vector<float>& distances) {
     RAYPAGER_CHECK(purpose_ != RayPurpose::shadow);
     std::vector<Word4> origin, hit;
-    std::vector<uint32_t> states(count_);
+    std::vector<uint32_t> states;
     RAYPAGER_TRY(read_plane(RP_PLANE_ORIGIN, origin));
     RAYPAGER_TRY(read_plane(RP_PLANE_HIT, hit));
     RAYPAGER_TRY(read_states(states));
     distances.clear();
     for (size_t i = 0; i < count_; i++) {
-        const Word4& found = states[i] & RP_STATUS_CAMERA ? origin[i] : hit[i];
-        distances.push_back(number(states[i] & RP_STATUS_FOUND ? found.z : origin[i].w));
+        // Beside streams these bits are of a block's number.
+        const uint32_t state = form_ == BlockForm::stored ? states[i] : 0;
+        const Word4& found = state & RP_STATUS_CAMERA ? origin[i] : hit[i];
+        distances.push_back(number(state & RP_STATUS_FOUND ? found.z : origin[i].w));
     }
     return {};
 }
@@ -218,8 +218,8 @@ Status StageTracer::distances(std::vector<float>& distances) {
 Status StageTracer::blocked(std::vector<bool>& blocked) {
     RAYPAGER_CHECK(purpose_ == RayPurpose::shadow);
     blocked.clear();
-    std::vector<uint32_t> states(count_);
-    RAYPAGER_TRY(device_->kernels().read_now(status_, 0, std::as_writable_bytes(std::span(states))));
+    std::vector<uint32_t> states;
+    RAYPAGER_TRY(read_states(states));
     for (const uint32_t state : states) blocked.push_back((state & RP_STATUS_LIT) == 0);
     return {};
 }
