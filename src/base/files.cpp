@@ -132,6 +132,7 @@ OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); 
 OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
     std::swap(descriptor_, other.descriptor_);
     std::swap(position_, other.position_);
+    std::swap(handed_on_, other.handed_on_);
     std::swap(buffer_, other.buffer_);
     std::swap(path_, other.path_);
     std::swap(temporary_, other.temporary_);
@@ -167,7 +168,19 @@ Status OutputFile::flush() {
     if (buffer_.empty()) return {};
     if (!write_all(descriptor_, buffer_, -1)) return system_error(path_, "cannot be written");
     buffer_.clear();
+    hand_on();
     return {};
+}
+
+// Has the disk begin with what it will be waited for in commit().
+void OutputFile::hand_on() {
+    constexpr uint64_t least = uint64_t{4} << 20;
+    const uint64_t written = position_;
+    if (written < handed_on_ + least) return;
+#ifdef __linux__
+    (void)::sync_file_range(descriptor_, static_cast<off64_t>(handed_on_), static_cast<off64_t>(written - handed_on_), SYNC_FILE_RANGE_WRITE);
+#endif
+    handed_on_ = written;
 }
 
 Status OutputFile::write(std::span<const std::byte> bytes) {

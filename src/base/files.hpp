@@ -52,8 +52,10 @@ public:
 
 private:
     Status flush();
+    void hand_on();
     int descriptor_ = -1;
     uint64_t position_ = 0;
+    uint64_t handed_on_ = 0;  // to the disk
     std::vector<std::byte> buffer_;
     std::filesystem::path path_, temporary_;
 };

@@ -10,10 +10,10 @@
 #include "base/memory.hpp"
 #include "blocks/bake_memory.hpp"
 #include "blocks/build_blocks.hpp"
-#include "blocks/cut.hpp"
 #include "blocks/distribute.hpp"
 #include "blocks/gather.hpp"
 #include "blocks/top_tree.hpp"
+#include "blocks/world_cut.hpp"
 #include "scene/block_coding.hpp"
 #include "store/block_file.hpp"
 
@@ -26,12 +26,6 @@ constexpr uint64_t least_block_bytes = 16 << 10, least_automatic = uint64_t{128}
 // transfer costs more than its bytes; above 4 MiB nothing is gained.
 uint64_t automatic_block_bytes(uint64_t scene_bytes, uint64_t host_limit) {
     return std::min(std::clamp(std::bit_ceil(scene_bytes / 1024), least_automatic, largest_automatic), BakeMemory::largest_block(host_limit));
-}
-
-uint64_t total_weight(std::span<const PrimitiveRef> refs) {
-    uint64_t bytes = 0;
-    for (const PrimitiveRef& ref : refs) bytes += ref.weight;
-    return bytes;
 }
 
 Status check_options(const BakeOptions& options) {
@@ -127,13 +121,14 @@ private:
 
     Status build_in_memory(const World& world, BlockFileWriter& writer, BakedScene& baked, std::vector<PortalBox>& portal_boxes) {
         report("cut", 0);
-        PrimitiveRefs refs = make_refs(world);
-        const auto memory = settle_block_size(total_weight(refs));
+        const Weigher weigher(world, Weigher::Sharing::by_index);
+        WorldCut cut(world, weigher);
+        const auto memory = settle_block_size(cut.weight());
         if (!memory) return memory.status();
-        const std::vector<Part> parts = cut(refs, options_.block_bytes);
+        const WorldParts parts = std::move(cut).run(options_.block_bytes);
         report("cut", 1);
         BlockBuilder builder(options_, memory->builders, writer, baked);
-        RAYPAGER_TRY(builder.build(world, refs, parts, [this](double fraction) { report("build", fraction); }));
+        RAYPAGER_TRY(builder.build(world, weigher, parts, [this](double fraction) { report("build", fraction); }));
         portal_boxes = builder.portal_boxes();
         return {};
     }
@@ -171,9 +166,9 @@ private:
     Status build_bucket(const Bucket& bucket, BlockBuilder& builder, const std::function<void(double)>& progress) const {
         const auto world = load_bucket(bucket);
         if (!world) return world.status();
-        PrimitiveRefs refs = make_unweighed_refs(*world);
-        const std::vector<Part> parts = cut(refs, options_.block_bytes, [&](std::span<PrimitiveRef> part) { weigh(*world, part); });
-        return builder.build(*world, refs, parts, progress);
+        const Weigher weigher(*world, Weigher::Sharing::by_value);
+        const WorldParts parts = WorldCut(*world, weigher).run(options_.block_bytes);
+        return builder.build(*world, weigher, parts, progress);
     }
 
     const Scene& scene_;

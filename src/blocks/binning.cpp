@@ -84,22 +84,30 @@ inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {
     // All at once: taking them from the lanes one by one goes through memory, which costs three times as much as all the rest.
     const auto bin = __builtin_convertvector(place, LaneInts);
     const uint64_t sums = uint64_t{ref.weight} << 32 | 1;
-    for (int a = 0; a < 3; a++) {
-        Bin& target = bins_[static_cast<size_t>(a) * static_cast<size_t>(count_) + static_cast<size_t>(bin[a])];
+    using LanePairs = uint64_t __attribute__((vector_size(16)));
+    const auto pairs = std::bit_cast<LanePairs>(bin);
+    const uint64_t xy = pairs[0], z = pairs[1];
+    const auto count = static_cast<size_t>(count_);
+    const auto put = [&](size_t at) {
+        Bin& target = bins_[at];
         target.box.grow(box);
         target.sums += sums;
-    }
+    };
+    put(static_cast<uint32_t>(xy));
+    put(count + (xy >> 32));
+    put(2 * count + static_cast<uint32_t>(z));
 }
 
 Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
     Split best;
     const auto count = static_cast<size_t>(bins.count());
     const auto cost = [by_weight](const BinSet::Bin& sum) {
-        return sum.box.half_area() * static_cast<double>(by_weight ? sum.weight() : sum.count());
+        if (sum.count() == 0) return 0.0f;
+        return sum.box.rough_half_area() * static_cast<float>(by_weight ? sum.weight() : sum.count());
     };
     for (int a = 0; a < 3; a++) {
         const auto axis = bins.axis(a);
-        std::array<double, most_bins> cost_right;
+        std::array<float, most_bins> cost_right;
         std::array<uint64_t, most_bins> weight_right;
         std::array<uint32_t, most_bins> count_right;
         BinSet::Bin sum;
@@ -113,7 +121,7 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
         for (size_t i = 1; i < count; i++) {
             sum.add(axis[i - 1]);
             if (sum.count() == 0 || count_right[i] == 0 || sum.weight() < least_weight || weight_right[i] < least_weight) continue;
-            const double total = cost(sum) + cost_right[i];
+            const float total = cost(sum) + cost_right[i];
             if (best.axis < 0 || total < best.cost) best = {a, static_cast<int>(i), total};
         }
     }
@@ -129,21 +137,21 @@ size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
         return 1;
     }
     std::array<SortedPlaces, 3> sorted;
-    size_t best_axis = 0, best_middle = 0;
-    double best_cost = std::numeric_limits<double>::infinity();
+    size_t best_axis = 0, best_middle = step;
+    float best_cost = std::numeric_limits<float>::infinity();
     for (size_t axis = 0; axis < 3; axis++) {
         sort_along(refs, static_cast<int>(axis), sorted[axis]);
         const auto box_of = [&](size_t i) { return refs[sorted[axis][i].place].lanes(); };
-        std::array<double, most_swept> right;
+        std::array<float, most_swept> right;
         LaneBox box;
         for (size_t i = n - 1; i > 0; i--) {
             box.grow(box_of(i));
-            right[i] = box.half_area() * static_cast<double>(n - i);
+            right[i] = box.rough_half_area() * static_cast<float>(n - i);
         }
         box = {};
         for (size_t i = 1; i < n; i++) {
             box.grow(box_of(i - 1));
-            const double cost = box.half_area() * static_cast<double>(i) + right[i];
+            const float cost = box.rough_half_area() * static_cast<float>(i) + right[i];
             if (i % step != 0 || !(cost < best_cost)) continue;
             best_cost = cost;
             best_middle = i;

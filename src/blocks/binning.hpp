@@ -66,7 +66,7 @@ private:
 struct Split {
     int axis = -1;  // -1: there is none
     int bin = 0;
-    double cost = 0;  // half area times count, summed over both sides
+    float cost = 0;  // half area times count, summed over both sides
 };
 
 // The cheapest split that leaves something, and at least least_weight, on either side. by_weight: cost counts weights, not primitives.

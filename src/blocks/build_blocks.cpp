@@ -16,9 +16,8 @@ namespace raypager {
 // runs far ahead of the part that is to be written next.
 class BlockBuilder::Run {
 public:
-    Run(BlockBuilder& builder, const World& world, std::span<PrimitiveRef> refs, const std::vector<Part>& parts,
-        const std::function<void(double)>& progress)
-        : builder_(builder), world_(world), refs_(refs), parts_(parts), progress_(progress) {}
+    Run(BlockBuilder& builder, const World& world, const Weigher& weigher, const WorldParts& world_parts, const std::function<void(double)>& progress)
+        : builder_(builder), world_(world), weigher_(weigher), order_(world_parts.order), parts_(world_parts.parts), progress_(progress) {}
 
     Status run() {
         const size_t ahead = 2 * builder_.builders_;
@@ -33,7 +32,9 @@ public:
                 }
                 try {
                     std::vector<PackedBlock> blocks;
-                    build(refs_.subspan(parts_[index].begin, parts_[index].end - parts_[index].begin), blocks);
+                    PrimitiveRefs refs;
+                    make_refs(world_, order_.subspan(parts_[index].begin, parts_[index].end - parts_[index].begin), refs);
+                    build(refs, blocks);
                     const std::lock_guard lock(mutex_);
                     waiting_[index] = std::move(blocks);
                     append_what_is_due();
@@ -54,7 +55,7 @@ private:
             for (PackedBlock& block : due->second)
                 if (status_.ok()) status_ = builder_.append(block);
             waiting_.erase(due);
-            progress_(static_cast<double>(parts_[next_++].end) / static_cast<double>(refs_.size()));
+            progress_(static_cast<double>(parts_[next_++].end) / static_cast<double>(order_.size()));
         }
         if (builder_.options_.stop && *builder_.options_.stop) status_ = Status::failed("stopped by a signal");
         written_.notify_all();
@@ -67,6 +68,7 @@ private:
             blocks.push_back(std::move(block));
             return;
         }
+        weigher_.weigh(refs);
         const size_t middle = cut_in_two(refs);
         build(refs.first(middle), blocks);
         build(refs.subspan(middle), blocks);
@@ -74,7 +76,8 @@ private:
 
     BlockBuilder& builder_;
     const World& world_;
-    const std::span<PrimitiveRef> refs_;
+    const Weigher& weigher_;
+    const std::span<const uint32_t> order_;
     const std::vector<Part>& parts_;
     const std::function<void(double)>& progress_;
     const float position_cell_ = builder_.baked_.position_cell;
@@ -86,9 +89,8 @@ private:
     Status status_;
 };
 
-Status BlockBuilder::build(const World& world, std::span<PrimitiveRef> refs, const std::vector<Part>& parts,
-                           const std::function<void(double)>& progress) {
-    return Run(*this, world, refs, parts, progress).run();
+Status BlockBuilder::build(const World& world, const Weigher& weigher, const WorldParts& parts, const std::function<void(double)>& progress) {
+    return Run(*this, world, weigher, parts, progress).run();
 }
 
 Status BlockBuilder::append(PackedBlock& block) {

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "blocks/bake.hpp"
-#include "blocks/cut.hpp"
 #include "blocks/pack.hpp"
 #include "blocks/top_tree.hpp"
 #include "blocks/world.hpp"
+#include "blocks/world_cut.hpp"
 #include "store/block_file.hpp"
 
 namespace raypager {
@@ -19,8 +19,8 @@ public:
     // options.block_bytes is set. builders: blocks that are made at a time.
     BlockBuilder(const BakeOptions& options, size_t builders, BlockFileWriter& writer, BakedScene& baked)
         : options_(options), builders_(builders), writer_(writer), baked_(baked) {}
-    // Builds a block of each part, or several where its bytes were underestimated, and appends them in order. Reorders refs within parts.
-    Status build(const World& world, std::span<PrimitiveRef> refs, const std::vector<Part>& parts, const std::function<void(double)>& progress);
+    // Builds a block of each part, or several where its bytes were underestimated, and appends them in order.
+    Status build(const World& world, const Weigher& weigher, const WorldParts& parts, const std::function<void(double)>& progress);
     // Of all portals so far.
     const std::vector<PortalBox>& portal_boxes() const { return portal_boxes_; }
 

@@ -22,6 +22,9 @@ static_assert(spheres_a_leaf <= RP_LEAF_MAX_SPHERES);
 class Builder {
 public:
     Builder(const World& world, std::span<PrimitiveRef> refs) : world_(world), refs_(refs), table_(refs.size()) {
+        // With four triangles a leaf.
+        bvh_.nodes.reserve(refs.size() / 2);
+        bvh_.leaves.reserve(refs.size() / 4);
         treelets_ = build_split_tree(refs, RP_BLOCK_MAX_DEPTH, most_covered);
         add_node(0, 0);
         bvh_.vertices = table_.take();

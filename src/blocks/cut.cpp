@@ -141,53 +141,13 @@ CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const LaneBox& centroids
     return plane;
 }
 
-size_t cut_in_two(std::span<PrimitiveRef> refs) { return partition(refs, CutPlane::choose(refs)).middle; }
+size_t cut_in_two(std::span<PrimitiveRef> refs) { return cut_in_two(refs, CutPlane::choose(refs)); }
 
-std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::function<void(std::span<PrimitiveRef>)>& weigh) {
-    if (refs.empty()) return {};
-    // Large sets are cut level by level: few at a time each by all threads, many at a time each by one. Then the small ones that are left.
-    struct Task {
-        Part range;
-        Measure measured;
-        std::vector<Part> parts;
-    };
-    std::vector<Task> tasks, open = {{{0, refs.size()}, measure(refs), {}}};
-    // Where the weights become exact must not depend on how many threads there are.
-    constexpr size_t most_tasks = 256;
-    const size_t small = std::max(piece, refs.size() / most_tasks);
-    while (!open.empty()) {
-        const auto is_done = [&](const Task& task) { return task.range.end - task.range.begin <= small || task.measured.weight <= limit; };
-        const auto large = std::stable_partition(open.begin(), open.end(), is_done);
-        tasks.insert(tasks.end(), open.begin(), large);
-        open.erase(open.begin(), large);
-        std::vector<Task> halves(2 * open.size());
-        const auto cut_one = [&](size_t i) {
-            const auto [begin, end] = open[i].range;
-            const auto range = refs.subspan(begin, end - begin);
-            const Halves cut = partition(range, CutPlane::choose(range, open[i].measured.centroids));
-            halves[2 * i] = {{begin, begin + cut.middle}, cut.left, {}};
-            halves[2 * i + 1] = {{begin + cut.middle, end}, cut.right, {}};
-        };
-        if (open.size() < worker_count()) {
-            for (size_t i = 0; i < open.size(); i++) cut_one(i);
-        } else {
-            parallel_for(open.size(), 1, [&](size_t i, size_t) { cut_one(i); });
-        }
-        open = std::move(halves);
-    }
-    std::sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) { return a.range.begin < b.range.begin; });
-    parallel_for(tasks.size(), 1, [&](size_t first, size_t last) {
-        for (size_t i = first; i < last; i++) {
-            const auto range = refs.subspan(tasks[i].range.begin, tasks[i].range.end - tasks[i].range.begin);
-            if (weigh) {
-                weigh(range);
-                tasks[i].measured = measure(range);
-            }
-            cut_below(range, tasks[i].range.begin, tasks[i].measured, limit, tasks[i].parts);
-        }
-    });
+size_t cut_in_two(std::span<PrimitiveRef> refs, const CutPlane& plane) { return partition(refs, plane).middle; }
+
+std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit) {
     std::vector<Part> parts;
-    for (const Task& task : tasks) parts.insert(parts.end(), task.parts.begin(), task.parts.end());
+    if (!refs.empty()) cut_below(refs, 0, measure(refs), limit, parts);
     return parts;
 }
 

@@ -23,11 +23,16 @@ public:
     // The same, where the bounds of twice the centres are known.
     static CutPlane choose(std::span<PrimitiveRef> refs, const LaneBox& centroids);
     // Both sides of the refs that it was chosen for get some. Any other ref belongs to a side too.
-    bool is_left(const PrimitiveRef& ref) const {
-        const float centroid = ref.centroid(axis_);
+    bool is_left(const PrimitiveRef& ref) const { return is_left(ref.centroid(axis_), ref.id); }
+    // centroid: along the axis, twice the centre.
+    bool is_left(float centroid, uint32_t id) const {
         if (scale_ > 0) return (centroid - origin_) * scale_ < bin_;
-        return centroid != origin_ ? centroid < origin_ : ref.id < id_;
+        return centroid != origin_ ? centroid < origin_ : id < id_;
     }
+    int axis() const { return axis_; }
+    // Whether every ref with such a centroid along the axis belongs to the left, or to the right.
+    bool is_left_of(float centroid) const { return scale_ > 0 ? (centroid - origin_) * scale_ < bin_ : centroid < origin_; }
+    bool is_right_of(float centroid) const { return scale_ > 0 ? !is_left_of(centroid) : centroid > origin_; }
 
 private:
     int axis_ = 0;
@@ -37,12 +42,12 @@ private:
 
 // Reorders refs and cuts them, by the surface area heuristic over whole primitives, into consecutive parts whose estimated bytes
 // (PrimitiveRef::weight) are at most limit, or that are a single primitive. The parts come in depth-first order of the cut, so that
-// neighbours in the list are neighbours in space. The result does not depend on the number of threads.
-// weigh: gives the refs of a set that lie together their weights, once, before it is cut to the limit; the weights that they come with need only
-// be rough then, and not too high.
-std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit, const std::function<void(std::span<PrimitiveRef>)>& weigh = {});
+// neighbours in the list are neighbours in space.
+std::vector<Part> cut(std::span<PrimitiveRef> refs, uint64_t limit);
 
 // One step of it: the number of refs, at least two, that belong to the first half; they are moved to the front.
 size_t cut_in_two(std::span<PrimitiveRef> refs);
+// The same at a plane that is known; by all threads, and the result does not depend on how many there are.
+size_t cut_in_two(std::span<PrimitiveRef> refs, const CutPlane& plane);
 
 }  // namespace raypager

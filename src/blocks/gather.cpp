@@ -29,7 +29,8 @@ constexpr size_t piece = size_t{1} << 16;
 // Puts meshes and spheres into a world.
 class WorldStore {
 public:
-    explicit WorldStore(World& world) : world_(world) {}
+    // memory: that what is still to come may be given ahead.
+    WorldStore(World& world, uint64_t memory) : world_(world), memory_(memory) {}
 
     uint64_t count() const { return world_.primitives.size(); }
 
@@ -37,16 +38,18 @@ public:
     uint64_t memory_bytes() const {
         const uint64_t vertices = world_.positions.size() * (world_.normals.empty() ? 12 : 16) + world_.positions.size();
         const uint64_t primitives = world_.primitives.size() * sizeof(Triangle) + world_.spheres.size() * sizeof(WorldSphere);
-        return std::max((vertices + primitives) * 5 / 2, vertices + primitives + world_.primitives.size() * sizeof(PrimitiveRef));
+        return std::max((vertices + primitives) * 5 / 2, vertices + primitives + world_.primitives.size() * cut_memory);
     }
 
-    Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues) {
+    // share: of all meshes, what will be there with this one, by their bytes.
+    Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share) {
         const auto base = static_cast<uint64_t>(world_.positions.size());
+        grow_huge(world_.positions, base + mesh.positions.size(), expected(base + mesh.positions.size(), sizeof(Float3), share));
         place_positions(placement, mesh);
         place_normals(placement, mesh, base);
         RAYPAGER_TRY(check_range(shape, mesh, base));
         if (mesh.positions.size() > own_vertices_of_a_soup * mesh.triangles.size()) weld(mesh, base);
-        place_triangles(placement, mesh, static_cast<uint32_t>(base), issues);
+        place_triangles(placement, mesh, static_cast<uint32_t>(base), issues, share);
         return {};
     }
 
@@ -57,17 +60,32 @@ public:
     }
 
 private:
+    // How many items there will be at the end. Memory that nobody writes to costs nothing; moving what is there, again and again, does.
+    size_t expected(size_t count, size_t item_bytes, double share) const {
+        constexpr double reserve = 1.5;  // triangles a byte differ from mesh to mesh
+        const double most = static_cast<double>(memory_) / 3 / static_cast<double>(item_bytes);
+        return static_cast<size_t>(std::min(static_cast<double>(count) / share * reserve, most));
+    }
+
     void place_positions(const Placement& placement, const TriangleMesh& mesh) {
         const size_t base = world_.positions.size();
-        grow_huge(world_.positions, base + mesh.positions.size());
         world_.positions.resize(base + mesh.positions.size());
+        all_in_range_ = true;
         parallel_for(mesh.positions.size(), piece, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++) world_.positions[base + i] = placement.point(mesh.positions[i]);
+            const auto placed = std::span(world_.positions).subspan(base + begin, end - begin);
+            if (placement.keeps_positions())
+                std::copy_n(&mesh.positions[begin], placed.size(), placed.begin());
+            else
+                for (size_t i = begin; i < end; i++) placed[i - begin] = placement.point(mesh.positions[i]);
+            bool in = true;
+            for (const Float3& p : placed) in &= in_range(p);
+            if (!in) all_in_range_ = false;
         });
     }
 
     // Only vertices that triangles use count: those of dropped triangles may be anything.
     Status check_range(const Shape& shape, const TriangleMesh& mesh, uint64_t base) const {
+        if (all_in_range_) return {};
         std::atomic<size_t> outside{SIZE_MAX};
         parallel_for(mesh.triangles.size(), piece, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
@@ -101,7 +119,7 @@ private:
     }
 
     // Bounds are those of the triangles: a mesh may have vertices that none of them uses.
-    void place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues) {
+    void place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues, double share) {
         struct Piece {
             size_t kept = 0;  // that many lie at its front
             Box bounds;
@@ -115,7 +133,8 @@ private:
                 Triangle t = mesh.triangles[i];
                 t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
                 const Float3 &a = world_.positions[t[0]], &b = world_.positions[t[1]], &c = world_.positions[t[2]];
-                if (has_no_area(a, b, c)) continue;
+                // Those without an area where they came from are gone already.
+                if (!placement.keeps_positions() && has_no_area(a, b, c)) continue;
                 for (const Float3& p : {a, b, c}) bounds.grow(Lanes{p.x, p.y, p.z, 0});
                 mesh.triangles[kept++] = t;
             }
@@ -125,7 +144,8 @@ private:
         for (const Piece& part : pieces) count += part.kept;
         // What is kept of the only mesh so far stays where it is, if that is most of it.
         const bool only = world_.primitives.empty() && count >= mesh.triangles.capacity() / 8 * 7;
-        if (!only) grow_huge(world_.primitives, world_.primitives.size() + count);
+        const size_t all_kept = world_.primitives.size() + count;
+        if (!only) grow_huge(world_.primitives, all_kept, expected(all_kept, sizeof(Triangle), share));
         size_t place = 0;
         for (size_t i = 0; i < pieces.size(); i++) {
             const auto all = std::span(mesh.triangles).subspan(i * piece), kept = all.first(pieces[i].kept);
@@ -143,6 +163,8 @@ private:
     }
 
     World& world_;
+    const uint64_t memory_;
+    std::atomic<bool> all_in_range_{true};  // vertices of the mesh at hand
 };
 
 class Gatherer {
@@ -158,11 +180,14 @@ public:
           prefetch_(scene, limits.memory.gather / prefetch_share, limits.stop),
           buffer_(limits.memory.gather / buffer_share),
           room_(limits.memory.gather - limits.memory.gather / prefetch_share - buffer_),
-          store_(out.world) {}
+          store_(out.world, room_) {
+        for (const Shape& shape : scene.shapes) bytes_ += mesh_bytes(shape);
+    }
 
     Status add(size_t index) {
         const Shape& shape = scene_.shapes[index];
         index_ = index;
+        bytes_begun_ += mesh_bytes(shape);
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
@@ -200,6 +225,7 @@ private:
     void report(double fraction) const {
         progress_(spiller_ ? "stream" : "load", (static_cast<double>(index_) + fraction) / static_cast<double>(scene_.shapes.size()));
     }
+    static uint64_t mesh_bytes(const Shape& shape) { return shape.mesh ? shape.mesh->bytes_to_read() : 0; }
     static bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
     static Status too_many(const Shape& shape) {
         return Status::failed(
@@ -266,7 +292,7 @@ private:
             return too_many(shape);
         if (spiller_) return spill_whole(shape, placement, mesh, issues);
         const auto first = static_cast<uint32_t>(count());
-        RAYPAGER_TRY(store_.add(shape, placement, mesh, issues));
+        RAYPAGER_TRY(store_.add(shape, placement, mesh, issues, (1 + static_cast<double>(bytes_begun_)) / (1 + static_cast<double>(bytes_))));
         if (light_)
             for (uint32_t i = first; i < count(); i++) out_.lights.push_back(primitive_light(out_.world, i, *light_));
         return {};
@@ -371,6 +397,8 @@ private:
     const uint64_t room_;               // for the world and the mesh at hand
     WorldStore store_;                  // until there is too much,
     std::unique_ptr<Spiller> spiller_;  // and from then on
+    uint64_t bytes_ = 0;                // of all meshes
+    uint64_t bytes_begun_ = 0;          // of the meshes up to the one at hand
     size_t index_ = 0;                  // of the shape at hand
     const AreaLight* light_ = nullptr;  // that shape's, if it shines
 };

@@ -65,8 +65,9 @@ rp_child quantise(const Grid& grid, const Box& box, rp_u32 ref) {
     rp_u32 words[3];
     for (int a = 0; a < 3; a++) {
         const double origin = grid.origin[a], cell = grid.cell[a];
-        const uint32_t lower = round_down((double(box.lower[a]) - origin) / cell - own_slack);
-        const uint32_t upper = round_up((double(box.upper[a]) - origin) / cell + own_slack);
+        const double cells = 1 / cell;
+        const uint32_t lower = round_down((double(box.lower[a]) - origin) * cells - own_slack);
+        const uint32_t upper = round_up((double(box.upper[a]) - origin) * cells + own_slack);
         words[a] = lower | upper << 16;
         const Interval decoded = decode_interval(grid, a, words[a]);
         RAYPAGER_CHECK(decoded.lower <= box.lower[a] - RP_GRID_SLACK * cell && decoded.upper >= box.upper[a] + RP_GRID_SLACK * cell);

@@ -1,8 +1,12 @@
 #include "blocks/partition.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
 #include <mutex>
 #include <queue>
+#include <ranges>
 
 #include "base/check.hpp"
 #include "base/jitter.hpp"
@@ -17,9 +21,16 @@ uint64_t weight_of(std::span<const PrimitiveRef> refs) {
     return sum;
 }
 
+// Numbers of floats in their order, and back.
+uint32_t float_order(float value) {
+    const auto bits = std::bit_cast<uint32_t>(value);
+    return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+float float_at(uint32_t order) { return std::bit_cast<float>(order >> 31 ? order & 0x7fffffffu : ~order); }
+
 }  // namespace
 
-Partition::Partition(std::vector<PrimitiveRef> sample, double limit, size_t most) {
+Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
     RAYPAGER_CHECK(sample.size() >= 2);
     struct Open {
         uint64_t weight;
@@ -30,14 +41,18 @@ Partition::Partition(std::vector<PrimitiveRef> sample, double limit, size_t most
     std::priority_queue<Open> open;
     nodes_.emplace_back();
     open.push({weight_of(sample), 0, sample});
+    LaneBox centroids;
+    for (const PrimitiveRef& ref : sample) {
+        const LaneBox box = ref.lanes();
+        centroids.grow(box.lower + box.upper);
+    }
     for (size_t parts = 1; parts < std::max<size_t>(2, most) && !open.empty();) {
         const Open heaviest = open.top();
         open.pop();
         if (heaviest.refs.size() < 2) continue;
         if (parts >= 2 && static_cast<double>(heaviest.weight) <= limit) break;
         const CutPlane plane = CutPlane::choose(heaviest.refs);
-        const auto middle = std::partition(heaviest.refs.begin(), heaviest.refs.end(), [&](const PrimitiveRef& ref) { return plane.is_left(ref); });
-        const auto count = static_cast<size_t>(middle - heaviest.refs.begin());
+        const size_t count = cut_in_two(heaviest.refs, plane);
         const auto left = static_cast<uint32_t>(nodes_.size());
         nodes_[heaviest.node].plane = plane;
         nodes_[heaviest.node].left = left;
@@ -47,6 +62,78 @@ Partition::Partition(std::vector<PrimitiveRef> sample, double limit, size_t most
         parts++;
     }
     number(0);
+    make_grid(centroids);
+    enter(0, {{0, 0, 0}, count_});
+}
+
+// Cells that are about cubes, so that a flat scene has more of them along it.
+void Partition::make_grid(const LaneBox& centroids) {
+    constexpr double most_cells = 1 << 20, most_along = 1024;
+    double extent[3], longest = 0;
+    for (int a = 0; a < 3; a++) longest = std::max(longest, extent[a] = double(centroids.upper[a]) - centroids.lower[a]);
+    const auto count = [&](int a, double size) { return std::clamp(std::floor(extent[a] / size), 1.0, most_along); };
+    double size = longest / most_along;
+    while (size > 0 && count(0, size) * count(1, size) * count(2, size) > most_cells) size *= 1.1;
+    for (int a = 0; a < 3; a++) {
+        origin_[a] = centroids.lower[a];
+        const float scale = size > 0 ? static_cast<float>(count(a, size) / extent[a]) : 0;
+        if (!(scale > 0 && scale <= std::numeric_limits<float>::max())) continue;  // one cell
+        scale_[a] = scale;
+        count_[a] = static_cast<uint32_t>(count(a, size));
+        last_[a] = static_cast<float>(count_[a] - 1);
+    }
+    cells_.resize(size_t{count_[0]} * count_[1] * count_[2]);
+    // Which centres are in a cell, to the last bit: found by halving, among the floats in their order.
+    for (int a = 0; a < 3; a++) {
+        const auto cell = [&](float centroid) { return std::max(std::min((centroid - origin_[a]) * scale_[a], last_[a]), 0.0f); };
+        first_[a].assign(count_[a] + 1, -std::numeric_limits<float>::max());
+        first_[a].back() = std::numeric_limits<float>::infinity();
+        for (uint32_t i = 1; i < count_[a]; i++) {
+            uint32_t below = float_order(first_[a][i - 1]), from = float_order(std::numeric_limits<float>::max());
+            while (from - below > 1) {
+                const uint32_t middle = below + (from - below) / 2;
+                (cell(float_at(middle)) < static_cast<float>(i) ? below : from) = middle;
+            }
+            first_[a][i] = float_at(from);
+        }
+    }
+}
+
+// Which side of a plane a centre is on follows from its place along the axis alone, and only once changes along it.
+void Partition::enter(uint32_t node, const Cells& cells) {
+    if (const uint32_t left = nodes_[node].left) {
+        const CutPlane& plane = nodes_[node].plane;
+        const auto axis = static_cast<size_t>(plane.axis());
+        const auto& first = first_[axis];
+        // Cells up to `middle` are on the left, those from `right` on on the right; at most one between them is on both sides.
+        const auto all = std::views::iota(cells.begin[axis], cells.end[axis]);
+        const uint32_t middle =
+            cells.begin[axis] +
+            static_cast<uint32_t>(
+                std::ranges::partition_point(
+                    all, [&](uint32_t i) { return plane.is_left_of(std::nextafter(first[i + 1], -std::numeric_limits<float>::infinity())); }) -
+                all.begin());
+        const uint32_t right = std::min(cells.end[axis], middle + !plane.is_right_of(first[middle]));
+        Cells part = cells;
+        part.end[axis] = middle;
+        if (part.begin[axis] < middle) enter(left, part);
+        part = cells;
+        part.begin[axis] = right;
+        if (right < part.end[axis]) enter(left + 1, part);
+        if (middle == right) return;
+        part = cells;
+        part.begin[axis] = middle;
+        part.end[axis] = right;
+        return fill(node, part);
+    }
+    fill(node, cells);
+}
+
+void Partition::fill(uint32_t node, const Cells& cells) {
+    for (uint32_t z = cells.begin[2]; z < cells.end[2]; z++)
+        for (uint32_t y = cells.begin[1]; y < cells.end[1]; y++)
+            std::fill_n(cells_.begin() + static_cast<ptrdiff_t>((size_t{z} * count_[1] + y) * count_[0] + cells.begin[0]),
+                        cells.end[0] - cells.begin[0], static_cast<uint16_t>(node));
 }
 
 void Partition::number(uint32_t node) {
@@ -58,10 +145,10 @@ void Partition::number(uint32_t node) {
     number(nodes_[node].left + 1);
 }
 
-Result<std::vector<PrimitiveRef>> sample_bucket(const Bucket& bucket, uint64_t count) {
+Result<PrimitiveRefs> sample_bucket(const Bucket& bucket, uint64_t count) {
     const uint64_t all = bucket.primitives();
     count = std::min(count, all);
-    std::vector<PrimitiveRef> sample(count);
+    PrimitiveRefs sample(count);
     std::mutex mutex;
     Status failure;
     // The i-th of count equal stretches of the records gives one, from anywhere in it: a fixed place might follow the rows of a regular mesh.

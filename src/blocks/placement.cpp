@@ -14,10 +14,6 @@ Float3 rounded(const std::array<double, 3>& p) { return {static_cast<float>(p[0]
 
 }  // namespace
 
-bool in_range(const Float3& p) {
-    return std::abs(p.x) <= largest_coordinate && std::abs(p.y) <= largest_coordinate && std::abs(p.z) <= largest_coordinate;
-}
-
 Status out_of_range(const Shape& shape, uint64_t vertex, const Float3& p) {
     return Status::failed(
         fmt::format("{}: vertex {} lies at ({}, {}, {}) in the world; coordinates up to {} are supported: scale the scene, or remove it", shape.name,

@@ -1,6 +1,7 @@
 // Shapes -> the world.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -13,7 +14,10 @@ namespace raypager {
 // The triangle test multiplies three distances in single precision, and that must stay finite.
 inline constexpr double largest_coordinate = 1e12;
 
-bool in_range(const Float3& p);
+inline bool in_range(const Float3& p) {
+    constexpr auto largest = static_cast<float>(largest_coordinate);
+    return (std::abs(p.x) <= largest) & (std::abs(p.y) <= largest) & (std::abs(p.z) <= largest);
+}
 Status out_of_range(const Shape& shape, uint64_t vertex, const Float3& position);
 // Whether the triangle has no area, so that no ray can hit it.
 bool has_no_area(const Float3& a, const Float3& b, const Float3& c);
@@ -26,6 +30,8 @@ public:
     Float3 point(const Float3& p) const;
     // Octahedral. Normals go with the inverse transpose. Which side a shading normal points to is looked at only where it is used.
     uint32_t normal(const Float3& n) const;
+    // Whether positions stay as they are.
+    bool keeps_positions() const { return identity_ && cell_ == 0; }
     // Whether the order of a triangle's vertices is reversed.
     bool flips() const { return flips_; }
 

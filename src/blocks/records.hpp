@@ -39,8 +39,9 @@ inline constexpr size_t record_bytes[record_kinds] = {sizeof(TriangleRecord), si
                                                       sizeof(PointRecord)};
 static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
 
-// What a primitive takes in memory while its bucket is built: its place in World, and its PrimitiveRef.
-inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + 32, 3 * 16 + 12 + 4 + 32, sizeof(WorldSphere) + 12 + 4 + 32, 0};
+// What a primitive takes in memory while its bucket is built: its place in World, and what the cut needs.
+inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + cut_memory, 3 * 16 + 12 + 4 + cut_memory,
+                                                         sizeof(WorldSphere) + 12 + 4 + cut_memory, 0};
 
 // The reference of a primitive's record for the cut; its weight is what it takes in memory.
 PrimitiveRef make_ref(RecordKind kind, const std::byte* record);

@@ -101,7 +101,7 @@ public:
     Cover(std::span<const Triangle> triangles, std::span<const LaneBox> boxes) : triangles_(triangles), boxes_(boxes), neighbours_(triangles) {
         free_ = triangles.size() == 64 ? ~Mask{0} : bit(static_cast<uint32_t>(triangles.size())) - 1;
         for (uint32_t t = 0; t < triangles.size(); t++) {
-            mean_area_ += boxes[t].half_area() / static_cast<double>(boxes.size());
+            mean_area_ += boxes[t].rough_half_area() / static_cast<float>(boxes.size());
             for (Mask rest = neighbours_.of(t); rest != 0; rest &= rest - 1) degree_[t]++;
             by_degree_[degree_[t]] |= bit(t);
         }
@@ -111,7 +111,7 @@ public:
         std::vector<Strip> strips;
         strips.reserve(triangles_.size() / 2);
         while (free_ != 0) {
-            best_cost_ = std::numeric_limits<double>::infinity();
+            best_cost_ = std::numeric_limits<float>::infinity();
             extend(longer(Path(), hardest()), true);
             for (uint32_t i = 0; i < best_.count; i++) take(best_.triangles[i]);
             std::array<uint32_t, RP_LEAF_MAX_PRIMITIVES> order;
@@ -151,7 +151,7 @@ private:
 
     // Tries all paths that extend this one at its end, and at its beginning too if both_ends.
     void extend(const Path& path, bool both_ends) {
-        const double area = path.box.half_area();
+        const float area = path.box.rough_half_area();
         consider(path, area);
         // Boxes only grow, and a full strip shares what a leaf costs among the most triangles.
         if (path.count == RP_LEAF_MAX_PRIMITIVES || share(area, RP_LEAF_MAX_PRIMITIVES, leaf_overhead) >= best_cost_) return;
@@ -165,15 +165,16 @@ private:
     }
 
     // A triangle's share of the cost of a strip. overhead: in mean areas.
-    double share(double area, uint32_t count, double overhead) const {
-        const double n = count;
-        return (area * (node_cost + leaf_cost + primitive_cost * n) + mean_area_ * overhead) / n;
+    float share(float area, uint32_t count, float overhead) const {
+        static_assert(RP_LEAF_MAX_PRIMITIVES == 4);
+        constexpr float nth[] = {0, 1, 1.0f / 2, 1.0f / 3, 1.0f / 4};
+        return (area * (node_cost + leaf_cost) + mean_area_ * overhead) * nth[count] + area * primitive_cost;
     }
 
-    void consider(const Path& path, double area) {
+    void consider(const Path& path, float area) {
         // Stranded triangles only add to the cost, and take long to count.
         if (share(area, path.count, leaf_overhead) >= best_cost_) return;
-        const double cost = share(area, path.count, leaf_overhead + stranded_cost * stranded(path));
+        const float cost = share(area, path.count, leaf_overhead + stranded_cost * static_cast<float>(stranded(path)));
         if (cost >= best_cost_) return;
         best_cost_ = cost;
         best_ = path;
@@ -191,11 +192,11 @@ private:
     std::span<const Triangle> triangles_;
     std::span<const LaneBox> boxes_;
     Neighbours neighbours_;
-    double mean_area_ = 0;
+    float mean_area_ = 0;
     Mask free_;
     std::array<uint8_t, most_covered> degree_ = {};  // free neighbours: three at most, one across each edge
     std::array<Mask, 4> by_degree_ = {};             // free triangles that have so many
-    double best_cost_ = 0;
+    float best_cost_ = 0;
     Path best_;
 };
 

@@ -52,6 +52,7 @@ private:
 WideSize measure_wide_form(const Bvh& bvh, std::span<const rp_sphere> spheres) {
     const Tree tree = {bvh, spheres};
     WidePlan<Tree, Record> plan;
+    plan.reserve(bvh.nodes.size());
     plan.make(tree, bvh.portals);
     ByteCount bytes;
     WideTreeWriter writer(plan.nodes(), plan.collapse(), bytes,

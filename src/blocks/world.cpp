@@ -12,7 +12,6 @@ namespace {
 // taken for whole: how many bits they will take is known only when the block is there.
 constexpr float single_leaf_bytes = 56;  // of a leaf with a single triangle: leaf, ids, and one node a leaf
 
-// How many triangles use each vertex, at most 255.
 std::vector<uint8_t> count_uses(const World& world) {
     std::vector<uint8_t> uses(world.positions.size());
     for (uint32_t i = 0; i < world.primitives.size(); i++) {
@@ -40,61 +39,51 @@ Box sphere_bounds(const WorldSphere& sphere) {
     return box;
 }
 
-Box primitive_bounds(const World& world, uint32_t primitive) {
-    if (world.is_sphere(primitive)) return sphere_bounds(world.sphere(primitive));
-    Box box;
-    for (uint32_t v : world.primitives[primitive]) box.grow(world.positions[v]);
-    return box;
+void make_refs(const World& world, std::span<const uint32_t> primitives, PrimitiveRefs& refs) {
+    refs.resize(primitives.size());
+    for (size_t i = 0; i < refs.size(); i++) refs[i] = make_ref(world, primitives[i]);
 }
 
-PrimitiveRefs make_refs(const World& world) {
-    const std::vector<uint8_t> uses = count_uses(world);
-    PrimitiveRefs refs(world.primitives.size());
-    parallel_for(refs.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            const auto id = static_cast<uint32_t>(i);
-            uint32_t weight = sphere_weight;
-            if (!world.is_sphere(id)) {
-                float own_vertices = 0;
-                for (uint32_t v : world.primitives[id]) own_vertices += 1.0f / uses[v];
-                weight = triangle_weight(own_vertices, !world.normals.empty());
-            }
-            refs[i] = {primitive_bounds(world, id), id, weight};
-        }
-    });
-    return refs;
+Weigher::Weigher(const World& world, Sharing sharing) : world_(world), sharing_(sharing) {
+    if (sharing == Sharing::by_index) uses_ = count_uses(world);
 }
 
-PrimitiveRefs make_unweighed_refs(const World& world) {
-    // Rather too low: a part that is cut too small at first stays too small.
-    const uint32_t guess = triangle_weight(0.5f, !world.normals.empty());
-    PrimitiveRefs refs(world.primitives.size());
-    parallel_for(refs.size(), size_t{1} << 16, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            const auto id = static_cast<uint32_t>(i);
-            refs[i] = {primitive_bounds(world, id), id, world.is_sphere(id) ? sphere_weight : guess};
-        }
-    });
-    return refs;
+void Weigher::weigh(std::span<PrimitiveRef> refs) const { sharing_ == Sharing::by_index ? weigh_by_index(refs) : weigh_by_value(refs); }
+
+void Weigher::guess(std::span<PrimitiveRef> refs) const {
+    if (sharing_ == Sharing::by_index) return weigh_by_index(refs);
+    const uint32_t weight = triangle_weight(0.5f, !world_.normals.empty());
+    for (PrimitiveRef& ref : refs) ref.weight = world_.is_sphere(ref.id) ? sphere_weight : weight;
 }
 
-void weigh(const World& world, std::span<PrimitiveRef> refs) {
+void Weigher::weigh_by_index(std::span<PrimitiveRef> refs) const {
+    for (PrimitiveRef& ref : refs) {
+        ref.weight = sphere_weight;
+        if (world_.is_sphere(ref.id)) continue;
+        float own_vertices = 0;
+        for (const uint32_t v : world_.primitives[ref.id]) own_vertices += 1.0f / uses_[v];
+        ref.weight = triangle_weight(own_vertices, !world_.normals.empty());
+    }
+}
+
+void Weigher::weigh_by_value(std::span<PrimitiveRef> refs) const {
     VertexTable table(refs.size());
     std::vector<uint8_t> uses;
     std::vector<Triangle> numbers(refs.size());
     for (size_t i = 0; i < refs.size(); i++) {
-        if (world.is_sphere(refs[i].id)) continue;
+        if (world_.is_sphere(refs[i].id)) continue;
         for (int k = 0; k < 3; k++) {
-            const uint32_t v = numbers[i][k] = table.number(world.vertex(world.primitives[refs[i].id][k]));
+            const uint32_t v = numbers[i][k] = table.number(world_.vertex(world_.primitives[refs[i].id][k]));
             if (v == uses.size()) uses.push_back(0);
             uses[v] += uses[v] < 255;
         }
     }
     for (size_t i = 0; i < refs.size(); i++) {
-        if (world.is_sphere(refs[i].id)) continue;
+        refs[i].weight = sphere_weight;
+        if (world_.is_sphere(refs[i].id)) continue;
         float own_vertices = 0;
         for (const uint32_t v : numbers[i]) own_vertices += 1.0f / uses[v];
-        refs[i].weight = triangle_weight(own_vertices, !world.normals.empty());
+        refs[i].weight = triangle_weight(own_vertices, !world_.normals.empty());
     }
 }
 

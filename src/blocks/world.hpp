@@ -1,6 +1,8 @@
 // All primitives of a scene, in world space, as the cut and the builders of blocks see them.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -22,7 +24,7 @@ struct WorldSphere {
 };
 
 struct World {
-    std::vector<Float3> positions;
+    UnwrittenVector<Float3> positions;
     std::vector<uint32_t> normals;  // octahedral, one a position, RP_NONE where there is none; empty: no shape has any
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
     // A sphere: its index among the spheres, then RP_NONE twice.
@@ -42,7 +44,20 @@ struct World {
 // Centre +- radius, rounded outwards.
 Box sphere_bounds(const WorldSphere& sphere);
 // Exact bounds of a triangle, safe bounds of a sphere.
-Box primitive_bounds(const World& world, uint32_t primitive);
+inline LaneBox primitive_bounds(const World& world, uint32_t primitive) {
+    LaneBox box;
+    if (world.is_sphere(primitive)) {
+        const Box bounds = sphere_bounds(world.sphere(primitive));
+        box.lower = Lanes{bounds.lower[0], bounds.lower[1], bounds.lower[2], 0};
+        box.upper = Lanes{bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+        return box;
+    }
+    for (const uint32_t v : world.primitives[primitive]) {
+        const Float3& p = world.positions[v];
+        box.grow(Lanes{p.x, p.y, p.z, 0});
+    }
+    return box;
+}
 
 // What the cut and the builders move about.
 struct PrimitiveRef {
@@ -61,13 +76,40 @@ struct PrimitiveRef {
 };
 static_assert(sizeof(PrimitiveRef) == 32);
 using PrimitiveRefs = UnwrittenVector<PrimitiveRef>;
+// What the cut of a world takes for each primitive (world_cut.hpp): its place in the order, its region, a share of the sample and of the regions at
+// hand.
+inline constexpr uint64_t cut_memory = 16;
 
-// One for each primitive, in order. Weights follow from how many triangles share the vertices by index.
-PrimitiveRefs make_refs(const World& world);
-// The same for a world whose triangles have vertices of their own: weights are a guess, until weigh() compares the vertices of a
-// part of the refs that lie together.
-PrimitiveRefs make_unweighed_refs(const World& world);
-void weigh(const World& world, std::span<PrimitiveRef> refs);
+// Without its weight. In two pieces, as it is read: what is written in smaller ones is waited for.
+inline PrimitiveRef make_ref(const World& world, uint32_t primitive) {
+    const LaneBox box = primitive_bounds(world, primitive);
+    const Lanes first = __builtin_shuffle(box.lower, box.upper, LaneInts{0, 1, 2, 4}),
+                second = __builtin_shuffle(box.upper, Lanes{std::bit_cast<float>(primitive), 0, 0, 0}, LaneInts{1, 2, 4, 5});
+    return std::bit_cast<PrimitiveRef>(std::array{first, second});
+}
+// One for each of the primitives, in their order.
+void make_refs(const World& world, std::span<const uint32_t> primitives, PrimitiveRefs& refs);
+
+// Gives refs their weights.
+class Weigher {
+public:
+    // Triangles share vertices by index, or have vertices of their own, which are compared.
+    enum class Sharing : uint8_t { by_index, by_value };
+    Weigher(const World& world, Sharing sharing);
+    // Of refs that lie together.
+    void weigh(std::span<PrimitiveRef> refs) const;
+    // Of any refs: by index the same, else rather too low.
+    void guess(std::span<PrimitiveRef> refs) const;
+
+private:
+    void weigh_by_index(std::span<PrimitiveRef> refs) const;
+    void weigh_by_value(std::span<PrimitiveRef> refs) const;
+
+    const World& world_;
+    const Sharing sharing_;
+    std::vector<uint8_t> uses_;  // by index: how many triangles use each vertex, at most 255
+};
+
 // The estimate itself, for a triangle that has this many vertices for itself: a half in a closed mesh, three if it stands alone.
 inline constexpr uint32_t sphere_weight = 16 + 4 + 6;  // record, id, share of nodes
 uint32_t triangle_weight(float own_vertices, bool with_normals);

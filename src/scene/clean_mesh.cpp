@@ -126,10 +126,11 @@ void for_each_run(Buckets<Item>& buckets, const Run& run) {
 }
 
 uint64_t count_duplicates(const Share& share) {
-    auto buckets = file_by_vertex<std::array<uint32_t, 2>>(share, [&](const auto& emit) {
-        share.for_each_triangle([&](Triangle t) {
-            std::sort(t.begin(), t.end());
-            emit(t[0], std::array<uint32_t, 2>{t[1], t[2]});
+    auto buckets = file_by_vertex<uint64_t>(share, [&](const auto& emit) {
+        share.for_each_triangle([&](const Triangle& t) {
+            const auto [low, high] = std::minmax(t[0], t[1]);
+            const uint32_t least = std::min(low, t[2]), most = std::max(high, t[2]), middle = std::max(low, std::min(high, t[2]));
+            emit(least, uint64_t{middle} << 32 | most);
         });
     });
     uint64_t duplicates = 0;

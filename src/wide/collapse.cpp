@@ -1,5 +1,9 @@
 #include "wide/collapse.hpp"
 
+#include <algorithm>
+#include <bit>
+#include <utility>
+
 #include "base/check.hpp"
 
 namespace raypager {
@@ -32,30 +36,32 @@ void Collapse::plan(uint32_t index) {
         return;
     }
     const Plan &left = plans_[node.left], &right = plans_[node.right];
-    const auto distribute = [&](uint32_t n, uint8_t& share) {
-        float least = std::numeric_limits<float>::infinity();
-        for (uint32_t l = n > most_as_child ? n - most_as_child : 1; l < n && l <= most_as_child; l++) {
-            const float cost = left.cost[l - 1] + right.cost[n - l - 1];
-            if (cost < least || share == 0) {
-                least = cost;
-                share = static_cast<uint8_t>(l);
-            }
-        }
-        return least;
+    const auto distribute = [&]<uint32_t n>(std::integral_constant<uint32_t, n>) {
+        // The bits of floats that are not negative have their order; so the least cost, and the least share among equals, takes no branch.
+        uint64_t least = UINT64_MAX;
+        const auto consider = [&](uint32_t l) {
+            least = std::min(least, uint64_t{std::bit_cast<uint32_t>(left.cost[l - 1] + right.cost[n - l - 1])} << 8 | l);
+        };
+        [&]<size_t... i>(std::index_sequence<i...>) { (consider(i + 1), ...); }
+        (std::make_index_sequence<n - 1>());
+        return std::pair(std::bit_cast<float>(static_cast<uint32_t>(least >> 8)), static_cast<uint8_t>(least));
     };
-    const float as_node = area * wide_node_cost + distribute(RP_WIDE_CHILDREN, plan.inner_share);
+    const auto [of_children, inner_share] = distribute(std::integral_constant<uint32_t, RP_WIDE_CHILDREN>());
+    plan.inner_share = inner_share;
+    const float as_node = area * wide_node_cost + of_children;
     // Not "<": areas may be too small or too large for a float.
     if (!(plan.cost[0] <= as_node) || node.leaf_cost == std::numeric_limits<float>::infinity()) {
         plan.cost[0] = as_node;
         plan.leaf = false;
     }
-    for (uint32_t n = 2; n <= most_as_child; n++) {
-        uint8_t share = 0;
-        const float cost = distribute(n, share);
+    const auto as_children = [&]<uint32_t n>(std::integral_constant<uint32_t, n> count) {
+        const auto [cost, share] = distribute(count);
         const bool better = cost < plan.cost[n - 2];
         plan.cost[n - 1] = better ? cost : plan.cost[n - 2];
         plan.share[n - 1] = better ? share : 0;
-    }
+    };
+    [&]<uint32_t... i>(std::integer_sequence<uint32_t, i...>) { (as_children(std::integral_constant<uint32_t, i + 2>()), ...); }
+    (std::make_integer_sequence<uint32_t, most_as_child - 1>());
 }
 
 void Collapse::add_children(uint32_t index, uint32_t most, WideChildren& out) const {

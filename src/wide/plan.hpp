@@ -24,6 +24,11 @@ namespace raypager {
 template <class Tree, class Record>
 class WidePlan {
 public:
+    // Room for a tree of so many nodes.
+    void reserve(size_t nodes) {
+        nodes_.reserve(nodes);
+        contents_.reserve(nodes);
+    }
     void make(const Tree& tree, std::span<const uint32_t> roots) {
         nodes_.clear();
         contents_.clear();

@@ -26,7 +26,7 @@ constexpr double patience = 120;  // seconds, on a busy machine
 
 class BakeProcesses : public testing::Test {
 protected:
-    static constexpr uint32_t n = 860;
+    static constexpr uint32_t n = 1000;
 
     // 2 n^2 triangles, one mesh in one file: so many that a bake in memory takes more than the limits that are tried.
     void SetUp() override {

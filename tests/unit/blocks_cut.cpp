@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -10,6 +12,8 @@
 #include "blocks/cut.hpp"
 #include "blocks/gather.hpp"
 #include "blocks/grid.hpp"
+#include "blocks/partition.hpp"
+#include "blocks/world_cut.hpp"
 #include "unit/blocks_scenes.hpp"
 
 namespace raypager {
@@ -21,6 +25,15 @@ World world_of(const Scene& scene) {
     auto gathered = gather(scene, [](double) {});
     if (!gathered) throw std::runtime_error(gathered.status().message());
     return std::move(gathered->world);
+}
+
+PrimitiveRefs refs_of(const World& world) {
+    std::vector<uint32_t> all(world.primitives.size());
+    std::iota(all.begin(), all.end(), 0);
+    PrimitiveRefs refs;
+    make_refs(world, all, refs);
+    Weigher(world, Weigher::Sharing::by_index).weigh(refs);
+    return refs;
 }
 
 std::vector<std::set<uint32_t>> ids_of(const std::vector<Part>& parts, const PrimitiveRefs& refs) {
@@ -35,7 +48,7 @@ std::vector<std::set<uint32_t>> ids_of(const std::vector<Part>& parts, const Pri
 TEST(Cut, PartsFollowEachOtherAndKeepTheLimit) {
     const World world = world_of(mixed_scene(1));
     for (const uint64_t limit : {uint64_t{1}, uint64_t{5000}, uint64_t{100000}, uint64_t{1} << 30}) {
-        PrimitiveRefs refs = make_refs(world);
+        PrimitiveRefs refs = refs_of(world);
         const auto parts = cut(refs, limit);
         size_t end = 0;
         for (const Part& part : parts) {
@@ -54,7 +67,7 @@ TEST(Cut, PartsFollowEachOtherAndKeepTheLimit) {
 TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
     constexpr uint32_t seed = 4;
     const World world = world_of(mixed_scene(2));
-    PrimitiveRefs refs = make_refs(world), shuffled = refs;
+    PrimitiveRefs refs = refs_of(world), shuffled = refs;
     std::mt19937 random(seed);
     std::shuffle(shuffled.begin(), shuffled.end(), random);
     const auto parts = cut(refs, 20000), parts_of_shuffled = cut(shuffled, 20000);
@@ -62,31 +75,54 @@ TEST(Cut, DoesNotDependOnTheOrderOfPrimitives) {
     EXPECT_EQ(ids_of(parts, refs), ids_of(parts_of_shuffled, shuffled));
 }
 
-// Large sets are cut where a sample says, and partitioned by all threads together.
-TEST(Cut, DoesNotDependOnTheNumberOfThreads) {
+// Large worlds are sorted into regions where the cuts of a sample say, by all threads together.
+TEST(Cut, OfAWorldDoesNotDependOnTheNumberOfThreads) {
     const World world = world_of(scene_of({mesh_shape(terrain(400))}));
-    const PrimitiveRefs refs = make_refs(world);
-    ASSERT_GT(refs.size(), size_t{300000});
-    PrimitiveRefs halves = refs;
-    for (const bool weighs : {false, true}) {
-        SCOPED_TRACE(weighs);
-        const auto weigh_part = [&](std::span<PrimitiveRef> part) { weigh(world, part); };
-        const std::function<void(std::span<PrimitiveRef>)> none;
-        const auto all_parts = [&](PrimitiveRefs& copy) { return cut(copy, 64 << 10, weighs ? weigh_part : none); };
-        PrimitiveRefs by_all = refs, by_one = refs;
-        const auto parts = all_parts(by_all);
+    const size_t count = world.primitives.size();
+    ASSERT_GT(count, size_t{300000});
+    constexpr uint64_t limit = 64 << 10;
+    for (const auto sharing : {Weigher::Sharing::by_index, Weigher::Sharing::by_value}) {
+        SCOPED_TRACE(sharing == Weigher::Sharing::by_index);
+        const Weigher weigher(world, sharing);
+        const WorldParts by_all = WorldCut(world, weigher).run(limit);
         const WorkersAtMost alone(1);
-        const auto parts_by_one = all_parts(by_one);
-        ASSERT_EQ(parts.size(), parts_by_one.size());
-        for (size_t i = 0; i < parts.size(); i++) EXPECT_TRUE(parts[i].begin == parts_by_one[i].begin && parts[i].end == parts_by_one[i].end) << i;
-        std::vector<bool> seen(refs.size());
-        for (size_t i = 0; i < refs.size(); i++) {
-            EXPECT_EQ(by_all[i].id, by_one[i].id);
-            seen[by_all[i].id] = true;
+        const WorldParts by_one = WorldCut(world, weigher).run(limit);
+        ASSERT_EQ(by_all.parts.size(), by_one.parts.size());
+        size_t end = 0;
+        for (size_t i = 0; i < by_all.parts.size(); i++) {
+            const Part& part = by_all.parts[i];
+            EXPECT_TRUE(part.begin == by_one.parts[i].begin && part.end == by_one.parts[i].end) << i;
+            ASSERT_EQ(part.begin, end);
+            end = part.end;
+            PrimitiveRefs refs;
+            make_refs(world, std::span(by_all.order).subspan(part.begin, part.end - part.begin), refs);
+            Weigher(world, Weigher::Sharing::by_index).weigh(refs);
+            uint64_t weight = 0;
+            for (const PrimitiveRef& ref : refs) weight += ref.weight;
+            // Compared by value, triangles at the rim of a region have fewer neighbours there.
+            EXPECT_LE(weight, limit);
+            // No cut is worse than 1 : 8, but those of regions are found on a sample.
+            EXPECT_GT(weight, limit / 18);
         }
-        EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<std::ptrdiff_t>(refs.size()));
+        EXPECT_EQ(end, count);
+        EXPECT_TRUE(by_all.order == by_one.order);
+        std::vector<bool> seen(count);
+        for (const uint32_t id : by_all.order) seen[id] = true;
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<std::ptrdiff_t>(count));
     }
-    // Whatever plane it is, all on one side of it come first.
+}
+
+TEST(Cut, OfAWorldEstimatesItsWeight) {
+    const World world = world_of(scene_of({mesh_shape(terrain(400)), mesh_shape(soup(40000, 1))}));
+    const Weigher weigher(world, Weigher::Sharing::by_index);
+    double weight = 0;
+    for (const PrimitiveRef& ref : refs_of(world)) weight += ref.weight;
+    EXPECT_NEAR(static_cast<double>(WorldCut(world, weigher).weight()), weight, 0.01 * weight);
+}
+
+// Whatever plane it is, all on one side of it come first.
+TEST(Cut, InTwoIsAtAPlane) {
+    PrimitiveRefs halves = refs_of(world_of(scene_of({mesh_shape(terrain(400))})));
     const size_t middle = cut_in_two(halves);
     const Extent left = extent_of(std::span(halves).first(middle)), right = extent_of(std::span(halves).subspan(middle));
     int apart = 0;
@@ -94,9 +130,42 @@ TEST(Cut, DoesNotDependOnTheNumberOfThreads) {
     EXPECT_GE(apart, 1);
 }
 
+// A grid leads to the parts; where a ref is must not depend on it. Centres on planes, beyond all samples, and alike.
+TEST(Cut, PartitionLeadsWhereItsPlanesSay) {
+    constexpr uint32_t seed = 9;
+    std::mt19937 random(seed);
+    const auto coordinate = [&](int kind) {
+        const auto unit = std::uniform_real_distribution<float>(-1, 1)(random);
+        return kind == 0 ? unit : kind == 1 ? std::round(unit * 4) / 4 : kind == 2 ? unit * 1e12f : 0.5f;
+    };
+    for (int kind = 0; kind < 5; kind++) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", kind " << kind);
+        const auto make = [&](uint32_t id) {
+            PrimitiveRef ref = {{}, id, 20};
+            // The last kind is flat, and far longer than wide.
+            for (int a = 0; a < 3; a++)
+                ref.box.lower[a] = ref.box.upper[a] = kind < 4 ? coordinate(kind) : a == 0 ? coordinate(2) : a == 1 ? coordinate(0) : 0.5f;
+            return ref;
+        };
+        PrimitiveRefs sample(20000);
+        for (uint32_t i = 0; i < sample.size(); i++) sample[i] = make(3 * i);
+        const Partition partition(sample, 0, 37);
+        EXPECT_EQ(partition.parts(), 37u);
+        std::vector<bool> met(partition.parts());
+        for (uint32_t i = 0; i < 20000; i++) {
+            PrimitiveRef ref = i % 2 ? make(3 * i + 1) : sample[i];
+            if (i % 7 == 0) ref.box.lower[i % 3] = ref.box.upper[i % 3] = i % 2 ? 9e11f : -9e11f;
+            const uint32_t part = partition.part_of(ref);
+            ASSERT_EQ(part, partition.part_from_root(ref.lanes(), ref.id));
+            met[part] = true;
+        }
+        EXPECT_EQ(std::count(met.begin(), met.end(), true), 37);
+    }
+}
+
 TEST(Cut, BlocksAreEven) {
     const World world = world_of(scene_of({mesh_shape(terrain(200))}));
-    PrimitiveRefs refs = make_refs(world);
+    PrimitiveRefs refs = refs_of(world);
     const auto parts = cut(refs, 64 << 10);
     // No split is worse than 1 : 8, so no block is smaller than a ninth of the limit.
     for (const Part& part : parts) EXPECT_GT((part.end - part.begin) * 24, (64u << 10) / 9);
@@ -191,7 +260,7 @@ TEST(BlockSizes, AreEstimatedWell) {
     for (const auto& c : cases) {
         double estimate = 0;
         const World world = world_of(c.scene);
-        for (const PrimitiveRef& ref : make_refs(world)) estimate += ref.weight;
+        for (const PrimitiveRef& ref : refs_of(world)) estimate += ref.weight;
         const double ratio = estimate / static_cast<double>(world.primitives.size()) / bytes_a_primitive(c.scene, 1 << 20);
         EXPECT_GT(ratio, 1.0) << c.name;
         EXPECT_LT(ratio, 1.3) << c.name;

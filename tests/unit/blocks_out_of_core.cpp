@@ -217,7 +217,7 @@ TEST(OutOfCore, SplitsWhatLiesInOnePlace) {
     const Scene scene = scene_of({mesh_shape(std::move(mesh))});
     const Gathered gathered = gather_tightly(scene, folder);
     DistributeSettings settings;
-    settings.memory.bucket = 500 << 10;
+    settings.memory.bucket = 400 << 10;
     settings.memory.buffers = 4 << 20;
     settings.memory.sample = 1000;
     settings.spill_beside = folder / "scene.rpb";

@@ -1,0 +1,124 @@
+#include "blocks/world_cut.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <numeric>
+
+#include "base/jitter.hpp"
+#include "base/parallel.hpp"
+#include "blocks/partition.hpp"
+
+namespace raypager {
+namespace {
+
+// What one thread does at a time.
+constexpr size_t piece = size_t{1} << 16;
+// Up to so many primitives are a single region.
+constexpr size_t small = size_t{1} << 17;
+// One in so many is looked at for the cuts, within bounds; a region gets so many of them. Each cut is found on twice as many, at least.
+constexpr size_t sampled = 16, least_sample = small, most_sample = size_t{1} << 22, sample_of_region = size_t{1} << 13;
+static_assert(most_sample / sample_of_region <= UINT16_MAX);
+
+// Memory for refs that one thread after another uses: to the system, new memory is more work than to us what we do with it.
+class Buffers {
+public:
+    PrimitiveRefs take() {
+        const std::lock_guard lock(mutex_);
+        if (free_.empty()) return {};
+        PrimitiveRefs refs = std::move(free_.back());
+        free_.pop_back();
+        return refs;
+    }
+    void give(PrimitiveRefs&& refs) {
+        const std::lock_guard lock(mutex_);
+        free_.push_back(std::move(refs));
+    }
+
+private:
+    std::mutex mutex_;
+    std::vector<PrimitiveRefs> free_;
+};
+
+}  // namespace
+
+WorldCut::WorldCut(const World& world, const Weigher& weigher) : world_(world), weigher_(weigher), sample_(take_sample()) {
+    for (const PrimitiveRef& ref : sample_) weight_ += ref.weight;
+    if (!sample_.empty())
+        weight_ =
+            static_cast<uint64_t>(static_cast<double>(weight_) * static_cast<double>(world.primitives.size()) / static_cast<double>(sample_.size()));
+}
+
+PrimitiveRefs WorldCut::take_sample() const {
+    const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, least_sample, most_sample));
+    PrimitiveRefs sample(count);
+    // One from anywhere in each of equal stretches: a fixed place might follow the rows of a regular mesh.
+    parallel_for(count, piece, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; i++) {
+            const uint64_t begin = uint64_t{all} * i / count, end = uint64_t{all} * (i + 1) / count;
+            sample[i] = make_ref(world_, static_cast<uint32_t>(begin + jitter(i, end - begin)));
+        }
+        weigher_.guess(std::span(sample).subspan(first, last - first));
+    });
+    return sample;
+}
+
+std::vector<Part> WorldCut::sort_into_regions(uint64_t limit, UnwrittenVector<uint32_t>& order) {
+    const size_t all = order.size();
+    const double limit_of_sample = static_cast<double>(limit) * static_cast<double>(sample_.size()) / static_cast<double>(all);
+    const size_t most = sample_.size() / sample_of_region;
+    const Partition partition(std::move(sample_), limit_of_sample, most);
+    // Counted in pieces of the world, so that each piece knows where its own go.
+    const size_t regions = partition.parts(), pieces = (all + piece - 1) / piece;
+    UnwrittenVector<uint16_t> region_of(all);
+    std::vector<uint32_t> places(pieces * regions);
+    parallel_for(all, piece, [&](size_t begin, size_t end) {
+        const auto counts = std::span(places).subspan(begin / piece * regions, regions);
+        for (size_t i = begin; i < end; i++) {
+            const auto primitive = static_cast<uint32_t>(i);
+            const uint32_t region = partition.part_of(primitive_bounds(world_, primitive), primitive);
+            region_of[i] = static_cast<uint16_t>(region);
+            counts[region]++;
+        }
+    });
+    std::vector<Part> result(regions);
+    uint32_t place = 0;
+    for (size_t region = 0; region < regions; region++) {
+        result[region].begin = place;
+        for (size_t p = 0; p < pieces; p++) place += std::exchange(places[p * regions + region], place);
+        result[region].end = place;
+    }
+    parallel_for(all, piece, [&](size_t begin, size_t end) {
+        const auto next = std::span(places).subspan(begin / piece * regions, regions);
+        for (size_t i = begin; i < end; i++) order[next[region_of[i]]++] = static_cast<uint32_t>(i);
+    });
+    return result;
+}
+
+WorldParts WorldCut::run(uint64_t limit) && {
+    WorldParts result;
+    result.order.resize(world_.primitives.size());
+    std::vector<Part> regions;
+    if (result.order.size() > small) {
+        regions = sort_into_regions(limit, result.order);
+    } else {
+        std::iota(result.order.begin(), result.order.end(), 0);
+        regions = {{0, result.order.size()}};
+    }
+    std::vector<std::vector<Part>> parts(regions.size());
+    Buffers buffers;
+    parallel_for(regions.size(), 1, [&](size_t region, size_t) {
+        const auto [begin, end] = regions[region];
+        const auto ids = std::span(result.order).subspan(begin, end - begin);
+        PrimitiveRefs refs = buffers.take();
+        make_refs(world_, ids, refs);
+        weigher_.weigh(refs);
+        parts[region] = cut(refs, limit);
+        for (Part& part : parts[region]) part = {part.begin + begin, part.end + begin};
+        for (size_t i = 0; i < ids.size(); i++) ids[i] = refs[i].id;
+        buffers.give(std::move(refs));
+    });
+    for (const auto& of_region : parts) result.parts.insert(result.parts.end(), of_region.begin(), of_region.end());
+    return result;
+}
+
+}  // namespace raypager
