@@ -86,7 +86,7 @@ public:
     virtual Status stream(MeshSink& sink, MeshIssues& issues) const;
     virtual std::string name() const = 0;                          // for messages: the file's path, or "scene.pbrt:12"
     virtual std::vector<std::string> files() const { return {}; }  // that the result depends on
-    virtual uint64_t bytes_to_read() const { return 0; }           // about; how the work is shared out depends on it, and nothing else
+    virtual uint64_t bytes_to_read() const { return 0; }           // about; only speed and room made ahead depend on it
 };
 
 class MeshInMemory final : public MeshSource {

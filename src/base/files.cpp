@@ -178,7 +178,7 @@ void OutputFile::hand_on() {
     const uint64_t written = position_;
     if (written < handed_on_ + least) return;
 #ifdef __linux__
-    (void)::sync_file_range(descriptor_, static_cast<off64_t>(handed_on_), static_cast<off64_t>(written - handed_on_), SYNC_FILE_RANGE_WRITE);
+    (void)::sync_file_range(descriptor_, static_cast<off_t>(handed_on_), static_cast<off_t>(written - handed_on_), SYNC_FILE_RANGE_WRITE);
 #endif
     handed_on_ = written;
 }

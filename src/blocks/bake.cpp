@@ -125,7 +125,7 @@ private:
         WorldCut cut(world, weigher);
         const auto memory = settle_block_size(cut.weight());
         if (!memory) return memory.status();
-        const WorldParts parts = std::move(cut).run(options_.block_bytes);
+        const WorldParts parts = std::move(cut).run(options_.block_bytes, memory->cut);
         report("cut", 1);
         BlockBuilder builder(options_, memory->builders, writer, baked);
         RAYPAGER_TRY(builder.build(world, weigher, parts, [this](double fraction) { report("build", fraction); }));
@@ -153,7 +153,7 @@ private:
                 for (auto part = split->rbegin(); part != split->rend(); ++part) stack.push_back(std::move(*part));
                 continue;
             }
-            RAYPAGER_TRY(build_bucket(bucket, builder, [&](double fraction) {
+            RAYPAGER_TRY(build_bucket(bucket, *memory, builder, [&](double fraction) {
                 report("build", (static_cast<double>(built) + fraction * static_cast<double>(count)) / all);
             }));
             built += count;
@@ -163,11 +163,11 @@ private:
         return {};
     }
 
-    Status build_bucket(const Bucket& bucket, BlockBuilder& builder, const std::function<void(double)>& progress) const {
+    Status build_bucket(const Bucket& bucket, const BakeMemory& memory, BlockBuilder& builder, const std::function<void(double)>& progress) const {
         const auto world = load_bucket(bucket);
         if (!world) return world.status();
         const Weigher weigher(*world, Weigher::Sharing::by_value);
-        const WorldParts parts = WorldCut(*world, weigher).run(options_.block_bytes);
+        const WorldParts parts = WorldCut(*world, weigher).run(options_.block_bytes, memory.cut);
         return builder.build(*world, weigher, parts, progress);
     }
 

@@ -37,6 +37,7 @@ Result<BakeMemory> BakeMemory::plan(uint64_t limit, uint64_t block_bytes) {
     memory.builders = static_cast<size_t>(std::clamp<uint64_t>(limit / builders_share / (builder_bytes_of_block * block_bytes), 1, worker_count()));
     memory.gather = limit - memory.builders * builder_bytes_of_block * block_bytes;
     memory.bucket = limit / 2;
+    memory.cut = limit / builders_share;
     memory.buffers = limit / 2;
     memory.chunk_triangles = static_cast<size_t>(std::clamp<uint64_t>(limit / 4 / chunk_bytes_of_triangle, 1 << 12, 1 << 20));
     memory.sample = static_cast<size_t>(std::clamp<uint64_t>(limit / 8 / 32, 1 << 12, 1 << 20));

@@ -41,7 +41,7 @@ public:
         return std::max((vertices + primitives) * 5 / 2, vertices + primitives + world_.primitives.size() * cut_memory);
     }
 
-    // share: of all meshes, what will be there with this one, by their bytes.
+    // share: of all meshes, what will be there with this one, by their bytes; 1 where that is unknown.
     Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share) {
         const auto base = static_cast<uint64_t>(world_.positions.size());
         grow_huge(world_.positions, base + mesh.positions.size(), expected(base + mesh.positions.size(), sizeof(Float3), share));
@@ -62,9 +62,10 @@ public:
 private:
     // How many items there will be at the end. Memory that nobody writes to costs nothing; moving what is there, again and again, does.
     size_t expected(size_t count, size_t item_bytes, double share) const {
-        constexpr double reserve = 1.5;  // triangles a byte differ from mesh to mesh
+        constexpr double reserve = 1.5;           // triangles a byte differ from mesh to mesh
+        constexpr double least_share = 1.0 / 64;  // less says little of all the others
         const double most = static_cast<double>(memory_) / 3 / static_cast<double>(item_bytes);
-        return static_cast<size_t>(std::min(static_cast<double>(count) / share * reserve, most));
+        return static_cast<size_t>(std::min(static_cast<double>(count) / std::max(share, least_share) * reserve, most));
     }
 
     void place_positions(const Placement& placement, const TriangleMesh& mesh) {
@@ -292,7 +293,8 @@ private:
             return too_many(shape);
         if (spiller_) return spill_whole(shape, placement, mesh, issues);
         const auto first = static_cast<uint32_t>(count());
-        RAYPAGER_TRY(store_.add(shape, placement, mesh, issues, (1 + static_cast<double>(bytes_begun_)) / (1 + static_cast<double>(bytes_))));
+        const double share = mesh_bytes(shape) > 0 ? static_cast<double>(bytes_begun_) / static_cast<double>(bytes_) : 1;
+        RAYPAGER_TRY(store_.add(shape, placement, mesh, issues, share));
         if (light_)
             for (uint32_t i = first; i < count(); i++) out_.lights.push_back(primitive_light(out_.world, i, *light_));
         return {};

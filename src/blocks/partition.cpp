@@ -62,13 +62,16 @@ Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
         parts++;
     }
     number(0);
-    make_grid(centroids);
+    RAYPAGER_CHECK(nodes_.size() <= UINT16_MAX);
+    make_grid(centroids, sample.size());
     enter(0, {{0, 0, 0}, count_});
+    for (auto& first : first_) first = {};
 }
 
 // Cells that are about cubes, so that a flat scene has more of them along it.
-void Partition::make_grid(const LaneBox& centroids) {
-    constexpr double most_cells = 1 << 20, most_along = 1024;
+void Partition::make_grid(const LaneBox& centroids, size_t samples) {
+    constexpr double most_along = 1024;
+    const double most_cells = static_cast<double>(std::clamp<size_t>(4 * samples, 1, size_t{1} << 20));
     double extent[3], longest = 0;
     for (int a = 0; a < 3; a++) longest = std::max(longest, extent[a] = double(centroids.upper[a]) - centroids.lower[a]);
     const auto count = [&](int a, double size) { return std::clamp(std::floor(extent[a] / size), 1.0, most_along); };
@@ -89,7 +92,8 @@ void Partition::make_grid(const LaneBox& centroids) {
         first_[a].assign(count_[a] + 1, -std::numeric_limits<float>::max());
         first_[a].back() = std::numeric_limits<float>::infinity();
         for (uint32_t i = 1; i < count_[a]; i++) {
-            uint32_t below = float_order(first_[a][i - 1]), from = float_order(std::numeric_limits<float>::max());
+            // From the least of all: where floats are coarser than cells, some cells have none, and begin where the next one does.
+            uint32_t below = float_order(-std::numeric_limits<float>::max()), from = float_order(std::numeric_limits<float>::max());
             while (from - below > 1) {
                 const uint32_t middle = below + (from - below) / 2;
                 (cell(float_at(middle)) < static_cast<float>(i) ? below : from) = middle;

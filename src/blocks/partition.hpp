@@ -1,4 +1,4 @@
-// Which bucket a primitive goes to when a scene is too large for memory: the first cuts of the scene, found on a sample of it.
+// Which region of a world a primitive goes to, or which bucket of a scene that is too large for memory: the first cuts, found on a sample.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ private:
     };
 
     void number(uint32_t node);
-    void make_grid(const LaneBox& centroids);
+    void make_grid(const LaneBox& centroids, size_t samples);
     void enter(uint32_t node, const Cells& cells);
     void fill(uint32_t node, const Cells& cells);
     uint32_t descend(uint32_t node, Lanes centroid, uint32_t id) const {
@@ -60,7 +60,7 @@ private:
     std::vector<uint16_t> cells_;
     Lanes origin_ = {}, scale_ = {}, last_ = {};  // of the cells
     std::array<uint32_t, 3> count_ = {1, 1, 1};   // of them along each axis
-    std::array<std::vector<float>, 3> first_;     // the least centre in each of them
+    std::array<std::vector<float>, 3> first_;     // the least centre in each of them; while the grid is made
 };
 
 // count of a bucket's primitives, or all if there are fewer, spread evenly over its records: the same ones each time.

@@ -76,8 +76,8 @@ struct PrimitiveRef {
 };
 static_assert(sizeof(PrimitiveRef) == 32);
 using PrimitiveRefs = UnwrittenVector<PrimitiveRef>;
-// What the cut of a world takes for each primitive (world_cut.hpp): its place in the order, its region, a share of the sample and of the regions at
-// hand.
+// What the cut of a world takes for each primitive, besides the refs at hand (world_cut.hpp): its place in the order, its region, a share of the
+// sample, and something for the grid of regions.
 inline constexpr uint64_t cut_memory = 16;
 
 // Without its weight. In two pieces, as it is read: what is written in smaller ones is waited for.

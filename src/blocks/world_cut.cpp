@@ -14,10 +14,12 @@ namespace {
 // What one thread does at a time.
 constexpr size_t piece = size_t{1} << 16;
 // Up to so many primitives are a single region.
-constexpr size_t small = size_t{1} << 17;
-// One in so many is looked at for the cuts, within bounds; a region gets so many of them. Each cut is found on twice as many, at least.
-constexpr size_t sampled = 16, least_sample = small, most_sample = size_t{1} << 22, sample_of_region = size_t{1} << 13;
+constexpr size_t small = size_t{1} << 16;
+// One in so many is looked at for the cuts, within bounds; a region gets about so many of them, and each cut is found on about twice as many or more.
+constexpr size_t sampled = 16, most_sample = size_t{1} << 22, sample_of_region = size_t{1} << 13;
 static_assert(most_sample / sample_of_region <= UINT16_MAX);
+// A ref, and what weighing takes where vertices are compared that triangles share.
+constexpr uint64_t bytes_of_ref = sizeof(PrimitiveRef) + 40;
 
 // Memory for refs that one thread after another uses: to the system, new memory is more work than to us what we do with it.
 class Buffers {
@@ -49,7 +51,7 @@ WorldCut::WorldCut(const World& world, const Weigher& weigher) : world_(world), 
 }
 
 PrimitiveRefs WorldCut::take_sample() const {
-    const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, least_sample, most_sample));
+    const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, small, most_sample));
     PrimitiveRefs sample(count);
     // One from anywhere in each of equal stretches: a fixed place might follow the rows of a regular mesh.
     parallel_for(count, piece, [&](size_t first, size_t last) {
@@ -94,31 +96,43 @@ std::vector<Part> WorldCut::sort_into_regions(uint64_t limit, UnwrittenVector<ui
     return result;
 }
 
-WorldParts WorldCut::run(uint64_t limit) && {
+WorldParts WorldCut::run(uint64_t limit, uint64_t memory) && {
+    const size_t all = world_.primitives.size();
     WorldParts result;
-    result.order.resize(world_.primitives.size());
-    std::vector<Part> regions;
-    if (result.order.size() > small) {
-        regions = sort_into_regions(limit, result.order);
-    } else {
+    result.order.resize(all);
+    if (all <= small || weight_ <= limit) {
+        PrimitiveRefs refs = std::move(sample_);
         std::iota(result.order.begin(), result.order.end(), 0);
-        regions = {{0, result.order.size()}};
+        if (refs.size() != all) make_refs(world_, result.order, refs);
+        result.parts = cut_region(refs, limit, result.order, 0);
+        return result;
     }
+    const std::vector<Part> regions = sort_into_regions(limit, result.order);
+    size_t largest = 0;
+    for (const Part& region : regions) largest = std::max(largest, region.end - region.begin);
     std::vector<std::vector<Part>> parts(regions.size());
     Buffers buffers;
-    parallel_for(regions.size(), 1, [&](size_t region, size_t) {
-        const auto [begin, end] = regions[region];
-        const auto ids = std::span(result.order).subspan(begin, end - begin);
-        PrimitiveRefs refs = buffers.take();
-        make_refs(world_, ids, refs);
-        weigher_.weigh(refs);
-        parts[region] = cut(refs, limit);
-        for (Part& part : parts[region]) part = {part.begin + begin, part.end + begin};
-        for (size_t i = 0; i < ids.size(); i++) ids[i] = refs[i].id;
-        buffers.give(std::move(refs));
-    });
+    parallel_for(
+        regions.size(), 1,
+        [&](size_t region, size_t) {
+            const auto [begin, end] = regions[region];
+            PrimitiveRefs refs = buffers.take();
+            const auto order = std::span(result.order).subspan(begin, end - begin);
+            make_refs(world_, order, refs);
+            parts[region] = cut_region(refs, limit, order, begin);
+            buffers.give(std::move(refs));
+        },
+        std::max<uint64_t>(1, memory / (bytes_of_ref * largest)));
     for (const auto& of_region : parts) result.parts.insert(result.parts.end(), of_region.begin(), of_region.end());
     return result;
+}
+
+std::vector<Part> WorldCut::cut_region(std::span<PrimitiveRef> refs, uint64_t limit, std::span<uint32_t> order, size_t begin) const {
+    weigher_.weigh(refs);
+    std::vector<Part> parts = cut(refs, limit);
+    for (Part& part : parts) part = {part.begin + begin, part.end + begin};
+    for (size_t i = 0; i < refs.size(); i++) order[i] = refs[i].id;
+    return parts;
 }
 
 }  // namespace raypager

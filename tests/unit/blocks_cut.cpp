@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <random>
 #include <set>
@@ -120,7 +122,7 @@ TEST(Cut, OfAWorldEstimatesItsWeight) {
     EXPECT_NEAR(static_cast<double>(WorldCut(world, weigher).weight()), weight, 0.01 * weight);
 }
 
-// Whatever plane it is, all on one side of it come first.
+// Whatever plane it is, all on one side of it come first, by all threads together.
 TEST(Cut, InTwoIsAtAPlane) {
     PrimitiveRefs halves = refs_of(world_of(scene_of({mesh_shape(terrain(400))})));
     const size_t middle = cut_in_two(halves);
@@ -130,21 +132,38 @@ TEST(Cut, InTwoIsAtAPlane) {
     EXPECT_GE(apart, 1);
 }
 
+TEST(Cut, InTwoOfAllInOnePlaceIsByNumber) {
+    PrimitiveRefs refs(200000);
+    for (uint32_t i = 0; i < refs.size(); i++) refs[i] = {{{1, 2, 3}, {2, 3, 4}}, (i * 7919u) % 200000u, 20};
+    const size_t middle = cut_in_two(refs);
+    EXPECT_EQ(middle, 100000u);
+    for (size_t i = 0; i < refs.size(); i++) ASSERT_EQ(refs[i].id < middle, i < middle);
+}
+
 // A grid leads to the parts; where a ref is must not depend on it. Centres on planes, beyond all samples, and alike.
 TEST(Cut, PartitionLeadsWhereItsPlanesSay) {
     constexpr uint32_t seed = 9;
     std::mt19937 random(seed);
-    const auto coordinate = [&](int kind) {
-        const auto unit = std::uniform_real_distribution<float>(-1, 1)(random);
-        return kind == 0 ? unit : kind == 1 ? std::round(unit * 4) / 4 : kind == 2 ? unit * 1e12f : 0.5f;
+    const auto unit = [&] { return std::uniform_real_distribution<float>(-1, 1)(random); };
+    const auto steps = [&](float base, float step, uint32_t count) { return base + step * static_cast<float>(random() % count); };
+    const std::array<std::function<float(int)>, 8> coordinates = {
+        [&](int) { return unit(); },
+        [&](int) { return std::round(unit() * 4) / 4; },
+        [&](int) { return unit() * 1e12f; },
+        [&](int) { return 0.5f; },
+        [&](int axis) { return axis == 0   ? unit() * 1e12f
+                               : axis == 1 ? unit()
+                                           : 0.5f; },  // flat, and far longer than wide
+        // Floats coarser than cells, as of a scan in geographic coordinates.
+        [&](int) { return steps(4e6f, 0.25f, 40); },
+        [&](int axis) { return axis == 1 ? steps(4e6f, 0.25f, 40) : 3.0f; },
+        [&](int) { return steps(9e11f, 65536, 30); },
     };
-    for (int kind = 0; kind < 5; kind++) {
+    for (size_t kind = 0; kind < coordinates.size(); kind++) {
         SCOPED_TRACE(testing::Message() << "seed " << seed << ", kind " << kind);
         const auto make = [&](uint32_t id) {
             PrimitiveRef ref = {{}, id, 20};
-            // The last kind is flat, and far longer than wide.
-            for (int a = 0; a < 3; a++)
-                ref.box.lower[a] = ref.box.upper[a] = kind < 4 ? coordinate(kind) : a == 0 ? coordinate(2) : a == 1 ? coordinate(0) : 0.5f;
+            for (int a = 0; a < 3; a++) ref.box.lower[a] = ref.box.upper[a] = coordinates[kind](a);
             return ref;
         };
         PrimitiveRefs sample(20000);
