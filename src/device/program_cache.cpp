@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <set>
+#include <string_view>
 
 #include "base/files.hpp"
 #include "base/hash.hpp"
@@ -15,29 +17,55 @@
 namespace raypager {
 namespace {
 
-constexpr int max_include_depth = 16;
+// Replaces includes by what they name. Drivers read the text even where they find the program in a cache of their own, so it is kept short: without
+// lines of comments, and a file with an include guard comes once.
+class Expansion {
+public:
+    // always: the place is within no #if, so that the file is there for all that follows.
+    Status add(std::string_view name, bool always = true, int depth = 0) {
+        if (depth > max_include_depth) return Status::failed(fmt::format("kernel source {}: includes nest too deeply", name));
+        if (seen_.contains(name)) return {};
+        for (const KernelSource& source : kernel_sources())
+            if (source.name == name) return add_text(source, always, depth);
+        return Status::failed(fmt::format("kernel source {} is not part of this program", name));
+    }
+    std::string take() { return std::move(text_); }
 
-Status expand(std::string_view name, int depth, std::string& output) {
-    if (depth > max_include_depth) return Status::failed(fmt::format("kernel source {}: includes nest too deeply", name));
-    for (const KernelSource& source : kernel_sources()) {
-        if (source.name != name) continue;
+private:
+    Status add_text(const KernelSource& source, bool always, int depth) {
+        int conditions = 0;  // that the line is within, but for the guard
+        bool first = true;   // of its directives
         std::string_view text = source.text;
         while (!text.empty()) {
             const size_t end = std::min(text.find('\n'), text.size() - 1) + 1;
-            const std::string_view line = text.substr(0, end);
+            const std::string_view line = text.substr(0, end), code = line.substr(std::min(line.find_first_not_of(" \n"), line.size()));
             text.remove_prefix(end);
-            const std::string_view directive = "#include \"";
-            if (line.substr(0, directive.size()) != directive) {
-                output += line;
+            if (code.empty() || code.starts_with("//")) continue;
+            if (line.starts_with(include)) {
+                const std::string_view rest = line.substr(include.size());
+                RAYPAGER_TRY(add(rest.substr(0, rest.find('"')), always && conditions == 0, depth + 1));
                 continue;
             }
-            const std::string_view rest = line.substr(directive.size());
-            RAYPAGER_TRY(expand(rest.substr(0, rest.find('"')), depth + 1, output));
+            text_ += line;
+            if (code[0] != '#') continue;
+            const bool is_guard = first && is_guard_line(code);
+            first = false;
+            if (is_guard && always) seen_.insert(source.name);
+            if (is_guard) conditions--;
+            conditions += code.starts_with("#if");
+            conditions -= code.starts_with("#endif");
         }
         return {};
     }
-    return Status::failed(fmt::format("kernel source {} is not part of this program", name));
-}
+
+    // By their names: there are other macros that have a default.
+    static bool is_guard_line(std::string_view code) { return code.starts_with("#ifndef ") && (code.ends_with("_CL\n") || code.ends_with("_H\n")); }
+
+    static constexpr int max_include_depth = 16;
+    static constexpr std::string_view include = "#include \"";
+    std::string text_;
+    std::set<std::string_view> seen_;  // files that need not come again
+};
 
 std::filesystem::path cache_folder() {
     if (const char* set = std::getenv("XDG_CACHE_HOME"); set && *set) return std::filesystem::path(set) / "raypager" / "kernels";
@@ -90,9 +118,9 @@ uint64_t kernel_sources_identity() {
 }
 
 Result<std::string> expand_kernel_source(const std::string& name) {
-    std::string text;
-    if (Status status = expand(name, 0, text); !status.ok()) return status;
-    return text;
+    Expansion expansion;
+    RAYPAGER_TRY(expansion.add(name));
+    return expansion.take();
 }
 
 Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,

@@ -11,7 +11,7 @@
 
 namespace raypager {
 
-// The embedded source of that name with all #include "..." replaced by the texts they name.
+// The embedded source of that name with all #include "..." replaced by the texts they name, and without lines that say nothing to a compiler.
 Result<std::string> expand_kernel_source(const std::string& name);
 
 Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,

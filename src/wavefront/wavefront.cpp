@@ -179,11 +179,13 @@ Status Wavefront::build_kernels() {
         Kernel& kernel;
         const char *stage, *name;
     };
-    std::vector<Part> parts = {{wake_, as_on_cpus() ? "wake_stream" : "wake", as_on_cpus() ? "rp_wake_stream" : "rp_wake"},
-                               {generate_, "generate", "rp_generate"},
-                               {advance_, "generate", "rp_advance"},
-                               {shade_, "shade", "rp_shade"}};
-    if (as_on_cpus()) parts.push_back({rouse_, "wake_stream", "rp_rouse"});
+    const bool together = as_on_cpus();
+    const char *generate = together ? "between_stream" : "generate", *shade = together ? "between_stream" : "shade";
+    std::vector<Part> parts = {{wake_, together ? "between_stream" : "wake", together ? "rp_wake_stream" : "rp_wake"},
+                               {generate_, generate, "rp_generate"},
+                               {advance_, generate, "rp_advance"},
+                               {shade_, shade, "rp_shade"}};
+    if (together) parts.push_back({rouse_, "between_stream", "rp_rouse"});
     for (const Part& part : parts) {
         auto kernel = device_.kernel(part.stage, part.name, device_.register_limit(shading_registers) + definitions);
         if (!kernel) return kernel.status();

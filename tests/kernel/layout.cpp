@@ -41,11 +41,16 @@ TEST(Layout, offsets_that_kernels_rely_on) {
 }
 
 TEST(KernelSources, every_stage_expands_without_includes) {
-    for (const char* stage :
-         {"publish", "wake", "wake_stream", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream", "probe_stream"}) {
+    for (const char* stage : {"publish", "wake", "wake_stream", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream",
+                              "probe_stream", "between_stream"}) {
         auto text = expand_kernel_source(std::string("stages/") + stage + ".cl");
         ASSERT_TRUE(text.ok()) << text.status().message();
         EXPECT_EQ(text->find("#include \""), std::string::npos) << stage;
+        EXPECT_EQ(text->find("\n//"), std::string::npos) << stage;
+        // Guarded files come once, unless it was within a condition that they came first.
+        const auto guard = text->find("#define RAYPAGER_ABI_TYPES_H");
+        ASSERT_NE(guard, std::string::npos) << stage;
+        EXPECT_EQ(text->find("#define RAYPAGER_ABI_TYPES_H", guard + 1), std::string::npos) << stage;
         EXPECT_GT(text->size(), 500u);
     }
 }
