@@ -36,7 +36,7 @@ struct LaneBox {
     }
     // The same in single precision, of a box that is not empty: what compares areas by the million. Infinite or 0 where it leaves the floats.
     float rough_half_area() const {
-        const Lanes size = upper - lower, product = size * __builtin_shuffle(size, LaneInts{1, 2, 0, 3});
+        const Lanes size = upper - lower, product = size * __builtin_shufflevector(size, size, 1, 2, 0, 3);
         return product[0] + product[1] + product[2];
     }
     Box box() const {

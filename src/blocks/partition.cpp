@@ -6,7 +6,6 @@
 #include <limits>
 #include <mutex>
 #include <queue>
-#include <ranges>
 
 #include "base/check.hpp"
 #include "base/jitter.hpp"
@@ -110,13 +109,14 @@ void Partition::enter(uint32_t node, const Cells& cells) {
         const auto axis = static_cast<size_t>(plane.axis());
         const auto& first = first_[axis];
         // Cells up to `middle` are on the left, those from `right` on on the right; at most one between them is on both sides.
-        const auto all = std::views::iota(cells.begin[axis], cells.end[axis]);
-        const uint32_t middle =
-            cells.begin[axis] +
-            static_cast<uint32_t>(
-                std::ranges::partition_point(
-                    all, [&](uint32_t i) { return plane.is_left_of(std::nextafter(first[i + 1], -std::numeric_limits<float>::infinity())); }) -
-                all.begin());
+        uint32_t middle = cells.begin[axis];
+        for (uint32_t end = cells.end[axis]; middle < end;) {
+            const uint32_t half = middle + (end - middle) / 2;
+            if (plane.is_left_of(std::nextafter(first[half + 1], -std::numeric_limits<float>::infinity())))
+                middle = half + 1;
+            else
+                end = half;
+        }
         const uint32_t right = std::min(cells.end[axis], middle + !plane.is_right_of(first[middle]));
         Cells part = cells;
         part.end[axis] = middle;

@@ -83,8 +83,8 @@ inline constexpr uint64_t cut_memory = 16;
 // Without its weight. In two pieces, as it is read: what is written in smaller ones is waited for.
 inline PrimitiveRef make_ref(const World& world, uint32_t primitive) {
     const LaneBox box = primitive_bounds(world, primitive);
-    const Lanes first = __builtin_shuffle(box.lower, box.upper, LaneInts{0, 1, 2, 4}),
-                second = __builtin_shuffle(box.upper, Lanes{std::bit_cast<float>(primitive), 0, 0, 0}, LaneInts{1, 2, 4, 5});
+    const Lanes first = __builtin_shufflevector(box.lower, box.upper, 0, 1, 2, 4),
+                second = __builtin_shufflevector(box.upper, Lanes{std::bit_cast<float>(primitive), 0, 0, 0}, 1, 2, 4, 5);
     return std::bit_cast<PrimitiveRef>(std::array{first, second});
 }
 // One for each of the primitives, in their order.
