@@ -16,7 +16,7 @@ inline constexpr double largest_coordinate = 1e12;
 
 inline bool in_range(const Float3& p) {
     constexpr auto largest = static_cast<float>(largest_coordinate);
-    return (std::abs(p.x) <= largest) & (std::abs(p.y) <= largest) & (std::abs(p.z) <= largest);
+    return std::abs(p.x) <= largest && std::abs(p.y) <= largest && std::abs(p.z) <= largest;
 }
 Status out_of_range(const Shape& shape, uint64_t vertex, const Float3& position);
 // Whether the triangle has no area, so that no ray can hit it.
