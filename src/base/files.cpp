@@ -175,12 +175,11 @@ Status OutputFile::flush() {
 // Has the disk begin with what it will be waited for in commit().
 void OutputFile::hand_on() {
     constexpr uint64_t least = uint64_t{4} << 20;
-    const uint64_t written = position_;
-    if (written < handed_on_ + least) return;
+    if (position_ < handed_on_ + least) return;
 #ifdef __linux__
-    (void)::sync_file_range(descriptor_, static_cast<off_t>(handed_on_), static_cast<off_t>(written - handed_on_), SYNC_FILE_RANGE_WRITE);
+    (void)::sync_file_range(descriptor_, static_cast<off_t>(handed_on_), static_cast<off_t>(position_ - handed_on_), SYNC_FILE_RANGE_WRITE);
 #endif
-    handed_on_ = written;
+    handed_on_ = position_;
 }
 
 Status OutputFile::write(std::span<const std::byte> bytes) {

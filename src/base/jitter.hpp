@@ -13,4 +13,11 @@ inline uint64_t jitter(uint64_t i, uint64_t range) {
     return (z ^ z >> 31) % range;
 }
 
+// One from anywhere in the i-th of `count` equal stretches of [0, all): a fixed place in each might follow the rows of a regular mesh.
+// REQUIRES: i < count <= all < 2^32.
+inline uint64_t one_of_stretch(uint64_t i, uint64_t count, uint64_t all) {
+    const uint64_t begin = all * i / count, end = all * (i + 1) / count;
+    return begin + jitter(i, end - begin);
+}
+
 }  // namespace raypager

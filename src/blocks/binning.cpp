@@ -6,6 +6,7 @@
 
 #include "base/check.hpp"
 #include "base/jitter.hpp"
+#include "blocks/float_order.hpp"
 
 namespace raypager {
 namespace {
@@ -20,9 +21,7 @@ auto by_centroid(int axis) {
 
 // The same order on whole numbers.
 uint64_t sort_key(const PrimitiveRef& ref, int axis) {
-    const auto bits = std::bit_cast<uint32_t>(ref.centroid(axis) + 0.0f);  // -0 becomes 0
-    const uint32_t ordered = bits >> 31 ? ~bits : bits | 0x80000000u;
-    return uint64_t{ordered} << 32 | ref.id;
+    return uint64_t{float_order(ref.centroid(axis) + 0.0f)} << 32 | ref.id;  // -0 becomes 0
 }
 
 struct SortedPlace {
@@ -69,11 +68,7 @@ BinSet::BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, si
         for (const PrimitiveRef& ref : refs) add(ref, mapping);
         return;
     }
-    // One from anywhere in each stretch: a fixed place might follow the rows of a regular mesh.
-    for (size_t i = 0; i < most_sampled; i++) {
-        const size_t begin = refs.size() * i / most_sampled, end = refs.size() * (i + 1) / most_sampled;
-        add(refs[begin + jitter(i, end - begin)], mapping);
-    }
+    for (size_t i = 0; i < most_sampled; i++) add(refs[one_of_stretch(i, most_sampled, refs.size())], mapping);
 }
 
 inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -11,7 +10,7 @@
 namespace raypager {
 
 struct Part {
-    size_t begin, end;  // among the refs
+    size_t begin, end;  // among refs, or in an order of primitives
 };
 
 // Where a set is cut in two.

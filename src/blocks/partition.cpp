@@ -1,7 +1,6 @@
 #include "blocks/partition.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -10,25 +9,10 @@
 #include "base/check.hpp"
 #include "base/jitter.hpp"
 #include "base/parallel.hpp"
+#include "blocks/binning.hpp"
+#include "blocks/float_order.hpp"
 
 namespace raypager {
-namespace {
-
-uint64_t weight_of(std::span<const PrimitiveRef> refs) {
-    uint64_t sum = 0;
-    for (const PrimitiveRef& ref : refs) sum += ref.weight;
-    return sum;
-}
-
-// Numbers of floats in their order, and back.
-uint32_t float_order(float value) {
-    const auto bits = std::bit_cast<uint32_t>(value);
-    return bits >> 31 ? ~bits : bits | 0x80000000u;
-}
-float float_at(uint32_t order) { return std::bit_cast<float>(order >> 31 ? order & 0x7fffffffu : ~order); }
-
-}  // namespace
-
 Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
     RAYPAGER_CHECK(sample.size() >= 2);
     struct Open {
@@ -40,11 +24,7 @@ Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
     std::priority_queue<Open> open;
     nodes_.emplace_back();
     open.push({weight_of(sample), 0, sample});
-    LaneBox centroids;
-    for (const PrimitiveRef& ref : sample) {
-        const LaneBox box = ref.lanes();
-        centroids.grow(box.lower + box.upper);
-    }
+    const LaneBox centroids = extent_of(sample).centroids;
     for (size_t parts = 1; parts < std::max<size_t>(2, most) && !open.empty();) {
         const Open heaviest = open.top();
         open.pop();
@@ -155,11 +135,8 @@ Result<PrimitiveRefs> sample_bucket(const Bucket& bucket, uint64_t count) {
     PrimitiveRefs sample(count);
     std::mutex mutex;
     Status failure;
-    // The i-th of count equal stretches of the records gives one, from anywhere in it: a fixed place might follow the rows of a regular mesh.
     const auto take = [&](uint64_t i) -> Status {
-        const uint64_t begin = static_cast<uint64_t>(static_cast<unsigned __int128>(all) * i / count);
-        const uint64_t end = static_cast<uint64_t>(static_cast<unsigned __int128>(all) * (i + 1) / count);
-        uint64_t place = begin + jitter(i, end - begin);
+        uint64_t place = one_of_stretch(i, count, all);
         uint32_t kind = 0;
         while (place >= bucket.lists[kind].count) place -= bucket.lists[kind++].count;
         std::byte record[sizeof(ShadedTriangleRecord)];

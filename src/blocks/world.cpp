@@ -21,7 +21,20 @@ std::vector<uint8_t> count_uses(const World& world) {
     return uses;
 }
 
+// A vertex that n triangles share is an nth of one to each.
+float own_vertices(const Triangle& vertices, std::span<const uint8_t> uses) {
+    float sum = 0;
+    for (const uint32_t v : vertices) sum += 1.0f / uses[v];
+    return sum;
+}
+
 }  // namespace
+
+uint64_t weight_of(std::span<const PrimitiveRef> refs) {
+    uint64_t sum = 0;
+    for (const PrimitiveRef& ref : refs) sum += ref.weight;
+    return sum;
+}
 
 uint32_t triangle_weight(float own_vertices, bool with_normals) {
     const float vertex_bytes = (with_normals ? 16.0f : 12.0f) * 1.15f;
@@ -58,11 +71,8 @@ void Weigher::guess(std::span<PrimitiveRef> refs) const {
 
 void Weigher::weigh_by_index(std::span<PrimitiveRef> refs) const {
     for (PrimitiveRef& ref : refs) {
-        ref.weight = sphere_weight;
-        if (world_.is_sphere(ref.id)) continue;
-        float own_vertices = 0;
-        for (const uint32_t v : world_.primitives[ref.id]) own_vertices += 1.0f / uses_[v];
-        ref.weight = triangle_weight(own_vertices, !world_.normals.empty());
+        ref.weight =
+            world_.is_sphere(ref.id) ? sphere_weight : triangle_weight(own_vertices(world_.primitives[ref.id], uses_), !world_.normals.empty());
     }
 }
 
@@ -79,11 +89,8 @@ void Weigher::weigh_by_value(std::span<PrimitiveRef> refs) const {
         }
     }
     for (size_t i = 0; i < refs.size(); i++) {
-        refs[i].weight = sphere_weight;
-        if (world_.is_sphere(refs[i].id)) continue;
-        float own_vertices = 0;
-        for (const uint32_t v : numbers[i]) own_vertices += 1.0f / uses[v];
-        refs[i].weight = triangle_weight(own_vertices, !world_.normals.empty());
+        const bool is_sphere = world_.is_sphere(refs[i].id);
+        refs[i].weight = is_sphere ? sphere_weight : triangle_weight(own_vertices(numbers[i], uses), !world_.normals.empty());
     }
 }
 

@@ -75,6 +75,8 @@ struct PrimitiveRef {
     }
 };
 static_assert(sizeof(PrimitiveRef) == 32);
+// Of all of them together.
+uint64_t weight_of(std::span<const PrimitiveRef> refs);
 using PrimitiveRefs = UnwrittenVector<PrimitiveRef>;
 // What the cut of a world takes for each primitive, besides the refs at hand (world_cut.hpp): its place in the order, its region, a share of the
 // sample, and something for the grid of regions.

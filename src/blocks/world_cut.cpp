@@ -44,21 +44,16 @@ private:
 }  // namespace
 
 WorldCut::WorldCut(const World& world, const Weigher& weigher) : world_(world), weigher_(weigher), sample_(take_sample()) {
-    for (const PrimitiveRef& ref : sample_) weight_ += ref.weight;
-    if (!sample_.empty())
-        weight_ =
-            static_cast<uint64_t>(static_cast<double>(weight_) * static_cast<double>(world.primitives.size()) / static_cast<double>(sample_.size()));
+    if (sample_.empty()) return;
+    const double share = static_cast<double>(sample_.size()) / static_cast<double>(world.primitives.size());
+    weight_ = static_cast<uint64_t>(static_cast<double>(weight_of(sample_)) / share);
 }
 
 PrimitiveRefs WorldCut::take_sample() const {
     const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, small, most_sample));
     PrimitiveRefs sample(count);
-    // One from anywhere in each of equal stretches: a fixed place might follow the rows of a regular mesh.
     parallel_for(count, piece, [&](size_t first, size_t last) {
-        for (size_t i = first; i < last; i++) {
-            const uint64_t begin = uint64_t{all} * i / count, end = uint64_t{all} * (i + 1) / count;
-            sample[i] = make_ref(world_, static_cast<uint32_t>(begin + jitter(i, end - begin)));
-        }
+        for (size_t i = first; i < last; i++) sample[i] = make_ref(world_, static_cast<uint32_t>(one_of_stretch(i, count, all)));
         weigher_.guess(std::span(sample).subspan(first, last - first));
     });
     return sample;
