@@ -1,4 +1,5 @@
 // Fifth stage on CPUs: does what connect.cl does, with streams of rays over the wide form of the blocks.
+#include "lib/apart.cl"
 #include "lib/connection.cl"
 #include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
@@ -48,39 +49,38 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
     return true;
 }
 
-// As rp_extend_stream.
-__kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
-                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
-                                volatile __global uint* restrict counters, __global uint* restrict film) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_share share = rp_share_of(counters[RP_COUNT_SHADOW]);
+// As rp_extend_streams.
+static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
+                                        uint slot_count, const __global uint* restrict queue, volatile __global uint* demand,
+                                        __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters,
+                                        __global uint* restrict film) {
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];
-    uint running = 0u, waiting = 0u;
-    for (uint w = 0u; w < RP_WALKS; w++) {
-        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
-        if (rays[w].count == 0u) continue;
-        rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
-        rp_begin_walk(&walks[w], wide_top);
-        running |= 1u << w;
-    }
+    for (uint w = 0u; w < RP_WALKS; w++) walks[w].rays = 0ul, rays[w].count = 0u;
+    uint running = (1u << RP_WALKS) - 1u, waiting = 0u;
     for (uint w = 0u; running != 0u; w = w + 1u < RP_WALKS ? w + 1u : 0u) {
         if (!(running >> w & 1u)) continue;
         if (walks[w].rays != 0ul) {
-            rp_step(&geometry, &walks[w], round, true);
+            rp_step(g, &walks[w], round, true);
             continue;
         }
         for (uint r = 0u; r < rays[w].count; r++)
-            waiting += rp_store_connect_ray(&geometry, &walks[w].stream, &rays[w], r, slot_count, block_count, demand, status, paths, film)
-                           ? 1u
-                           : 0u;
+            waiting += rp_store_connect_ray(g, &walks[w].stream, &rays[w], r, slot_count, block_count, demand, status, paths, film) ? 1u : 0u;
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_connect_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
+            rp_load_connect_stream(g, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
         }
     }
     if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);
+}
+
+__kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
+                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                                volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters,
+                       film);
 }

@@ -1,4 +1,5 @@
 // Third stage on CPUs: does what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included.
+#include "lib/apart.cl"
 #include "lib/connection.cl"
 #include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
@@ -111,39 +112,40 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
     }
 }
 
-// A work-item traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
-__kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
-                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
-                               volatile __global uint* restrict counters) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_share share = rp_share_of(counters[RP_COUNT_EXTEND]);
+// Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
+static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
+                                       uint slot_count, const __global uint* restrict queue, volatile __global uint* demand,
+                                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
     rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
-    uint running = 0u;
-    for (uint w = 0u; w < RP_WALKS; w++) {
-        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
-        if (rays[w].count == 0u) continue;
-        rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
-        rp_begin_walk(&walks[w], wide_top);
-        running |= 1u << w;
-    }
+    // To begin with, each is at the end of a stream of no rays: so there is one place where the next one is taken.
+    for (uint w = 0u; w < RP_WALKS; w++) walks[w].rays = 0ul, rays[w].count = 0u;
+    uint running = (1u << RP_WALKS) - 1u;
     for (uint w = 0u; running != 0u; w = w + 1u < RP_WALKS ? w + 1u : 0u) {
         if (!(running >> w & 1u)) continue;
         if (walks[w].rays != 0ul) {
-            rp_step(&geometry, &walks[w], round, false);
+            rp_step(g, &walks[w], round, false);
             continue;
         }
-        rp_store_extend_stream(&geometry, &walks[w].stream, &rays[w], slot_count, block_count, demand, status, paths, &counts);
+        if (rays[w].count != 0u)
+            rp_store_extend_stream(g, &walks[w].stream, &rays[w], slot_count, block_count, demand, status, paths, &counts);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_extend_stream(&geometry, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
+            rp_load_extend_stream(g, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
         }
     }
     rp_count_add(counters + RP_COUNT_WANTS_SERVED, counts.served);
     rp_count_add(counters + RP_COUNT_WANTS_NO_HIT, counts.no_hit);
     if (counts.waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, counts.waiting);
+}
+
+__kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
+                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                               volatile __global uint* restrict counters) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters);
 }

@@ -1,5 +1,6 @@
 // Fourth stage: at the end of an extension ray. Adds what the surface or the background emits, and sends a shadow ray and the next extension
 // ray on their way (lib/scatter.cl). With RP_SHADE_LANES = 16, for CPUs, vertices on diffuse surfaces are seen to sixteen at a time.
+#include "lib/apart.cl"
 #include "lib/film.cl"
 #include "lib/path.cl"
 #include "lib/scatter.cl"
@@ -296,22 +297,18 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
     }
     g->count = 0u;
 }
-#endif
 
-__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials,
-                       const __global rp_light* restrict lights, const __global uint* restrict light_steps,
-                       const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
-                       __global uint4* restrict paths, volatile __global uint* restrict counters, __global uint* restrict film) {
-    const uint count = counters[RP_COUNT_EXTEND];
-    __local uint totals[2];
-    uint mine[2] = {0u, 0u};
-    rp_begin_totals(totals, 2u);
+// What one of `step` work-items does, whose number is `item`.
+static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
+                                   const __global rp_material* restrict materials, const __global rp_light* restrict lights,
+                                   const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
+                                   const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                                   __global uint* restrict film, uint* mine) {
     rp_arrival arrival;
-#if RP_SHADE_LANES == 16
     rp_gathered gathered;
     gathered.count = 0u;
     // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
-    for (uint run = 64u * (uint)get_global_id(0); run < count; run += 64u * (uint)get_global_size(0)) {
+    for (uint run = 64u * item; run < count; run += 64u * step) {
         for (uint i = run; i < min(run + 64u, count); i++) {
             const uint later = rp_extend_entry(queue, min(i + RP_FETCHED_AHEAD, count - 1u));
             rp_fetch_early(status + later);
@@ -336,7 +333,21 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
         }
         rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
     }
+}
+#endif
+
+__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials,
+                       const __global rp_light* restrict lights, const __global uint* restrict light_steps,
+                       const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
+                       __global uint4* restrict paths, volatile __global uint* restrict counters, __global uint* restrict film) {
+    const uint count = counters[RP_COUNT_EXTEND];
+    __local uint totals[2];
+    uint mine[2] = {0u, 0u};
+    rp_begin_totals(totals, 2u);
+#if RP_SHADE_LANES == 16
+    rp_shade_runs(get_global_id(0), get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, status, paths, film, mine);
 #else
+    rp_arrival arrival;
 #ifdef RP_SHORT_STATES
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
 #endif
