@@ -170,29 +170,41 @@ Status Wavefront::allocate_visit_log() {
 }
 
 Status Wavefront::build_kernels() {
-    const std::string tracing = notes_.definitions(geometry_.form(), params_.slot_count) + (visit_settings_.capacity ? " -DRP_RECORD" : "");
-    const std::string states = as_on_cpus() ? "" : short_states;
-    const std::string definitions =
-        geometry_.definitions() + states +
+    const std::string notes = notes_.definitions(geometry_.form(), params_.slot_count);
+    const std::string between =
         fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES={}", device_.group_size(), wake_naps, as_on_cpus() ? 16 : 1);
-    struct Part {
-        Kernel& kernel;
-        const char *stage, *name;
-    };
-    const bool together = as_on_cpus();
-    const char *generate = together ? "between_stream" : "generate", *shade = together ? "between_stream" : "shade";
-    std::vector<Part> parts = {{wake_, together ? "between_stream" : "wake", together ? "rp_wake_stream" : "rp_wake"},
-                               {generate_, generate, "rp_generate"},
-                               {advance_, generate, "rp_advance"},
-                               {shade_, shade, "rp_shade"}};
-    if (together) parts.push_back({rouse_, "between_stream", "rp_rouse"});
-    for (const Part& part : parts) {
-        auto kernel = device_.kernel(part.stage, part.name, device_.register_limit(shading_registers) + definitions);
+    return as_on_cpus() ? build_streams(notes + between) : build_stages(notes, between);
+}
+
+Status Wavefront::get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions) {
+    for (const Wanted& wanted : kernels) {
+        auto kernel = device_.kernel(wanted.stage, wanted.name, definitions);
         if (!kernel) return kernel.status();
-        part.kernel = std::move(*kernel);
+        wanted.kernel = std::move(*kernel);
     }
-    // Persistent threads do not record, and streams need none.
-    persistent_ = visit_settings_.capacity == 0 && !as_on_cpus() && device_.has_persistent_threads();
+    return {};
+}
+
+Status Wavefront::build_streams(const std::string& definitions) {
+    constexpr const char* all = "streams";
+    RAYPAGER_TRY(get_kernels({{wake_, all, "rp_wake_stream"},
+                              {rouse_, all, "rp_rouse"},
+                              {generate_, all, "rp_generate"},
+                              {advance_, all, "rp_advance"},
+                              {extend_, all, "rp_extend_stream"},
+                              {shade_, all, "rp_shade"},
+                              {connect_, all, "rp_connect_stream"}},
+                             geometry_.definitions() + definitions));
+    return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
+}
+
+Status Wavefront::build_stages(const std::string& notes, const std::string& between) {
+    const std::string states = short_states, tracing = notes + (visit_settings_.capacity ? " -DRP_RECORD" : "");
+    RAYPAGER_TRY(get_kernels(
+        {{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}, {shade_, "shade", "rp_shade"}},
+        device_.register_limit(shading_registers) + geometry_.definitions() + states + between));
+    // Persistent threads do not record.
+    persistent_ = visit_settings_.capacity == 0 && device_.has_persistent_threads();
     const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) -> Status {
         auto traced = geometry_.kernel(device_, stage, registers, tracing + more);
         if (traced) kernel = std::move(*traced);
@@ -201,7 +213,6 @@ Status Wavefront::build_kernels() {
     RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, states + (persistent_ ? device_.camera_definitions() : "")));
     if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", closest_hit_registers, states + device_.bounce_definitions()));
     RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
-    if (as_on_cpus()) return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
     return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 

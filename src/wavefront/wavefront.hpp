@@ -128,7 +128,14 @@ private:
     Status allocate_visit_log();
     Status launch_wake(std::span<const uint32_t> newly_published, Flight& flight);
     Status set_tracing_arguments(Kernel& extend, uint32_t round);
+    struct Wanted {
+        Kernel& kernel;
+        const char *stage, *name;
+    };
+    Status get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions);
     Status build_kernels();
+    Status build_streams(const std::string& definitions);
+    Status build_stages(const std::string& notes, const std::string& between);
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
