@@ -288,11 +288,10 @@ Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path
 SpillFile::~SpillFile() { ::close(descriptor_); }
 
 Result<uint64_t> SpillFile::append(std::span<const std::byte> bytes) {
-    const uint64_t offset = end_;
+    const uint64_t offset = end_.fetch_add(bytes.size());
     if (!write_all(descriptor_, bytes, static_cast<int64_t>(offset)))
         return Status::failed(fmt::format("{}: a scratch file of {:.1f} GiB there cannot grow: {}; free space, or write to another disk",
-                                          folder_.string(), static_cast<double>(end_) / (1 << 30), std::strerror(errno)));
-    end_ += bytes.size();
+                                          folder_.string(), static_cast<double>(offset) / (1 << 30), std::strerror(errno)));
     return offset;
 }
 

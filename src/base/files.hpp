@@ -2,6 +2,7 @@
 // a reader never sees half a file and a failed write leaves the old file as it was. Tests inject failures through FaultPlan.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -87,7 +88,7 @@ public:
     ~SpillFile();
     SpillFile(const SpillFile&) = delete;
     SpillFile& operator=(const SpillFile&) = delete;
-    // Writes behind what is there; returns where. One thread at a time.
+    // Writes behind what is there; returns where. Any number of threads at once.
     Result<uint64_t> append(std::span<const std::byte> bytes);
     // Any number of threads may read at once. REQUIRES: a range that was appended.
     Status read(uint64_t offset, std::span<std::byte> bytes) const;
@@ -98,7 +99,7 @@ private:
     SpillFile(int descriptor, std::filesystem::path folder) : descriptor_(descriptor), folder_(std::move(folder)) {}
     const int descriptor_;
     const std::filesystem::path folder_;
-    uint64_t end_ = 0;
+    std::atomic<uint64_t> end_{0};
 };
 
 // The whole file; refuses more than limit bytes.

@@ -29,6 +29,12 @@ void reserve_huge(std::vector<T>& vector, size_t count) {
     vector.swap(larger);
 }
 
+template <class T>
+void resize_huge(std::vector<T>& vector, size_t count) {
+    reserve_huge(vector, count);
+    vector.resize(count);
+}
+
 // The same for a vector that grows step by step, to about `expected` in the end, if that is known.
 template <class Vector>
 void grow_huge(Vector& vector, size_t count, size_t expected = 0) {

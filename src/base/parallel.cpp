@@ -56,4 +56,22 @@ void parallel_for(size_t count, size_t piece, const std::function<void(size_t, s
     if (failure) std::rethrow_exception(failure);
 }
 
+Status parallel_try(size_t count, size_t piece, const std::function<Status(size_t, size_t)>& work, size_t most) {
+    std::atomic<bool> failed{false};
+    std::mutex mutex;
+    Status result;
+    parallel_for(
+        count, piece,
+        [&](size_t begin, size_t end) {
+            if (failed) return;
+            auto status = work(begin, end);
+            if (status.ok()) return;
+            const std::lock_guard lock(mutex);
+            failed = true;
+            result = std::move(status);
+        },
+        most);
+    return result;
+}
+
 }  // namespace raypager

@@ -12,23 +12,47 @@ namespace {
 // Smaller writes cost more than they carry; larger ones gain nothing.
 constexpr size_t least_buffer = size_t{64} << 10, largest_buffer = size_t{4} << 20;
 constexpr size_t most_buckets = 4096;
+// What is sorted at a time, of the memory there is, and within these bounds.
+constexpr uint64_t share_at_once = 32, least_at_once = 256 << 10, most_at_once = 64 << 20;
+// By a thread, while a bucket is loaded.
+constexpr size_t read_at_once = 256 << 10;
 // The sample tells the weight of a part to a few percent; the rest is allowed for.
 constexpr double fill = 0.85;
 
+// Puts records into the parts of a partition, in the order in which they come.
 class Distributor {
 public:
     Distributor(const Partition& partition, const std::shared_ptr<SpillFile>& file, size_t buffer_bytes) : partition_(partition) {
         for (size_t i = 0; i < partition.parts(); i++) writers_.emplace_back(file, buffer_bytes);
     }
 
+    // Sorts them by part first, so that each part's are written as one.
     Status take(RecordKind kind, std::span<const std::byte> records) {
-        const size_t each = record_bytes[kind], count = records.size() / each;
-        parts_.resize(count);
-        parallel_for(count, 4096, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++) parts_[i] = partition_.part_of(make_ref(kind, &records[i * each]));
+        const size_t each = record_bytes[kind], count = records.size() / each, parts = writers_.size(), pieces = (count + piece - 1) / piece;
+        part_of_.resize(count);
+        places_.resize(pieces);
+        parallel_for(count, piece, [&](size_t begin, size_t end) {
+            // Counted apart from what other threads write at the same time.
+            std::vector<uint32_t> counts(parts);
+            for (size_t i = begin; i < end; i++) counts[part_of_[i] = partition_.part_of(make_ref(kind, &records[i * each]))]++;
+            places_[begin / piece] = std::move(counts);
         });
-        for (size_t i = 0; i < count; i++) RAYPAGER_TRY(writers_[parts_[i]].add_one(kind, &records[i * each]));
-        return {};
+        std::vector<size_t> begins(parts + 1);
+        uint32_t place = 0;
+        for (size_t part = 0; part < parts; part++) {
+            begins[part] = place;
+            for (auto& places : places_) place += std::exchange(places[part], place);
+        }
+        begins[parts] = count;
+        sorted_.resize(records.size());
+        parallel_for(count, piece, [&](size_t begin, size_t end) {
+            std::vector<uint32_t> places = std::move(places_[begin / piece]);
+            for (size_t i = begin; i < end; i++) std::memcpy(&sorted_[places[part_of_[i]]++ * each], &records[i * each], each);
+        });
+        return parallel_try(parts, 1, [&](size_t part, size_t) {
+            const size_t begin = begins[part], end = begins[part + 1];
+            return writers_[part].add(kind, std::span(sorted_).subspan(begin * each, (end - begin) * each));
+        });
     }
 
     Result<std::vector<Bucket>> finish() {
@@ -42,29 +66,31 @@ public:
     }
 
 private:
+    static constexpr size_t piece = size_t{1} << 14;
     const Partition& partition_;
     std::vector<BucketWriter> writers_;
-    std::vector<uint32_t> parts_;
+    UnwrittenVector<uint32_t> part_of_;
+    std::vector<std::vector<uint32_t>> places_;  // by piece and part
+    UnwrittenVector<std::byte> sorted_;
 };
 
 template <class Record>
-void add_triangle(World& world, const std::byte* bytes) {
+void place_triangle(World& world, const std::byte* bytes, size_t primitive) {
     Record record;
     std::memcpy(&record, bytes, sizeof record);
-    const auto base = static_cast<uint32_t>(world.positions.size());
-    world.positions.insert(world.positions.end(), std::begin(record.vertices), std::end(record.vertices));
-    if constexpr (std::is_same_v<Record, ShadedTriangleRecord>)
-        world.normals.insert(world.normals.end(), std::begin(record.normals), std::end(record.normals));
-    world.primitives.push_back({base, base + 1, base + 2});
-    world.ids.push_back(record.id);
+    const auto base = static_cast<uint32_t>(3 * primitive);
+    std::copy_n(record.vertices, 3, &world.positions[base]);
+    if constexpr (std::is_same_v<Record, ShadedTriangleRecord>) std::copy_n(record.normals, 3, &world.normals[base]);
+    world.primitives[primitive] = {base, base + 1, base + 2};
+    world.ids[primitive] = record.id;
 }
 
-void add_sphere(World& world, const std::byte* bytes) {
+void place_sphere(World& world, const std::byte* bytes, size_t primitive, size_t sphere) {
     SphereRecord record;
     std::memcpy(&record, bytes, sizeof record);
-    world.primitives.push_back({static_cast<uint32_t>(world.spheres.size()), RP_NONE, RP_NONE});
-    world.spheres.push_back(record.sphere);
-    world.ids.push_back(record.id);
+    world.primitives[primitive] = {static_cast<uint32_t>(sphere), RP_NONE, RP_NONE};
+    world.spheres[sphere] = record.sphere;
+    world.ids[primitive] = record.id;
 }
 
 }  // namespace
@@ -84,8 +110,9 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
     if (!file) return file.status();
     const size_t buffer = std::clamp<size_t>(settings.memory.buffers / (kinds * partition.parts()), least_buffer, largest_buffer);
     Distributor distributor(partition, *file, buffer);
+    const size_t at_once = std::clamp(settings.memory.limit / share_at_once, least_at_once, most_at_once);
     uint64_t done = 0;
-    if (auto status = bucket.for_each_piece(largest_buffer, true,
+    if (auto status = bucket.for_each_piece(at_once, true,
                                             [&](RecordKind kind, std::span<const std::byte> records) -> Status {
                                                 if (settings.stop && *settings.stop) return Status::failed("stopped by a signal");
                                                 RAYPAGER_TRY(distributor.take(kind, records));
@@ -101,21 +128,24 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
 Result<World> load_bucket(const Bucket& bucket) {
     World world;
     const uint64_t shaded = bucket.lists[shaded_records].count, triangles = bucket.lists[triangle_records].count + shaded;
-    world.positions.reserve(3 * triangles);
-    if (shaded) world.normals.reserve(3 * triangles);
-    world.spheres.reserve(bucket.lists[sphere_records].count);
-    world.primitives.reserve(bucket.primitives());
-    world.ids.reserve(bucket.primitives());
-    const auto status = bucket.for_each_piece(largest_buffer, true, [&](RecordKind kind, std::span<const std::byte> records) -> Status {
-        if (kind != triangle_records && shaded) world.normals.resize(world.positions.size(), RP_NONE);
-        for (size_t i = 0; i < records.size(); i += record_bytes[kind]) {
-            if (kind == triangle_records) add_triangle<TriangleRecord>(world, &records[i]);
-            if (kind == shaded_records) add_triangle<ShadedTriangleRecord>(world, &records[i]);
-            if (kind == sphere_records) add_sphere(world, &records[i]);
-        }
-        return {};
-    });
-    if (!status.ok()) return status;
+    world.positions.resize(3 * triangles);
+    if (shaded) world.normals.resize(3 * triangles, RP_NONE);
+    world.spheres.resize(bucket.lists[sphere_records].count);
+    resize_huge(world.primitives, bucket.primitives());
+    resize_huge(world.ids, bucket.primitives());
+    uint64_t before = 0;  // primitives of other kinds
+    for (uint32_t k = 0; k < record_kinds; k++) {
+        const auto kind = static_cast<RecordKind>(k);
+        RAYPAGER_TRY(bucket.for_each_in_parallel(kind, read_at_once, [&](uint64_t first, std::span<const std::byte> records) {
+            for (uint64_t i = 0; i * record_bytes[kind] < records.size(); i++) {
+                const std::byte* const record = &records[i * record_bytes[kind]];
+                if (kind == triangle_records) place_triangle<TriangleRecord>(world, record, before + first + i);
+                if (kind == shaded_records) place_triangle<ShadedTriangleRecord>(world, record, before + first + i);
+                if (kind == sphere_records) place_sphere(world, record, before + first + i, first + i);
+            }
+        }));
+        before += bucket.lists[kind].count;
+    }
     return world;
 }
 

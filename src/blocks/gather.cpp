@@ -34,11 +34,14 @@ public:
 
     uint64_t count() const { return world_.primitives.size(); }
 
-    // What the world takes now, on the way (vectors grow by doubling), or when it is cut.
-    uint64_t memory_bytes() const {
-        const uint64_t vertices = world_.positions.size() * (world_.normals.empty() ? 12 : 16) + world_.positions.size();
-        const uint64_t primitives = world_.primitives.size() * sizeof(Triangle) + world_.spheres.size() * sizeof(WorldSphere);
-        return std::max((vertices + primitives) * 5 / 2, vertices + primitives + world_.primitives.size() * cut_memory);
+    // What the world takes when so many bytes of meshes come: while an array moves to where there is room for them, or when all is cut.
+    uint64_t memory_bytes(uint64_t more) const {
+        const auto bytes = [](const auto& array) { return array.size() * sizeof array[0]; };
+        const auto moved = [&](const auto& array) { return (array.capacity() - array.size()) * sizeof array[0] <= more ? bytes(array) : 0; };
+        const auto& [positions, normals, primitives, spheres, ids, bounds] = world_;
+        const uint64_t shared = positions.size();  // how many triangles share a vertex
+        return bytes(positions) + bytes(normals) + bytes(primitives) + bytes(spheres) + shared +
+               std::max({moved(positions), moved(normals), moved(primitives), moved(spheres), primitives.size() * cut_memory});
     }
 
     // share: of all meshes, what will be there with this one, by their bytes; 1 where that is unknown.
@@ -273,7 +276,7 @@ private:
     // Whether a mesh of so many bytes may stay in memory. For its sake the world may have to leave it.
     Result<bool> fits(uint64_t mesh_bytes) {
         if (limits_.stop && *limits_.stop) return Status::failed("stopped by a signal");
-        if (!spiller_ && mesh_bytes + store_.memory_bytes() <= room_) return true;
+        if (!spiller_ && mesh_bytes + store_.memory_bytes(mesh_bytes) <= room_) return true;
         if (!spiller_) RAYPAGER_TRY(begin_spilling());
         return mesh_bytes <= room_ / 2;
     }
@@ -281,7 +284,7 @@ private:
     Status begin_spilling() {
         auto spiller = Spiller::create(limits_.spill_beside, limits_.memory.buffers / 8);
         if (!spiller) return spiller.status();
-        RAYPAGER_TRY((*spiller)->add(out_.world));
+        RAYPAGER_TRY((*spiller)->add(out_.world, limits_.memory.chunk_triangles));
         spiller_ = std::move(*spiller);
         add_weight(spiller_->triangles(), out_.world.positions.size(), !out_.world.normals.empty());
         out_.world = {};

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <queue>
 
 #include "base/check.hpp"
@@ -133,8 +132,6 @@ Result<PrimitiveRefs> sample_bucket(const Bucket& bucket, uint64_t count) {
     const uint64_t all = bucket.primitives();
     count = std::min(count, all);
     PrimitiveRefs sample(count);
-    std::mutex mutex;
-    Status failure;
     const auto take = [&](uint64_t i) -> Status {
         uint64_t place = one_of_stretch(i, count, all);
         uint32_t kind = 0;
@@ -144,16 +141,11 @@ Result<PrimitiveRefs> sample_bucket(const Bucket& bucket, uint64_t count) {
         sample[i] = make_ref(static_cast<RecordKind>(kind), record);
         return {};
     };
-    parallel_for(count, 1024, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            auto status = take(i);
-            if (status.ok()) continue;
-            const std::lock_guard lock(mutex);
-            failure = std::move(status);
-            return;
-        }
-    });
-    if (!failure.ok()) return failure;
+    const auto take_some = [&](size_t begin, size_t end) -> Status {
+        for (size_t i = begin; i < end; i++) RAYPAGER_TRY(take(i));
+        return {};
+    };
+    RAYPAGER_TRY(parallel_try(count, 1024, take_some));
     return sample;
 }
 

@@ -1,7 +1,6 @@
 #include "blocks/point_sort.hpp"
 
 #include <algorithm>
-#include <mutex>
 
 #include "base/parallel.hpp"
 
@@ -88,17 +87,11 @@ Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop, const std:
     if (!file) return file.status();
     BucketWriter sorted(std::move(*file), largest_buffer);
     std::vector<std::vector<PointRecord>> records(at_once_);
-    std::mutex mutex;
     for (size_t first = 0; first < ranges.size(); first += at_once_) {
         if (stop && *stop) return Status::failed("stopped by a signal");
         const size_t count = std::min(at_once_, ranges.size() - first);
-        Status failure;
-        parallel_for(count, 1, [&](size_t i, size_t) {
-            auto status = sort_range(ranges[first + i], records[i]);
-            const std::lock_guard lock(mutex);
-            if (!status.ok()) failure = std::move(status);
-        });
-        if (!failure.ok()) return failure;
+        if (auto status = parallel_try(count, 1, [&](size_t i, size_t) { return sort_range(ranges[first + i], records[i]); }); !status.ok())
+            return status;
         for (size_t i = 0; i < count; i++)
             if (auto status = sorted.add(point_records, std::as_bytes(std::span(records[i]))); !status.ok()) return status;
         progress(static_cast<double>(first + count) / static_cast<double>(ranges.size()));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/check.hpp"
+#include "base/parallel.hpp"
 
 namespace raypager {
 namespace {
@@ -20,6 +21,12 @@ PrimitiveRef triangle_ref(const std::byte* bytes) {
     PrimitiveRef ref = {{}, record.id, 0};
     for (const Float3& v : record.vertices) ref.box.grow(v);
     return ref;
+}
+
+// By all threads.
+Status read_together(const SpillFile& file, uint64_t offset, std::span<std::byte> bytes) {
+    constexpr size_t piece = size_t{1} << 20;
+    return parallel_try(bytes.size(), piece, [&](size_t begin, size_t end) { return file.read(offset + begin, bytes.subspan(begin, end - begin)); });
 }
 
 }  // namespace
@@ -81,13 +88,30 @@ Status Bucket::for_each_piece(size_t piece, bool discard, const std::function<St
         for (const RecordList::Extent& extent : lists[kind].extents) {
             for (uint64_t first = 0; first < extent.records; first += most) {
                 buffer.resize(std::min(most, extent.records - first) * record_bytes[kind]);
-                RAYPAGER_TRY(file->read(extent.offset + first * record_bytes[kind], buffer));
+                RAYPAGER_TRY(read_together(*file, extent.offset + first * record_bytes[kind], buffer));
                 RAYPAGER_TRY(take(kind, buffer));
             }
             if (discard) file->discard(extent.offset, extent.records * record_bytes[kind]);
         }
     }
     return {};
+}
+
+Status Bucket::for_each_in_parallel(RecordKind kind, size_t piece, const std::function<void(uint64_t, std::span<const std::byte>)>& take) const {
+    const auto& extents = lists[kind].extents;
+    const size_t bytes = record_bytes[kind];
+    const uint64_t most = std::max<uint64_t>(1, piece / bytes);
+    return parallel_try(extents.size(), 1, [&](size_t e, size_t) -> Status {
+        const RecordList::Extent& extent = extents[e];
+        std::vector<std::byte> buffer;
+        for (uint64_t first = 0; first < extent.records; first += most) {
+            buffer.resize(std::min(most, extent.records - first) * bytes);
+            RAYPAGER_TRY(file->read(extent.offset + first * bytes, buffer));
+            take(e * extents.front().records + first, buffer);
+        }
+        file->discard(extent.offset, extent.records * bytes);
+        return {};
+    });
 }
 
 BucketWriter::BucketWriter(std::shared_ptr<SpillFile> file, size_t buffer_bytes) : buffer_bytes_(buffer_bytes) { bucket_.file = std::move(file); }

@@ -81,22 +81,29 @@ Status Spiller::add(const Triangles& triangles, const AreaLight* light, std::vec
 
 template <class Record>
 Status Spiller::add_as(RecordKind kind, const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues) {
-    const size_t count = triangles.indices.size();
-    records_.resize(count * sizeof(Record));
-    const std::span records(reinterpret_cast<Record*>(records_.data()), count);
-    std::vector<Piece> pieces((count + piece_triangles - 1) / piece_triangles);
+    const size_t given = triangles.indices.size();
+    records_.resize(given * sizeof(Record));
+    const std::span records(reinterpret_cast<Record*>(records_.data()), given);
+    std::vector<Piece> pieces((given + piece_triangles - 1) / piece_triangles);
     const PiecePlacer<Record> placer(triangles, records);
-    parallel_for(count, piece_triangles, [&](size_t begin, size_t end) { pieces[begin / piece_triangles] = placer.place(begin, end); });
+    parallel_for(given, piece_triangles, [&](size_t begin, size_t end) { pieces[begin / piece_triangles] = placer.place(begin, end); });
+    std::vector<uint64_t> first_id(pieces.size());
     for (size_t p = 0; p < pieces.size(); p++) {
-        const Piece& piece = pieces[p];
-        RAYPAGER_TRY(piece.status);
-        issues.add(piece.issues);
-        bounds_.grow(piece.bounds);
-        const auto kept = records.subspan(p * piece_triangles, piece.kept);
-        for (Record& record : kept) record.id = static_cast<uint32_t>(triangles_++ + spheres_);
+        RAYPAGER_TRY(pieces[p].status);
+        issues.add(pieces[p].issues);
+        bounds_.grow(pieces[p].bounds);
+        first_id[p] = count();
+        triangles_ += pieces[p].kept;
+    }
+    const auto kept = [&](size_t p) { return records.subspan(p * piece_triangles, pieces[p].kept); };
+    parallel_for(pieces.size(), 1, [&](size_t p, size_t) {
+        uint64_t id = first_id[p];
+        for (Record& record : kept(p)) record.id = static_cast<uint32_t>(id++);
+    });
+    for (size_t p = 0; p < pieces.size(); p++) {
         if (light)
-            for (const Record& record : kept) lights.push_back(triangle_light(record.vertices[0], record.vertices[1], record.vertices[2], *light));
-        RAYPAGER_TRY(writer_.add(kind, std::as_bytes(kept)));
+            for (const Record& r : kept(p)) lights.push_back(triangle_light(r.vertices[0], r.vertices[1], r.vertices[2], *light));
+        RAYPAGER_TRY(writer_.add(kind, std::as_bytes(kept(p))));
     }
     return {};
 }
@@ -108,24 +115,40 @@ Status Spiller::add(const WorldSphere& sphere, uint32_t id) {
     return writer_.add_one(sphere_records, reinterpret_cast<const std::byte*>(&record));
 }
 
-Status Spiller::add_triangle(const World& world, uint32_t primitive) {
-    ShadedTriangleRecord record;
-    record.id = static_cast<uint32_t>(count());
-    for (int k = 0; k < 3; k++) {
-        const VertexBits vertex = world.vertex(world.primitives[primitive][k]);
-        record.vertices[k] = vertex.position;
-        record.normals[k] = vertex.normal;
-        bounds_.grow(vertex.position);
-    }
-    triangles_++;
-    // A record without normals is the start of one that has them.
-    static_assert(offsetof(ShadedTriangleRecord, normals) == sizeof(TriangleRecord) &&
-                  offsetof(TriangleRecord, id) == offsetof(ShadedTriangleRecord, id));
-    return writer_.add_one(world.normals.empty() ? triangle_records : shaded_records, reinterpret_cast<const std::byte*>(&record));
+template <class Record>
+Status Spiller::add_run(RecordKind kind, const World& world, uint32_t first, uint32_t last) {
+    records_.resize((last - first) * sizeof(Record));
+    const std::span records(reinterpret_cast<Record*>(records_.data()), last - first);
+    const uint64_t first_id = count();
+    parallel_for(records.size(), piece_triangles, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) {
+            for (int k = 0; k < 3; k++) {
+                const VertexBits vertex = world.vertex(world.primitives[first + i][k]);
+                records[i].vertices[k] = vertex.position;
+                if constexpr (std::is_same_v<Record, ShadedTriangleRecord>) records[i].normals[k] = vertex.normal;
+            }
+            records[i].id = static_cast<uint32_t>(first_id + i);
+        }
+    });
+    triangles_ += records.size();
+    return writer_.add(kind, std::as_bytes(records));
 }
 
-Status Spiller::add(const World& world) {
-    for (uint32_t i = 0; i < world.primitives.size(); i++) RAYPAGER_TRY(world.is_sphere(i) ? add(world.sphere(i)) : add_triangle(world, i));
+Status Spiller::add(const World& world, size_t at_once) {
+    bounds_.grow(world.bounds);
+    const auto all = static_cast<uint32_t>(world.primitives.size());
+    for (uint32_t i = 0; i < all;) {
+        if (world.is_sphere(i)) {
+            RAYPAGER_TRY(add(world.sphere(i)));
+            i++;
+            continue;
+        }
+        uint32_t end = i + 1;
+        while (end < all && end - i < at_once && !world.is_sphere(end)) end++;
+        RAYPAGER_TRY(world.normals.empty() ? add_run<TriangleRecord>(triangle_records, world, i, end)
+                                           : add_run<ShadedTriangleRecord>(shaded_records, world, i, end));
+        i = end;
+    }
     return {};
 }
 

@@ -31,8 +31,8 @@ public:
     Status add(const WorldSphere& sphere) { return add(sphere, static_cast<uint32_t>(count())); }
     // With an id of its own. In the end each id must have been given once.
     Status add(const WorldSphere& sphere, uint32_t id);
-    // All of a world, in order. REQUIRES: nothing came before.
-    Status add(const World& world);
+    // All of a world, in order, so many triangles at a time. REQUIRES: nothing came before.
+    Status add(const World& world, size_t at_once);
 
     uint64_t count() const { return triangles_ + spheres_; }  // the next one's id
     uint64_t triangles() const { return triangles_; }
@@ -44,7 +44,9 @@ private:
     Spiller(std::shared_ptr<SpillFile> file, size_t buffer_bytes) : writer_(std::move(file), buffer_bytes) {}
     template <class Record>
     Status add_as(RecordKind kind, const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues);
-    Status add_triangle(const World& world, uint32_t primitive);
+    // Neighbouring triangles of a world.
+    template <class Record>
+    Status add_run(RecordKind kind, const World& world, uint32_t first, uint32_t last);
 
     BucketWriter writer_;
     std::vector<std::byte> records_;  // of the triangles at hand

@@ -1,7 +1,6 @@
 #include "blocks/vertex_file.hpp"
 
 #include <algorithm>
-#include <mutex>
 #include <vector>
 
 #include "base/check.hpp"
@@ -48,24 +47,18 @@ Status VertexFile::fetch(std::span<const Triangle> triangles, std::span<VertexBi
     RAYPAGER_CHECK(corners.size() == 3 * triangles.size());
     const size_t pages = (count_ + page_vertices - 1) / page_vertices;
     const CornersByPage filed(triangles, pages);
-    std::mutex mutex;
-    Status failure;
-    parallel_for(pages, 16, [&](size_t begin, size_t end) {
+    return parallel_try(pages, 16, [&](size_t begin, size_t end) -> Status {
         std::vector<VertexBits> page;
         for (size_t p = begin; p < end; p++) {
             const uint64_t first = uint64_t{p} * page_vertices;
             const auto uses = std::span(filed.corners).subspan(filed.first[p], filed.first[p + 1] - filed.first[p]);
             if (uses.empty()) continue;
             page.resize(std::min<uint64_t>(page_vertices, count_ - first));
-            if (auto status = file_->read(first * sizeof(VertexBits), std::as_writable_bytes(std::span(page))); !status.ok()) {
-                const std::lock_guard lock(mutex);
-                failure = std::move(status);
-                return;
-            }
+            RAYPAGER_TRY(file_->read(first * sizeof(VertexBits), std::as_writable_bytes(std::span(page))));
             for (const uint32_t corner : uses) corners[corner] = page[triangles[corner / 3][corner % 3] - first];
         }
+        return {};
     });
-    return failure;
 }
 
 }  // namespace raypager

@@ -67,25 +67,27 @@ std::vector<Part> WorldCut::sort_into_regions(uint64_t limit, UnwrittenVector<ui
     // Counted in pieces of the world, so that each piece knows where its own go.
     const size_t regions = partition.parts(), pieces = (all + piece - 1) / piece;
     UnwrittenVector<uint16_t> region_of(all);
-    std::vector<uint32_t> places(pieces * regions);
+    std::vector<std::vector<uint32_t>> places(pieces);
     parallel_for(all, piece, [&](size_t begin, size_t end) {
-        const auto counts = std::span(places).subspan(begin / piece * regions, regions);
+        // Apart from what other threads write at the same time.
+        std::vector<uint32_t> counts(regions);
         for (size_t i = begin; i < end; i++) {
             const auto primitive = static_cast<uint32_t>(i);
             const uint32_t region = partition.part_of(primitive_bounds(world_, primitive), primitive);
             region_of[i] = static_cast<uint16_t>(region);
             counts[region]++;
         }
+        places[begin / piece] = std::move(counts);
     });
     std::vector<Part> result(regions);
     uint32_t place = 0;
     for (size_t region = 0; region < regions; region++) {
         result[region].begin = place;
-        for (size_t p = 0; p < pieces; p++) place += std::exchange(places[p * regions + region], place);
+        for (auto& of_piece : places) place += std::exchange(of_piece[region], place);
         result[region].end = place;
     }
     parallel_for(all, piece, [&](size_t begin, size_t end) {
-        const auto next = std::span(places).subspan(begin / piece * regions, regions);
+        std::vector<uint32_t> next = std::move(places[begin / piece]);
         for (size_t i = begin; i < end; i++) order[next[region_of[i]]++] = static_cast<uint32_t>(i);
     });
     return result;
