@@ -62,5 +62,23 @@ TEST(Parallel, an_exception_ends_the_work) {
     EXPECT_EQ(helping_workers(), worker_count());
 }
 
+TEST(Parallel, a_failure_leaves_the_rest) {
+    std::atomic<size_t> done{0};
+    EXPECT_TRUE(parallel_try(100, 7, [&](size_t begin, size_t end) {
+                    done += end - begin;
+                    return Status();
+                }).ok());
+    EXPECT_EQ(done, 100u);
+    done = 0;
+    const Status status = parallel_try(100000, 1, [&](size_t begin, size_t) {
+        if (begin == 50) return Status::failed("fifty");
+        done++;
+        std::this_thread::sleep_for(std::chrono::microseconds(10));
+        return Status();
+    });
+    EXPECT_EQ(status.message(), "fifty");
+    EXPECT_LT(done, 50000u);
+}
+
 }  // namespace
 }  // namespace raypager

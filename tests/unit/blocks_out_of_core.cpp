@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/files.hpp"
+#include "base/parallel.hpp"
 #include "blocks/bake_memory.hpp"
 #include "blocks/distribute.hpp"
 #include "blocks/gather.hpp"
@@ -204,7 +205,34 @@ TEST(OutOfCore, EveryPrimitiveGoesToOneBucketThatFits) {
             // The sample may mislead by some: its parts hold about a hundred primitives each.
             EXPECT_LT(bucket.memory_bytes(), settings.memory.bucket * 13 / 10);
         }
-        EXPECT_EQ(describe_all(load_all(*buckets)), describe_all({expected.world}));
+        const std::vector<World> worlds = load_all(*buckets);
+        EXPECT_EQ(describe_all(worlds), describe_all({expected.world}));
+        // As they came, whatever threads there are: triangles without normals by their ids, and then those with normals.
+        for (const World& world : worlds) {
+            size_t falls = 0;
+            for (uint32_t i = 1; i < world.ids.size() && !world.is_sphere(i); i++) falls += world.ids[i] < world.ids[i - 1];
+            EXPECT_LE(falls, 1u);
+        }
+    }
+}
+
+// A world stays in memory until what it takes when it is cut would be too much: arrays that have room ahead are not taken for ones that must move.
+TEST(OutOfCore, WorldsStayInMemoryWhileThereIsRoom) {
+    const TemporaryFolder folder;
+    std::vector<Shape> shapes;
+    for (int i = 0; i < 100; i++) shapes.push_back(mesh_shape(icosphere(3)));
+    const Scene scene = scene_of(std::move(shapes));
+    const uint64_t triangles = 100 * 1280, vertices = 100 * 642;
+    const uint64_t needed = triangles * (sizeof(Triangle) + cut_memory) + vertices * (sizeof(Float3) + 1);
+    GatherLimits limits = tight(folder / "scene.rpb");
+    for (const double share : {0.9, 1.1}) {
+        // A quarter and a thirty-second part are for meshes that are read.
+        limits.memory.gather = static_cast<uint64_t>(share * static_cast<double>(needed) * 32 / 23);
+        const auto gathered = gather(
+            scene, limits, [](const char*, double) {}, {}, 0);
+        ASSERT_TRUE(gathered.ok()) << gathered.status().message();
+        EXPECT_EQ(gathered->triangles, triangles);
+        EXPECT_EQ(gathered->spilled.has_value(), share < 1) << share;
     }
 }
 
@@ -228,6 +256,24 @@ TEST(OutOfCore, SplitsWhatLiesInOnePlace) {
     uint64_t count = 0;
     for (const Bucket& bucket : *buckets) count += bucket.primitives();
     EXPECT_EQ(count, 50000u);
+}
+
+TEST(OutOfCore, SpillFileTakesFromManyThreads) {
+    const TemporaryFolder folder;
+    auto file = SpillFile::create(folder / "scene.rpb");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    std::vector<uint64_t> offsets(500);
+    const auto contents = [](size_t i) { return std::vector<std::byte>(1 + i * 37 % 5000, std::byte(i % 251)); };
+    ASSERT_TRUE(parallel_try(offsets.size(), 1, [&](size_t i, size_t) {
+                    const auto offset = (*file)->append(contents(i));
+                    if (offset) offsets[i] = *offset;
+                    return offset.status();
+                }).ok());
+    for (size_t i = 0; i < offsets.size(); i++) {
+        std::vector<std::byte> read(contents(i).size());
+        ASSERT_TRUE((*file)->read(offsets[i], read).ok());
+        EXPECT_EQ(read, contents(i)) << i;
+    }
 }
 
 // Vertices that lie anywhere, asked for in any order.
