@@ -345,7 +345,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     uint mine[2] = {0u, 0u};
     rp_begin_totals(totals, 2u);
 #if RP_SHADE_LANES == 16
-    rp_shade_runs(get_global_id(0), get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, status, paths, film, mine);
+    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, status, paths, film, mine);
 #else
     rp_arrival arrival;
 #ifdef RP_SHORT_STATES

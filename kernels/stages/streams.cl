@@ -1,5 +1,4 @@
-// All stages on CPUs: one program, since for each PoCL reads headers of its own, and reading a program's text takes longer than loading what was
-// compiled from it.
+// All stages on CPUs: one program. For each program PoCL reads headers of its own, and reading takes longer than loading what was compiled.
 #include "stages/generate.cl"
 #include "stages/shade.cl"
 #include "stages/wake_stream.cl"

@@ -88,7 +88,7 @@ public:
     ~SpillFile();
     SpillFile(const SpillFile&) = delete;
     SpillFile& operator=(const SpillFile&) = delete;
-    // Writes behind what is there; returns where. Any number of threads at once.
+    // Writes behind what is there; returns where. Any number of threads at once. What fails leaves a hole.
     Result<uint64_t> append(std::span<const std::byte> bytes);
     // Any number of threads may read at once. REQUIRES: a range that was appended.
     Status read(uint64_t offset, std::span<std::byte> bytes) const;

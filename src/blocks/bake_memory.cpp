@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 
 #include "base/parallel.hpp"
+#include "blocks/records.hpp"
 
 namespace raypager {
 namespace {
@@ -15,6 +17,8 @@ namespace {
 constexpr uint64_t builder_bytes_of_block = 16;
 // Of the limit for all builders together.
 constexpr uint64_t builders_share = 4;
+// Triangles of a bucket have their own vertices, which must have numbers.
+constexpr uint64_t most_bucket = uint64_t{RP_NONE} / 3 * *std::min_element(std::begin(record_memory), std::begin(record_memory) + sphere_records + 1);
 constexpr uint64_t least_limit = uint64_t{16} << 20;
 // A triangle of a chunk: indices, corners, where they come from, records.
 constexpr uint64_t chunk_bytes_of_triangle = 12 + 48 + 12 + 52;
@@ -36,7 +40,7 @@ Result<BakeMemory> BakeMemory::plan(uint64_t limit, uint64_t block_bytes) {
     memory.limit = limit;
     memory.builders = static_cast<size_t>(std::clamp<uint64_t>(limit / builders_share / (builder_bytes_of_block * block_bytes), 1, worker_count()));
     memory.gather = limit - memory.builders * builder_bytes_of_block * block_bytes;
-    memory.bucket = limit / 2;
+    memory.bucket = std::min(limit / 2, most_bucket);
     memory.cut = limit / builders_share;
     memory.buffers = limit / 2;
     memory.chunk_triangles = static_cast<size_t>(std::clamp<uint64_t>(limit / 4 / chunk_bytes_of_triangle, 1 << 12, 1 << 20));

@@ -1,6 +1,8 @@
 #include "blocks/distribute.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
 
 #include "base/check.hpp"
 #include "base/parallel.hpp"
@@ -32,9 +34,12 @@ public:
         part_of_.resize(count);
         places_.resize(pieces);
         parallel_for(count, piece, [&](size_t begin, size_t end) {
-            // Counted apart from what other threads write at the same time.
+            // Not counted in memory beside that of other threads: they would wait for one another's writes.
             std::vector<uint32_t> counts(parts);
-            for (size_t i = begin; i < end; i++) counts[part_of_[i] = partition_.part_of(make_ref(kind, &records[i * each]))]++;
+            for (size_t i = begin; i < end; i++) {
+                part_of_[i] = partition_.part_of(make_ref(kind, &records[i * each]));
+                counts[part_of_[i]]++;
+            }
             places_[begin / piece] = std::move(counts);
         });
         std::vector<size_t> begins(parts + 1);
@@ -128,6 +133,7 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
 Result<World> load_bucket(const Bucket& bucket) {
     World world;
     const uint64_t shaded = bucket.lists[shaded_records].count, triangles = bucket.lists[triangle_records].count + shaded;
+    RAYPAGER_CHECK(3 * triangles < RP_NONE);
     world.positions.resize(3 * triangles);
     if (shaded) world.normals.resize(3 * triangles, RP_NONE);
     world.spheres.resize(bucket.lists[sphere_records].count);

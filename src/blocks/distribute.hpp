@@ -22,7 +22,8 @@ struct DistributeSettings {
 // Nearly always each of them fits into memory; where the sample misled, or there would be too many, they can be split again.
 Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSettings& settings);
 
-// All of a bucket as a world of its own, in order of kind and id. Triangles have their own vertices. The space on disk is given back.
+// All of a bucket as a world of its own, in order of kind, and within a kind as they came. Triangles have their own vertices. The space on disk is
+// given back.
 Result<World> load_bucket(const Bucket& bucket);
 
 }  // namespace raypager

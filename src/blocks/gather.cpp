@@ -22,8 +22,9 @@ namespace {
 // A mesh with more vertices a triangle than this shares few of them: a closed one has a half, a list of triangles three.
 constexpr uint64_t own_vertices_of_a_soup = 1;
 constexpr uint64_t index_limit = RP_NONE;
-constexpr uint64_t prefetch_share = 4;  // of the limit for meshes that are read ahead
-constexpr uint64_t buffer_share = 32;   // and for reading one that is not
+constexpr uint64_t least_vertex_bytes = 20;  // of a mesh in memory (mesh_intake.cpp)
+constexpr uint64_t prefetch_share = 4;       // of the limit for meshes that are read ahead
+constexpr uint64_t buffer_share = 32;        // and for reading one that is not
 constexpr size_t piece = size_t{1} << 16;
 
 // Puts meshes and spheres into a world.
@@ -39,10 +40,13 @@ public:
         const auto bytes = [](const auto& array) { return array.size() * sizeof array[0]; };
         const auto moved = [&](const auto& array) { return (array.capacity() - array.size()) * sizeof array[0] <= more ? bytes(array) : 0; };
         const auto& [positions, normals, primitives, spheres, ids, bounds] = world_;
-        const uint64_t shared = positions.size();  // how many triangles share a vertex
-        return bytes(positions) + bytes(normals) + bytes(primitives) + bytes(spheres) + shared +
+        // Of a vertex: its normal, which may be still to come, and how many triangles share it.
+        const uint64_t others = positions.size() * (sizeof normals[0] + 1);
+        return bytes(positions) + others + bytes(primitives) + bytes(spheres) +
                std::max({moved(positions), moved(normals), moved(primitives), moved(spheres), primitives.size() * cut_memory});
     }
+    // Whether vertices of a mesh of so many bytes can be numbered besides those that are there.
+    bool can_number(uint64_t mesh_bytes) const { return world_.positions.size() + mesh_bytes / least_vertex_bytes < index_limit; }
 
     // share: of all meshes, what will be there with this one, by their bytes; 1 where that is unknown.
     Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share) {
@@ -276,7 +280,7 @@ private:
     // Whether a mesh of so many bytes may stay in memory. For its sake the world may have to leave it.
     Result<bool> fits(uint64_t mesh_bytes) {
         if (limits_.stop && *limits_.stop) return Status::failed("stopped by a signal");
-        if (!spiller_ && mesh_bytes + store_.memory_bytes(mesh_bytes) <= room_) return true;
+        if (!spiller_ && mesh_bytes + store_.memory_bytes(mesh_bytes) <= room_ && store_.can_number(mesh_bytes)) return true;
         if (!spiller_) RAYPAGER_TRY(begin_spilling());
         return mesh_bytes <= room_ / 2;
     }

@@ -70,7 +70,8 @@ struct Bucket {
     // Calls take(kind, records) for pieces of at most `piece` bytes, each a whole number of records, in order of kind and number. With
     // discard, the space on disk is given back as it is read.
     Status for_each_piece(size_t piece, bool discard, const std::function<Status(RecordKind, std::span<const std::byte>)>& take) const;
-    // Calls take(number of the first, records) for pieces of at most `piece` bytes of one kind, in any order, on all cores; gives back their space.
+    // Calls take(number of the first, records) for pieces of at most `piece` bytes of one kind, by all threads at once, in
+    // any order; gives back their space.
     Status for_each_in_parallel(RecordKind kind, size_t piece, const std::function<void(uint64_t, std::span<const std::byte>)>& take) const;
 };
 

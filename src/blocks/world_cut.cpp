@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <mutex>
 #include <numeric>
+#include <utility>
 
 #include "base/jitter.hpp"
 #include "base/parallel.hpp"
@@ -69,7 +70,7 @@ std::vector<Part> WorldCut::sort_into_regions(uint64_t limit, UnwrittenVector<ui
     UnwrittenVector<uint16_t> region_of(all);
     std::vector<std::vector<uint32_t>> places(pieces);
     parallel_for(all, piece, [&](size_t begin, size_t end) {
-        // Apart from what other threads write at the same time.
+        // Not in memory beside that of other threads: they would wait for one another's writes.
         std::vector<uint32_t> counts(regions);
         for (size_t i = begin; i < end; i++) {
             const auto primitive = static_cast<uint32_t>(i);

@@ -171,9 +171,7 @@ Status Wavefront::allocate_visit_log() {
 
 Status Wavefront::build_kernels() {
     const std::string notes = notes_.definitions(geometry_.form(), params_.slot_count);
-    const std::string between =
-        fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES={}", device_.group_size(), wake_naps, as_on_cpus() ? 16 : 1);
-    return as_on_cpus() ? build_streams(notes + between) : build_stages(notes, between);
+    return as_on_cpus() ? build_streams(notes) : build_stages(notes);
 }
 
 Status Wavefront::get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions) {
@@ -185,7 +183,7 @@ Status Wavefront::get_kernels(std::initializer_list<Wanted> kernels, const std::
     return {};
 }
 
-Status Wavefront::build_streams(const std::string& definitions) {
+Status Wavefront::build_streams(const std::string& notes) {
     constexpr const char* all = "streams";
     RAYPAGER_TRY(get_kernels({{wake_, all, "rp_wake_stream"},
                               {rouse_, all, "rp_rouse"},
@@ -194,11 +192,12 @@ Status Wavefront::build_streams(const std::string& definitions) {
                               {extend_, all, "rp_extend_stream"},
                               {shade_, all, "rp_shade"},
                               {connect_, all, "rp_connect_stream"}},
-                             geometry_.definitions() + definitions));
+                             geometry_.definitions() + notes + " -DRP_SHADE_LANES=16"));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
-Status Wavefront::build_stages(const std::string& notes, const std::string& between) {
+Status Wavefront::build_stages(const std::string& notes) {
+    const std::string between = fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), wake_naps);
     const std::string states = short_states, tracing = notes + (visit_settings_.capacity ? " -DRP_RECORD" : "");
     RAYPAGER_TRY(get_kernels(
         {{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}, {shade_, "shade", "rp_shade"}},

@@ -5,8 +5,10 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "device/device.hpp"
@@ -134,8 +136,9 @@ private:
     };
     Status get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions);
     Status build_kernels();
-    Status build_streams(const std::string& definitions);
-    Status build_stages(const std::string& notes, const std::string& between);
+    // notes: definitions by which kernels note what paging goes by.
+    Status build_streams(const std::string& notes);
+    Status build_stages(const std::string& notes);
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }

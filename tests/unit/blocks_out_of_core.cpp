@@ -223,7 +223,7 @@ TEST(OutOfCore, WorldsStayInMemoryWhileThereIsRoom) {
     for (int i = 0; i < 100; i++) shapes.push_back(mesh_shape(icosphere(3)));
     const Scene scene = scene_of(std::move(shapes));
     const uint64_t triangles = 100 * 1280, vertices = 100 * 642;
-    const uint64_t needed = triangles * (sizeof(Triangle) + cut_memory) + vertices * (sizeof(Float3) + 1);
+    const uint64_t needed = triangles * (sizeof(Triangle) + cut_memory) + vertices * (sizeof(Float3) + 4 + 1);
     GatherLimits limits = tight(folder / "scene.rpb");
     for (const double share : {0.9, 1.1}) {
         // A quarter and a thirty-second part are for meshes that are read.
@@ -256,6 +256,58 @@ TEST(OutOfCore, SplitsWhatLiesInOnePlace) {
     uint64_t count = 0;
     for (const Bucket& bucket : *buckets) count += bucket.primitives();
     EXPECT_EQ(count, 50000u);
+}
+
+// So many records at once that they are sorted in several pieces, by several threads if there are, and by one alone.
+TEST(OutOfCore, SortsRecordsAlikeWithAnyNumberOfThreads) {
+    constexpr uint32_t seed = 11, count = 120000;
+    const TemporaryFolder folder;
+    const auto spill = [&]() -> Bucket {
+        std::mt19937 random(seed);
+        const auto coordinate = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+        auto file = SpillFile::create(folder / "scene.rpb");
+        if (!file) throw std::runtime_error(file.status().message());
+        BucketWriter writer(std::move(*file), 4 << 20);
+        for (uint32_t i = 0; i < count; i++) {
+            ShadedTriangleRecord record = {};
+            const Float3 at = {coordinate(), coordinate(), coordinate()};
+            for (int k = 0; k < 3; k++)
+                record.vertices[k] = {at.x + 0.01f * coordinate(), at.y + 0.01f * coordinate(), at.z}, record.normals[k] = random();
+            record.id = i;
+            const SphereRecord sphere = {{at, 0.01f}, i};
+            const RecordKind kind = i % 7 == 0 ? sphere_records : i % 3 == 0 ? triangle_records : shaded_records;
+            const auto* const bytes =
+                kind == sphere_records ? reinterpret_cast<const std::byte*>(&sphere) : reinterpret_cast<const std::byte*>(&record);
+            EXPECT_TRUE(writer.add_one(kind, bytes).ok());
+        }
+        auto bucket = writer.finish();
+        if (!bucket) throw std::runtime_error(bucket.status().message());
+        return std::move(*bucket);
+    };
+    DistributeSettings settings;
+    settings.memory.limit = 256 << 20;
+    settings.memory.bucket = 3 << 20;
+    settings.memory.buffers = 16 << 20;
+    settings.memory.sample = 5000;
+    settings.spill_beside = folder / "scene.rpb";
+    settings.progress = [](double) {};
+    const auto sorted = [&] {
+        const auto buckets = distribute(spill(), settings);
+        if (!buckets) throw std::runtime_error(buckets.status().message());
+        return load_all(*buckets);
+    };
+    const std::vector<World> worlds = sorted();
+    EXPECT_GT(worlds.size(), 3u);
+    std::vector<World> of_one_thread;
+    {
+        const WorkersAtMost one(1);
+        of_one_thread = sorted();
+    }
+    ASSERT_EQ(worlds.size(), of_one_thread.size());
+    for (size_t i = 0; i < worlds.size(); i++) EXPECT_EQ(worlds[i].ids, of_one_thread[i].ids) << "seed " << seed << ", bucket " << i;
+    const auto described = describe_all(worlds);
+    EXPECT_EQ(described.size(), count);
+    EXPECT_EQ(described, describe_all({load_all({spill()})}));
 }
 
 TEST(OutOfCore, SpillFileTakesFromManyThreads) {
