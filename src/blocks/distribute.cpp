@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "base/check.hpp"
 #include "base/parallel.hpp"
+#include "blocks/group_places.hpp"
 #include "blocks/partition.hpp"
 
 namespace raypager {
@@ -30,32 +30,13 @@ public:
 
     // Sorts them by part first, so that each part's are written as one.
     Status take(RecordKind kind, std::span<const std::byte> records) {
-        const size_t each = record_bytes[kind], count = records.size() / each, parts = writers_.size(), pieces = (count + piece - 1) / piece;
-        part_of_.resize(count);
-        places_.resize(pieces);
-        parallel_for(count, piece, [&](size_t begin, size_t end) {
-            // Not counted in memory beside that of other threads: they would wait for one another's writes.
-            std::vector<uint32_t> counts(parts);
-            for (size_t i = begin; i < end; i++) {
-                part_of_[i] = partition_.part_of(make_ref(kind, &records[i * each]));
-                counts[part_of_[i]]++;
-            }
-            places_[begin / piece] = std::move(counts);
-        });
-        std::vector<size_t> begins(parts + 1);
-        uint32_t place = 0;
-        for (size_t part = 0; part < parts; part++) {
-            begins[part] = place;
-            for (auto& places : places_) place += std::exchange(places[part], place);
-        }
-        begins[parts] = count;
+        const size_t each = record_bytes[kind], parts = writers_.size();
+        const GroupPlaces places(records.size() / each, parts, piece,
+                                 [&](size_t i) { return partition_.part_of(make_ref(kind, &records[i * each])); });
         sorted_.resize(records.size());
-        parallel_for(count, piece, [&](size_t begin, size_t end) {
-            std::vector<uint32_t> places = std::move(places_[begin / piece]);
-            for (size_t i = begin; i < end; i++) std::memcpy(&sorted_[places[part_of_[i]]++ * each], &records[i * each], each);
-        });
+        places.put_all([&](size_t i, uint32_t place) { std::memcpy(&sorted_[place * each], &records[i * each], each); });
         return parallel_try(parts, 1, [&](size_t part, size_t) {
-            const size_t begin = begins[part], end = begins[part + 1];
+            const size_t begin = places.begin(part), end = places.begin(part + 1);
             return writers_[part].add(kind, std::span(sorted_).subspan(begin * each, (end - begin) * each));
         });
     }
@@ -74,8 +55,6 @@ private:
     static constexpr size_t piece = size_t{1} << 14;
     const Partition& partition_;
     std::vector<BucketWriter> writers_;
-    UnwrittenVector<uint32_t> part_of_;
-    std::vector<std::vector<uint32_t>> places_;  // by piece and part
     UnwrittenVector<std::byte> sorted_;
 };
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <mutex>
 #include <numeric>
-#include <utility>
 
 #include "base/jitter.hpp"
 #include "base/parallel.hpp"
+#include "blocks/group_places.hpp"
 #include "blocks/partition.hpp"
 
 namespace raypager {
@@ -65,32 +65,16 @@ std::vector<Part> WorldCut::sort_into_regions(uint64_t limit, UnwrittenVector<ui
     const double limit_of_sample = static_cast<double>(limit) * static_cast<double>(sample_.size()) / static_cast<double>(all);
     const size_t most = sample_.size() / sample_of_region;
     const Partition partition(std::move(sample_), limit_of_sample, most);
-    // Counted in pieces of the world, so that each piece knows where its own go.
-    const size_t regions = partition.parts(), pieces = (all + piece - 1) / piece;
-    UnwrittenVector<uint16_t> region_of(all);
-    std::vector<std::vector<uint32_t>> places(pieces);
-    parallel_for(all, piece, [&](size_t begin, size_t end) {
-        // Not in memory beside that of other threads: they would wait for one another's writes.
-        std::vector<uint32_t> counts(regions);
-        for (size_t i = begin; i < end; i++) {
-            const auto primitive = static_cast<uint32_t>(i);
-            const uint32_t region = partition.part_of(primitive_bounds(world_, primitive), primitive);
-            region_of[i] = static_cast<uint16_t>(region);
-            counts[region]++;
-        }
-        places[begin / piece] = std::move(counts);
+    const GroupPlaces places(all, partition.parts(), piece, [&](size_t i) {
+        const auto primitive = static_cast<uint32_t>(i);
+        return partition.part_of(primitive_bounds(world_, primitive), primitive);
     });
-    std::vector<Part> result(regions);
-    uint32_t place = 0;
-    for (size_t region = 0; region < regions; region++) {
-        result[region].begin = place;
-        for (auto& of_piece : places) place += std::exchange(of_piece[region], place);
-        result[region].end = place;
+    std::vector<Part> result(partition.parts());
+    for (size_t region = 0; region < result.size(); region++) {
+        result[region].begin = places.begin(region);
+        result[region].end = places.begin(region + 1);
     }
-    parallel_for(all, piece, [&](size_t begin, size_t end) {
-        std::vector<uint32_t> next = std::move(places[begin / piece]);
-        for (size_t i = begin; i < end; i++) order[next[region_of[i]]++] = static_cast<uint32_t>(i);
-    });
+    places.put_all([&](size_t i, uint32_t place) { order[place] = static_cast<uint32_t>(i); });
     return result;
 }
 

@@ -1,10 +1,12 @@
-// Files: outputs appear whole or not at all, what killed processes left is told from what is being written, logs hold no half a row.
+// Files: outputs appear whole or not at all, what killed processes left is told from what is being written, logs hold no half a row, scratch files
+// take from many threads.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <cerrno>
 
 #include "base/files.hpp"
+#include "base/parallel.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {
@@ -93,6 +95,23 @@ TEST_F(BaseFiles, ReadsGoOnAfterShortOnes) {
     const auto text = read_text(folder_ / "a");
     ASSERT_TRUE(text.ok());
     EXPECT_EQ(*text, content);
+}
+
+TEST_F(BaseFiles, ScratchFilesTakeFromManyThreads) {
+    auto file = SpillFile::create(folder_ / "scene.rpb");
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    std::vector<uint64_t> offsets(500);
+    const auto contents = [](size_t i) { return std::vector<std::byte>(1 + i * 37 % 5000, std::byte(i % 251)); };
+    ASSERT_TRUE(parallel_try(offsets.size(), 1, [&](size_t i, size_t) {
+                    const auto offset = (*file)->append(contents(i));
+                    if (offset) offsets[i] = *offset;
+                    return offset.status();
+                }).ok());
+    for (size_t i = 0; i < offsets.size(); i++) {
+        std::vector<std::byte> read(contents(i).size());
+        ASSERT_TRUE((*file)->read(offsets[i], read).ok());
+        EXPECT_EQ(read, contents(i)) << i;
+    }
 }
 
 }  // namespace

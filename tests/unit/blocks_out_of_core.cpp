@@ -310,24 +310,6 @@ TEST(OutOfCore, SortsRecordsAlikeWithAnyNumberOfThreads) {
     EXPECT_EQ(described, describe_all({load_all({spill()})}));
 }
 
-TEST(OutOfCore, SpillFileTakesFromManyThreads) {
-    const TemporaryFolder folder;
-    auto file = SpillFile::create(folder / "scene.rpb");
-    ASSERT_TRUE(file.ok()) << file.status().message();
-    std::vector<uint64_t> offsets(500);
-    const auto contents = [](size_t i) { return std::vector<std::byte>(1 + i * 37 % 5000, std::byte(i % 251)); };
-    ASSERT_TRUE(parallel_try(offsets.size(), 1, [&](size_t i, size_t) {
-                    const auto offset = (*file)->append(contents(i));
-                    if (offset) offsets[i] = *offset;
-                    return offset.status();
-                }).ok());
-    for (size_t i = 0; i < offsets.size(); i++) {
-        std::vector<std::byte> read(contents(i).size());
-        ASSERT_TRUE((*file)->read(offsets[i], read).ok());
-        EXPECT_EQ(read, contents(i)) << i;
-    }
-}
-
 // Vertices that lie anywhere, asked for in any order.
 TEST(OutOfCore, VertexFileFindsEveryCorner) {
     constexpr uint32_t seed = 3, count = 20000;
