@@ -9,25 +9,25 @@
 #include "lib/waiting_lists.cl"
 #include "raypager/abi/block.h"
 
-// The slots of a block's lists of one kind are awake again, and their paths in the block.
-static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint block, uint phase, __global uint* status, uint slot_count,
+// The slots of a block's lists from `first` up to `end` are awake again, and their paths in the block. All lists in turn: where the next slot is
+// has to be waited for.
+static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint first, uint end, uint block, __global uint* status, uint slot_count,
                                   volatile __global uint* awake) {
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
-    const uint goes_on = phase | RP_STATUS_RESUMED | rp_block_state(block);
-    uint link[RP_LISTS], left = 0u, roused = 0u;
-    for (uint k = 0u; k < RP_LISTS; k++) {
+    uint link[2u * RP_LISTS], left = 0u, roused = 0u;
+    for (uint k = first; k < end; k++) {
         link[k] = lists[k].link;
         left |= link[k] != 0u ? 1u << k : 0u;
         roused += lists[k].count;
         lists[k].link = lists[k].count = 0u;
     }
     while (left != 0u) {
-        for (uint k = 0u; k < RP_LISTS; k++) {
+        for (uint k = first; k < end; k++) {
             if (link[k] == 0u) continue;
-            const uint slot = link[k] - 1u;
+            const uint slot = link[k] - 1u, phase = k < RP_LISTS ? RP_STATUS_EXTEND : RP_STATUS_SHADOW;
             link[k] = rp_place_of(status, slot_count, slot);
             left &= link[k] == 0u ? ~(1u << k) : ~0u;
-            status[slot] = (status[slot] & kept) | goes_on;
+            status[slot] = (status[slot] & kept) | phase | RP_STATUS_RESUMED | rp_block_state(block);
             atomic_or(awake + slot / 32u, 1u << slot % 32u);
         }
     }
@@ -35,20 +35,21 @@ static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint block, 
 }
 
 // Before rp_wake_stream, where blocks have come since the round before. named: how many of new_blocks are their numbers, or RP_NONE if those are not
-// all. awake: see abi/path.h.
+// all. awake: see abi/path.h. Where there are more work-items than blocks, some share the lists of one.
 __kernel void rp_rouse(__global uint* restrict status, const __global rp_page* restrict pages, uint block_count, uint slot_count,
-                       volatile __global uint* restrict awake, volatile __global uint* restrict counters, __global uint* restrict demand, uint named,
-                       uint16 new_blocks) {
+                       volatile __global uint* restrict awake, volatile __global uint* restrict counters, volatile __global uint* restrict demand,
+                       uint named, uint16 new_blocks) {
     uint names[RP_MOST_NAMED], roused = 0u;
     vstore16(new_blocks, 0, names);
-    const uint count = named != RP_NONE ? named : block_count;
-    for (uint i = (uint)get_global_id(0); i < count; i += (uint)get_global_size(0)) {
-        const uint block = named != RP_NONE ? names[i] : i;
-        __global uint* const wants = demand + RP_DEMAND_WANTS * block_count + block;
-        if (*wants == 0u || pages[block].address == RP_NONE) continue;
-        roused += rp_rouse_lists(rp_lists_of(demand, block_count, block, false), block, RP_STATUS_EXTEND, status, slot_count, awake);
-        roused += rp_rouse_lists(rp_lists_of(demand, block_count, block, true), block, RP_STATUS_SHADOW, status, slot_count, awake);
-        *wants = 0u;
+    const uint count = named != RP_NONE ? named : block_count, lists = 2u * RP_LISTS;
+    const uint items = (uint)get_global_size(0), parts = clamp(items / max(count, 1u), 1u, lists);
+    for (uint i = (uint)get_global_id(0); i < count * parts; i += items) {
+        const uint block = named != RP_NONE ? names[i / parts] : i / parts, part = i % parts;
+        if (pages[block].address == RP_NONE) continue;
+        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block, false), part * lists / parts, (part + 1u) * lists / parts, block, status,
+                                         slot_count, awake);
+        if (here != 0u) atomic_sub(demand + RP_DEMAND_WANTS * block_count + block, here);
+        roused += here;
     }
     if (roused != 0u) atomic_sub(counters + RP_COUNT_IN_LISTS, roused);
 }

@@ -14,6 +14,7 @@ struct DeviceInfo {
     std::string name, platform, driver, type;  // type: "GPU", "CPU", "accelerator"
     uint64_t memory_bytes = 0, max_allocation_bytes = 0;
     uint32_t compute_units = 0;
+    uint32_t cpu_cores() const { return type == "CPU" ? compute_units : 0; }
     bool is_default = false;  // what RAYPAGER_DEVICE names; if it is not set, a GPU before a CPU
 };
 

@@ -4,9 +4,10 @@
 
 namespace raypager {
 
-void RenderRecorder::begin(const RenderOptions& options, const rp_render_params& params) {
+void RenderRecorder::begin(const RenderOptions& options, const rp_render_params& params, uint32_t cpu_cores) {
     journal_ = options.keep_journal;
     wait_for_loads_ = options.wait_for_loads;
+    cpu_cores_ = cpu_cores;
     if (options.record_paths) visits_.emplace(params.width, params.height, params.order);
 }
 
@@ -31,7 +32,7 @@ void RenderRecorder::finish(const BakedScene& scene, const Residency& residency,
     for (const Buffer& slab : residency.slabs()) recorded.slab_bytes = std::max(recorded.slab_bytes, slab.bytes());
     recorded.slots = params.slot_count;
     recorded.wait_for_loads = wait_for_loads_;
-    recorded.on_cpu = report.device.type == "CPU";
+    recorded.cpu_cores = cpu_cores_;
     recorded.rounds_under_way = 1;  // rounds that are recorded run one by one
     recorded.paths = report.rays.camera;
     recorded.rays = report.rays.total();

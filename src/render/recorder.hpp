@@ -14,7 +14,7 @@ namespace raypager {
 class RenderRecorder {
 public:
     // options: how much is asked for; nothing, usually.
-    void begin(const RenderOptions& options, const rp_render_params& params);
+    void begin(const RenderOptions& options, const rp_render_params& params, uint32_t cpu_cores);
     bool visits() const { return visits_.has_value(); }
     // After every round. seconds: of rendering so far. REQUIRES: no other round under way, if visits are recorded.
     Status round_ended(Wavefront& wavefront, double seconds);
@@ -23,6 +23,7 @@ public:
 
 private:
     bool journal_ = false, wait_for_loads_ = false;
+    uint32_t cpu_cores_ = 0;
     std::optional<VisitRecorder> visits_;
     std::vector<uint32_t> events_;
     std::vector<float> round_seconds_;

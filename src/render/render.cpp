@@ -151,7 +151,7 @@ Status Renderer::prepare() {
     const auto told = [this](const std::string& text) { warn(text); };
     watchdog_ = std::make_unique<Watchdog>(
         options_.stall_seconds, [this] { return residency_->loader_activity(); }, told);
-    recorder_.begin(options_, wavefront_->params());
+    recorder_.begin(options_, wavefront_->params(), device_->info().cpu_cores());
     render_start_ = Clock::now();
     next_snapshot_ = snapshot_interval_ = options_.snapshot_seconds;
     return options_.pool_place == PoolPlace::host ? residency_->load_all(device_->kernels()) : Status();
@@ -211,7 +211,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
 
 Status Renderer::start_round() {
     if (++started_ == RP_NONE) return Status::failed("more rounds than blocks can count; give more --paths");
-    RAYPAGER_TRY(residency_->publish(device_->kernels()));
+    RAYPAGER_TRY(residency_->publish(device_->kernels(), wavefront_->publish()));
     return wavefront_->start_round(started_, residency_->newly_published());
 }
 

@@ -192,7 +192,7 @@ BlockNotes block_notes(PolicyKind policy) {
 
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
     const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
-    PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.type == "CPU");
+    PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.cpu_cores());
     if (options.evict_ahead) policy.evict_ahead = *options.evict_ahead;
     if (options.loads_in_flight) {
         policy.loads_in_flight = policy.loads_while_idle = options.loads_in_flight;

@@ -32,7 +32,7 @@ struct Header {
     float traffic_kept;
     double hold_above_ready;
     uint64_t pool_bytes, slab_bytes;
-    uint32_t slots, wait_for_loads, on_cpu, rounds_under_way;
+    uint32_t slots, wait_for_loads, cpu_cores, rounds_under_way;
     uint64_t paths, rays, loads, bytes_loaded, rounds;
     double seconds, trace_seconds;
     uint64_t scene_identity;
@@ -109,7 +109,7 @@ Header make_header(const DemandTrace& trace) {
     header.hold_above_ready = r.policy.hold_above_ready;
     header.pool_bytes = r.pool_bytes, header.slab_bytes = r.slab_bytes;
     header.slots = r.slots, header.wait_for_loads = r.wait_for_loads;
-    header.on_cpu = r.on_cpu, header.rounds_under_way = r.rounds_under_way;
+    header.cpu_cores = r.cpu_cores, header.rounds_under_way = r.rounds_under_way;
     header.paths = r.paths, header.rays = r.rays, header.loads = r.loads, header.bytes_loaded = r.bytes_loaded, header.rounds = r.rounds;
     header.seconds = r.seconds, header.trace_seconds = r.trace_seconds;
     header.scene_identity = r.scene_identity;
@@ -129,7 +129,7 @@ RecordedRender recorded_from(const Header& header, std::string device) {
     r.policy.hold_above_ready = header.hold_above_ready;
     r.pool_bytes = header.pool_bytes, r.slab_bytes = header.slab_bytes;
     r.slots = header.slots, r.wait_for_loads = header.wait_for_loads != 0;
-    r.on_cpu = header.on_cpu != 0, r.rounds_under_way = header.rounds_under_way;
+    r.cpu_cores = header.cpu_cores, r.rounds_under_way = header.rounds_under_way;
     r.paths = header.paths, r.rays = header.rays, r.loads = header.loads, r.bytes_loaded = header.bytes_loaded, r.rounds = header.rounds;
     r.seconds = header.seconds, r.trace_seconds = header.trace_seconds;
     r.scene_identity = header.scene_identity;

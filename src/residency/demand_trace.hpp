@@ -23,7 +23,7 @@ struct RecordedRender {
     uint64_t slab_bytes = 0;  // of the largest slab
     uint32_t slots = 0;
     bool wait_for_loads = false;
-    bool on_cpu = true;             // the kind of device, from which defaults follow
+    uint32_t cpu_cores = 1;         // 0: a GPU; defaults follow from it
     uint32_t rounds_under_way = 1;  // at most
     uint64_t paths = 0, rays = 0;   // all of the render, not only those in the trace
     uint64_t loads = 0, bytes_loaded = 0, rounds = 0;

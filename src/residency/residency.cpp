@@ -75,9 +75,6 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
         if (!pages) return pages.status();
         copy.pages = std::move(*pages);
     }
-    auto publish = device.kernel("publish", "rp_publish", "");
-    if (!publish) return publish.status();
-    residency->publish_ = std::move(*publish);
     // Where the pool holds everything, each block passes through the cache once.
     constexpr uint64_t passage = uint64_t{128} << 20;
     const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
@@ -109,18 +106,18 @@ Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& si
     return {};
 }
 
-Status Residency::publish(Queue& queue) {
-    newly_published_ = std::exchange(came_, {});
-    if (changed_.empty() && !nothing_published_) return {};
+Status Residency::publish(Queue& queue, Kernel& kernel) {
     std::sort(changed_.begin(), changed_.end());
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
-    const Status status = nothing_published_ || changed_.size() > most_changes ? publish_all(queue) : publish_changes(queue);
-    nothing_published_ = false;
-    changed_.clear();
-    return status;
+    if (nothing_published_ || changed_.size() > most_changes) return publish_all(queue);
+    newly_published_ = std::exchange(came_, {});
+    return publish_changes(queue, kernel, std::exchange(changed_, {}));
 }
 
 Status Residency::publish_all(Queue& queue) {
+    newly_published_ = std::exchange(came_, {});
+    changed_.clear();
+    nothing_published_ = false;
     Published& copy = published_[next_published_++ % published_.size()];
     RAYPAGER_TRY(copy.written.wait());
     std::memcpy(copy.pages.bytes().data(), pages_.data(), page_table_.bytes());
@@ -129,16 +126,16 @@ Status Residency::publish_all(Queue& queue) {
 
 // As arguments of a kernel. A write of more than some KB takes the way that uploads take, and would keep the next round waiting until all
 // that have been given before it are done: 0.4 ms for each 24 blocks of 640 KB on an H100.
-Status Residency::publish_changes(Queue& queue) {
-    for (size_t first = 0; first < changed_.size(); first += RP_PAGE_CHANGES) {
+Status Residency::publish_changes(Queue& queue, Kernel& kernel, std::span<const uint32_t> changed) {
+    for (size_t first = 0; first < changed.size(); first += RP_PAGE_CHANGES) {
         rp_page_changes changes;
         for (rp_page& page : changes.pages) page = {RP_NONE, 0, 0, RP_NONE};
-        for (size_t i = first; i < std::min(changed_.size(), first + RP_PAGE_CHANGES); i++) {
-            changes.pages[i - first] = pages_[changed_[i]];
-            changes.pages[i - first].unused = changed_[i];
+        for (size_t i = first; i < std::min(changed.size(), first + RP_PAGE_CHANGES); i++) {
+            changes.pages[i - first] = pages_[changed[i]];
+            changes.pages[i - first].unused = changed[i];
         }
-        RAYPAGER_TRY(publish_.set(page_table_, changes));
-        RAYPAGER_TRY(queue.launch(publish_, 1, 1));
+        RAYPAGER_TRY(kernel.set(page_table_, changes));
+        RAYPAGER_TRY(queue.launch(kernel, 1, 1));
     }
     return {};
 }
@@ -189,7 +186,7 @@ Status Residency::load_all(Queue& queue) {
             demand[RP_DEMAND_WANTS * count + i] = blocks()[i].state == PageState::resident ? 0 : 1;
             absent += demand[RP_DEMAND_WANTS * count + i];
         }
-        if (absent == 0) return publish(queue);
+        if (absent == 0) return publish_all(queue);
         RAYPAGER_TRY(after_round(round, round, Event(), demand, 0, 1));
         if (statistics().evictions) return Status::failed("the pool is too small for all blocks at once");
         auto arrived = wait_for_block(round);

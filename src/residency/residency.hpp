@@ -43,8 +43,8 @@ public:
 
     const std::vector<Buffer>& slabs() const { return slabs_; }
     const Buffer& page_table() const { return page_table_; }
-    // Brings the page table on the device up to date, for the rounds that follow. Does not wait for the queue.
-    Status publish(Queue& queue);
+    // Brings the page table on the device up to date, for the rounds that follow. Does not wait for the queue. kernel: rp_publish.
+    Status publish(Queue& queue, Kernel& kernel);
     // Blocks that the last publish() may have made visible: all that came since the one before it.
     std::span<const uint32_t> newly_published() const { return newly_published_; }
     // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
@@ -73,7 +73,7 @@ private:
     explicit Residency(BlockTable table) : table_(std::move(table)) {}
     Status allocate_slabs(Device& device, const std::vector<uint64_t>& sizes, PoolPlace place);
     Status publish_all(Queue& queue);
-    Status publish_changes(Queue& queue);
+    Status publish_changes(Queue& queue, Kernel& kernel, std::span<const uint32_t> changed);
     Status take_arrivals(uint32_t round, bool wait);
 
     BlockTable table_;
@@ -84,7 +84,6 @@ private:
     std::vector<uint32_t> changed_;  // entries that the device does not have yet
     bool nothing_published_ = true;
     std::vector<uint32_t> came_, newly_published_;
-    Kernel publish_;
     // Copies of the whole table on their way to the device.
     struct Published {
         PinnedBuffer pages;

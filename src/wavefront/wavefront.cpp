@@ -185,7 +185,8 @@ Status Wavefront::get_kernels(std::initializer_list<Wanted> kernels, const std::
 
 Status Wavefront::build_streams(const std::string& notes) {
     constexpr const char* all = "streams";
-    RAYPAGER_TRY(get_kernels({{wake_, all, "rp_wake_stream"},
+    RAYPAGER_TRY(get_kernels({{publish_, all, "rp_publish"},
+                              {wake_, all, "rp_wake_stream"},
                               {rouse_, all, "rp_rouse"},
                               {generate_, all, "rp_generate"},
                               {advance_, all, "rp_advance"},
@@ -198,6 +199,7 @@ Status Wavefront::build_streams(const std::string& notes) {
 
 Status Wavefront::build_stages(const std::string& notes) {
     const std::string between = fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), wake_naps);
+    RAYPAGER_TRY(get_kernels({{publish_, "publish", "rp_publish"}}, ""));
     const std::string states = short_states, tracing = notes + (visit_settings_.capacity ? " -DRP_RECORD" : "");
     RAYPAGER_TRY(get_kernels(
         {{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}, {shade_, "shade", "rp_shade"}},

@@ -79,6 +79,8 @@ public:
     }
     // From the next round on, so many slots as filled_together of create.
     void fill_together(uint32_t slots);
+    // The kernel that changes the page table between rounds: built with the others, since a program of its own costs PoCL a quarter of a second.
+    Kernel& publish() { return publish_; }
     // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. newly_published: at least those blocks
     // that are in the page table now and were not in the round before.
     Status start_round(uint32_t round, std::span<const uint32_t> newly_published);
@@ -155,7 +157,7 @@ private:
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way
-    Kernel rouse_, wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
+    Kernel publish_, rouse_, wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
     std::array<Flight, most_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};

@@ -303,6 +303,8 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
     settings.policy = default_settings(PolicyKind::lru);
     auto residency = Residency::create(**device, *file_, settings);
     ASSERT_TRUE(residency.ok()) << residency.status().message();
+    auto kernel = (*device)->kernel("publish", "rp_publish", "");
+    ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     std::set<uint32_t> seen;
     std::vector<bool> there(count);
     for (uint32_t round = 1; round <= 60; round++) {
@@ -313,7 +315,7 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
             ASSERT_TRUE((*residency)->wait_for_block(round).ok());
         }
         if (round % 2 == 0) continue;  // two rounds of arrivals in one publication
-        ASSERT_TRUE((*residency)->publish((*device)->kernels()).ok());
+        ASSERT_TRUE((*residency)->publish((*device)->kernels(), *kernel).ok());
         const auto names = (*residency)->newly_published();
         for (uint32_t block = 0; block < count; block++) {
             const bool resident = (*residency)->blocks()[block].state == PageState::resident;
@@ -322,7 +324,7 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
             there[block] = resident;
         }
         seen.insert(names.begin(), names.end());
-        ASSERT_TRUE((*residency)->publish((*device)->kernels()).ok());
+        ASSERT_TRUE((*residency)->publish((*device)->kernels(), *kernel).ok());
         EXPECT_TRUE((*residency)->newly_published().empty());
     }
     EXPECT_GT(seen.size(), 10u);
@@ -343,7 +345,7 @@ TEST_F(PagingStressOnDevice, WhatIsReadAheadIsNotReadAgain) {
         settings.form = form;
         settings.pool_bytes = pool_for_all(scene.geometry_bytes(form), (*device)->info().max_allocation_bytes, largest);
         settings.host_limit = 128 * largest;  // fewer than may be on their way
-        settings.policy = default_settings(PolicyKind::aged_wants, settings.pool_bytes, average, false);
+        settings.policy = default_settings(PolicyKind::aged_wants, settings.pool_bytes, average, 0);
         settings.read_ahead_threads = readers;
         auto residency = Residency::create(**device, *file_, settings);
         ASSERT_TRUE(residency.ok()) << residency.status().message();

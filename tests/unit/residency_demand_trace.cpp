@@ -36,7 +36,7 @@ TEST_F(DemandTraceFile, comes_back_as_it_was) {
         trace.recorded.policy.loads_while_idle = 128;
         trace.recorded.policy.traffic_kept = 0.75;
         trace.recorded.wait_for_loads = true;
-        trace.recorded.on_cpu = false;
+        trace.recorded.cpu_cores = 0;
         trace.recorded.rounds_under_way = 2;
         ASSERT_TRUE(write_demand_trace(path_, trace).ok());
         const auto read = read_demand_trace(path_);
@@ -60,7 +60,7 @@ TEST_F(DemandTraceFile, comes_back_as_it_was) {
         EXPECT_EQ(a.policy.traffic_kept, 0.75);
         EXPECT_EQ(a.policy.hold_above_ready, b.policy.hold_above_ready);
         EXPECT_TRUE(a.wait_for_loads);
-        EXPECT_FALSE(a.on_cpu);
+        EXPECT_EQ(a.cpu_cores, 0u);
         EXPECT_EQ(a.rounds_under_way, 2u);
         EXPECT_EQ(std::tuple(a.pool_bytes, a.slab_bytes, a.slots, a.paths, a.rays, a.loads, a.bytes_loaded, a.rounds, a.scene_identity),
                   std::tuple(b.pool_bytes, b.slab_bytes, b.slots, b.paths, b.rays, b.loads, b.bytes_loaded, b.rounds, b.scene_identity));
