@@ -1,5 +1,5 @@
 # How the folders of src/ become libraries. One static library a folder group: the engine needs OpenCL and the standard library alone
-# (fmt, xxHash and nlohmann-json are header-only here); the edges bring OpenMesh and OpenImageIO.
+# (and fmt; xxHash and nlohmann-json are header-only here); the edges bring OpenMesh and OpenImageIO.
 
 macro(raypager_find_dependencies)
     set(THREADS_PREFER_PTHREAD_FLAG ON)
@@ -71,8 +71,14 @@ function(raypager_libraries)
     add_library(raypager_engine STATIC ${engine} ${RAYPAGER_KERNEL_SOURCES})
     target_include_directories(raypager_engine PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
     target_compile_definitions(raypager_engine PUBLIC CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120 CL_HPP_MINIMUM_OPENCL_VERSION=120
-        FMT_HEADER_ONLY RAYPAGER_VERSION="${PROJECT_VERSION}")
+        RAYPAGER_VERSION="${PROJECT_VERSION}")
     target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json)
+    # Compiled with each source that uses it, fmt takes more of the time than most sources. Debian has no static library of it.
+    if(RAYPAGER_STATIC)
+        target_compile_definitions(raypager_engine PUBLIC FMT_HEADER_ONLY)
+    else()
+        target_link_libraries(raypager_engine PUBLIC fmt::fmt)
+    endif()
     raypager_unity(raypager_engine)
     target_precompile_headers(raypager_engine PRIVATE <algorithm> <string> <vector> <memory> <functional> <filesystem> <fmt/format.h>)
     if(RAYPAGER_EDGES)
