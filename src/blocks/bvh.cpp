@@ -19,9 +19,9 @@ static_assert(spheres_a_leaf <= RP_LEAF_MAX_SPHERES);
 
 // The tree is split down to treelets of up to most_covered primitives. These are grouped into leaves: triangles into strips, without
 // regard to how a tree would split them, so that leaves get full; then the treelet's own tree is built over its leaves.
-class Builder {
+class BvhBuilder {
 public:
-    Builder(const World& world, std::span<PrimitiveRef> refs) : world_(world), refs_(refs), table_(refs.size()) {
+    BvhBuilder(const World& world, std::span<PrimitiveRef> refs) : world_(world), refs_(refs), table_(refs.size()) {
         // With four triangles a leaf.
         bvh_.nodes.reserve(refs.size() / 2);
         bvh_.leaves.reserve(refs.size() / 4);
@@ -187,7 +187,7 @@ std::vector<uint32_t> choose_portals(const Bvh& bvh, uint32_t sub_boxes) {
 
 Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t sub_boxes) {
     RAYPAGER_CHECK(sub_boxes >= 1 && sub_boxes <= RP_MAX_SUB_BOXES);
-    Bvh bvh = Builder(world, refs).take();
+    Bvh bvh = BvhBuilder(world, refs).take();
     bvh.portals = choose_portals(bvh, sub_boxes);
     return bvh;
 }

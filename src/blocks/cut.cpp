@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t least_share = 9;  // 1 : 8
 
 // What one thread does of a set at a time, if all work on it together.
-constexpr size_t piece = size_t{1} << 16;
+constexpr size_t piece_refs = size_t{1} << 16;
 
 // Where to cut a set is found on so many of it.
 constexpr size_t most_sampled = size_t{1} << 14;
@@ -39,7 +39,7 @@ struct Measure {
 Measure measure(std::span<const PrimitiveRef> refs) {
     Measure sum;
     std::mutex mutex;
-    parallel_for(refs.size(), piece, [&](size_t begin, size_t end) {
+    parallel_for(refs.size(), piece_refs, [&](size_t begin, size_t end) {
         Measure part;
         for (const PrimitiveRef& ref : refs.subspan(begin, end - begin)) part.grow(ref);
         std::lock_guard lock(mutex);
@@ -48,13 +48,13 @@ Measure measure(std::span<const PrimitiveRef> refs) {
     return sum;
 }
 
-struct Halves {
+struct CutHalves {
     size_t middle = 0;
     Measure left, right;
 };
 
-Halves partition_alone(std::span<PrimitiveRef> refs, const CutPlane& plane) {
-    Halves halves;
+CutHalves partition_alone(std::span<PrimitiveRef> refs, const CutPlane& plane) {
+    CutHalves halves;
     // Each ref is looked at once, and measured on the way.
     const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) {
         const bool is_left = plane.is_left(ref);
@@ -67,20 +67,20 @@ Halves partition_alone(std::span<PrimitiveRef> refs, const CutPlane& plane) {
 
 // Pieces are partitioned by all threads together. Then what is on the wrong side of the middle of all changes places: the n-th of those on the
 // left with the n-th of those on the right.
-Halves partition(std::span<PrimitiveRef> refs, const CutPlane& plane) {
-    if (refs.size() <= piece) return partition_alone(refs, plane);
-    std::vector<Halves> pieces((refs.size() + piece - 1) / piece);
-    parallel_for(refs.size(), piece,
-                 [&](size_t begin, size_t end) { pieces[begin / piece] = partition_alone(refs.subspan(begin, end - begin), plane); });
-    Halves all;
-    for (const Halves& halves : pieces) {
+CutHalves partition(std::span<PrimitiveRef> refs, const CutPlane& plane) {
+    if (refs.size() <= piece_refs) return partition_alone(refs, plane);
+    std::vector<CutHalves> pieces((refs.size() + piece_refs - 1) / piece_refs);
+    parallel_for(refs.size(), piece_refs,
+                 [&](size_t begin, size_t end) { pieces[begin / piece_refs] = partition_alone(refs.subspan(begin, end - begin), plane); });
+    CutHalves all;
+    for (const CutHalves& halves : pieces) {
         all.middle += halves.middle;
         all.left.grow(halves.left);
         all.right.grow(halves.right);
     }
     std::vector<Part> wrong_left, wrong_right;
     for (size_t i = 0; i < pieces.size(); i++) {
-        const size_t begin = i * piece, middle = begin + pieces[i].middle, end = std::min(begin + piece, refs.size());
+        const size_t begin = i * piece_refs, middle = begin + pieces[i].middle, end = std::min(begin + piece_refs, refs.size());
         if (middle < std::min(end, all.middle)) wrong_left.push_back({middle, std::min(end, all.middle)});
         if (std::max(begin, all.middle) < middle) wrong_right.push_back({std::max(begin, all.middle), middle});
     }
@@ -107,7 +107,7 @@ void cut_below(std::span<PrimitiveRef> refs, size_t offset, const Measure& measu
         parts.push_back({offset, offset + refs.size()});
         return;
     }
-    const Halves halves = partition(refs, CutPlane::choose(refs, measured.centroids));
+    const CutHalves halves = partition(refs, CutPlane::choose(refs, measured.centroids));
     cut_below(refs.first(halves.middle), offset, halves.left, limit, parts);
     cut_below(refs.subspan(halves.middle), offset + halves.middle, halves.right, limit, parts);
 }

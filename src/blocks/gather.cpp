@@ -25,7 +25,7 @@ constexpr uint64_t index_limit = RP_NONE;
 constexpr uint64_t least_vertex_bytes = 20;  // of a mesh in memory (mesh_intake.cpp)
 constexpr uint64_t prefetch_share = 4;       // of the limit for meshes that are read ahead
 constexpr uint64_t buffer_share = 32;        // and for reading one that is not
-constexpr size_t piece = size_t{1} << 16;
+constexpr size_t piece_items = size_t{1} << 16;
 
 // Puts meshes and spheres into a world.
 class WorldStore {
@@ -79,7 +79,7 @@ private:
         const size_t base = world_.positions.size();
         world_.positions.resize(base + mesh.positions.size());
         all_in_range_ = true;
-        parallel_for(mesh.positions.size(), piece, [&](size_t begin, size_t end) {
+        parallel_for(mesh.positions.size(), piece_items, [&](size_t begin, size_t end) {
             const auto placed = std::span(world_.positions).subspan(base + begin, end - begin);
             if (placement.keeps_positions())
                 std::copy_n(&mesh.positions[begin], placed.size(), placed.begin());
@@ -95,7 +95,7 @@ private:
     Status check_range(const Shape& shape, const TriangleMesh& mesh, uint64_t base) const {
         if (all_in_range_) return {};
         std::atomic<size_t> outside{SIZE_MAX};
-        parallel_for(mesh.triangles.size(), piece, [&](size_t begin, size_t end) {
+        parallel_for(mesh.triangles.size(), piece_items, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
                 for (const uint32_t v : mesh.triangles[i])
                     if (!in_range(world_.positions[base + v])) outside = v;
@@ -106,7 +106,7 @@ private:
     void place_normals(const Placement& placement, const TriangleMesh& mesh, uint64_t base) {
         if (mesh.normals.empty() && world_.normals.empty()) return;
         world_.normals.resize(world_.positions.size(), RP_NONE);
-        parallel_for(mesh.normals.size(), piece, [&](size_t begin, size_t end) {
+        parallel_for(mesh.normals.size(), piece_items, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++) world_.normals[base + i] = placement.normal(mesh.normals[i]);
         });
     }
@@ -132,9 +132,9 @@ private:
             size_t kept = 0;  // that many lie at its front
             Box bounds;
         };
-        std::vector<Piece> pieces((mesh.triangles.size() + piece - 1) / piece);
+        std::vector<Piece> pieces((mesh.triangles.size() + piece_items - 1) / piece_items);
         const bool flip = placement.flips();
-        parallel_for(mesh.triangles.size(), piece, [&](size_t begin, size_t end) {
+        parallel_for(mesh.triangles.size(), piece_items, [&](size_t begin, size_t end) {
             size_t kept = begin;
             LaneBox bounds;
             for (size_t i = begin; i < end; i++) {
@@ -146,7 +146,7 @@ private:
                 for (const Float3& p : {a, b, c}) bounds.grow(Lanes{p.x, p.y, p.z, 0});
                 mesh.triangles[kept++] = t;
             }
-            pieces[begin / piece] = {kept - begin, bounds.box()};
+            pieces[begin / piece_items] = {kept - begin, bounds.box()};
         });
         size_t count = 0;
         for (const Piece& part : pieces) count += part.kept;
@@ -156,11 +156,11 @@ private:
         if (!only) grow_huge(world_.primitives, all_kept, expected(all_kept, sizeof(Triangle), share));
         size_t place = 0;
         for (size_t i = 0; i < pieces.size(); i++) {
-            const auto all = std::span(mesh.triangles).subspan(i * piece), kept = all.first(pieces[i].kept);
-            issues.degenerate += std::min(piece, all.size()) - kept.size();
+            const auto all = std::span(mesh.triangles).subspan(i * piece_items), kept = all.first(pieces[i].kept);
+            issues.degenerate += std::min(piece_items, all.size()) - kept.size();
             if (!only)
                 world_.primitives.insert(world_.primitives.end(), kept.begin(), kept.end());
-            else if (place != i * piece)
+            else if (place != i * piece_items)
                 std::copy(kept.begin(), kept.end(), mesh.triangles.begin() + static_cast<ptrdiff_t>(place));
             place += kept.size();
             world_.bounds.grow(pieces[i].bounds);
@@ -313,7 +313,7 @@ private:
         for (size_t first = 0; first < mesh.triangles.size(); first += limits_.memory.chunk_triangles) {
             const auto indices = std::span(mesh.triangles).subspan(first, std::min(limits_.memory.chunk_triangles, mesh.triangles.size() - first));
             corners.resize(3 * indices.size());
-            parallel_for(indices.size(), piece, [&](size_t begin, size_t end) {
+            parallel_for(indices.size(), piece_items, [&](size_t begin, size_t end) {
                 for (size_t i = 3 * begin; i < 3 * end; i++) {
                     const uint32_t v = indices[i / 3][i % 3];
                     corners[i] = {mesh.positions[v], shaded ? placement.normal(mesh.normals[v]) : RP_NONE};

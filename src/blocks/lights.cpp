@@ -6,7 +6,7 @@
 namespace raypager {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 void store(float (&out)[3], const Float3& value) {
     out[0] = value.x;

@@ -9,8 +9,8 @@ namespace {
 
 // What sorting a point takes: its record twice, its key with its place.
 constexpr uint64_t sorting_bytes = 2 * sizeof(PointRecord) + sizeof(PointKey) + 8;
-constexpr double fill = 0.8;  // of a range's memory: the sample tells its size to some percent
-constexpr size_t least_buffer = size_t{64} << 10, largest_buffer = size_t{1} << 20;
+constexpr double range_fill = 0.8;  // of its memory: the sample tells its size to some percent
+constexpr size_t least_range_buffer = size_t{64} << 10, largest_range_buffer = size_t{1} << 20;
 constexpr uint64_t most_ranges = 4096;
 
 }  // namespace
@@ -27,14 +27,14 @@ Result<PointSorter> PointSorter::create(const PointGrid& grid, uint64_t count, s
     sorter.grid_ = grid;
     sorter.spill_beside_ = spill_beside;
     sorter.at_once_ = worker_count();
-    const double points_a_range = 0.5 * fill * static_cast<double>(memory.limit) / static_cast<double>(sorting_bytes * sorter.at_once_);
-    const uint64_t most = std::clamp<uint64_t>(memory.buffers / least_buffer, 1, most_ranges);
+    const double points_a_range = 0.5 * range_fill * static_cast<double>(memory.limit) / static_cast<double>(sorting_bytes * sorter.at_once_);
+    const uint64_t most = std::clamp<uint64_t>(memory.buffers / least_range_buffer, 1, most_ranges);
     const uint64_t ranges = std::clamp<uint64_t>(static_cast<uint64_t>(static_cast<double>(count) / points_a_range) + 1, 1, most);
     std::sort(sample.begin(), sample.end());
     for (uint64_t r = 1; r < ranges && !sample.empty(); r++) sorter.boundaries_.push_back(sample[sample.size() * r / ranges]);
     auto file = SpillFile::create(spill_beside);
     if (!file) return file.status();
-    sorter.buffer_bytes_ = std::clamp<size_t>(memory.buffers / (sorter.boundaries_.size() + 1), least_buffer, largest_buffer);
+    sorter.buffer_bytes_ = std::clamp<size_t>(memory.buffers / (sorter.boundaries_.size() + 1), least_range_buffer, largest_range_buffer);
     for (size_t r = 0; r <= sorter.boundaries_.size(); r++) sorter.writers_.emplace_back(*file, sorter.buffer_bytes_);
     return sorter;
 }
@@ -55,7 +55,7 @@ Status PointSorter::add(std::span<const PointRecord> records) {
 Status PointSorter::sort_range(const Bucket& range, std::vector<PointRecord>& records) const {
     std::vector<PointRecord> unsorted;
     unsorted.reserve(range.lists[point_records].count);
-    RAYPAGER_TRY(range.for_each_piece(largest_buffer, true, [&](RecordKind, std::span<const std::byte> bytes) {
+    RAYPAGER_TRY(range.for_each_piece(largest_range_buffer, true, [&](RecordKind, std::span<const std::byte> bytes) {
         const size_t begin = unsorted.size();
         unsorted.resize(begin + bytes.size() / sizeof(PointRecord));
         std::memcpy(&unsorted[begin], bytes.data(), bytes.size());
@@ -85,7 +85,7 @@ Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop, const std:
     writers_.clear();
     auto file = SpillFile::create(spill_beside_);
     if (!file) return file.status();
-    BucketWriter sorted(std::move(*file), largest_buffer);
+    BucketWriter sorted(std::move(*file), largest_range_buffer);
     std::vector<std::vector<PointRecord>> records(at_once_);
     for (size_t first = 0; first < ranges.size(); first += at_once_) {
         if (stop && *stop) return Status::failed("stopped by a signal");

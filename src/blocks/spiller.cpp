@@ -1,17 +1,15 @@
 #include "blocks/spiller.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/parallel.hpp"
 #include "blocks/lights.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
 
 constexpr size_t piece_triangles = size_t{1} << 14;
-
-bool finite(const Float3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 void set_normals(TriangleRecord&, const VertexBits*, bool) {}
 void set_normals(ShadedTriangleRecord& record, const VertexBits* corners, bool flip) {
@@ -20,8 +18,10 @@ void set_normals(ShadedTriangleRecord& record, const VertexBits* corners, bool f
     record.normals[2] = corners[flip ? 1 : 2].normal;
 }
 
+}  // namespace
+
 // What became of a run of triangles: those that are kept lie at the front of the run's place among the records.
-struct Piece {
+struct Spiller::Piece {
     size_t kept = 0;
     MeshIssues issues;
     Box bounds;
@@ -29,9 +29,9 @@ struct Piece {
 };
 
 template <class Record>
-class PiecePlacer {
+class Spiller::PiecePlacer {
 public:
-    PiecePlacer(const Spiller::Triangles& triangles, std::span<Record> records) : triangles_(triangles), records_(records) {}
+    PiecePlacer(const Triangles& triangles, std::span<Record> records) : triangles_(triangles), records_(records) {}
 
     Piece place(size_t begin, size_t end) const {
         Piece piece;
@@ -62,11 +62,9 @@ private:
         return true;
     }
 
-    const Spiller::Triangles& triangles_;
+    const Triangles& triangles_;
     const std::span<Record> records_;
 };
-
-}  // namespace
 
 Result<std::unique_ptr<Spiller>> Spiller::create(const std::filesystem::path& beside, size_t buffer_bytes) {
     auto file = SpillFile::create(beside);

@@ -42,6 +42,9 @@ public:
 
 private:
     Spiller(std::shared_ptr<SpillFile> file, size_t buffer_bytes) : writer_(std::move(file), buffer_bytes) {}
+    struct Piece;
+    template <class Record>
+    class PiecePlacer;
     template <class Record>
     Status add_as(RecordKind kind, const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues);
     // Neighbouring triangles of a world.

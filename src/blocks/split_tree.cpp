@@ -12,14 +12,14 @@ namespace {
 // Sets up to this size are sorted and every split is tried.
 constexpr size_t sweep_size = 12;
 
-struct Halves {
+struct SplitHalves {
     size_t left_count = 0;
     Extent left, right;
 };
 
-class Builder {
+class SplitTreeBuilder {
 public:
-    Builder(std::span<PrimitiveRef> refs, int max_depth, uint32_t leaf_size) : refs_(refs), max_depth_(max_depth), leaf_size_(leaf_size) {
+    SplitTreeBuilder(std::span<PrimitiveRef> refs, int max_depth, uint32_t leaf_size) : refs_(refs), max_depth_(max_depth), leaf_size_(leaf_size) {
         nodes_.reserve(2 * refs.size() / leaf_size);
     }
 
@@ -28,7 +28,7 @@ public:
         const auto index = static_cast<uint32_t>(nodes_.size());
         nodes_.push_back({extent.box.box(), first, count});
         if (count <= leaf_size_) return index;
-        const Halves halves = split(refs_.subspan(first, count), depth, extent);
+        const SplitHalves halves = split(refs_.subspan(first, count), depth, extent);
         const auto left_count = static_cast<uint32_t>(halves.left_count);
         const uint32_t left = build(first, left_count, depth + 1, halves.left);
         const uint32_t right = build(first + left_count, count - left_count, depth + 1, halves.right);
@@ -41,23 +41,23 @@ public:
 
 private:
     // Halving what is left needs ceil(log2(count)) levels more; where no level is to spare, nothing else is done.
-    Halves split(std::span<PrimitiveRef> refs, int depth, const Extent& extent) const {
+    SplitHalves split(std::span<PrimitiveRef> refs, int depth, const Extent& extent) const {
         const bool must_halve = std::bit_width(refs.size() - 1) >= static_cast<unsigned>(max_depth_ - depth);
         if (must_halve) return measured(refs, split_at_median(refs, extent.centroids));
         return refs.size() <= sweep_size ? measured(refs, split_by_sweep(refs, 1)) : split_by_bins(refs, extent);
     }
 
-    static Halves measured(std::span<const PrimitiveRef> refs, size_t left_count) {
+    static SplitHalves measured(std::span<const PrimitiveRef> refs, size_t left_count) {
         return {left_count, extent_of(refs.first(left_count)), extent_of(refs.subspan(left_count))};
     }
 
-    static Halves split_by_bins(std::span<PrimitiveRef> refs, const Extent& extent) {
+    static SplitHalves split_by_bins(std::span<PrimitiveRef> refs, const Extent& extent) {
         const int count = refs.size() < 64 ? 8 : refs.size() < 1024 ? 16 : most_bins;
         const BinMapping mapping(extent.centroids, count);
         const BinSet bins(refs, mapping, refs.size());
         const Split split = best_split(bins, 0, false);
         if (split.axis < 0) return measured(refs, split_at_median(refs, extent.centroids));
-        Halves halves;
+        SplitHalves halves;
         const float origin = mapping.origin[split.axis], scale = mapping.scale[split.axis], bin = static_cast<float>(split.bin);
         // Each ref is looked at once, and measured on the way.
         const auto middle = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) {
@@ -79,7 +79,7 @@ private:
 
 std::vector<SplitNode> build_split_tree(std::span<PrimitiveRef> refs, int max_depth, uint32_t leaf_size) {
     RAYPAGER_CHECK(!refs.empty() && std::bit_width(refs.size() - 1) <= static_cast<unsigned>(max_depth));
-    Builder builder(refs, max_depth, leaf_size);
+    SplitTreeBuilder builder(refs, max_depth, leaf_size);
     builder.build(0, static_cast<uint32_t>(refs.size()), 0, extent_of(refs));
     return builder.take();
 }

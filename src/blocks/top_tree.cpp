@@ -9,9 +9,9 @@
 namespace raypager {
 namespace {
 
-class Builder {
+class TopTreeBuilder {
 public:
-    explicit Builder(std::span<const PortalBox> portals) : portals_(portals) {
+    explicit TopTreeBuilder(std::span<const PortalBox> portals) : portals_(portals) {
         std::vector<PrimitiveRef> refs;
         while (read_ < portals.size()) {
             const uint32_t crown = read_crown(0);
@@ -98,7 +98,7 @@ private:
 
 TopTree build_top_tree(std::span<const PortalBox> portals) {
     RAYPAGER_CHECK(portals.size() < 0x3ffffffe);  // portal indices have 30 bits, and the last references mean something else
-    if (!portals.empty()) return Builder(portals).take();
+    if (!portals.empty()) return TopTreeBuilder(portals).take();
     TopTree empty;
     empty.grid.root = RP_REF_EXIT;
     std::fill_n(empty.grid.cell, 3, 1.0f);

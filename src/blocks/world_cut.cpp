@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // What one thread does at a time.
-constexpr size_t piece = size_t{1} << 16;
+constexpr size_t piece_primitives = size_t{1} << 16;
 // Up to so many primitives are a single region.
 constexpr size_t small = size_t{1} << 16;
 // One in so many is looked at for the cuts, within bounds; a region gets about so many of them, and each cut is found on about twice as many or more.
@@ -53,7 +53,7 @@ WorldCut::WorldCut(const World& world, const Weigher& weigher) : world_(world), 
 PrimitiveRefs WorldCut::take_sample() const {
     const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, small, most_sample));
     PrimitiveRefs sample(count);
-    parallel_for(count, piece, [&](size_t first, size_t last) {
+    parallel_for(count, piece_primitives, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; i++) sample[i] = make_ref(world_, static_cast<uint32_t>(one_of_stretch(i, count, all)));
         weigher_.guess(std::span(sample).subspan(first, last - first));
     });
@@ -65,7 +65,7 @@ std::vector<Part> WorldCut::sort_into_regions(uint64_t limit, UnwrittenVector<ui
     const double limit_of_sample = static_cast<double>(limit) * static_cast<double>(sample_.size()) / static_cast<double>(all);
     const size_t most = sample_.size() / sample_of_region;
     const Partition partition(std::move(sample_), limit_of_sample, most);
-    const GroupPlaces places(all, partition.parts(), piece, [&](size_t i) {
+    const GroupPlaces places(all, partition.parts(), piece_primitives, [&](size_t i) {
         const auto primitive = static_cast<uint32_t>(i);
         return partition.part_of(primitive_bounds(world_, primitive), primitive);
     });

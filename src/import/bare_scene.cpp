@@ -5,20 +5,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "import/bare_clouds.hpp"
 #include "import/framing.hpp"
 #include "import/materials.hpp"
 #include "import/mesh_file.hpp"
 #include "import/mesh_sample.hpp"
+#include "import/point_readers.hpp"
 
 namespace raypager {
 namespace {
 
+using std::numbers::pi;
+
 // Degrees above the ground from which things are looked at.
 constexpr double object_elevation = 22, landscape_elevation = 38;
 constexpr double largest_ground = 40;                // in radii of the object
-constexpr double largest_coordinate = 1e18;          // its square is a float with room to spare
 constexpr uint64_t most_framed = uint64_t{1} << 20;  // triangles of a mesh that are looked at, where it need not be read as a whole
 
 // What one look at all triangles tells.
@@ -138,8 +141,8 @@ void frame_clouds(Inputs& inputs) {
 
 Status check_bounds(const Survey& own, const std::string& name) {
     for (size_t a = 0; a < 3; ++a)
-        if (std::max(-own.lower[a], own.upper[a]) > largest_coordinate)
-            return Status::failed(fmt::format("{}: has coordinates beyond {:g}; scale it down", name, largest_coordinate));
+        if (std::max(-own.lower[a], own.upper[a]) > largest_file_coordinate)
+            return Status::failed(fmt::format("{}: has coordinates beyond {:g}; scale it down", name, largest_file_coordinate));
     return {};
 }
 

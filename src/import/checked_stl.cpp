@@ -10,7 +10,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint64_t header_bytes = 84, triangle_bytes = 50;
+constexpr uint64_t stl_header_bytes = 84, triangle_bytes = 50;
 
 bool same(std::string_view word, std::string_view keyword) {
     return word.size() == keyword.size() && std::equal(word.begin(), word.end(), keyword.begin(), [](char a, char b) { return (a | 0x20) == b; });
@@ -79,7 +79,7 @@ protected:
     Status produce(std::string& out) override {
         const uint64_t left = file_.size() - offset_;
         if (left == 0) return {};
-        const uint64_t count = offset_ == 0 ? header_bytes : std::min<uint64_t>(left, 4096 * triangle_bytes);
+        const uint64_t count = offset_ == 0 ? stl_header_bytes : std::min<uint64_t>(left, 4096 * triangle_bytes);
         out.resize(count);
         RAYPAGER_TRY(file_.read(offset_, std::as_writable_bytes(std::span(out))));
         if (offset_ > 0)
@@ -105,18 +105,18 @@ private:
 
 Result<StlKind> find_stl_kind(const InputFile& file) {
     const std::string name = file.path().string();
-    std::string start(std::min<uint64_t>(file.size(), header_bytes), '\0');
+    std::string start(std::min<uint64_t>(file.size(), stl_header_bytes), '\0');
     RAYPAGER_TRY(file.read(0, std::as_writable_bytes(std::span(start))));
     uint32_t triangles = 0;
-    if (start.size() == header_bytes) std::memcpy(&triangles, start.data() + 80, 4);
-    const uint64_t expected = header_bytes + triangle_bytes * triangles;
-    if (start.size() == header_bytes && file.size() == expected) {
+    if (start.size() == stl_header_bytes) std::memcpy(&triangles, start.data() + 80, 4);
+    const uint64_t expected = stl_header_bytes + triangle_bytes * triangles;
+    if (start.size() == stl_header_bytes && file.size() == expected) {
         if (triangles == 0) return Status::failed(name + ": has no triangles");
         return StlKind::binary;
     }
     const auto words = split_words(start);
     if (!words.empty() && same(words[0].substr(0, 5), "solid")) return StlKind::text;
-    if (start.size() < header_bytes) return Status::failed(fmt::format("{}: {} bytes are too few for an STL file", name, file.size()));
+    if (start.size() < stl_header_bytes) return Status::failed(fmt::format("{}: {} bytes are too few for an STL file", name, file.size()));
     return Status::failed(fmt::format("{}: neither text STL (\"solid\") nor binary STL: its {} triangles would take {} bytes, but the file has {}",
                                       name, triangles, expected, file.size()));
 }

@@ -27,7 +27,6 @@ constexpr size_t sample_points = 1024;
 
 // Coordinates up to here keep a resolution of about a millimetre if their unit is the metre.
 constexpr double near_coordinate = 16384, origin_step = 1000;
-constexpr double largest_coordinate = 1e18;  // its square is a float with room to spare
 
 std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& file) {
     std::vector<FilePoint> points;
@@ -37,7 +36,7 @@ std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& f
 
 bool is_finite(const FilePoint& point) {
     // False for what is not a number, too.
-    return std::all_of(point.position.begin(), point.position.end(), [](double x) { return std::abs(x) <= largest_coordinate; });
+    return std::all_of(point.position.begin(), point.position.end(), [](double x) { return std::abs(x) <= largest_file_coordinate; });
 }
 
 // The middle of the points: a few strays far away, or at zero, do not move it.
@@ -90,7 +89,7 @@ void CloudFile::convert(std::span<const FilePoint> points, std::vector<CloudPoin
         CloudPoint& point = converted.emplace_back();
         point.position = {static_cast<float>(p.position[0] - origin_[0]), static_cast<float>(p.position[1] - origin_[1]),
                           static_cast<float>(p.position[2] - origin_[2])};
-        point.radius = p.radius > 0 && p.radius <= static_cast<float>(largest_coordinate) ? p.radius : 0.0f;
+        point.radius = p.radius > 0 && p.radius <= static_cast<float>(largest_file_coordinate) ? p.radius : 0.0f;
         point.color = colors_.of(p);
     }
 }

@@ -1,7 +1,11 @@
 #include "import/framing.hpp"
 
+#include <numbers>
+
 namespace raypager {
 namespace {
+
+using std::numbers::pi;
 
 constexpr double azimuth = 30 * pi / 180;
 constexpr double filled = 0.88;  // of the frame, in the direction in which the object is larger

@@ -10,8 +10,6 @@
 
 namespace raypager {
 
-constexpr double pi = 3.14159265358979323846;
-
 // The world as the viewer's: up, towards the viewer's side of the object, and to the viewer's right.
 struct Axes {
     Vector up = {}, front = {}, side = {};

@@ -3,33 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <span>
 #include <vector>
 
+#include "import/point_readers.hpp"
+
 namespace raypager {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "LAS is decoded on little-endian machines only");
-
 constexpr size_t smallest_header = 227;                                            // of LAS 1.0 to 1.2
-constexpr size_t header_bytes[] = {227, 227, 227, 235, 375};                       // by minor version
+constexpr size_t las_header_bytes[] = {227, 227, 227, 235, 375};                   // by minor version
 constexpr uint16_t record_bytes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};  // by point format
 constexpr uint64_t variable_record_bytes = 54, extended_record_bytes = 60;         // headers of (E)VLRs
-constexpr double largest_coordinate = 1e18;                                        // as for meshes: its square is a float with room to spare
-
-template <class T>
-T load(std::span<const std::byte> bytes, size_t at) {
-    T value;
-    std::memcpy(&value, bytes.data() + at, sizeof(T));
-    return value;
-}
 
 class HeaderReader {
 public:
-    explicit HeaderReader(const InputFile& file) : file_(file), bytes_(std::min<uint64_t>(file.size(), header_bytes[4])) {}
+    explicit HeaderReader(const InputFile& file) : file_(file), bytes_(std::min<uint64_t>(file.size(), las_header_bytes[4])) {}
 
     Result<LasHeader> read() {
         RAYPAGER_TRY(file_.read(0, bytes_));
@@ -48,7 +39,7 @@ private:
     Status bad(const std::string& what) const { return Status::failed(file_.path().string() + ": " + what); }
     template <class T>
     T field(size_t at) const {
-        return load<T>(bytes_, at);
+        return load_las<T>(bytes_.data() + at);
     }
 
     Status check_version() {
@@ -56,9 +47,9 @@ private:
         if (major != 1 || minor > 4) return bad(fmt::format("is of LAS version {}.{}; 1.0 to 1.4 can be read", major, minor));
         header_.minor_version = minor;
         own_bytes_ = field<uint16_t>(94);
-        if (own_bytes_ < header_bytes[minor] || own_bytes_ > file_.size())
+        if (own_bytes_ < las_header_bytes[minor] || own_bytes_ > file_.size())
             return bad(fmt::format("byte 94: a header of {} bytes, where version 1.{} has {}; the file is damaged or truncated", own_bytes_, minor,
-                                   header_bytes[minor]));
+                                   las_header_bytes[minor]));
         header_.points_offset = field<uint32_t>(96);
         if (header_.points_offset < own_bytes_ || header_.points_offset > file_.size())
             return bad(fmt::format("byte 96: points from byte {} on, but the header has {} bytes and the file {}; it is damaged or truncated",
@@ -76,7 +67,7 @@ private:
                 return bad(fmt::format("byte {}: variable length record {} of {} reaches into the points; the file is damaged", at, i + 1, count));
             RAYPAGER_TRY(file_.read(at, record));
             if (std::memcmp(record.data() + 2, "laszip encoded", 14) == 0) return compressed();
-            const uint64_t length = record.size() + load<uint16_t>(record, 20);
+            const uint64_t length = record.size() + load_las<uint16_t>(record.data() + 20);
             if (header_.points_offset - at < length)
                 return bad(fmt::format("byte {}: variable length record {} of {} reaches into the points; the file is damaged", at, i + 1, count));
             at += length;
@@ -132,9 +123,9 @@ private:
             const double reach = std::abs(offset) + 0x1p31 * scale;
             if (!(scale > 0) || !std::isfinite(scale))
                 return bad(fmt::format("byte {}: a coordinate scale of {:g}; the file is damaged", 131 + 8 * a, scale));
-            if (!(reach <= largest_coordinate))
+            if (!(reach <= largest_file_coordinate))
                 return bad(fmt::format("byte {}: scale {:g} and offset {:g} make coordinates beyond {:g}; the file is damaged", 131 + 8 * a, scale,
-                                       offset, largest_coordinate));
+                                       offset, largest_file_coordinate));
         }
         return {};
     }

@@ -2,11 +2,24 @@
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "base/files.hpp"
 
 namespace raypager {
+
+static_assert(std::endian::native == std::endian::little, "LAS is decoded on little-endian machines only");
+
+// A value as a LAS file stores it.
+template <class T>
+T load_las(const std::byte* from) {
+    T value;
+    std::memcpy(&value, from, sizeof(T));
+    return value;
+}
 
 struct LasHeader {
     uint8_t minor_version = 0;                      // of 1.x

@@ -1,5 +1,3 @@
-#include <cstring>
-
 #include "import/las_header.hpp"
 #include "import/point_readers.hpp"
 
@@ -15,13 +13,6 @@ constexpr Layout layouts[] = {{false, 0}, {false, 0}, {false, 20}, {false, 28}, 
                               {true, 0},  {true, 30}, {true, 30},  {true, 0},   {true, 30}};
 
 constexpr uint8_t low_noise = 7, high_noise = 18;
-
-template <class T>
-T load(const std::byte* from) {
-    T value;
-    std::memcpy(&value, from, sizeof(T));
-    return value;
-}
 
 class LasReader final : public PointReader {
 public:
@@ -53,16 +44,16 @@ public:
 private:
     void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const {
         for (size_t i = 0; i < count; ++i, record += header_.record_bytes) {
-            const auto flags = load<uint8_t>(record + 15);
+            const auto flags = load_las<uint8_t>(record + 15);
             const bool withheld = layout_.modern ? (flags & 4) != 0 : (flags & 128) != 0;
-            const uint8_t classification = layout_.modern ? load<uint8_t>(record + 16) : flags & 31;
+            const uint8_t classification = layout_.modern ? load_las<uint8_t>(record + 16) : flags & 31;
             if (withheld || classification == low_noise || (layout_.modern && classification == high_noise)) continue;
             FilePoint& point = points.emplace_back();
-            for (size_t a = 0; a < 3; ++a) point.position[a] = load<int32_t>(record + 4 * a) * header_.scale[a] + header_.offset[a];
-            point.intensity = load<uint16_t>(record + 12);
+            for (size_t a = 0; a < 3; ++a) point.position[a] = load_las<int32_t>(record + 4 * a) * header_.scale[a] + header_.offset[a];
+            point.intensity = load_las<uint16_t>(record + 12);
             point.classification = classification;
             if (layout_.rgb == 0) continue;
-            for (size_t c = 0; c < 3; ++c) point.color[c] = load<uint16_t>(record + layout_.rgb + 2 * c);
+            for (size_t c = 0; c < 3; ++c) point.color[c] = load_las<uint16_t>(record + layout_.rgb + 2 * c);
         }
     }
 

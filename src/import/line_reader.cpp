@@ -9,7 +9,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t piece = size_t{64} << 10;
+constexpr size_t read_at_once = size_t{64} << 10;
 constexpr size_t longest_line = size_t{16} << 20;
 
 }  // namespace
@@ -34,7 +34,7 @@ Status LineReader::next(std::string_view& line, bool& end) {
             ++line_;
             return bad("a line is longer than 16 MiB; this is no such text file");
         }
-        const size_t count = static_cast<size_t>(std::min<uint64_t>(piece, file_.size() - offset_));
+        const size_t count = static_cast<size_t>(std::min<uint64_t>(read_at_once, file_.size() - offset_));
         buffer_.resize(searched + count);
         RAYPAGER_TRY(file_.read(offset_, std::as_writable_bytes(std::span(buffer_).subspan(searched))));
         offset_ += count;

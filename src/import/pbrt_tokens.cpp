@@ -10,10 +10,9 @@
 namespace raypager {
 namespace {
 
-bool blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f'; }
 bool letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool digit(char c) { return c >= '0' && c <= '9'; }
-bool ends_word(char c) { return blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
+bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
 
 }  // namespace
 
@@ -66,7 +65,7 @@ void PbrtTokens::skip_blanks() {
     while (at_ < text_.size()) {
         if (text_[at_] == '#')
             while (at_ < text_.size() && text_[at_] != '\n') advance();
-        else if (blank(text_[at_]))
+        else if (is_blank(text_[at_]))
             advance();
         else
             return;

@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
@@ -11,8 +9,6 @@
 
 namespace raypager {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "binary PLY is decoded on little-endian machines only");
 
 // Reads a file front to back in large pieces.
 class ByteStream {
@@ -53,32 +49,24 @@ private:
     size_t at_ = 0, end_ = 0;
 };
 
-template <class T>
-T load(const std::byte* from, bool swap) {
-    std::array<std::byte, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), from, sizeof(T));
-    if (swap) std::reverse(bytes.begin(), bytes.end());
-    return std::bit_cast<T>(bytes);
-}
-
 float load_float(const std::byte* from, PlyType type, bool swap) {
     switch (type) {
         case PlyType::int8:
-            return load<int8_t>(from, swap);
+            return load_ply<int8_t>(from, swap);
         case PlyType::uint8:
-            return load<uint8_t>(from, swap);
+            return load_ply<uint8_t>(from, swap);
         case PlyType::int16:
-            return load<int16_t>(from, swap);
+            return load_ply<int16_t>(from, swap);
         case PlyType::uint16:
-            return load<uint16_t>(from, swap);
+            return load_ply<uint16_t>(from, swap);
         case PlyType::int32:
-            return static_cast<float>(load<int32_t>(from, swap));
+            return static_cast<float>(load_ply<int32_t>(from, swap));
         case PlyType::uint32:
-            return static_cast<float>(load<uint32_t>(from, swap));
+            return static_cast<float>(load_ply<uint32_t>(from, swap));
         case PlyType::float32:
-            return load<float>(from, swap);
+            return load_ply<float>(from, swap);
         case PlyType::float64:
-            return static_cast<float>(load<double>(from, swap));
+            return static_cast<float>(load_ply<double>(from, swap));
     }
     return 0;
 }
@@ -86,17 +74,17 @@ float load_float(const std::byte* from, PlyType type, bool swap) {
 int64_t load_integer(const std::byte* from, PlyType type, bool swap) {
     switch (type) {
         case PlyType::int8:
-            return load<int8_t>(from, swap);
+            return load_ply<int8_t>(from, swap);
         case PlyType::uint8:
-            return load<uint8_t>(from, swap);
+            return load_ply<uint8_t>(from, swap);
         case PlyType::int16:
-            return load<int16_t>(from, swap);
+            return load_ply<int16_t>(from, swap);
         case PlyType::uint16:
-            return load<uint16_t>(from, swap);
+            return load_ply<uint16_t>(from, swap);
         case PlyType::int32:
-            return load<int32_t>(from, swap);
+            return load_ply<int32_t>(from, swap);
         case PlyType::uint32:
-            return load<uint32_t>(from, swap);
+            return load_ply<uint32_t>(from, swap);
         default:
             return -1;  // not whole: no index
     }
@@ -208,7 +196,7 @@ private:
         const bool is_signed = property.type == PlyType::int32;
         const auto is_triangle = [&](const std::byte* face) { return load_integer(face, *property.count_type, swap_) == 3; };
         const auto triangle = [&](const std::byte* face) {
-            const auto index = [&](size_t k) { return load<uint32_t>(face + count_bytes + 4 * k, swap_); };
+            const auto index = [&](size_t k) { return load_ply<uint32_t>(face + count_bytes + 4 * k, swap_); };
             // As a signed number it would be negative: no vertex has this number.
             const auto known = [](uint32_t v) { return v >> 31 ? RP_NONE : v; };
             const Triangle t = {index(0), index(1), index(2)};

@@ -1,8 +1,12 @@
 // The header of a PLY file: which elements follow, with which properties, in which encoding.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +21,17 @@ enum class PlyType { int8, uint8, int16, uint16, int32, uint32, float32, float64
 
 size_t ply_type_bytes(PlyType type);
 bool ply_type_is_integer(PlyType type);
+
+static_assert(std::endian::native == std::endian::little, "binary PLY is decoded on little-endian machines only");
+
+// A value as a binary PLY stores it. swap: its bytes are in big-endian order.
+template <class T>
+T load_ply(const std::byte* from, bool swap) {
+    std::array<std::byte, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), from, sizeof(T));
+    if (swap) std::reverse(bytes.begin(), bytes.end());
+    return std::bit_cast<T>(bytes);
+}
 
 struct PlyProperty {
     std::string name;

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <optional>
 
 #include "import/line_reader.hpp"
@@ -12,36 +10,24 @@
 namespace raypager {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "binary PLY is decoded on little-endian machines only");
-
-constexpr size_t points_at_once = 4096;
-
-template <class T>
-double load(const std::byte* from, bool swap) {
-    std::array<std::byte, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), from, sizeof(T));
-    if (swap) std::reverse(bytes.begin(), bytes.end());
-    return static_cast<double>(std::bit_cast<T>(bytes));
-}
-
 double load_number(const std::byte* from, PlyType type, bool swap) {
     switch (type) {
         case PlyType::int8:
-            return load<int8_t>(from, swap);
+            return load_ply<int8_t>(from, swap);
         case PlyType::uint8:
-            return load<uint8_t>(from, swap);
+            return load_ply<uint8_t>(from, swap);
         case PlyType::int16:
-            return load<int16_t>(from, swap);
+            return load_ply<int16_t>(from, swap);
         case PlyType::uint16:
-            return load<uint16_t>(from, swap);
+            return load_ply<uint16_t>(from, swap);
         case PlyType::int32:
-            return load<int32_t>(from, swap);
+            return load_ply<int32_t>(from, swap);
         case PlyType::uint32:
-            return load<uint32_t>(from, swap);
+            return load_ply<uint32_t>(from, swap);
         case PlyType::float32:
-            return load<float>(from, swap);
+            return load_ply<float>(from, swap);
         case PlyType::float64:
-            return load<double>(from, swap);
+            return load_ply<double>(from, swap);
     }
     return 0;
 }

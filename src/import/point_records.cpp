@@ -5,7 +5,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t piece = size_t{1} << 20;
+constexpr size_t record_bytes_at_once = size_t{1} << 20;
 
 }  // namespace
 
@@ -16,7 +16,7 @@ RecordRange part_of(const RecordRange& range, uint64_t part, uint64_t parts, siz
 }
 
 Status read_records(const InputFile& file, const RecordRange& range, const std::function<Status(const std::byte*, size_t)>& take) {
-    const uint64_t at_once = std::max<uint64_t>(1, piece / range.stride);
+    const uint64_t at_once = std::max<uint64_t>(1, record_bytes_at_once / range.stride);
     std::vector<std::byte> buffer(std::min(at_once, range.count) * range.stride);
     for (uint64_t i = 0; i < range.count; i += at_once) {
         const size_t count = static_cast<size_t>(std::min(at_once, range.count - i));

@@ -1,11 +1,13 @@
 #include "import/tessellate.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace raypager {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
+
 constexpr uint32_t around = 256;     // steps of a full turn
 constexpr uint32_t from_pole = 128;  // steps from pole to pole
 

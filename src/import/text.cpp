@@ -5,20 +5,14 @@
 #include <cstdlib>
 
 namespace raypager {
-namespace {
-
-bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' || c == '\n'; }
-
-}  // namespace
-
 void split_words(std::string_view text, std::vector<std::string_view>& words) {
     words.clear();
     size_t at = 0;
     while (true) {
-        while (at < text.size() && blank(text[at])) ++at;
+        while (at < text.size() && is_blank(text[at])) ++at;
         if (at == text.size()) return;
         const size_t begin = at;
-        while (at < text.size() && !blank(text[at])) ++at;
+        while (at < text.size() && !is_blank(text[at])) ++at;
         words.push_back(text.substr(begin, at - begin));
     }
 }
@@ -26,13 +20,13 @@ void split_words(std::string_view text, std::vector<std::string_view>& words) {
 size_t split_numbers(std::string_view text, std::span<std::string_view> words) {
     size_t count = 0;
     for (size_t at = 0;;) {
-        while (at < text.size() && blank(text[at])) ++at;
+        while (at < text.size() && is_blank(text[at])) ++at;
         if (at == text.size()) return count;
         const size_t begin = at;
-        while (at < text.size() && !blank(text[at]) && text[at] != ',' && text[at] != ';') ++at;
+        while (at < text.size() && !is_blank(text[at]) && text[at] != ',' && text[at] != ';') ++at;
         if (count < words.size()) words[count] = text.substr(begin, at - begin);
         ++count;
-        while (at < text.size() && blank(text[at])) ++at;
+        while (at < text.size() && is_blank(text[at])) ++at;
         if (at < text.size() && (text[at] == ',' || text[at] == ';')) ++at;
     }
 }

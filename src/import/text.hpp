@@ -9,6 +9,8 @@
 
 namespace raypager {
 
+inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' || c == '\n'; }
+
 // Words between blanks, views into text.
 std::vector<std::string_view> split_words(std::string_view text);
 // The first so many words of a line of numbers: separated by blanks, or by one comma or semicolon with blanks around it. Returns how many

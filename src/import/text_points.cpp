@@ -21,8 +21,7 @@ namespace {
 
 constexpr size_t most_columns = 16;  // that are looked at
 constexpr size_t looked_at = 1000;   // points to tell columns from
-constexpr size_t points_at_once = 4096;
-constexpr size_t piece = size_t{1} << 20;
+constexpr size_t counted_at_once = size_t{1} << 20;
 
 bool is_comment(std::string_view line) {
     const size_t start = line.find_first_not_of(" \t");
@@ -207,7 +206,7 @@ Result<Columns> find_columns(const InputFile& file) {
 }
 
 Result<uint64_t> count_lines(const InputFile& file) {
-    std::vector<std::byte> buffer(std::min<uint64_t>(piece, file.size()));
+    std::vector<std::byte> buffer(std::min<uint64_t>(counted_at_once, file.size()));
     uint64_t lines = 1;  // the last one may lack its end
     for (uint64_t at = 0; at < file.size(); at += buffer.size()) {
         const auto bytes = std::span(buffer).first(std::min<uint64_t>(buffer.size(), file.size() - at));

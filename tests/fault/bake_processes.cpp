@@ -20,9 +20,8 @@ namespace {
 
 using support::ChildProcess;
 using support::ChildResult;
-
-constexpr uint64_t MiB = uint64_t{1} << 20;
-constexpr double patience = 120;  // seconds, on a busy machine
+using support::MiB;
+using support::patience;
 
 class BakeProcesses : public testing::Test {
 protected:

@@ -15,11 +15,12 @@
 namespace raypager {
 namespace {
 
-using checkpoint_format::Header;
 using support::render_rounds;
 
 class CheckpointFiles : public testing::Test {
 protected:
+    using Header = checkpoint_format::Header;
+
     void SetUp() override {
         auto file = support::bake_and_open(support::small_scene(12), {}, folder_.path(), "scene");
         ASSERT_TRUE(file.ok()) << file.status().message();

@@ -17,11 +17,6 @@ namespace {
 
 using support::read_file;
 
-struct Outcome {
-    int status = -1;
-    std::string output, errors;
-};
-
 // Digits in the longest run of them.
 size_t longest_number(const std::string& text) {
     size_t longest = 0, run = 0;
@@ -35,6 +30,11 @@ size_t longest_number(const std::string& text) {
 // A folder of its own for every test, and the program run inside it.
 class CliProgram : public testing::Test {
 protected:
+    struct Outcome {
+        int status = -1;
+        std::string output, errors;
+    };
+
     // arguments: as typed into a shell.
     Outcome run(const std::string& arguments) const {
         // The redirections come first, so that a test can name others.

@@ -19,10 +19,11 @@ namespace raypager {
 namespace {
 
 using namespace blocks_test;
-using format::Header;
 
 class DamagedBlockFile : public testing::Test {
 protected:
+    using Header = format::Header;
+
     void SetUp() override {
         Scene scene =
             scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f), cloud_shape(random_points(1500, 2))});

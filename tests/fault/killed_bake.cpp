@@ -14,10 +14,9 @@
 namespace raypager {
 namespace {
 
+using support::patience;
 using support::read_file;
 using Clock = std::chrono::steady_clock;
-
-constexpr double patience = 120;  // seconds for one run, on a busy machine with no kernel in any cache
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 

@@ -20,8 +20,7 @@ namespace {
 
 using support::ChildProcess;
 using support::ChildResult;
-
-constexpr double patience = 120;  // seconds for one run, on a busy machine with no kernel in any cache
+using support::patience;
 
 class KilledRenders : public testing::Test {
 protected:

@@ -18,11 +18,10 @@ namespace {
 
 using support::ChildProcess;
 using support::ChildResult;
+using support::MiB;
 
 // README.md, "Limits": what the program takes beside its limits. Program, libraries and PoCL's compiler are three quarters of it.
 constexpr uint64_t stated_constant = uint64_t{256} << 20;
-
-constexpr uint64_t MiB = uint64_t{1} << 20;
 
 class MemoryFromOutside : public testing::Test {
 protected:

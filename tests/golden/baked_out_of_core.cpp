@@ -9,13 +9,13 @@
 namespace raypager {
 namespace {
 
-struct Case {
+struct BakedCase {
     const char* name;
     Scene (*make)();
 };
 
 // All large enough not to fit into the smallest limit.
-const Case cases[] = {
+const BakedCase baked_cases[] = {
     {"terrain",
      [] {
          return reference::terrain_small(450, true, {48, 32});
@@ -30,9 +30,9 @@ const Case cases[] = {
      }},
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const BakedCase& c, std::ostream* out) { *out << c.name; }
 
-class BakedOutOfCore : public testing::TestWithParam<Case> {
+class BakedOutOfCore : public testing::TestWithParam<BakedCase> {
 protected:
     struct Outcome {
         uint64_t hash, rays;
@@ -72,7 +72,7 @@ TEST_P(BakedOutOfCore, shows_the_same_picture) {
     EXPECT_GT(in_memory.rays, 1000u);
 }
 
-INSTANTIATE_TEST_SUITE_P(scenes, BakedOutOfCore, testing::ValuesIn(cases), [](const auto& param) { return std::string(param.param.name); });
+INSTANTIATE_TEST_SUITE_P(scenes, BakedOutOfCore, testing::ValuesIn(baked_cases), [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
 }  // namespace raypager

@@ -16,14 +16,14 @@ namespace {
 using reference::Agreement;
 using reference::RayKind;
 
-struct Case {
+struct HitCase {
     const char* name;
     Scene (*make)();
     uint64_t block_bytes;
     uint64_t slab_bytes;  // 0: one slab
 };
 
-const Case cases[] = {
+const HitCase hit_cases[] = {
     {"terrain", [] { return reference::terrain_small(128); }, 64 << 10, 0},
     {"clutter", [] { return reference::clutter_small(150); }, 64 << 10, 512 << 10},
     {"soup", [] { return reference::soup(3000); }, 16 << 10, 0},
@@ -33,7 +33,7 @@ const Case cases[] = {
     {"cornell_spheres", [] { return reference::cornell_small({.sphere_primitives = true}); }, 16 << 10, 0},
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const HitCase& c, std::ostream* out) { *out << c.name; }
 
 // RAYPAGER_TEST_RAYS: rays a scene; a million unless set (slow simulators take fewer).
 size_t rays_per_scene() {
@@ -41,7 +41,7 @@ size_t rays_per_scene() {
     return text ? std::strtoull(text, nullptr, 10) : 1000000;
 }
 
-class Hits : public testing::TestWithParam<std::tuple<Case, Traversal>> {};
+class Hits : public testing::TestWithParam<std::tuple<HitCase, Traversal>> {};
 
 // In the way that the device does not choose by itself: a tenth of the rays.
 size_t rays_of(Traversal traversal) { return traversal == support::traversals().back() ? rays_per_scene() : rays_per_scene() / 10; }
@@ -100,7 +100,7 @@ TEST_P(Hits, agree_with_embree_and_brute_force) {
     EXPECT_GT(audit.count(Agreement::same) + audit.count(Agreement::tie), traced);
 }
 
-INSTANTIATE_TEST_SUITE_P(scenes, Hits, testing::Combine(testing::ValuesIn(cases), testing::Values(Traversal::ray, Traversal::stream)),
+INSTANTIATE_TEST_SUITE_P(scenes, Hits, testing::Combine(testing::ValuesIn(hit_cases), testing::Values(Traversal::ray, Traversal::stream)),
                          [](const auto& param) {
                              return std::string(std::get<0>(param.param).name) + (std::get<1>(param.param) == Traversal::ray ? "_ray" : "_stream");
                          });

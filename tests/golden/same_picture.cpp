@@ -10,12 +10,12 @@
 namespace raypager {
 namespace {
 
-struct Case {
+struct PictureCase {
     const char* name;
     Scene (*make)();
 };
 
-const Case cases[] = {
+const PictureCase picture_cases[] = {
     {"cornell",
      [] {
          return reference::cornell_small({.subdivisions = 4, .wall_divisions = 16}, {48, 48});
@@ -42,9 +42,9 @@ const Case cases[] = {
      }},  // points with and without colour, spheres and triangles in the same blocks
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }
 
-class SamePicture : public testing::TestWithParam<Case> {
+class SamePicture : public testing::TestWithParam<PictureCase> {
 protected:
     static constexpr uint64_t block_bytes = 16 << 10;
 
@@ -249,7 +249,7 @@ TEST_P(SamePicture, a_limit_too_small_names_the_smallest_that_does) {
     expect_same(options, "smallest memory limit");
 }
 
-INSTANTIATE_TEST_SUITE_P(scenes, SamePicture, testing::ValuesIn(cases), [](const auto& param) { return std::string(param.param.name); });
+INSTANTIATE_TEST_SUITE_P(scenes, SamePicture, testing::ValuesIn(picture_cases), [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
 }  // namespace raypager

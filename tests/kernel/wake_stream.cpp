@@ -15,12 +15,13 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t slots = 5003, blocks = 2297;  // not a multiple of anything; more blocks than bundles
 constexpr uint32_t work_items = 5;
 
 // A render in small: what the other stages do to slots, without rays.
 class WakeStream : public testing::Test {
 protected:
+    static constexpr uint32_t slots = 5003, blocks = 2297;  // not a multiple of anything; more blocks than bundles
+
     void SetUp() override {
         auto device = Device::open("", 0);
         ASSERT_TRUE(device.ok()) << device.status().message();

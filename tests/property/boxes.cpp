@@ -10,6 +10,7 @@
 
 #include "blocks/grid.hpp"
 #include "device/device.hpp"
+#include "property/passage.hpp"
 
 namespace raypager {
 namespace {
@@ -20,25 +21,6 @@ struct Float4 {
 struct Word4 {
     uint32_t x, y, z, w;
 };
-struct Passage {
-    double entry, exit;
-};
-
-// Exact bounds of the ray inside the box [low, high], in double: the truth for float inputs up to 1e-13.
-Passage exact_passage(const Float4& o, const Float4& d, const float* low, const float* high) {
-    const double origin[3] = {o.x, o.y, o.z}, direction[3] = {d.x, d.y, d.z};
-    Passage result = {0, INFINITY};
-    for (int k = 0; k < 3; k++) {
-        if (direction[k] == 0) {
-            if (origin[k] < low[k] || origin[k] > high[k]) return {1, 0};
-            continue;
-        }
-        const double a = (low[k] - origin[k]) / direction[k], b = (high[k] - origin[k]) / direction[k];
-        result.entry = std::max(result.entry, std::min(a, b));
-        result.exit = std::min(result.exit, std::max(a, b));
-    }
-    return result;
-}
 
 class BoxTest : public testing::TestWithParam<int> {};
 
@@ -91,7 +73,7 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
         grids.push_back({grid.origin[0], grid.origin[1], grid.origin[2], 0});
         grids.push_back({grid.cell[0], grid.cell[1], grid.cell[2], 0});
         boxes.push_back({child.x, child.y, child.z, 0});
-        truth.push_back(exact_passage(rays[2 * i], rays[2 * i + 1], low, high));
+        truth.push_back(exact_passage(origin, direction, box));
     }
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();

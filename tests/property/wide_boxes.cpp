@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <random>
 
+#include "property/passage.hpp"
 #include "support/device_scene.hpp"
 #include "wide/node.hpp"
 
@@ -15,29 +17,6 @@ namespace raypager {
 namespace {
 
 constexpr uint32_t stream = 64, children = RP_WIDE_CHILDREN;
-
-struct Float4 {
-    float v[4];
-};
-struct Passage {
-    double entry, exit;
-};
-
-// Exact bounds of the ray inside the box, in double: the truth for float inputs up to 1e-13.
-Passage exact_passage(const Float4& origin, const Float4& direction, const Box& box) {
-    Passage result = {0, INFINITY};
-    for (int k = 0; k < 3; k++) {
-        const double o = origin.v[k], d = direction.v[k];
-        if (d == 0) {
-            if (o < box.lower[k] || o > box.upper[k]) return {1, 0};
-            continue;
-        }
-        const double a = (box.lower[k] - o) / d, b = (box.upper[k] - o) / d;
-        result.entry = std::max(result.entry, std::min(a, b));
-        result.exit = std::min(result.exit, std::max(a, b));
-    }
-    return result;
-}
 
 // Nodes with their boxes before they were quantised, and 64 rays each that are aimed at them.
 class Trial {
@@ -62,9 +41,9 @@ public:
     }
 
     std::vector<rp_wide_node> nodes;
-    std::vector<Box> boxes;      // of all nodes
-    std::vector<size_t> begins;  // of each node's boxes
-    std::vector<Float4> rays;    // origin, direction
+    std::vector<Box> boxes;                  // of all nodes
+    std::vector<size_t> begins;              // of each node's boxes
+    std::vector<std::array<float, 4>> rays;  // origin, direction
 
 private:
     double unit() { return std::uniform_real_distribution<double>(0, 1)(random_); }
@@ -86,18 +65,18 @@ private:
         float largest = 0;
         for (int k = 0; k < 3; k++) largest = std::max({largest, std::abs(box.lower[k]), std::abs(box.upper[k])});
         const double far = chance(0.2) ? 0 : std::ldexp(largest, static_cast<int>(unit() * 24) - 4);
-        Float4 origin = {{0, 0, 0, INFINITY}}, direction = {};
+        std::array<float, 4> origin = {0, 0, 0, INFINITY}, direction = {};
         double length = 0;
         for (int k = 0; k < 3; k++) {
             const float point =
                 std::clamp(static_cast<float>(box.lower[k] + (double(box.upper[k]) - box.lower[k]) * unit()), box.lower[k], box.upper[k]);
             const double step = signs < 0 ? unit() - 0.5 : (signs >> k & 1 ? 0.5 : -0.5) * unit();
-            origin.v[k] = chance(0.2) ? point : static_cast<float>(point + far * step);
-            direction.v[k] = static_cast<float>(double(point) - origin.v[k]);
-            length += double(direction.v[k]) * direction.v[k];
+            origin[k] = chance(0.2) ? point : static_cast<float>(point + far * step);
+            direction[k] = static_cast<float>(double(point) - origin[k]);
+            length += double(direction[k]) * direction[k];
         }
         for (int k = 0; k < 3; k++)  // rays have unit directions
-            direction.v[k] = length > 0 ? static_cast<float>(direction.v[k] / std::sqrt(length)) : k == 0 ? 1.0f : 0.0f;
+            direction[k] = length > 0 ? static_cast<float>(direction[k] / std::sqrt(length)) : k == 0 ? 1.0f : 0.0f;
         rays.push_back(origin);
         rays.push_back(direction);
     }
@@ -163,7 +142,7 @@ TEST_P(WideBoxTest, lets_every_ray_through_that_meets_the_box) {
                 let_through += static_cast<uint64_t>(std::popcount(met));
                 for (uint32_t r = 0; r < stream; r++) {
                     const size_t ray = 2 * (size_t{stream} * i + r);
-                    const Passage truth = exact_passage(trial.rays[ray], trial.rays[ray + 1], trial.boxes[begin + k]);
+                    const Passage truth = exact_passage(trial.rays[ray].data(), trial.rays[ray + 1].data(), trial.boxes[begin + k]);
                     if (truth.entry > truth.exit) continue;
                     meetings++;
                     ASSERT_TRUE(met >> r & 1) << fmt::format("node {} child {} ray {} way {} was missed, seed {}: truly met from {} to {}", i, k, r,

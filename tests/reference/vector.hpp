@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "raypager/scene.hpp"
 
 namespace raypager::reference {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Vec3 {

@@ -10,6 +10,9 @@
 
 namespace raypager::support {
 
+inline constexpr double patience = 120;  // seconds for one run, on a busy machine with no kernel in any cache
+inline constexpr uint64_t MiB = uint64_t{1} << 20;
+
 struct ChildResult {
     int exit_code = -1;       // -1: ended by a signal
     int signal = 0;           // that ended it

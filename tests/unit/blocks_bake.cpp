@@ -37,7 +37,7 @@ struct Case {
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
-constexpr uint32_t seed = 20240611;
+constexpr uint32_t bake_seed = 20240611;
 
 class Bake : public testing::TestWithParam<Case> {
 protected:
@@ -347,7 +347,7 @@ Scene nested_clusters() {
     TriangleMesh mesh;
     float scale = 1;
     for (uint32_t cluster = 0; cluster < 25; cluster++, scale *= 0.4f) {
-        TriangleMesh one = soup(100, seed + cluster, 0.02f);
+        TriangleMesh one = soup(100, bake_seed + cluster, 0.02f);
         for (Float3& p : one.positions) mesh.positions.push_back({scale * (1 + 0.1f * p.x), scale * (1 + 0.1f * p.y), scale * (1 + 0.1f * p.z)});
         for (const Triangle& t : one.triangles) mesh.triangles.push_back({t[0] + 300 * cluster, t[1] + 300 * cluster, t[2] + 300 * cluster});
     }
@@ -401,29 +401,29 @@ Scene mirrored() {
 
 INSTANTIATE_TEST_SUITE_P(Blocks, Bake,
                          testing::Values(Case{"empty", [] { return scene_of({}); }, 1 << 20, 64},
-                                         Case{"one_triangle", [] { return scene_of({mesh_shape(soup(1, seed))}); }, 1 << 20, 64},
+                                         Case{"one_triangle", [] { return scene_of({mesh_shape(soup(1, bake_seed))}); }, 1 << 20, 64},
                                          Case{"one_sphere",
                                               [] {
                                                   return scene_of({sphere_shape({1, 2, 3}, 0.5f)});
                                               },
                                               1 << 20, 64},
-                                         Case{"soup", [] { return scene_of({mesh_shape(soup(20000, seed))}); }, 16 << 10, 64},
+                                         Case{"soup", [] { return scene_of({mesh_shape(soup(20000, bake_seed))}); }, 16 << 10, 64},
                                          Case{"terrain", [] { return scene_of({mesh_shape(terrain(150))}); }, 64 << 10, 64},
                                          Case{"terrain_small_blocks", [] { return scene_of({mesh_shape(terrain(100, true))}); }, 16 << 10, 8},
                                          Case{"zeros_of_both_signs", mirrored, 16 << 10, 64},
                                          Case{"icosphere", [] { return scene_of({mesh_shape(icosphere(6))}); }, 1 << 20, 64},
-                                         Case{"spheres", [] { return scene_of(random_spheres(5000, seed)); }, 16 << 10, 1},
-                                         Case{"cloud", [] { return scene_of({cloud_shape(random_points(20000, seed))}); }, 16 << 10, 64},
-                                         Case{"cloud_without_color", [] { return scene_of({cloud_shape(random_points(3000, seed), false)}); },
+                                         Case{"spheres", [] { return scene_of(random_spheres(5000, bake_seed)); }, 16 << 10, 1},
+                                         Case{"cloud", [] { return scene_of({cloud_shape(random_points(20000, bake_seed))}); }, 16 << 10, 64},
+                                         Case{"cloud_without_color", [] { return scene_of({cloud_shape(random_points(3000, bake_seed), false)}); },
                                               16 << 10, 8},
                                          Case{"one_place",
                                               [] {
                                                   return scene_of({cloud_shape(std::vector<CloudPoint>(3000, {{1, 2, 3}, 0.01f}))});
                                               },
                                               16 << 10, 64},
-                                         Case{"mixed", [] { return mixed_scene(seed); }, 100 << 10, 64}, Case{"far_away", far_away, 16 << 10, 64},
-                                         Case{"nested", nested, 64 << 10, 64}, Case{"nested_clusters", nested_clusters, 256 << 10, 64},
-                                         Case{"same_triangle", same_triangle, 64 << 10, 64}),
+                                         Case{"mixed", [] { return mixed_scene(bake_seed); }, 100 << 10, 64},
+                                         Case{"far_away", far_away, 16 << 10, 64}, Case{"nested", nested, 64 << 10, 64},
+                                         Case{"nested_clusters", nested_clusters, 256 << 10, 64}, Case{"same_triangle", same_triangle, 64 << 10, 64}),
                          [](const testing::TestParamInfo<Case>& param) { return std::string(param.param.name); });
 
 }  // namespace

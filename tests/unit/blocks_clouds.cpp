@@ -10,13 +10,6 @@ namespace {
 
 using namespace blocks_test;
 
-Gathered gathered(const Scene& scene, const PointOptions& options = {}) {
-    auto result = gather(
-        scene, [](double) {}, options);
-    EXPECT_TRUE(result.ok()) << result.status().message();
-    return result.ok() ? std::move(*result) : Gathered();
-}
-
 std::vector<float> radii(const Scene& scene, const PointOptions& options = {}) {
     std::vector<float> result;
     for (const WorldSphere& sphere : gathered(scene, options).world.spheres) result.push_back(sphere.radius);

@@ -23,11 +23,7 @@ namespace {
 
 using namespace blocks_test;
 
-World world_of(const Scene& scene) {
-    auto gathered = gather(scene, [](double) {});
-    if (!gathered) throw std::runtime_error(gathered.status().message());
-    return std::move(gathered->world);
-}
+World world_of(const Scene& scene) { return gathered(scene).world; }
 
 PrimitiveRefs refs_of(const World& world) {
     std::vector<uint32_t> all(world.primitives.size());

@@ -28,12 +28,6 @@ Float3 normal_of(const World& world, uint32_t primitive) {
     return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
 }
 
-Gathered gathered(const Scene& scene) {
-    auto result = gather(scene, [](double) {});
-    if (!result) throw std::runtime_error(result.status().message());
-    return std::move(*result);
-}
-
 TEST(Gather, OrientationFollowsPbrt) {
     // The transform's image of the normal side, flipped by reverse_orientation exclusive-or a change of handedness.
     for (const bool reverse : {false, true}) {

@@ -14,7 +14,7 @@ namespace {
 
 using namespace blocks_test;
 
-constexpr uint32_t seed = 20260611;
+constexpr uint32_t points_seed = 20260611;
 
 TEST(PointCode, RadiiGrowWithTheirCodes) {
     EXPECT_EQ(point_radius(0), RP_POINT_LEAST_RADIUS);
@@ -56,7 +56,7 @@ TEST(PointCode, ColorsKeepWithinAStepOfTheirLight) {
 }
 
 TEST(PointOrder, CellsAreRunsAndLieOnMultiplesOfTheirSize) {
-    const auto points = random_points(5000, seed);
+    const auto points = random_points(5000, points_seed);
     const PointOrder order = make_point_order(points);
     ASSERT_EQ(order.size(), points.size());
     EXPECT_EQ(std::set<uint32_t>(order.indices.begin(), order.indices.end()).size(), points.size());
@@ -116,7 +116,7 @@ TEST(PointSpacing, FollowsTheDensityAndNoBalloonsComeOfOutliers) {
 }
 
 TEST(PointSpacing, AClosedSurfaceComesOfStrewnPoints) {
-    std::mt19937 random(seed);
+    std::mt19937 random(points_seed);
     std::uniform_real_distribution<float> place(0, 1);
     std::vector<CloudPoint> points;
     for (int i = 0; i < 20000; i++) points.push_back({{place(random), place(random), 0}});
@@ -131,8 +131,8 @@ TEST(PointSpacing, AClosedSurfaceComesOfStrewnPoints) {
         covered += hit;
     }
     // The expected share for radius r and density n is 1 - exp(-pi n r^2), 0.9 for the mean third neighbour; the limits are 3 sigma and more.
-    EXPECT_GT(covered / tries, 0.86) << "seed " << seed;
-    EXPECT_LT(covered / tries, 0.97) << "bloated; seed " << seed;
+    EXPECT_GT(covered / tries, 0.86) << "seed " << points_seed;
+    EXPECT_LT(covered / tries, 0.97) << "bloated; seed " << points_seed;
 }
 
 TEST(PointSpacing, OfACellDoesNotDependOnTheRest) {

@@ -9,11 +9,13 @@
 #include <memory>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "blocks/bake.hpp"
 #include "blocks/decode.hpp"
+#include "blocks/gather.hpp"
 #include "store/block_file.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -112,6 +114,13 @@ inline Scene scene_of(std::vector<Shape> shapes) {
     scene.materials = {gray()};
     scene.shapes = std::move(shapes);
     return scene;
+}
+
+inline Gathered gathered(const Scene& scene, const PointOptions& options = {}) {
+    auto result = gather(
+        scene, [](double) {}, options);
+    if (!result) throw std::runtime_error(result.status().message());
+    return std::move(*result);
 }
 
 inline std::vector<Shape> random_spheres(uint32_t count, uint32_t seed) {
