@@ -46,16 +46,18 @@ function(raypager_embed_kernels)
     set(RAYPAGER_KERNEL_SOURCES ${output} PARENT_SCOPE)
 endfunction()
 
-# All sources of a folder are one, so that their names either go together or do not, whatever else there is.
+# All sources of a folder are one, so that their names either go together or do not, whatever else there is. Unit tests are many:
+# there it is all whose names begin with the same word, the folder of src/ that they test.
 function(raypager_unity target)
     get_target_property(sources ${target} SOURCES)
     foreach(source ${sources})
         cmake_path(GET source PARENT_PATH folder)
         cmake_path(GET folder FILENAME group)
-        # In these folders files use the same names for things of their own.
-        if(NOT group MATCHES "^(blocks|import)$")
-            set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+        if(group STREQUAL "unit")
+            cmake_path(GET source STEM name)
+            string(REGEX MATCH "^[^_]+" group ${name})
         endif()
+        set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
     endforeach()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${RAYPAGER_UNITY} UNITY_BUILD_MODE GROUP)
 endfunction()
