@@ -29,11 +29,13 @@ Status write_pfm(const std::filesystem::path& path, const Image& image);
 uint8_t encode_srgb8(float linear);
 float decode_srgb(float encoded);
 
-#ifdef RAYPAGER_EDGES
-// Everything that OpenImageIO reads, by the file's ending. Alpha and further channels are left out: the picture has one channel or three.
-Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw);
-// .exr and .png.
-Status write_with_openimageio(const std::filesystem::path& path, const Image& image);
-#endif
+// For pictures in other formats: a library that the program brings with it.
+struct ImageLibrary {
+    // By the file's ending. Alpha and further channels are left out: the picture has one channel or three.
+    Result<Image> (*read)(const std::filesystem::path& path, bool raw);
+    Status (*write)(const std::filesystem::path& path, const Image& image);  // .exr and .png
+};
+// From now on; there is none at first. To be called before other threads read or write pictures.
+void use_image_library(const ImageLibrary& library);
 
 }  // namespace raypager

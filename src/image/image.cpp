@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 
 #include "base/check.hpp"
 #include "base/files.hpp"
@@ -14,11 +15,7 @@
 namespace raypager {
 namespace {
 
-#ifdef RAYPAGER_EDGES
-constexpr bool with_openimageio = true;
-#else
-constexpr bool with_openimageio = false;
-#endif
+std::optional<ImageLibrary> image_library;
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {
     return path.parent_path().empty() ? std::filesystem::path(".") : path.parent_path();
@@ -26,14 +23,16 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
 
 Status check_writable_ending(const std::filesystem::path& path) {
     const std::string ending = lower_case_ending(path);
-    if (ending == ".pfm" || (with_openimageio && (ending == ".exr" || ending == ".png"))) return {};
-    if (!with_openimageio && (ending == ".exr" || ending == ".png"))
+    if (ending == ".pfm" || (image_library && (ending == ".exr" || ending == ".png"))) return {};
+    if (!image_library && (ending == ".exr" || ending == ".png"))
         return Status::usage(fmt::format("{}: this build writes no {} files (it is without OpenImageIO); use .pfm", path.string(), ending));
     return Status::usage(fmt::format("{}: cannot write pictures with the ending \"{}\"; use {}", path.string(), ending,
-                                     with_openimageio ? ".exr, .png or .pfm" : ".pfm"));
+                                     image_library ? ".exr, .png or .pfm" : ".pfm"));
 }
 
 }  // namespace
+
+void use_image_library(const ImageLibrary& library) { image_library = library; }
 
 std::string lower_case_ending(const std::filesystem::path& path) {
     std::string ending = path.extension().string();
@@ -64,11 +63,8 @@ float decode_srgb(float encoded) {
 
 Result<Image> read_image(const std::filesystem::path& path, bool raw) {
     if (lower_case_ending(path) == ".pfm") return read_pfm(path, raw);
-#ifdef RAYPAGER_EDGES
-    return read_with_openimageio(path, raw);
-#else
+    if (image_library) return image_library->read(path, raw);
     return Status::failed(fmt::format("{}: this build reads only .pfm pictures (it is without OpenImageIO)", path.string()));
-#endif
 }
 
 Status write_image(const std::filesystem::path& path, const Image& image) {
@@ -77,12 +73,7 @@ Status write_image(const std::filesystem::path& path, const Image& image) {
     RAYPAGER_TRY(check_writable_ending(path));
     RAYPAGER_TRY(check_image_size(path, image.width, image.height));
     remove_abandoned_temporaries(path);
-    if (lower_case_ending(path) == ".pfm") return write_pfm(path, image);
-#ifdef RAYPAGER_EDGES
-    return write_with_openimageio(path, image);
-#else
-    return Status::failed(fmt::format("{}: no writer", path.string()));
-#endif
+    return lower_case_ending(path) == ".pfm" ? write_pfm(path, image) : image_library->write(path, image);
 }
 
 Status check_writable_image(const std::filesystem::path& path) {

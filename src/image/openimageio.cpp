@@ -1,4 +1,6 @@
 // The one place that knows OpenImageIO; its exceptions end here.
+#include "image/openimageio.hpp"
+
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
@@ -153,8 +155,6 @@ Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, 
     return encode(output, path, spec, memory, std::span<const float>(image.values));
 }
 
-}  // namespace
-
 Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw) try {
     // Absent, unreadable and irregular files are told apart by us: the library's words for them vary with the format.
     auto file = InputFile::open(path);
@@ -189,5 +189,9 @@ Status write_with_openimageio(const std::filesystem::path& path, const Image& im
 } catch (const std::exception& error) {
     return Status::failed(fmt::format("{}: cannot be written: {}", path.string(), one_line(error.what())));
 }
+
+}  // namespace
+
+void use_openimageio() { use_image_library({read_with_openimageio, write_with_openimageio}); }
 
 }  // namespace raypager

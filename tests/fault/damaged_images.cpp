@@ -7,6 +7,7 @@
 
 #include "base/files.hpp"
 #include "image/image.hpp"
+#include "image/openimageio.hpp"
 #include "support/sanitizers.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -32,12 +33,19 @@ void put(const std::filesystem::path& path, std::string_view text) {
 }
 
 std::vector<std::string> endings() {
-#ifdef RAYPAGER_EDGES
+#ifdef RAYPAGER_OPENIMAGEIO
     return {".pfm", ".exr", ".png"};
 #else
     return {".pfm"};
 #endif
 }
+
+class DamagedImages : public ::testing::Test {
+protected:
+#ifdef RAYPAGER_OPENIMAGEIO
+    static void SetUpTestSuite() { use_openimageio(); }
+#endif
+};
 
 Image sample_image() {
     std::mt19937 random(3);
@@ -54,7 +62,7 @@ void expect_clear_error(const std::filesystem::path& path) {
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
-TEST(DamagedImages, AbsentEmptyAndFolders) {
+TEST_F(DamagedImages, AbsentEmptyAndFolders) {
     const support::TemporaryFolder folder;
     for (const std::string& ending : endings()) {
         expect_clear_error(folder / ("absent" + ending));
@@ -67,7 +75,7 @@ TEST(DamagedImages, AbsentEmptyAndFolders) {
     }
 }
 
-TEST(DamagedImages, Truncated) {
+TEST_F(DamagedImages, Truncated) {
     const LibraryLeaksIgnored scope;
     const support::TemporaryFolder folder;
     for (const std::string& ending : endings()) {
@@ -84,7 +92,7 @@ TEST(DamagedImages, Truncated) {
 }
 
 // A flipped bit may go unnoticed where a format has no checksum, but then there is a picture of sane size.
-TEST(DamagedImages, BitFlips) {
+TEST_F(DamagedImages, BitFlips) {
     const LibraryLeaksIgnored scope;
     const support::TemporaryFolder folder;
     const uint32_t seed = 99;
@@ -106,7 +114,7 @@ TEST(DamagedImages, BitFlips) {
     }
 }
 
-TEST(DamagedImages, HugeHeadersAllocateNothing) {
+TEST_F(DamagedImages, HugeHeadersAllocateNothing) {
     const support::TemporaryFolder folder;
     struct rusage before {
     }, after{};
@@ -120,14 +128,14 @@ TEST(DamagedImages, HugeHeadersAllocateNothing) {
     EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * 1024) << "KiB more than before";
 }
 
-#ifdef RAYPAGER_EDGES
+#ifdef RAYPAGER_OPENIMAGEIO
 void expect_refused(const std::filesystem::path& path, const std::string& words) {
     const auto image = read_image(path);
     ASSERT_FALSE(image.ok()) << path;
     EXPECT_NE(image.status().message().find(words), std::string::npos) << image.status().message();
 }
 
-TEST(DamagedImages, AHugePngIsRefusedBySize) {
+TEST_F(DamagedImages, AHugePngIsRefusedBySize) {
     const support::TemporaryFolder folder;
     Image image = sample_image();
     ASSERT_TRUE(write_image(folder / "whole.png", image).ok());
@@ -139,7 +147,7 @@ TEST(DamagedImages, AHugePngIsRefusedBySize) {
 }
 
 // The library would take the memory first.
-TEST(DamagedImages, AnExrAttributeLargerThanItsFileIsRefused) {
+TEST_F(DamagedImages, AnExrAttributeLargerThanItsFileIsRefused) {
     const support::TemporaryFolder folder;
     ASSERT_TRUE(write_image(folder / "whole.exr", sample_image()).ok());
     const std::string whole = *read_text(folder / "whole.exr");
@@ -157,7 +165,7 @@ TEST(DamagedImages, AnExrAttributeLargerThanItsFileIsRefused) {
     expect_clear_error(folder / "cut.exr");
 }
 
-TEST(DamagedImages, APngChunkLargerThanItsFileIsRefused) {
+TEST_F(DamagedImages, APngChunkLargerThanItsFileIsRefused) {
     const support::TemporaryFolder folder;
     ASSERT_TRUE(write_image(folder / "whole.png", sample_image()).ok());
     const std::string whole = *read_text(folder / "whole.png");
@@ -168,7 +176,7 @@ TEST(DamagedImages, APngChunkLargerThanItsFileIsRefused) {
 }
 
 // A few bytes of deflated data as one row of 458,757 pixels: the library fills up what is missing.
-TEST(DamagedImages, AnExrWiderThanItsBytesIsRefused) {
+TEST_F(DamagedImages, AnExrWiderThanItsBytesIsRefused) {
     const support::TemporaryFolder folder;
     ASSERT_TRUE(write_image(folder / "whole.exr", sample_image()).ok());
     std::string damaged = *read_text(folder / "whole.exr");
@@ -181,7 +189,7 @@ TEST(DamagedImages, AnExrWiderThanItsBytesIsRefused) {
 }
 
 // Files are offered to the reader of their ending, not to all that there are.
-TEST(DamagedImages, OneFormatUnderTheEndingOfAnotherIsRefused) {
+TEST_F(DamagedImages, OneFormatUnderTheEndingOfAnotherIsRefused) {
     const support::TemporaryFolder folder;
     ASSERT_TRUE(write_image(folder / "whole.png", sample_image()).ok());
     ASSERT_TRUE(write_image(folder / "whole.exr", sample_image()).ok());

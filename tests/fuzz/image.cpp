@@ -3,6 +3,7 @@
 
 #include "base/check.hpp"
 #include "fuzz/fuzz.hpp"
+#include "image/openimageio.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager::fuzz {
@@ -13,6 +14,7 @@ const char* const endings[] = {".pfm", ".exr", ".png"};
 }  // namespace
 
 std::vector<std::string> seeds() {
+    use_openimageio();
     std::vector<std::string> result;
     for (const uint32_t channels : {3u, 1u}) {
         Image image{5, 4, channels, {}};
@@ -27,6 +29,7 @@ std::vector<std::string> seeds() {
 
 void run(std::string_view input) {
     if (input.empty()) return;
+    use_openimageio();
     const std::string ending = endings[static_cast<uint8_t>(input[0]) % std::size(endings)];
     const auto image = read_image(write_input("input" + ending, input.substr(1)), input[0] & 4);
     if (!image) return RAYPAGER_CHECK(image.status().message().find("input" + ending) != std::string::npos);

@@ -93,12 +93,7 @@ TEST(ImageWritable, SaysNoBeforeTheWorkIsDone) {
     EXPECT_FALSE(check_writable_image(folder / "absent/x.pfm").ok());
     std::filesystem::create_directory(folder / "taken.pfm");
     EXPECT_FALSE(check_writable_image(folder / "taken.pfm").ok());
-#ifdef RAYPAGER_EDGES
-    EXPECT_TRUE(check_writable_image(folder / "x.exr").ok());
-    EXPECT_TRUE(check_writable_image(folder / "x.png").ok());
-#else
-    EXPECT_FALSE(check_writable_image(folder / "x.exr").ok());
-#endif
+    EXPECT_FALSE(check_writable_image(folder / "x.exr").ok()) << "without a library for pictures";
 }
 
 TEST(ImageSrgb, EncodesAsTheStandardSays) {

@@ -1,5 +1,5 @@
 // Pictures through OpenImageIO: EXR exact, PNG within its 8 bits, integer elevation as stored.
-#ifdef RAYPAGER_EDGES
+#include "image/openimageio.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,6 +13,17 @@
 namespace raypager {
 namespace {
 
+class ImageOpenImageIo : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() { use_openimageio(); }
+};
+
+TEST_F(ImageOpenImageIo, IsThereBeforeTheWorkIsDone) {
+    const support::TemporaryFolder folder;
+    for (const char* name : {"x.exr", "x.png", "x.PNG", "x.pfm"}) EXPECT_TRUE(check_writable_image(folder / name).ok()) << name;
+    EXPECT_FALSE(check_writable_image(folder / "x.gif").ok());
+}
+
 Image ramp(uint32_t width, uint32_t height, uint32_t channels) {
     Image image{width, height, channels, {}};
     for (size_t i = 0; i < size_t{width} * height * channels; i++) image.values.push_back(static_cast<float>(i) / 977.0f);
@@ -23,7 +34,7 @@ void append_little_endian(std::string& text, uint64_t value, int bytes) {
     for (int i = 0; i < bytes; i++) text += static_cast<char>(value >> 8 * i);
 }
 
-TEST(ImageOpenImageIo, EndingsInCapitalsAreReadAsTheyAreWritten) {
+TEST_F(ImageOpenImageIo, EndingsInCapitalsAreReadAsTheyAreWritten) {
     const support::TemporaryFolder folder;
     for (const char* name : {"A.PNG", "A.Exr"}) {
         ASSERT_TRUE(write_image(folder / name, ramp(9, 7, 3)).ok());
@@ -53,7 +64,7 @@ std::string elevation_tiff(uint32_t width, uint32_t height, const std::vector<in
     return text;
 }
 
-TEST(ImageOpenImageIo, ExrComesBackBitForBit) {
+TEST_F(ImageOpenImageIo, ExrComesBackBitForBit) {
     const support::TemporaryFolder folder;
     for (const uint32_t channels : {1u, 3u}) {
         Image image = ramp(37, 150, channels);  // more rows than are read at once
@@ -68,7 +79,7 @@ TEST(ImageOpenImageIo, ExrComesBackBitForBit) {
     EXPECT_EQ(folder.files().size(), 1u);
 }
 
-TEST(ImageOpenImageIo, PngIsSrgbWithinItsSteps) {
+TEST_F(ImageOpenImageIo, PngIsSrgbWithinItsSteps) {
     const support::TemporaryFolder folder;
     Image image = ramp(40, 8, 3);
     ASSERT_TRUE(write_image(folder / "a.png", image).ok());
@@ -81,7 +92,7 @@ TEST(ImageOpenImageIo, PngIsSrgbWithinItsSteps) {
     for (size_t i = 0; i < image.values.size(); i++) EXPECT_EQ(raw->values[i], encode_srgb8(image.values[i]));
 }
 
-TEST(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
+TEST_F(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
     const support::TemporaryFolder folder;
     const std::vector<int16_t> heights = {-32768, -1, 0, 1, 2674, 32767};
     ASSERT_TRUE(write_text(folder / "h.tif", elevation_tiff(3, 2, heights)).ok());
@@ -94,7 +105,7 @@ TEST(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
     EXPECT_EQ(scaled->values.back(), 1.0f);
 }
 
-TEST(ImageOpenImageIo, AFailedWriteLeavesNothing) {
+TEST_F(ImageOpenImageIo, AFailedWriteLeavesNothing) {
     const support::TemporaryFolder folder;
     for (const char* name : {"a.exr", "a.png"}) {
         fault_plan().error_number = ENOSPC;
@@ -109,5 +120,3 @@ TEST(ImageOpenImageIo, AFailedWriteLeavesNothing) {
 
 }  // namespace
 }  // namespace raypager
-
-#endif
