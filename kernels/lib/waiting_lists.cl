@@ -4,20 +4,56 @@
 
 #include "lib/path.cl"
 
-// The lists of a block's extension or shadow rays that wait. demand: abi/path.h.
-static inline volatile __global rp_list* rp_lists_of(volatile __global uint* demand, uint block_count, uint block, bool shadow) {
-    volatile __global rp_list* const lists = (volatile __global rp_list*)(demand + (size_t)RP_DEMAND_LISTS * block_count);
-    return lists + (size_t)block * (2u * RP_LISTS) + (shadow ? RP_LISTS : 0u);
+// The lists of a block's extension rays that wait, and behind them those of its shadow rays. demand: abi/path.h.
+static inline volatile __global uint* rp_lists_of(volatile __global uint* demand, uint block_count, uint block) {
+    return demand + (size_t)RP_DEMAND_LISTS * block_count + (size_t)block * (2u * RP_LISTS);
 }
 
-// The same as rp_wait_for beside streams, where the slot goes to the front of a list of the block's. stream: number of the ray's.
-static inline void rp_wait_in_list(uint slot, uint stream, uint block, uint state, uint slot_count, __global uint* status,
-                                   volatile __global uint* demand, uint block_count) {
-    volatile __global rp_list* const list = rp_lists_of(demand, block_count, block, (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS) + stream % RP_LISTS;
+// Rays of a stream that wait from now on, linked already, for some blocks. They join a list of the block together, for with many cores each word that
+// all change costs more than what is put there.
+#define RP_CHAINS 4u
+typedef struct rp_chains {
+    uint list;  // of a block's
+    uint next;  // the chain that gives way to another block's
+    uint block[RP_CHAINS], link[RP_CHAINS], last[RP_CHAINS], count[RP_CHAINS];
+} rp_chains;
+
+// stream: number of the rays'.
+static inline void rp_begin_chains(rp_chains* chains, uint stream, bool shadow) {
+    chains->list = (shadow ? RP_LISTS : 0u) + stream % RP_LISTS;
+    chains->next = 0u;
+    for (uint k = 0u; k < RP_CHAINS; k++) chains->block[k] = RP_NONE, chains->count[k] = 0u;
+}
+
+static inline void rp_end_chain(rp_chains* chains, uint k, uint slot_count, __global uint* status, volatile __global uint* demand, uint block_count) {
+    if (chains->count[k] == 0u) return;
+    const uint block = chains->block[k];
+    rp_set_place(status, slot_count, chains->last[k], atomic_xchg(rp_lists_of(demand, block_count, block) + chains->list, chains->link[k]));
+    atomic_add(demand + RP_DEMAND_WANTS * block_count + block, chains->count[k]);
+}
+
+static inline void rp_end_chains(rp_chains* chains, uint slot_count, __global uint* status, volatile __global uint* demand, uint block_count) {
+    for (uint k = 0u; k < RP_CHAINS; k++) rp_end_chain(chains, k, slot_count, status, demand, block_count);
+}
+
+// The same as rp_wait_for beside streams.
+static inline void rp_wait_in_chain(rp_chains* chains, uint slot, uint block, uint state, uint slot_count, __global uint* status,
+                                    volatile __global uint* demand, uint block_count) {
     status[slot] = state;
-    rp_set_place(status, slot_count, slot, atomic_xchg(&list->link, slot + 1u));
-    atomic_inc(&list->count);
-    atomic_inc(demand + RP_DEMAND_WANTS * block_count + block);
+    uint k = 0u;
+    while (k < RP_CHAINS && chains->block[k] != block) k++;
+    if (k == RP_CHAINS) {
+        k = chains->next;
+        chains->next = (k + 1u) % RP_CHAINS;
+        rp_end_chain(chains, k, slot_count, status, demand, block_count);
+        chains->block[k] = block;
+        chains->last[k] = slot;
+        chains->count[k] = 0u;
+    } else {
+        rp_set_place(status, slot_count, slot, chains->link[k]);
+    }
+    chains->link[k] = slot + 1u;
+    chains->count[k]++;
 }
 
 #endif

@@ -36,7 +36,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const __global u
 // Returns whether the ray waits from now on.
 static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint slot_count,
                                         uint block_count, volatile __global uint* demand, __global uint* status,
-                                        __global uint4* paths, __global uint* film) {
+                                        __global uint4* paths, __global uint* film, rp_chains* chains) {
     const bool occluded = !(s->active >> r & 1ul);
     const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
     if (portal == RP_NONE) {
@@ -44,9 +44,21 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
         return false;
     }
     rp_set_portal(c->slot[r], portal, slot_count, paths);
-    rp_wait_in_list(c->slot[r], c->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_SHADOW_WAITS | (c->state[r] & RP_STATUS_ENDS), slot_count,
-                    status, demand, block_count);
+    rp_wait_in_chain(chains, c->slot[r], rp_portal_block(g, portal), RP_STATUS_SHADOW_WAITS | (c->state[r] & RP_STATUS_ENDS), slot_count, status, demand,
+                     block_count);
     return true;
+}
+
+// Returns how many of them wait from now on.
+static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint slot_count, uint block_count,
+                                           volatile __global uint* demand, __global uint* status, __global uint4* paths, __global uint* film) {
+    rp_chains chains;
+    rp_begin_chains(&chains, c->first / RP_STREAM_RAYS, true);
+    uint waiting = 0u;
+    for (uint r = 0u; r < c->count; r++)
+        waiting += rp_store_connect_ray(g, s, c, r, slot_count, block_count, demand, status, paths, film, &chains) ? 1u : 0u;
+    rp_end_chains(&chains, slot_count, status, demand, block_count);
+    return waiting;
 }
 
 // As rp_extend_streams.
@@ -64,8 +76,8 @@ static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, co
             rp_step(g, &walks[w], round, true);
             continue;
         }
-        for (uint r = 0u; r < rays[w].count; r++)
-            waiting += rp_store_connect_ray(g, &walks[w].stream, &rays[w], r, slot_count, block_count, demand, status, paths, film) ? 1u : 0u;
+        if (rays[w].count != 0u)
+            waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], slot_count, block_count, demand, status, paths, film);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);

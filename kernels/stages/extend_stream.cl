@@ -51,7 +51,7 @@ typedef struct rp_extend_counts {
 // hit: if it has one, what its planes are to say of it: HIT and SURFACE, or, if the ray is CONNECTED and does not wait, ORIGIN and DIRECTION.
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
                                        uint portal, uint8 hit, uint slot_count, uint block_count, volatile __global uint* demand,
-                                       __global uint* status, __global uint4* paths, rp_extend_counts* counts) {
+                                       __global uint* status, __global uint4* paths, rp_chains* chains, rp_extend_counts* counts) {
     const uint slot = e->slot[r], state = e->state[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
     const bool has_hit = rp_hit_in_launch(s, r);
@@ -82,8 +82,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
     } else {
         counts->waiting++;
-        rp_wait_in_list(slot, e->first / RP_STREAM_RAYS, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS | offset | connected, slot_count, status,
-                        demand, block_count);
+        rp_wait_in_chain(chains, slot, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS | offset | connected, slot_count, status, demand, block_count);
     }
 }
 
@@ -91,6 +90,8 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
                                           volatile __global uint* demand, __global uint* status, __global uint4* paths, rp_extend_counts* counts) {
     rp_wide_surfaces surfaces;
     rp_find_surfaces(s, &surfaces);
+    rp_chains chains;
+    rp_begin_chains(&chains, e->first / RP_STREAM_RAYS, false);
     for (uint first = 0u; first < e->count; first += 8u) {
         const uint i = first / 8u;
         uint portal[8];
@@ -108,8 +109,9 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
                         stays_connected ? vload8(i, e->density) : waits_at};
         rp_transpose8(hit);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
-            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], hit[k], slot_count, block_count, demand, status, paths, counts);
+            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], hit[k], slot_count, block_count, demand, status, paths, &chains, counts);
     }
+    rp_end_chains(&chains, slot_count, status, demand, block_count);
 }
 
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.

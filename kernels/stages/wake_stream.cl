@@ -11,15 +11,14 @@
 
 // The slots of a block's lists from `first` up to `end` are awake again, and their paths in the block. All lists in turn: where the next slot is
 // has to be waited for.
-static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint first, uint end, uint block, __global uint* status, uint slot_count,
+static inline uint rp_rouse_lists(volatile __global uint* lists, uint first, uint end, uint block, __global uint* status, uint slot_count,
                                   volatile __global uint* awake) {
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
     uint link[2u * RP_LISTS], left = 0u, roused = 0u;
     for (uint k = first; k < end; k++) {
-        link[k] = lists[k].link;
+        link[k] = lists[k];
         left |= link[k] != 0u ? 1u << k : 0u;
-        roused += lists[k].count;
-        lists[k].link = lists[k].count = 0u;
+        lists[k] = 0u;
     }
     while (left != 0u) {
         for (uint k = first; k < end; k++) {
@@ -29,6 +28,7 @@ static inline uint rp_rouse_lists(volatile __global rp_list* lists, uint first, 
             left &= link[k] == 0u ? ~(1u << k) : ~0u;
             status[slot] = (status[slot] & kept) | phase | RP_STATUS_RESUMED | rp_block_state(block);
             atomic_or(awake + slot / 32u, 1u << slot % 32u);
+            roused++;
         }
     }
     return roused;
@@ -46,7 +46,7 @@ __kernel void rp_rouse(__global uint* restrict status, const __global rp_page* r
     for (uint i = (uint)get_global_id(0); i < count * parts; i += items) {
         const uint block = named != RP_NONE ? names[i / parts] : i / parts, part = i % parts;
         if (pages[block].address == RP_NONE) continue;
-        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block, false), part * lists / parts, (part + 1u) * lists / parts, block, status,
+        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block), part * lists / parts, (part + 1u) * lists / parts, block, status,
                                          slot_count, awake);
         if (here != 0u) atomic_sub(demand + RP_DEMAND_WANTS * block_count + block, here);
         roused += here;

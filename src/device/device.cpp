@@ -315,7 +315,7 @@ Result<Buffer> Device::allocate_mapped(uint64_t bytes, std::string_view what) {
 }
 
 std::string Device::build_options(const std::string& definitions) const {
-    std::string options = "-cl-std=CL1.2";
+    std::string options = "-cl-std=CL1.2 -w";  // PoCL tells people how many warnings there were, but not which
     cl_device_fp_config config = 0;
     device_.getInfo(CL_DEVICE_SINGLE_FP_CONFIG, &config);
     if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";

@@ -34,7 +34,7 @@ protected:
     bool waits(uint32_t slot) const { return phase(slot) >= RP_STATUS_EXTEND_WAITS; }
     bool absent(uint32_t block) const { return pages_[block].address == RP_NONE; }
 
-    // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_in_list has it.
+    // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_in_chain has it.
     void set(uint32_t slot, uint32_t phase, uint32_t block) {
         const uint32_t flags = phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS   ? RP_STATUS_ENDS
                                : phase == RP_STATUS_EXTEND || phase == RP_STATUS_EXTEND_WAITS ? RP_STATUS_CONNECTED | RP_STATUS_LIT
@@ -47,10 +47,7 @@ protected:
             return;
         }
         const size_t list = 2 * RP_LISTS * block + (phase == RP_STATUS_SHADOW_WAITS ? RP_LISTS : 0) + random_() % RP_LISTS;
-        uint32_t* const words = &demand_[RP_DEMAND_LISTS * blocks + 2 * list];  // rp_list
-        status_[RP_STATUS_WORDS(slots) + slot] = words[0];
-        words[0] = slot + 1;
-        words[1]++;
+        status_[RP_STATUS_WORDS(slots) + slot] = std::exchange(demand_[RP_DEMAND_LISTS * blocks + list], slot + 1);
         demand_[RP_DEMAND_WANTS * blocks + block]++;
         counters_[RP_COUNT_IN_LISTS]++;
     }

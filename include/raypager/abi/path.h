@@ -125,12 +125,9 @@ typedef struct rp_path_sample {
 // their places (RP_STATUS_WORDS): extension rays and shadow rays each for themselves, and either in RP_LISTS of them, which are gone through
 // together, since the next link has to come from far each time. Rays of a stream are in one list, so that they stay neighbours.
 #define RP_LISTS 8u
-#define RP_DEMAND_LISTS 3u  // rp_list, for each block RP_LISTS of extension rays, then RP_LISTS of shadow rays
-#define RP_DEMAND_ARRAYS_OF_STREAMS (3u + 4u * RP_LISTS)
-
-typedef struct rp_list {
-    rp_u32 link;  // to the slot that came last: its number plus one; 0: to none
-    rp_u32 count;
-} rp_list;
+// A word a list, for each block RP_LISTS of extension rays, then RP_LISTS of shadow rays: the link to the slot that came last, which is its number
+// plus one; 0: to none.
+#define RP_DEMAND_LISTS 3u
+#define RP_DEMAND_ARRAYS_OF_STREAMS (3u + 2u * RP_LISTS)
 
 #endif
