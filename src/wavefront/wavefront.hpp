@@ -80,7 +80,7 @@ public:
     // From the next round on, so many slots as filled_together of create.
     void fill_together(uint32_t slots);
     // The kernel that changes the page table between rounds: built with the others, since a program of its own costs PoCL a quarter of a second.
-    Kernel& publish() { return publish_; }
+    Kernel& publish_kernel() { return publish_; }
     // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. newly_published: at least those blocks
     // that are in the page table now and were not in the round before.
     Status start_round(uint32_t round, std::span<const uint32_t> newly_published);
