@@ -15,7 +15,9 @@ static inline volatile __global uint* rp_lists_of(volatile __global uint* demand
 typedef struct rp_chains {
     uint list;  // of a block's
     uint next;  // the chain that gives way to another block's
-    uint block[RP_CHAINS], link[RP_CHAINS], last[RP_CHAINS], count[RP_CHAINS];
+    uint block[RP_CHAINS], count[RP_CHAINS];
+    uint head[RP_CHAINS];  // link to the slot that came last (RP_DEMAND_LISTS)
+    uint tail[RP_CHAINS];  // the slot that came first
 } rp_chains;
 
 // stream: number of the rays'.
@@ -28,15 +30,16 @@ static inline void rp_begin_chains(rp_chains* chains, uint stream, bool shadow) 
 static inline void rp_end_chain(rp_chains* chains, uint k, uint slot_count, __global uint* status, volatile __global uint* demand, uint block_count) {
     if (chains->count[k] == 0u) return;
     const uint block = chains->block[k];
-    rp_set_place(status, slot_count, chains->last[k], atomic_xchg(rp_lists_of(demand, block_count, block) + chains->list, chains->link[k]));
+    rp_set_place(status, slot_count, chains->tail[k], atomic_xchg(rp_lists_of(demand, block_count, block) + chains->list, chains->head[k]));
     atomic_add(demand + RP_DEMAND_WANTS * block_count + block, chains->count[k]);
 }
 
+// Before this, rays that were put into chains are in no list, and nothing wants their blocks.
 static inline void rp_end_chains(rp_chains* chains, uint slot_count, __global uint* status, volatile __global uint* demand, uint block_count) {
     for (uint k = 0u; k < RP_CHAINS; k++) rp_end_chain(chains, k, slot_count, status, demand, block_count);
 }
 
-// The same as rp_wait_for beside streams.
+// The ray of a slot waits for a block, of which there is no RP_NONE. state: as for rp_wait_for.
 static inline void rp_wait_in_chain(rp_chains* chains, uint slot, uint block, uint state, uint slot_count, __global uint* status,
                                     volatile __global uint* demand, uint block_count) {
     status[slot] = state;
@@ -47,12 +50,12 @@ static inline void rp_wait_in_chain(rp_chains* chains, uint slot, uint block, ui
         chains->next = (k + 1u) % RP_CHAINS;
         rp_end_chain(chains, k, slot_count, status, demand, block_count);
         chains->block[k] = block;
-        chains->last[k] = slot;
+        chains->tail[k] = slot;
         chains->count[k] = 0u;
     } else {
-        rp_set_place(status, slot_count, slot, chains->link[k]);
+        rp_set_place(status, slot_count, slot, chains->head[k]);
     }
-    chains->link[k] = slot + 1u;
+    chains->head[k] = slot + 1u;
     chains->count[k]++;
 }
 

@@ -1,4 +1,4 @@
-// Fifth stage on CPUs: does what connect.cl does, with streams of rays over the wide form of the blocks.
+// On CPUs, what connect.cl does, with streams of rays over the wide form of the blocks. In a render this is a part of trace_stream.cl.
 #include "lib/apart.cl"
 #include "lib/connection.cl"
 #include "lib/stream_slots.cl"
@@ -89,6 +89,7 @@ static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, co
     if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);
 }
 
+#ifndef RP_ONE_PROGRAM
 __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                 const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                 volatile __global uint* restrict counters, __global uint* restrict film) {
@@ -96,3 +97,4 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
     rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters,
                        film);
 }
+#endif

@@ -1,4 +1,5 @@
-// Third stage on CPUs: does what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included.
+// On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render
+// this is a part of trace_stream.cl.
 #include "lib/apart.cl"
 #include "lib/connection.cl"
 #include "lib/stream_slots.cl"
@@ -117,7 +118,8 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
 static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
                                        uint slot_count, const __global uint* restrict queue, volatile __global uint* demand,
-                                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
+                                       __global uint* restrict status, __global uint4* restrict paths,
+                                       volatile __global uint* restrict counters) {
     rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
@@ -145,9 +147,11 @@ static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, con
     if (counts.waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, counts.waiting);
 }
 
+#ifndef RP_ONE_PROGRAM
 __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters);
 }
+#endif

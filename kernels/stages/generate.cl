@@ -1,82 +1,18 @@
 // Second stage: free slots take the next samples and become camera paths.
-#include "lib/path.cl"
-#include "lib/random.cl"
-#include "lib/sample_order.cl"
+#include "lib/camera_paths.cl"
 #include "raypager/abi/block.h"
 
-// A new camera path in a slot.
-static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, __global uint4* paths) {
-    const uint slot_count = params->slot_count;
-    const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
-    const rp_numbers_1 random = rp_random_bits_1(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
-    const float u = ((float)xy.x + rp_unit_1(random.x)) / (float)params->width, v = ((float)xy.y + rp_unit_1(random.y)) / (float)params->height;
-    __constant rp_camera* camera = &params->camera;
-    const float3 eye = (float3)(camera->eye[0], camera->eye[1], camera->eye[2]);
-    const float3 right = (float3)(camera->right[0], camera->right[1], camera->right[2]);
-    const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
-    const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
-    const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
-#ifdef RP_SHORT_STATES
-    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), pixel);
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), sample);
-#else
-    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
-    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
-    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(pixel, 0u, sample, RP_NONE);
-    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
-    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
-#endif
-}
-
-// The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
-// written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
 __kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
                           __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue,
                           const __global rp_path_sample* restrict again, uint listed, uint later) {
-    const uint free_count = counters[RP_COUNT_FREE];
-    const ulong first = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
-    rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u};
-    for (uint i = get_global_id(0); i < free_count; i += get_global_size(0)) {
-        const uint slot = free_list[i];
-        const ulong number = first + (i - min(i, listed));
-        if (i >= listed && number >= params->sample_limit) {
-            status[slot] = later != 0u ? RP_STATUS_FREE : RP_STATUS_IDLE;
-            continue;
-        }
-        rp_path_sample taken;
-        if (i < listed) taken = again[i];
-        else taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
-        rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
-#ifdef RP_SHORT_STATES
-        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CAMERA;
-#else
-        status[slot] = RP_STATUS_EXTEND;
-#endif
-        queue[counters[RP_COUNT_EXTEND] + i] = slot;
-    }
+    rp_begin_paths(params, counters, free_list, status, paths, queue, again, listed, later);
 }
 
 // After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
-// given out are accounted for. Beside streams one work-item is enough, waking sees to the wants.
+// given out are accounted for.
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
                          uint block_count, __global uint* restrict demand, uint listed) {
     const uint block = get_global_id(0);
     if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_WANTS * block_count + block] = 0u;
-    if (block != 0u) return;
-    const ulong number = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
-    const uint again = min(listed, counters[RP_COUNT_FREE]);
-    ulong next = number + (counters[RP_COUNT_FREE] - again);
-    if (next > params->sample_limit) next = params->sample_limit;
-    if (next < number) next = number;  // the limit was lowered behind them
-    const uint started = again + (uint)(next - number);
-    counters[RP_COUNT_NEXT_SAMPLE] = (uint)next;
-    counters[RP_COUNT_NEXT_SAMPLE + 1u] = (uint)(next >> 32);
-    counters[RP_COUNT_WAITING] += counters[RP_COUNT_IN_LISTS];
-    counters[RP_COUNT_IDLE] =
-        params->slot_count - counters[RP_COUNT_EXTEND] - counters[RP_COUNT_SHADOW] - counters[RP_COUNT_FREE] - counters[RP_COUNT_WAITING];
-    counters[RP_COUNT_EXTEND] += started;
-    const uint before = counters[RP_COUNT_CAMERA_RAYS];
-    counters[RP_COUNT_CAMERA_RAYS] = before + started;
-    if (before + started < before) counters[RP_COUNT_CAMERA_RAYS + 1u]++;
+    if (block == 0u) rp_account_for_samples(params, counters, listed);
 }

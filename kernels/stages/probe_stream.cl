@@ -1,6 +1,7 @@
 // For tests: what probe.cl does, with streams; and parts of the stream traversal alone.
 #include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
+#include "lib/waiting_lists.cl"
 #include "lib/wide_surface.cl"
 
 static inline void rp_trace_walk(const rp_geometry* geometry, rp_walk* walk, const __global uchar* wide_top, const bool any_hit) {
@@ -151,4 +152,16 @@ __kernel void rp_probe_vectors(const __global float* restrict numbers, const __g
     for (uint k = 0u; k < 8u; k++) rows[k] = (k & 1u ? index.hi : index.lo) + 64u * k;
     rp_transpose8(rows);
     for (uint k = 0u; k < 8u; k++) vstore8(rows[k], k, out + 62);
+}
+
+// For tests of how rays come to wait: each work-item has a stream of RP_STREAM_RAYS slots, those behind the ones of the work-items before it, and
+// blocks[i] is what the ray of slot i waits for. All streams have the same number, so they meet in the same lists.
+__kernel void rp_probe_chains(const __global uint* restrict blocks, uint block_count, uint slot_count, uint shadow, __global uint* restrict status,
+                              volatile __global uint* restrict demand) {
+    const uint first = RP_STREAM_RAYS * (uint)get_global_id(0);
+    rp_chains chains;
+    rp_begin_chains(&chains, 3u, shadow != 0u);
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++)
+        rp_wait_in_chain(&chains, first + r, blocks[first + r], RP_STATUS_EXTEND_WAITS, slot_count, status, demand, block_count);
+    rp_end_chains(&chains, slot_count, status, demand, block_count);
 }

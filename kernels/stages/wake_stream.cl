@@ -1,27 +1,28 @@
-// First stage of a round on CPUs: does what wake.cl does, beside streams, without a look at slots that wait. Those are in lists of the blocks that
-// they wait for (abi/path.h); when a block has come, rp_rouse takes its lists apart, and rp_wake_stream looks at all slots that are awake.
+// First stage of a round on CPUs: does what wake.cl does, beside streams. Slots that wait are looked at once and fall asleep: they are in lists of the
+// blocks that they wait for (abi/path.h). When a block has come, rp_begin_round takes its lists apart, and rp_wake_stream looks at all slots that are
+// awake.
 //
 // Rays that can go on are queued in bundles of those that are in the same block, or in blocks that lie together, so that the rays of a stream have
 // much in common; within a bundle in the order of their slots, so that what is read for neighbours lies together. Each work-item puts its share of
 // them into bundles of its own.
+#include "lib/page_changes.cl"
 #include "lib/prefetch.cl"
 #include "lib/vector.cl"
 #include "lib/waiting_lists.cl"
-#include "raypager/abi/block.h"
 
-// The slots of a block's lists from `first` up to `end` are awake again, and their paths in the block. All lists in turn: where the next slot is
-// has to be waited for.
-static inline uint rp_rouse_lists(volatile __global uint* lists, uint first, uint end, uint block, __global uint* status, uint slot_count,
+// The slots of one of `parts` equal shares of a block's lists are awake again, and their paths in the block. All lists in turn: where the next slot is
+// has to be waited for. Returns how many they are.
+static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint parts, uint block, __global uint* status, uint slot_count,
                                   volatile __global uint* awake) {
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
     uint link[2u * RP_LISTS], left = 0u, roused = 0u;
-    for (uint k = first; k < end; k++) {
+    for (uint k = part; k < 2u * RP_LISTS; k += parts) {
         link[k] = lists[k];
         left |= link[k] != 0u ? 1u << k : 0u;
         lists[k] = 0u;
     }
     while (left != 0u) {
-        for (uint k = first; k < end; k++) {
+        for (uint k = part; k < 2u * RP_LISTS; k += parts) {
             if (link[k] == 0u) continue;
             const uint slot = link[k] - 1u, phase = k < RP_LISTS ? RP_STATUS_EXTEND : RP_STATUS_SHADOW;
             link[k] = rp_place_of(status, slot_count, slot);
@@ -34,20 +35,28 @@ static inline uint rp_rouse_lists(volatile __global uint* lists, uint first, uin
     return roused;
 }
 
-// Before rp_wake_stream, where blocks have come since the round before. named: how many of new_blocks are their numbers, or RP_NONE if those are not
-// all. awake: see abi/path.h. Where there are more work-items than blocks, some share the lists of one.
-__kernel void rp_rouse(__global uint* restrict status, const __global rp_page* restrict pages, uint block_count, uint slot_count,
-                       volatile __global uint* restrict awake, volatile __global uint* restrict counters, volatile __global uint* restrict demand,
-                       uint named, uint16 new_blocks) {
+// Before rp_wake_stream: changes the page table, clears what is counted anew in each round, and rouses the rays of blocks that have come since the
+// round before. named: how many of new_blocks are their numbers; these are resident once the table has been changed, and each is named once, for who
+// rouses a block's rays has its lists for himself. RP_NONE: those are not all, and nothing is to be changed. awake: see abi/path.h. Where there are at
+// least twice as many work-items as blocks, several share the lists of each.
+__kernel void rp_begin_round(__global uint* restrict status, __global rp_page* restrict pages, uint block_count, uint slot_count,
+                             volatile __global uint* restrict awake, volatile __global uint* restrict counters, volatile __global uint* restrict demand,
+                             uint named, uint16 new_blocks, rp_page_changes changes) {
+    const uint items = (uint)get_global_size(0), item = (uint)get_global_id(0);
+    if (item == 0u) {
+        rp_change_pages(pages, &changes);
+        for (uint i = 0u; i < RP_COUNTERS_PER_ROUND; i++) counters[i] = 0u;
+    }
+#ifdef RP_COUNT_BOUNCES
+    for (uint block = item; block < block_count; block += items) demand[RP_DEMAND_BOUNCES * block_count + block] = 0u;
+#endif
     uint names[RP_MOST_NAMED], roused = 0u;
     vstore16(new_blocks, 0, names);
-    const uint count = named != RP_NONE ? named : block_count, lists = 2u * RP_LISTS;
-    const uint items = (uint)get_global_size(0), parts = clamp(items / max(count, 1u), 1u, lists);
-    for (uint i = (uint)get_global_id(0); i < count * parts; i += items) {
-        const uint block = named != RP_NONE ? names[i / parts] : i / parts, part = i % parts;
-        if (pages[block].address == RP_NONE) continue;
-        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block), part * lists / parts, (part + 1u) * lists / parts, block, status,
-                                         slot_count, awake);
+    const uint count = named != RP_NONE ? named : block_count, parts = clamp(items / max(count, 1u), 1u, 2u * RP_LISTS);
+    for (uint i = item; i < count * parts; i += items) {
+        const uint block = named != RP_NONE ? names[i / parts] : i / parts;
+        if (named == RP_NONE && pages[block].address == RP_NONE) continue;
+        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, status, slot_count, awake);
         if (here != 0u) atomic_sub(demand + RP_DEMAND_WANTS * block_count + block, here);
         roused += here;
     }

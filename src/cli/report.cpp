@@ -114,11 +114,16 @@ Json scene_json(const BakedScene& scene, BlockForm form) {
             {"bytes_per_primitive", ratio(double(scene.geometry_bytes(form)), primitives)}};
 }
 
+// Streams extend and connect in one.
+Json stages_json(const std::array<double, 5>& seconds, BlockForm form) {
+    if (form == BlockForm::wide) return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"trace", seconds[2] + seconds[4]}, {"shade", seconds[3]}};
+    return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"extend", seconds[2]}, {"shade", seconds[3]}, {"connect", seconds[4]}};
+}
+
 Json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report,
                  const ReportSeconds& seconds) {
     const auto& rays = report.rays;
     const auto& paging = report.paging;
-    const auto& stages = report.seconds.stages;
     return {{"raypager", RAYPAGER_VERSION},
             {"device",
              {{"name", report.device.name}, {"platform", report.device.platform}, {"driver", report.device.driver}, {"type", report.device.type}}},
@@ -140,7 +145,7 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"stall", report.seconds.stall},
               {"kernel_build", report.seconds.build},
               {"checkpoints", report.checkpoint.seconds},
-              {"stages", {{"wake", stages[0]}, {"generate", stages[1]}, {"extend", stages[2]}, {"shade", stages[3]}, {"connect", stages[4]}}}}},
+              {"stages", stages_json(report.seconds.stages, report.form)}}},
             {"rays",
              {{"camera", rays.camera},
               {"bounce", rays.bounce},

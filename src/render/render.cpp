@@ -211,8 +211,8 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
 
 Status Renderer::start_round() {
     if (++started_ == RP_NONE) return Status::failed("more rounds than blocks can count; give more --paths");
-    RAYPAGER_TRY(residency_->publish(device_->kernels(), wavefront_->publish_kernel()));
-    return wavefront_->start_round(started_, residency_->newly_published());
+    RAYPAGER_TRY(residency_->publish(device_->kernels()));
+    return wavefront_->start_round(started_, residency_->page_changes(), residency_->newly_published());
 }
 
 Status Renderer::finish_round() {

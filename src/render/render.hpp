@@ -109,7 +109,7 @@ struct RenderReport {
     struct Seconds {
         double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
         double trace = 0;                                    // kernels on the device, the sum of, but for what ran side by side, ...
-        std::array<double, 5> stages{};                      // ... wake, generate, extend, shade, connect
+        std::array<double, 5> stages{};                      // ... wake, generate, extend (streams: and connect), shade, connect
         double snapshots = 0;                                // of render: what the snapshots took
     } seconds;
     struct Rays {

@@ -106,17 +106,27 @@ Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& si
     return {};
 }
 
-Status Residency::publish(Queue& queue, Kernel& kernel) {
+Status Residency::publish(Queue& queue) {
     std::sort(changed_.begin(), changed_.end());
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
     if (nothing_published_ || changed_.size() > most_changes) return publish_all(queue);
+    take_newly_published();
+    list_changes();
+    return {};
+}
+
+// Once each; what has left again meanwhile has not been seen by any round.
+void Residency::take_newly_published() {
     newly_published_ = std::exchange(came_, {});
-    return publish_changes(queue, kernel, std::exchange(changed_, {}));
+    std::sort(newly_published_.begin(), newly_published_.end());
+    newly_published_.erase(std::unique(newly_published_.begin(), newly_published_.end()), newly_published_.end());
+    std::erase_if(newly_published_, [this](uint32_t block) { return pages_[block].address == RP_NONE; });
 }
 
 Status Residency::publish_all(Queue& queue) {
-    newly_published_ = std::exchange(came_, {});
+    take_newly_published();
     changed_.clear();
+    page_changes_.clear();
     nothing_published_ = false;
     Published& copy = published_[next_published_++ % published_.size()];
     RAYPAGER_TRY(copy.written.wait());
@@ -126,18 +136,13 @@ Status Residency::publish_all(Queue& queue) {
 
 // As arguments of a kernel. A write of more than some KB takes the way that uploads take, and would keep the next round waiting until all
 // that have been given before it are done: 0.4 ms for each 24 blocks of 640 KB on an H100.
-Status Residency::publish_changes(Queue& queue, Kernel& kernel, std::span<const uint32_t> changed) {
-    for (size_t first = 0; first < changed.size(); first += RP_PAGE_CHANGES) {
-        rp_page_changes changes;
-        for (rp_page& page : changes.pages) page = {RP_NONE, 0, 0, RP_NONE};
-        for (size_t i = first; i < std::min(changed.size(), first + RP_PAGE_CHANGES); i++) {
-            changes.pages[i - first] = pages_[changed[i]];
-            changes.pages[i - first].unused = changed[i];
-        }
-        RAYPAGER_TRY(kernel.set(page_table_, changes));
-        RAYPAGER_TRY(queue.launch(kernel, 1, 1));
+void Residency::list_changes() {
+    page_changes_.clear();
+    for (const uint32_t block : changed_) {
+        page_changes_.push_back(pages_[block]);
+        page_changes_.back().unused = block;
     }
-    return {};
+    changed_.clear();
 }
 
 Status Residency::take_arrivals(uint32_t round, bool wait) {

@@ -43,9 +43,12 @@ public:
 
     const std::vector<Buffer>& slabs() const { return slabs_; }
     const Buffer& page_table() const { return page_table_; }
-    // Brings the page table on the device up to date, for the rounds that follow. Does not wait for the queue. kernel: rp_publish.
-    Status publish(Queue& queue, Kernel& kernel);
-    // Blocks that the last publish() may have made visible: all that came since the one before it.
+    // Brings the page table on the device up to date, for the rounds that follow: by a write of all of it, for which the queue is not waited, or by
+    // page_changes(), which is then for kernels to do before the next round.
+    Status publish(Queue& queue);
+    std::span<const rp_page> page_changes() const { return page_changes_; }
+    // Blocks that the last publish() made visible: all that came since the one before it and are still there,
+    // each once.
     std::span<const uint32_t> newly_published() const { return newly_published_; }
     // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
     // last_started: the youngest round under way (or `round`), and when it will have ended: until then kernels may read what is evicted now.
@@ -73,15 +76,17 @@ private:
     explicit Residency(BlockTable table) : table_(std::move(table)) {}
     Status allocate_slabs(Device& device, const std::vector<uint64_t>& sizes, PoolPlace place);
     Status publish_all(Queue& queue);
-    Status publish_changes(Queue& queue, Kernel& kernel, std::span<const uint32_t> changed);
+    void take_newly_published();
+    void list_changes();
     Status take_arrivals(uint32_t round, bool wait);
 
     BlockTable table_;
     std::unique_ptr<HostCache> cache_;
     std::vector<Buffer> slabs_;
     Buffer page_table_;
-    std::vector<rp_page> pages_;     // what the device shall see
-    std::vector<uint32_t> changed_;  // entries that the device does not have yet
+    std::vector<rp_page> pages_;         // what the device shall see
+    std::vector<uint32_t> changed_;      // entries that the device does not have yet
+    std::vector<rp_page> page_changes_;  // as rp_page_changes has them
     bool nothing_published_ = true;
     std::vector<uint32_t> came_, newly_published_;
     // Copies of the whole table on their way to the device.

@@ -16,13 +16,13 @@ namespace {
 
 constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
 // On CPUs. Each puts what it finds into bundles of its own.
-constexpr uint32_t wake_items_per_core = 1;
+constexpr uint32_t wake_items_per_core = 2;
 constexpr uint32_t most_wake_items = 1024;  // each has a word of the queue for what stands for nothing
 // The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
 // balance), and a GPU takes some ten microseconds for a million that have nothing to do.
 constexpr uint32_t items_per_unit = 1 << 12;
-constexpr uint32_t shading_registers = 96;     // an H100 shades 6 to 8 % more vertices a second than with 72
-constexpr uint32_t shade_items_per_core = 64;  // of a CPU, each alone in its group
+constexpr uint32_t shading_registers = 96;                                   // an H100 shades 6 to 8 % more vertices a second than with 72
+constexpr uint32_t generate_groups_per_core = 4, shade_items_per_core = 16;  // of a CPU, the latter each alone in its group
 
 // Planes; status (two words), queue, free list; shares of `again_` and of `naps_` or `awake_`.
 constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 + 1;
@@ -49,6 +49,16 @@ std::vector<uint32_t> light_steps(std::vector<rp_light>& lights) {
         before = end;
     }
     return steps;
+}
+
+// Takes the first changes, as many as there is room for.
+rp_page_changes take_changes(std::span<const rp_page>& changes) {
+    rp_page_changes argument;
+    for (rp_page& page : argument.pages) page = {RP_NONE, 0, 0, RP_NONE};
+    const size_t count = std::min<size_t>(changes.size(), RP_PAGE_CHANGES);
+    std::copy_n(changes.begin(), count, argument.pages);
+    changes = changes.subspan(count);
+    return argument;
 }
 
 template <class T>
@@ -185,14 +195,11 @@ Status Wavefront::get_kernels(std::initializer_list<Wanted> kernels, const std::
 
 Status Wavefront::build_streams(const std::string& notes) {
     constexpr const char* all = "streams";
-    RAYPAGER_TRY(get_kernels({{publish_, all, "rp_publish"},
+    RAYPAGER_TRY(get_kernels({{begin_, all, "rp_begin_round"},
                               {wake_, all, "rp_wake_stream"},
-                              {rouse_, all, "rp_rouse"},
-                              {generate_, all, "rp_generate"},
-                              {advance_, all, "rp_advance"},
-                              {extend_, all, "rp_extend_stream"},
-                              {shade_, all, "rp_shade"},
-                              {connect_, all, "rp_connect_stream"}},
+                              {generate_, all, "rp_generate_stream"},
+                              {trace_, all, "rp_trace_stream"},
+                              {shade_, all, "rp_shade"}},
                              geometry_.definitions() + notes + " -DRP_SHADE_LANES=16"));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
@@ -233,46 +240,52 @@ void Wavefront::fill_together(uint32_t slots) {
     filled_together_ = slots;
 }
 
-Status Wavefront::launch_wake(std::span<const uint32_t> newly_published, Flight& flight) {
-    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count();
+Status Wavefront::launch_streams(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight) {
+    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), cores = device_.info().compute_units;
     Queue& queue = device_.kernels();
-    flight.rouse = Event();
-    if (as_on_cpus() && !newly_published.empty()) {
-        const bool named = newly_published.size() <= RP_MOST_NAMED;
+    const auto begin = [&](std::span<const uint32_t> came, uint32_t items) -> Status {
         std::array<cl_uint, RP_MOST_NAMED> names{};
-        if (named) std::copy(newly_published.begin(), newly_published.end(), names.begin());
-        const cl_uint count = named ? static_cast<cl_uint>(newly_published.size()) : RP_NONE;
-        RAYPAGER_TRY(rouse_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), count, names));
-        RAYPAGER_TRY(queue.launch(rouse_, wake_items(), 1, &flight.rouse));
+        const bool named = came.size() <= names.size();
+        if (named) std::copy(came.begin(), came.end(), names.begin());
+        const cl_uint count = named ? static_cast<cl_uint>(came.size()) : RP_NONE;
+        RAYPAGER_TRY(
+            begin_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), count, names, take_changes(page_changes)));
+        return queue.launch(begin_, items, 1, &flight.begin);
+    };
+    // Where not all blocks that came are named, the table must be as it is to be before it is asked for them.
+    const size_t last = newly_published.size() <= RP_MOST_NAMED ? RP_PAGE_CHANGES : 0;
+    while (page_changes.size() > last) RAYPAGER_TRY(begin({}, 1));
+    RAYPAGER_TRY(begin(newly_published, wake_items()));
+    RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
+    RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &flight.stages[0]));
+    const uint32_t group = device_.group_size();
+    RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * generate_groups_per_core * group, group, &flight.stages[1]));
+    RAYPAGER_TRY(geometry_.set(trace_, round, slots, queue_, status_, paths_, counters_, film_));
+    RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &flight.stages[2]));
+    return queue.launch(shade_, uint64_t{cores} * shade_items_per_core, 1, &flight.stages[3]);
+}
+
+Status Wavefront::launch_stages(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight) {
+    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), group = device_.group_size();
+    const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
+    Queue& queue = device_.kernels();
+    while (!page_changes.empty()) {
+        RAYPAGER_TRY(publish_.set(geometry_.pages(), take_changes(page_changes)));
+        RAYPAGER_TRY(queue.launch(publish_, 1, 1));
     }
-    if (as_on_cpus()) {
-        RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
-        return queue.launch(wake_, wake_items(), 1, &flight.stages[0]);
-    }
+    RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
+    if (notes_.bounces)
+        RAYPAGER_TRY(
+            queue.fill_zero(geometry_.demand(), uint64_t{RP_DEMAND_BOUNCES} * blocks * sizeof(uint32_t), uint64_t{blocks} * sizeof(uint32_t)));
+    // Camera rays are all there is in the first round.
+    Kernel& extend = persistent_ && round > 1 ? extend_bounces_ : extend_;
+    RAYPAGER_TRY(set_tracing_arguments(extend, round));
+    RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), blocks, geometry_.demand(), listed_again_));
     const uint32_t bit_scale = nap_bit_scale(blocks);
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
     RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, filled_together_));
-    return queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, device_.group_size(), &flight.stages[0]);
-}
-
-Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_published) {
-    RAYPAGER_CHECK(started_ - finished_ < most_rounds);
-    Flight& flight = flights_[started_++ % most_rounds];
-    Queue& queue = device_.kernels();
-    const uint32_t slots = params_.slot_count, group = device_.group_size();
-    const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
-    RAYPAGER_TRY(queue.fill_zero(counters_, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
-    const uint64_t blocks = geometry_.block_count();
-    if (notes_.bounces) RAYPAGER_TRY(queue.fill_zero(geometry_.demand(), RP_DEMAND_BOUNCES * blocks * sizeof(uint32_t), blocks * sizeof(uint32_t)));
-    // Camera rays are all there is in the first round.
-    Kernel& extend = persistent_ && round > 1 ? extend_bounces_ : extend_;
-    RAYPAGER_TRY(set_tracing_arguments(extend, round));
-    RAYPAGER_TRY(list_samples_again());
-    const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
-    RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
-    RAYPAGER_TRY(advance_.set(params_buffer_, counters_, geometry_.pages(), geometry_.block_count(), geometry_.demand(), listed_again_));
-    RAYPAGER_TRY(launch_wake(newly_published, flight));
+    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, group, &flight.stages[0]));
     // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
     // not read: their slots are different ones.
     if (connects_beside()) {
@@ -282,17 +295,24 @@ Status Wavefront::start_round(uint32_t round, std::span<const uint32_t> newly_pu
         RAYPAGER_TRY(device_.beside().flush());
     }
     RAYPAGER_TRY(queue.launch(generate_, items, group, &flight.stages[1]));
-    RAYPAGER_TRY(queue.launch(advance_, as_on_cpus() ? 1 : std::max<uint64_t>(blocks, 1), group));
+    RAYPAGER_TRY(queue.launch(advance_, std::max<uint32_t>(blocks, 1), group));
     if (persistent_)
         RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &flight.stages[2]));
     else
         RAYPAGER_TRY(geometry_.launch(device_, queue, extend, slots, &flight.stages[2]));
-    const uint32_t cores = device_.info().compute_units;
-    RAYPAGER_TRY(queue.launch(shade_, as_on_cpus() ? cores * shade_items_per_core : items, as_on_cpus() ? 1 : group, &flight.stages[3]));
-    if (connects_beside())
-        RAYPAGER_TRY(queue.wait_for(flight.stages[4]));
-    else
-        RAYPAGER_TRY(geometry_.launch(device_, queue, connect_, slots, &flight.stages[4]));
+    RAYPAGER_TRY(queue.launch(shade_, items, group, &flight.stages[3]));
+    return connects_beside() ? queue.wait_for(flight.stages[4]) : geometry_.launch(device_, queue, connect_, slots, &flight.stages[4]);
+}
+
+Status Wavefront::start_round(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published) {
+    RAYPAGER_CHECK(started_ - finished_ < most_rounds);
+    Flight& flight = flights_[started_++ % most_rounds];
+    Queue& queue = device_.kernels();
+    RAYPAGER_TRY(list_samples_again());
+    const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
+    RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
+    RAYPAGER_TRY(as_on_cpus() ? launch_streams(round, page_changes, newly_published, flight)
+                              : launch_stages(round, page_changes, newly_published, flight));
     const std::span<std::byte> results = flight.results.bytes();
     RAYPAGER_TRY(queue.read(counters_, 0, results.first(counters_.bytes()), &flight.read));
     RAYPAGER_TRY(queue.read(geometry_.demand(), 0, results.subspan(counters_.bytes()), &flight.read));
@@ -308,13 +328,22 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     const std::span<std::byte> results = flight.results.bytes();
     std::memcpy(counters.words.data(), results.data(), counters_.bytes());
     demand = {reinterpret_cast<const uint32_t*>(results.data() + counters_.bytes()), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
+    if (as_on_cpus()) RAYPAGER_TRY(check_lists(counters, demand));
     begun_again_ += std::min(listed_again_, counters.free_slots());
     std::array<uint64_t, 5> ns;
     for (size_t i = 0; i < ns.size(); i++) ns[i] = flight.stages[i].duration_ns();
-    ns[0] += flight.rouse.duration_ns();
+    ns[0] += flight.begin.duration_ns();
     for (size_t i = 0; i < ns.size(); i++) stage_ns_[i] += ns[i];
     if (connects_beside()) beside_ns_ += std::min(ns[1] + ns[2] + ns[3], ns[4]);
     return {};
+}
+
+// Both say how many rays wait, and change where they begin to and where they are roused. A want that nobody has would bring blocks in for ever.
+Status Wavefront::check_lists(const RoundCounters& counters, std::span<const uint32_t> demand) const {
+    uint64_t wants = 0;
+    for (const uint32_t of_block : demand.subspan(uint64_t{RP_DEMAND_WANTS} * geometry_.block_count(), geometry_.block_count())) wants += of_block;
+    if (wants == counters.words[RP_COUNT_IN_LISTS]) return {};
+    return Status::failed(fmt::format("{} rays wait, but blocks are wanted by {}; this is a bug", counters.words[RP_COUNT_IN_LISTS], wants));
 }
 
 Status Wavefront::read_visits(std::vector<uint32_t>& words) {

@@ -79,11 +79,10 @@ public:
     }
     // From the next round on, so many slots as filled_together of create.
     void fill_together(uint32_t slots);
-    // The kernel that changes the page table between rounds: built with the others, since a program of its own costs PoCL a quarter of a second.
-    Kernel& publish_kernel() { return publish_; }
-    // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. newly_published: at least those blocks
-    // that are in the page table now and were not in the round before.
-    Status start_round(uint32_t round, std::span<const uint32_t> newly_published);
+    // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. page_changes: entries of the page table
+    // that are not on the device yet, as rp_page_changes has them. newly_published: blocks that are in the page table with them and were not in the
+    // round before, each once.
+    Status start_round(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published);
     // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
     Status finish_round(RoundCounters& counters, std::span<const uint32_t>& demand);
     // Of the youngest round that was started: when it has ended.
@@ -107,7 +106,8 @@ public:
     bool begins_again() const { return begun_again_ < again_list_.size(); }
 
     const rp_render_params& params() const { return params_; }
-    // Time on the device so far: wake, generate, extend, shade, connect. On GPUs the last and the three before it run beside one another.
+    // Time on the device so far: wake, generate, extend, shade, connect. On GPUs the last and the three before it run beside one another; streams
+    // extend and connect in one, which counts as the former.
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
     // Of their sum, so much was beside one another.
     uint64_t beside_nanoseconds() const { return beside_ns_; }
@@ -116,7 +116,7 @@ private:
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
     struct Flight {
         std::array<Event, 5> stages;
-        Event rouse, read;     // the first: if blocks came before it
+        Event begin, read;     // the first: beside streams
         PinnedBuffer results;  // counters, then demand
     };
 
@@ -130,8 +130,10 @@ private:
     Status upload_scene(const BakedScene& scene);
     Status allocate_state();
     Status allocate_visit_log();
-    Status launch_wake(std::span<const uint32_t> newly_published, Flight& flight);
     Status set_tracing_arguments(Kernel& extend, uint32_t round);
+    // All of a round but what both have in common.
+    Status launch_streams(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight);
+    Status launch_stages(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight);
     struct Wanted {
         Kernel& kernel;
         const char *stage, *name;
@@ -141,6 +143,7 @@ private:
     // notes: definitions by which kernels note what paging goes by.
     Status build_streams(const std::string& notes);
     Status build_stages(const std::string& notes);
+    Status check_lists(const RoundCounters& counters, std::span<const uint32_t> demand) const;
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
@@ -157,7 +160,9 @@ private:
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way
-    Kernel publish_, rouse_, wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
+    Kernel wake_, generate_;
+    Kernel publish_, advance_, extend_, extend_bounces_, shade_, connect_;
+    Kernel begin_, trace_;  // beside streams
     std::array<Flight, most_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};

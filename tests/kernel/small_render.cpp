@@ -185,8 +185,11 @@ TEST(SmallRender, records_paths_in_the_order_in_which_they_begin) {
 
 TEST(SmallRender, goes_on_from_a_checkpoint) {
     const support::TemporaryFolder folder;
-    auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");
+    BakeOptions bake_options;
+    bake_options.block_bytes = 16 << 10;
+    auto file = support::bake_and_open(small_scene(40), bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
+    ASSERT_GT((*file)->scene().blocks.size(), 4u);
     for (const Traversal traversal : support::traversals()) {
         for (const uint32_t percent : {100u, 60u}) {
             SCOPED_TRACE(testing::Message() << (traversal == Traversal::ray ? "rays, " : "streams, ") << percent << " %");
@@ -197,6 +200,7 @@ TEST(SmallRender, goes_on_from_a_checkpoint) {
             options.geometry_limit_percent = percent;
             const auto whole = render(**file, options, {});
             ASSERT_TRUE(whole.ok()) << whole.status().message();
+            EXPECT_EQ(whole->report.paging.evictions > 0, percent < 100);
             // Rounds after which paths are in different states.
             for (const uint32_t rounds : {2u, 5u}) {
                 options.checkpoint = {};

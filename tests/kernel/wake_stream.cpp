@@ -10,6 +10,7 @@
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
+#include "support/device_scene.hpp"
 #include "wavefront/naps.hpp"
 
 namespace raypager {
@@ -27,6 +28,7 @@ protected:
         ASSERT_TRUE(device.ok()) << device.status().message();
         device_ = std::move(*device);
         for (rp_page& page : pages_) page = {RP_NONE, 0, 0, 0};
+        pages_on_device_ = pages_;
         awake_.back() >>= RP_AWAKE_SLOTS - slots % RP_AWAKE_SLOTS;
     }
 
@@ -56,7 +58,7 @@ protected:
     // blocks have come.
     std::vector<uint32_t> wake(bool named) {
         std::set<uint32_t> extend, shadow, free;
-        uint32_t waiting = 0, wants = 0;
+        uint32_t waiting = 0;
         const std::vector<uint32_t> before = status_;
         for (uint32_t slot = 0; slot < slots; slot++) {
             const uint32_t now = phase(slot);
@@ -80,8 +82,18 @@ protected:
         EXPECT_EQ(std::set<uint32_t>(shadow_list.begin(), shadow_list.end()), shadow);
         EXPECT_EQ(std::set<uint32_t>(listed.begin(), listed.end()), free);
         EXPECT_EQ(counters_[RP_COUNT_IN_LISTS], waiting);
-        for (uint32_t block = 0; block < blocks; block++) wants += demand_[RP_DEMAND_WANTS * blocks + block];
-        EXPECT_EQ(wants, waiting);
+        std::vector<uint32_t> wants(blocks);
+        for (uint32_t slot = 0; slot < slots; slot++) {
+            const bool waits_on = waits(slot);
+            wants[block_of_[slot]] += waits_on ? 1 : 0;
+            EXPECT_EQ(awake_[slot / RP_AWAKE_SLOTS] >> slot % RP_AWAKE_SLOTS & 1, waits_on || phase(slot) == RP_STATUS_IDLE ? 0u : 1u);
+        }
+        for (uint32_t block = 0; block < blocks; block++) {
+            EXPECT_EQ(demand_[RP_DEMAND_WANTS * blocks + block], wants[block]);
+            if (absent(block)) continue;
+            const auto lists = demand_.begin() + RP_DEMAND_LISTS * blocks + 2 * RP_LISTS * block;
+            EXPECT_EQ(std::count(lists, lists + 2 * RP_LISTS, 0u), 2 * RP_LISTS);
+        }
         for (const auto* list : {&extend_list, &shadow_list}) {
             // Every work-item lists its rays by bundles, each in the order of their slots.
             uint32_t falls = 0;
@@ -100,47 +112,71 @@ protected:
             EXPECT_LT(falls, work_items);
             listed.insert(listed.end(), list->begin(), list->end());
         }
-        std::fill_n(counters_.begin(), RP_COUNTERS_PER_ROUND, 0);
         return listed;
     }
 
+    std::unique_ptr<Device> device_;
     std::mt19937 random_;
     std::vector<uint32_t> status_ = std::vector<uint32_t>(2 * RP_STATUS_WORDS(slots)), block_of_ = std::vector<uint32_t>(slots),
                           kept_ = std::vector<uint32_t>(slots);
     std::vector<rp_page> pages_ = std::vector<rp_page>(blocks);
-    std::set<uint32_t> came_;  // blocks since the round before, some of which may have left again
+    std::set<uint32_t> came_;  // blocks since the round before that are still there
 
 private:
     void launch(bool named) {
-        auto rouse = device_->kernel("wake_stream", "rp_rouse", ""), wake = device_->kernel("wake_stream", "rp_wake_stream", "");
-        ASSERT_TRUE(rouse.ok()) << rouse.status().message();
+        auto begin = device_->kernel("wake_stream", "rp_begin_round", " -DRP_COUNT_BOUNCES"),
+             wake = device_->kernel("wake_stream", "rp_wake_stream", "");
+        ASSERT_TRUE(begin.ok()) << begin.status().message();
         ASSERT_TRUE(wake.ok()) << wake.status().message();
-        auto status = device_->upload(bytes_of(status_), "status"), pages = device_->upload(bytes_of(pages_), "pages");
+        std::array<cl_uint, RP_MOST_NAMED> names{};
+        rp_page_changes changes;
+        for (rp_page& page : changes.pages) page.unused = RP_NONE;
+        // Where blocks are named, the table is changed with them.
+        named = named && came_.size() <= names.size();
+        uint32_t changed = 0;
+        for (uint32_t block = 0; block < blocks; block++) {
+            if (pages_on_device_[block].address == pages_[block].address) continue;
+            if (named && changed < RP_PAGE_CHANGES) {
+                changes.pages[changed] = pages_[block];
+                changes.pages[changed++].unused = block;
+            } else {
+                pages_on_device_[block] = pages_[block];
+            }
+        }
+        if (named) std::copy(came_.begin(), came_.end(), names.begin());
+        const cl_uint count = named ? static_cast<cl_uint>(came_.size()) : RP_NONE;
+        // What is counted anew in each round is cleared.
+        for (uint32_t i = 0; i < RP_COUNTERS_PER_ROUND; i++) counters_[i] = random_();
+        for (uint32_t block = 0; block < blocks; block++) demand_[RP_DEMAND_BOUNCES * blocks + block] = random_();
+        auto status = device_->upload(bytes_of(status_), "status"), pages = device_->upload(bytes_of(pages_on_device_), "pages");
         auto awake = device_->upload(bytes_of(awake_), "awake"), counters = device_->upload(bytes_of(counters_), "counters");
         auto demand = device_->upload(bytes_of(demand_), "demand");
         auto queue = device_->allocate(queue_.size() * sizeof(uint32_t), "queue"), free = device_->allocate(slots * sizeof(uint32_t), "free slots");
-        std::array<cl_uint, RP_MOST_NAMED> names{};
-        named = named && came_.size() <= names.size();
-        if (named) std::copy(came_.begin(), came_.end(), names.begin());
-        const cl_uint count = named ? static_cast<cl_uint>(came_.size()) : RP_NONE;
         Queue& commands = device_->kernels();
-        ASSERT_TRUE(rouse->set(*status, *pages, blocks, slots, *awake, *counters, *demand, count, names).ok());
-        // Some share the lists of a block, unequally, where there are more of them than blocks.
-        ASSERT_TRUE(commands.launch(*rouse, named && random_() % 2 ? 1 + random_() % 100 : work_items, 1).ok());
+        ASSERT_TRUE(begin->set(*status, *pages, blocks, slots, *awake, *counters, *demand, count, names, changes).ok());
+        // Several share the lists of a block, unequally, where there are more of them than blocks.
+        const uint32_t most = named ? 100 : 5 * blocks;
+        ASSERT_TRUE(commands.launch(*begin, random_() % 2 ? 1 + random_() % most : work_items, 1).ok());
         ASSERT_TRUE(wake->set(*status, slots, *awake, *queue, *free, *counters, block_scale(blocks, RP_BUNDLES)).ok());
         ASSERT_TRUE(commands.launch(*wake, work_items, 1).ok());
         const auto read = [&](const Buffer& buffer, auto& words) {
             ASSERT_TRUE(commands.read_now(buffer, 0, std::as_writable_bytes(std::span(words))).ok());
         };
         read(*status, status_);
+        read(*pages, pages_on_device_);
         read(*awake, awake_);
         read(*counters, counters_);
         read(*demand, demand_);
         read(*queue, queue_);
         read(*free, free_);
+        for (uint32_t block = 0; block < blocks; block++) {
+            ASSERT_EQ(pages_on_device_[block].address, pages_[block].address);
+            ASSERT_EQ(pages_on_device_[block].unused, 0u);
+            ASSERT_EQ(demand_[RP_DEMAND_BOUNCES * blocks + block], 0u);
+        }
     }
 
-    std::unique_ptr<Device> device_;
+    std::vector<rp_page> pages_on_device_ = std::vector<rp_page>(blocks);
     std::vector<uint32_t> demand_ = std::vector<uint32_t>(RP_DEMAND_ARRAYS_OF_STREAMS * blocks), counters_ = std::vector<uint32_t>(RP_COUNTER_WORDS);
     std::vector<uint64_t> awake_ = std::vector<uint64_t>(RP_AWAKE_WORDS(slots), ~uint64_t{0});
     std::vector<uint32_t> queue_ = std::vector<uint32_t>(slots + work_items), free_ = std::vector<uint32_t>(slots);
@@ -159,7 +195,9 @@ TEST_F(WakeStream, nobody_is_forgotten_or_listed_twice) {
             const auto block = static_cast<uint32_t>(random_() % blocks);
             if (absent(block)) came_.insert(block);
             pages_[block].address = block;
-            pages_[random_() % blocks].address = RP_NONE;
+            const auto leaves = static_cast<uint32_t>(random_() % blocks);
+            pages_[leaves].address = RP_NONE;
+            came_.erase(leaves);
         }
         std::vector<bool> waited(slots);
         for (uint32_t slot = 0; slot < slots; slot++) waited[slot] = waits(slot);
@@ -194,6 +232,73 @@ TEST_F(WakeStream, rays_of_a_block_stand_together) {
         set(slot, random_() % 4 == 0 ? RP_STATUS_EXTEND_WAITS + random_() % 2 : RP_STATUS_EXTEND + random_() % 2, random_() % 7 * 40);
     for (rp_page& page : pages_) page.address = 0;
     EXPECT_EQ(wake(false).size(), slots);
+}
+
+// More slots than one work-item finds at once.
+TEST_F(WakeStream, one_work_item_sees_to_all_slots) {
+    constexpr uint32_t many = 200'003;
+    auto wake = device_->kernel("wake_stream", "rp_wake_stream", "");
+    ASSERT_TRUE(wake.ok()) << wake.status().message();
+    std::vector<uint32_t> status(2 * RP_STATUS_WORDS(many)), counters(RP_COUNTER_WORDS), listed(many);
+    std::vector<uint64_t> awake(RP_AWAKE_WORDS(many), ~uint64_t{0});
+    awake.back() >>= RP_AWAKE_SLOTS - many % RP_AWAKE_SLOTS;
+    for (uint32_t slot = 0; slot < many; slot++) status[slot] = slot % 3 == 0 ? RP_STATUS_FREE : RP_STATUS_EXTEND;
+    auto states = device_->upload(bytes_of(status), "status"), bits = device_->upload(bytes_of(awake), "awake");
+    auto counts = device_->upload(bytes_of(counters), "counters");
+    auto queue = device_->allocate((many + 1) * sizeof(uint32_t), "queue"), free = device_->allocate(many * sizeof(uint32_t), "free slots");
+    ASSERT_TRUE(wake->set(*states, many, *bits, *queue, *free, *counts, block_scale(blocks, RP_BUNDLES)).ok());
+    Queue& commands = device_->kernels();
+    ASSERT_TRUE(commands.launch(*wake, 1, 1).ok());
+    ASSERT_TRUE(commands.read_now(*counts, 0, std::as_writable_bytes(std::span(counters))).ok());
+    ASSERT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(listed))).ok());
+    EXPECT_EQ(counters[RP_COUNT_FREE], (many + 2) / 3);
+    ASSERT_EQ(counters[RP_COUNT_EXTEND], many - (many + 2) / 3);
+    listed.resize(counters[RP_COUNT_EXTEND]);
+    EXPECT_EQ(std::set<uint32_t>(listed.begin(), listed.end()).size(), listed.size());
+}
+
+// Many work-items at once, all into the same lists: every slot is in one, and is counted.
+TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
+    if (support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    auto device = Device::open("", 0);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    auto kernel = (*device)->kernel("probe_stream", "rp_probe_chains", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    ASSERT_TRUE(kernel.ok()) << kernel.status().message();
+    constexpr uint32_t items = 512, slots = items * 64;
+    for (uint32_t block_count = 1; block_count <= 20; block_count++) {
+        SCOPED_TRACE(block_count);
+        const bool shadow = block_count % 2 == 0;
+        std::vector<uint32_t> blocks(slots), status(2 * RP_STATUS_WORDS(slots)), demand(RP_DEMAND_ARRAYS_OF_STREAMS * block_count);
+        for (uint32_t& block : blocks) block = random() % block_count;
+        auto waits_for = (*device)->upload(bytes_of(blocks), "blocks"), states = (*device)->upload(bytes_of(status), "status");
+        auto lists = (*device)->upload(bytes_of(demand), "demand");
+        ASSERT_TRUE(kernel->set(*waits_for, block_count, slots, uint32_t{shadow}, *states, *lists).ok());
+        Queue& commands = (*device)->kernels();
+        ASSERT_TRUE(commands.launch(*kernel, items, 1).ok());
+        ASSERT_TRUE(commands.read_now(*states, 0, std::as_writable_bytes(std::span(status))).ok());
+        ASSERT_TRUE(commands.read_now(*lists, 0, std::as_writable_bytes(std::span(demand))).ok());
+        std::vector<bool> found(slots);
+        for (uint32_t block = 0; block < block_count; block++) {
+            uint32_t length = 0;
+            for (uint32_t list = 0; list < 2 * RP_LISTS; list++) {
+                uint32_t link = demand[RP_DEMAND_LISTS * block_count + 2 * RP_LISTS * block + list];
+                EXPECT_EQ(link != 0, list == 3 + (shadow ? RP_LISTS : 0)) << list;
+                for (; link != 0; link = status[RP_STATUS_WORDS(slots) + link - 1], length++) {
+                    ASSERT_LE(link, slots);
+                    ASSERT_FALSE(found[link - 1]) << "slot " << link - 1 << " twice";
+                    ASSERT_EQ(blocks[link - 1], block);
+                    found[link - 1] = true;
+                }
+            }
+            EXPECT_EQ(length, std::count(blocks.begin(), blocks.end(), block));
+            EXPECT_EQ(demand[RP_DEMAND_WANTS * block_count + block], length);
+        }
+        EXPECT_EQ(std::count(found.begin(), found.end(), true), slots);
+        EXPECT_EQ(std::count(status.begin(), status.begin() + slots, RP_STATUS_EXTEND_WAITS), slots);
+    }
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ typedef struct rp_page {
 } rp_page;
 
 // Entries that change together, as one argument of a kernel. `unused` is the entry's number here, RP_NONE behind the last one.
-#define RP_PAGE_CHANGES 60  // with the table's address less than the 1024 bytes of arguments that every device takes
+#define RP_PAGE_CHANGES 48  // with what else kernels take less than the 1024 bytes of arguments that every device takes
 typedef struct rp_page_changes {
     rp_page pages[RP_PAGE_CHANGES];
 } rp_page_changes;

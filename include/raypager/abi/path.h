@@ -39,7 +39,7 @@
 #define RP_NAP_BITS 58u
 
 // Beside streams a bit of each slot says whether it is awake: to be looked at in this round. Those that wait are in lists (RP_DEMAND_LISTS).
-#define RP_AWAKE_SLOTS 64u  // in a word
+#define RP_AWAKE_SLOTS 64u  // in a word, the first in its lowest bit; changed in halves, too, which takes a device whose low bytes come first
 #define RP_AWAKE_WORDS(slot_count) (((slot_count) + (RP_AWAKE_SLOTS - 1u)) / RP_AWAKE_SLOTS)
 
 // Beside streams, rays that can go on are queued in bundles of those that are in the same block or in blocks that lie together: bundle
@@ -96,6 +96,7 @@ typedef struct rp_path_sample {
 #define RP_COUNT_EXTEND 0u   // extension rays that can go on
 #define RP_COUNT_SHADOW 1u   // shadow rays that can go on
 #define RP_COUNT_FREE 2u     // free slots
+#define RP_COUNT_GENERATED 3u  // beside streams: work-groups that have given out free slots
 #define RP_COUNT_WAITING 4u  // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u     // slots that are none of these, before new camera paths begin
 #define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
@@ -123,7 +124,8 @@ typedef struct rp_path_sample {
 #define RP_DEMAND_ARRAYS 3u
 // Beside streams there are more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
 // their places (RP_STATUS_WORDS): extension rays and shadow rays each for themselves, and either in RP_LISTS of them, which are gone through
-// together, since the next link has to come from far each time. Rays of a stream are in one list, so that they stay neighbours.
+// together, since the next link has to come from far each time. Those of a stream that wait for the same block are in one list, so that most stay
+// neighbours.
 #define RP_LISTS 8u
 // A word a list, for each block RP_LISTS of extension rays, then RP_LISTS of shadow rays: the link to the slot that came last, which is its number
 // plus one; 0: to none.

@@ -1,0 +1,14 @@
+// Third stage on CPUs: does what extend.cl and connect.cl do, with streams of rays. A work-item that finds no more extension rays goes on with shadow
+// rays, so that cores wait for each other once.
+#define RP_ONE_PROGRAM
+#include "stages/extend_stream.cl"
+#include "stages/connect_stream.cl"
+
+__kernel void rp_trace_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
+                              const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                              volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters,
+                       film);
+}
