@@ -31,17 +31,21 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
 #endif
 }
 
+// What there is to be given out.
+typedef struct rp_supply {
+    uint slots;    // free ones
+    ulong sample;  // the next one's number
+    uint queued;   // extension rays that are in the queue already
+} rp_supply;
+
 // The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
 // written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
-static inline void rp_begin_paths(__constant rp_render_params* params, const volatile __global uint* counters, const __global uint* free_list,
-                                  __global uint* status, __global uint4* paths, __global uint* queue, const __global rp_path_sample* again, uint listed,
-                                  uint later) {
-    const uint free_count = counters[RP_COUNT_FREE], queued = counters[RP_COUNT_EXTEND];
-    const ulong first = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
+static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, __global uint* status,
+                                  __global uint4* paths, __global uint* queue, const __global rp_path_sample* again, uint listed, uint later) {
     rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u};
-    for (uint i = get_global_id(0); i < free_count; i += get_global_size(0)) {
+    for (uint i = get_global_id(0); i < supply->slots; i += get_global_size(0)) {
         const uint slot = free_list[i];
-        const ulong number = first + (i - min(i, listed));
+        const ulong number = supply->sample + (i - min(i, listed));
         if (i >= listed && number >= params->sample_limit) {
             status[slot] = later != 0u ? RP_STATUS_FREE : RP_STATUS_IDLE;
             continue;
@@ -55,24 +59,23 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const vol
 #else
         status[slot] = RP_STATUS_EXTEND;
 #endif
-        queue[queued + i] = slot;
+        queue[supply->queued + i] = slot;
     }
 }
 
-// When all free slots have been given out: accounts for the samples that they took.
-static inline void rp_account_for_samples(__constant rp_render_params* params, volatile __global uint* counters, uint listed) {
-    const ulong number = (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE];
-    const uint again = min(listed, counters[RP_COUNT_FREE]);
-    ulong next = number + (counters[RP_COUNT_FREE] - again);
+// Once it has been given out: accounts for the samples. By one work-item; others may still ask what there was, with atomics (generate_stream.cl).
+static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters, uint listed) {
+    const uint again = min(listed, supply->slots);
+    ulong next = supply->sample + (supply->slots - again);
     if (next > params->sample_limit) next = params->sample_limit;
-    if (next < number) next = number;  // the limit was lowered behind them
-    const uint started = again + (uint)(next - number);
-    counters[RP_COUNT_NEXT_SAMPLE] = (uint)next;
-    counters[RP_COUNT_NEXT_SAMPLE + 1u] = (uint)(next >> 32);
-    counters[RP_COUNT_WAITING] += counters[RP_COUNT_IN_LISTS];
-    counters[RP_COUNT_IDLE] =
-        params->slot_count - counters[RP_COUNT_EXTEND] - counters[RP_COUNT_SHADOW] - counters[RP_COUNT_FREE] - counters[RP_COUNT_WAITING];
-    counters[RP_COUNT_EXTEND] += started;
+    if (next < supply->sample) next = supply->sample;  // the limit was lowered behind them
+    const uint started = again + (uint)(next - supply->sample);
+    atomic_xchg(counters + RP_COUNT_NEXT_SAMPLE, (uint)next);
+    atomic_xchg(counters + RP_COUNT_NEXT_SAMPLE + 1u, (uint)(next >> 32));
+    atomic_add(counters + RP_COUNT_EXTEND, started);
+    const uint waiting = counters[RP_COUNT_WAITING] + counters[RP_COUNT_IN_LISTS];
+    counters[RP_COUNT_WAITING] = waiting;
+    counters[RP_COUNT_IDLE] = params->slot_count - supply->queued - counters[RP_COUNT_SHADOW] - supply->slots - waiting;
     const uint before = counters[RP_COUNT_CAMERA_RAYS];
     counters[RP_COUNT_CAMERA_RAYS] = before + started;
     if (before + started < before) counters[RP_COUNT_CAMERA_RAYS + 1u]++;

@@ -100,7 +100,7 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
 static inline uint rp_next_part(const volatile __global uint* taken, uint part, uint parts, uint count) {
     for (uint ahead = 1u; ahead < parts; ahead++) {
         const uint other = (part + ahead) % parts;
-        if (rp_part_place(taken[other], other, parts) < count) return other;
+        if (rp_part_place(atomic_add((volatile __global uint*)taken + other, 0u), other, parts) < count) return other;
     }
     return RP_NONE;
 }

@@ -2,10 +2,17 @@
 #include "lib/camera_paths.cl"
 #include "raypager/abi/block.h"
 
+static inline rp_supply rp_read_supply(const volatile __global uint* counters) {
+    const rp_supply supply = {counters[RP_COUNT_FREE], (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE],
+                              counters[RP_COUNT_EXTEND]};
+    return supply;
+}
+
 __kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
                           __global uint* restrict status, __global uint4* restrict paths, __global uint* restrict queue,
                           const __global rp_path_sample* restrict again, uint listed, uint later) {
-    rp_begin_paths(params, counters, free_list, status, paths, queue, again, listed, later);
+    const rp_supply supply = rp_read_supply(counters);
+    rp_begin_paths(params, &supply, free_list, status, paths, queue, again, listed, later);
 }
 
 // After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
@@ -14,5 +21,7 @@ __kernel void rp_advance(__constant rp_render_params* restrict params, __global 
                          uint block_count, __global uint* restrict demand, uint listed) {
     const uint block = get_global_id(0);
     if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_WANTS * block_count + block] = 0u;
-    if (block == 0u) rp_account_for_samples(params, counters, listed);
+    if (block != 0u) return;
+    const rp_supply supply = rp_read_supply(counters);
+    rp_account_for_samples(params, &supply, counters, listed);
 }

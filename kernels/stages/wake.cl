@@ -115,7 +115,8 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         if (nap == 0ul || (nap & came) != 0ul) awake[atomic_inc(&awake_count)] = i;
         else waiting += rp_waiting_asleep(nap);
     }
-    barrier(CLK_LOCAL_MEM_FENCE);
+    // The words of naps, too: other work-items change them from here on.
+    barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
     ulong kinds[RP_WAKE_NAPS];
     uint mine[RP_LISTED_KINDS] = {0u, 0u, 0u, 0u, 0u};
 #pragma unroll

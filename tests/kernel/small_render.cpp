@@ -167,7 +167,7 @@ TEST(SmallRender, records_paths_in_the_order_in_which_they_begin) {
     RenderOptions options;
     options.width = 8;
     options.height = 4;
-    options.spp = 64;
+    options.spp = 32;
     options.paths = 16;
     options.record_paths = 1 << 20;
     const auto chosen = render(**file, options, {});
