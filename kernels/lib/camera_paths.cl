@@ -63,7 +63,8 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
     }
 }
 
-// Once it has been given out: accounts for the samples. By one work-item; others may still ask what there was, with atomics (generate_stream.cl).
+// Once it has been given out: accounts for the samples. By one work-item. What others have read in the same kernel is changed by atomics, as it was
+// read: that it was read before, by an order that OpenCL 1.2 has no words for, checkers of races do not see.
 static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters, uint listed) {
     const uint again = min(listed, supply->slots);
     ulong next = supply->sample + (supply->slots - again);

@@ -80,7 +80,7 @@ static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter)
     return rp_from_lane(first, leader) + popcount(takers & ((1u << lane) - 1u));
 }
 // The next part behind this one of which not all are taken, or RP_NONE. taken: numbers taken, of each part; count: rays in the queue.
-static inline uint rp_next_part(const volatile __global uint* taken, uint part, uint parts, uint count) {
+static inline uint rp_next_part(volatile __global uint* taken, uint part, uint parts, uint count) {
     uint next = RP_NONE;
     for (uint base = 1u; base < parts && next == RP_NONE; base += 32u) {
         const uint ahead = base + rp_lane(), other = (part + ahead) % parts;
@@ -97,10 +97,11 @@ static inline uint rp_next_part(const volatile __global uint* taken, uint part, 
 static inline uint rp_ballot(bool condition) { return condition ? 1u : 0u; }
 static inline uint rp_ballot_inner(uint current) { return rp_ballot(!(current & RP_REF_LEAF)); }
 static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) { return wanted ? atomic_inc(counter) : 0u; }
-static inline uint rp_next_part(const volatile __global uint* taken, uint part, uint parts, uint count) {
+static inline uint rp_next_part(volatile __global uint* taken, uint part, uint parts, uint count) {
     for (uint ahead = 1u; ahead < parts; ahead++) {
         const uint other = (part + ahead) % parts;
-        if (rp_part_place(atomic_add((volatile __global uint*)taken + other, 0u), other, parts) < count) return other;
+        // Others count there.
+        if (rp_part_place(atomic_add(taken + other, 0u), other, parts) < count) return other;
     }
     return RP_NONE;
 }

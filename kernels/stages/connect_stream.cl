@@ -89,7 +89,7 @@ static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, co
     if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);
 }
 
-#ifndef RP_ONE_PROGRAM
+#ifndef RP_WITHOUT_KERNELS
 __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                 const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                 volatile __global uint* restrict counters, __global uint* restrict film) {

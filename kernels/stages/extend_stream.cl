@@ -1,5 +1,5 @@
-// On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render
-// this is a part of trace_stream.cl.
+// On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render this is a part
+// of trace_stream.cl.
 #include "lib/apart.cl"
 #include "lib/connection.cl"
 #include "lib/stream_slots.cl"
@@ -118,8 +118,7 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
 static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
                                        uint slot_count, const __global uint* restrict queue, volatile __global uint* demand,
-                                       __global uint* restrict status, __global uint4* restrict paths,
-                                       volatile __global uint* restrict counters) {
+                                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
     rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
@@ -147,7 +146,7 @@ static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, con
     if (counts.waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, counts.waiting);
 }
 
-#ifndef RP_ONE_PROGRAM
+#ifndef RP_WITHOUT_KERNELS
 __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                                volatile __global uint* restrict counters) {

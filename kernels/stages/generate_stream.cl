@@ -1,7 +1,7 @@
 // Second stage on CPUs: does what generate.cl does, in one kernel, since each that is launched costs a CPU as much time as some hundred rays.
 #include "lib/camera_paths.cl"
 
-// In case another work-group accounts for it already.
+// See rp_account_for_samples.
 static inline uint rp_read_counter(volatile __global uint* counter) { return atomic_add(counter, 0u); }
 
 __kernel void rp_generate_stream(__constant rp_render_params* restrict params, volatile __global uint* restrict counters,
@@ -17,7 +17,8 @@ __kernel void rp_generate_stream(__constant rp_render_params* restrict params, v
     barrier(CLK_LOCAL_MEM_FENCE);
     const rp_supply supply = {found[0], (ulong)found[2] << 32 | found[1], found[3]};
     rp_begin_paths(params, &supply, free_list, status, paths, queue, again, listed, later);
-    // What has been given out is accounted for by the last work-group: the others know by then how much there was.
+    // What has been given out is accounted for by the last work-group: the others know by then how much there was. The fence keeps their reading before
+    // their counting.
     mem_fence(CLK_GLOBAL_MEM_FENCE);
     if (get_local_id(0) == 0u && atomic_inc(counters + RP_COUNT_GENERATED) + 1u == (uint)get_num_groups(0))
         rp_account_for_samples(params, &supply, counters, listed);

@@ -1,8 +1,9 @@
 // Third stage on CPUs: does what extend.cl and connect.cl do, with streams of rays. A work-item that finds no more extension rays goes on with shadow
 // rays, so that cores wait for each other once.
-#define RP_ONE_PROGRAM
+#define RP_WITHOUT_KERNELS
 #include "stages/extend_stream.cl"
 #include "stages/connect_stream.cl"
+#undef RP_WITHOUT_KERNELS
 
 __kernel void rp_trace_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,

@@ -10,7 +10,7 @@
 #include "lib/vector.cl"
 #include "lib/waiting_lists.cl"
 
-// The slots of one of `parts` equal shares of a block's lists are awake again, and their paths in the block. All lists in turn: where the next slot is
+// The slots of one of `parts` shares of a block's lists are awake again, and their paths in the block. All lists in turn: where the next slot is
 // has to be waited for. Returns how many they are.
 static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint parts, uint block, __global uint* status, uint slot_count,
                                   volatile __global uint* awake) {

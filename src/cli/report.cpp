@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/hash.hpp"
@@ -116,7 +117,8 @@ Json scene_json(const BakedScene& scene, BlockForm form) {
 
 // Streams extend and connect in one.
 Json stages_json(const std::array<double, 5>& seconds, BlockForm form) {
-    if (form == BlockForm::wide) return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"trace", seconds[2] + seconds[4]}, {"shade", seconds[3]}};
+    if (form == BlockForm::wide)
+        return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"extend_and_connect", seconds[2] + seconds[4]}, {"shade", seconds[3]}};
     return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"extend", seconds[2]}, {"shade", seconds[3]}, {"connect", seconds[4]}};
 }
 

@@ -134,8 +134,8 @@ Status Residency::publish_all(Queue& queue) {
     return queue.write(page_table_, 0, copy.pages.bytes().first(page_table_.bytes()), &copy.written);
 }
 
-// As arguments of a kernel. A write of more than some KB takes the way that uploads take, and would keep the next round waiting until all
-// that have been given before it are done: 0.4 ms for each 24 blocks of 640 KB on an H100.
+// For kernels, as their arguments. A write of more than some KB takes the way that uploads take, and would keep the next round waiting until all that
+// have been given before it are done: 0.4 ms for each 24 blocks of 640 KB on an H100.
 void Residency::list_changes() {
     page_changes_.clear();
     for (const uint32_t block : changed_) {

@@ -44,7 +44,7 @@ public:
     const std::vector<Buffer>& slabs() const { return slabs_; }
     const Buffer& page_table() const { return page_table_; }
     // Brings the page table on the device up to date, for the rounds that follow: by a write of all of it, for which the queue is not waited, or by
-    // page_changes(), which is then for kernels to do before the next round.
+    // page_changes(), which is then for kernels to do before the next round. REQUIRES: those of the call before are on the device.
     Status publish(Queue& queue);
     std::span<const rp_page> page_changes() const { return page_changes_; }
     // Blocks that the last publish() made visible: all that came since the one before it and are still there,

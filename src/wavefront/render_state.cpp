@@ -58,7 +58,7 @@ Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
     return {};
 }
 
-// The next samples to be traced again, as many as the device has room for; rp_generate starts their paths.
+// The next samples to be traced again, as many as the device has room for; the stage `generate` starts their paths.
 Status Wavefront::list_samples_again() {
     const auto again = samples_again();
     listed_again_ = static_cast<uint32_t>(std::min<uint64_t>(again.size(), again_.bytes() / sizeof(rp_path_sample)));

@@ -10,6 +10,7 @@
 #include "raypager/abi/film.h"
 #include "raypager/abi/visits.h"
 #include "wavefront/naps.hpp"
+#include "wavefront/page_changes.hpp"
 
 namespace raypager {
 namespace {
@@ -49,16 +50,6 @@ std::vector<uint32_t> light_steps(std::vector<rp_light>& lights) {
         before = end;
     }
     return steps;
-}
-
-// Takes the first changes, as many as there is room for.
-rp_page_changes take_changes(std::span<const rp_page>& changes) {
-    rp_page_changes argument;
-    for (rp_page& page : argument.pages) page = {RP_NONE, 0, 0, RP_NONE};
-    const size_t count = std::min<size_t>(changes.size(), RP_PAGE_CHANGES);
-    std::copy_n(changes.begin(), count, argument.pages);
-    changes = changes.subspan(count);
-    return argument;
 }
 
 template <class T>
@@ -243,19 +234,12 @@ void Wavefront::fill_together(uint32_t slots) {
 Status Wavefront::launch_streams(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight) {
     const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), cores = device_.info().compute_units;
     Queue& queue = device_.kernels();
-    const auto begin = [&](std::span<const uint32_t> came, uint32_t items) -> Status {
-        std::array<cl_uint, RP_MOST_NAMED> names{};
-        const bool named = came.size() <= names.size();
-        if (named) std::copy(came.begin(), came.end(), names.begin());
-        const cl_uint count = named ? static_cast<cl_uint>(came.size()) : RP_NONE;
+    const std::vector<RoundBegin> begins = round_begins(page_changes, newly_published);
+    for (const RoundBegin& begin : begins) {
         RAYPAGER_TRY(
-            begin_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), count, names, take_changes(page_changes)));
-        return queue.launch(begin_, items, 1, &flight.begin);
-    };
-    // Where not all blocks that came are named, the table must be as it is to be before it is asked for them.
-    const size_t last = newly_published.size() <= RP_MOST_NAMED ? RP_PAGE_CHANGES : 0;
-    while (page_changes.size() > last) RAYPAGER_TRY(begin({}, 1));
-    RAYPAGER_TRY(begin(newly_published, wake_items()));
+            begin_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), begin.named, begin.names, begin.changes));
+        RAYPAGER_TRY(queue.launch(begin_, &begin == &begins.back() ? wake_items() : 1, 1, &flight.begin));
+    }
     RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
     RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &flight.stages[0]));
     const uint32_t group = device_.group_size();

@@ -1,5 +1,5 @@
 // The wavefront path tracer: path slots on the device and the stages that drive them, one round after the other.
-//   wake -> generate -> extend -> shade -> connect
+//   wake -> generate -> extend -> shade -> connect; beside streams: wake -> generate -> extend and connect -> shade
 // A round takes every ray that can go on as far as it gets. This class knows nothing of policies, files or pictures.
 #pragma once
 
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
@@ -116,7 +117,7 @@ private:
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
     struct Flight {
         std::array<Event, 5> stages;
-        Event begin, read;     // the first: beside streams
+        Event begin, read;     // the first: beside streams, of the launch that rouses rays
         PinnedBuffer results;  // counters, then demand
     };
 

@@ -42,7 +42,7 @@ TEST(Layout, offsets_that_kernels_rely_on) {
 
 TEST(KernelSources, every_stage_expands_without_includes) {
     for (const char* stage : {"publish", "wake", "wake_stream", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream",
-                              "generate_stream", "probe_stream", "streams"}) {
+                              "generate_stream", "trace_stream", "probe_stream", "streams"}) {
         auto text = expand_kernel_source(std::string("stages/") + stage + ".cl");
         ASSERT_TRUE(text.ok()) << text.status().message();
         EXPECT_EQ(text->find("#include \""), std::string::npos) << stage;

@@ -72,6 +72,7 @@ protected:
                 extend.insert(slot);
         }
         launch(named);
+        if (HasFatalFailure()) return {};
         const std::vector<uint32_t> extend_list(queue_.begin(), queue_.begin() + counters_[RP_COUNT_EXTEND]);
         const std::vector<uint32_t> shadow_list(queue_.rbegin() + work_items, queue_.rbegin() + work_items + counters_[RP_COUNT_SHADOW]);
         std::vector<uint32_t> listed(free_.begin(), free_.begin() + counters_[RP_COUNT_FREE]);
@@ -169,6 +170,10 @@ private:
         read(*demand, demand_);
         read(*queue, queue_);
         read(*free, free_);
+        for (uint32_t i = 0; i < RP_COUNTERS_PER_ROUND; i++) {
+            const bool counted = i == RP_COUNT_EXTEND || i == RP_COUNT_SHADOW || i == RP_COUNT_FREE;
+            ASSERT_LE(counters_[i], counted ? slots : 0u) << i;
+        }
         for (uint32_t block = 0; block < blocks; block++) {
             ASSERT_EQ(pages_on_device_[block].address, pages_[block].address);
             ASSERT_EQ(pages_on_device_[block].unused, 0u);
@@ -239,7 +244,7 @@ TEST_F(WakeStream, one_work_item_sees_to_all_slots) {
     constexpr uint32_t many = 200'003;
     auto wake = device_->kernel("wake_stream", "rp_wake_stream", "");
     ASSERT_TRUE(wake.ok()) << wake.status().message();
-    std::vector<uint32_t> status(2 * RP_STATUS_WORDS(many)), counters(RP_COUNTER_WORDS), listed(many);
+    std::vector<uint32_t> status(2 * RP_STATUS_WORDS(many)), counters(RP_COUNTER_WORDS), listed(many), unused(many);
     std::vector<uint64_t> awake(RP_AWAKE_WORDS(many), ~uint64_t{0});
     awake.back() >>= RP_AWAKE_SLOTS - many % RP_AWAKE_SLOTS;
     for (uint32_t slot = 0; slot < many; slot++) status[slot] = slot % 3 == 0 ? RP_STATUS_FREE : RP_STATUS_EXTEND;
@@ -251,10 +256,15 @@ TEST_F(WakeStream, one_work_item_sees_to_all_slots) {
     ASSERT_TRUE(commands.launch(*wake, 1, 1).ok());
     ASSERT_TRUE(commands.read_now(*counts, 0, std::as_writable_bytes(std::span(counters))).ok());
     ASSERT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(listed))).ok());
-    EXPECT_EQ(counters[RP_COUNT_FREE], (many + 2) / 3);
+    ASSERT_TRUE(commands.read_now(*free, 0, std::as_writable_bytes(std::span(unused))).ok());
+    ASSERT_EQ(counters[RP_COUNT_FREE], (many + 2) / 3);
     ASSERT_EQ(counters[RP_COUNT_EXTEND], many - (many + 2) / 3);
     listed.resize(counters[RP_COUNT_EXTEND]);
-    EXPECT_EQ(std::set<uint32_t>(listed.begin(), listed.end()).size(), listed.size());
+    unused.resize(counters[RP_COUNT_FREE]);
+    std::sort(listed.begin(), listed.end());
+    std::sort(unused.begin(), unused.end());
+    for (uint32_t i = 0; i < unused.size(); i++) ASSERT_EQ(unused[i], 3 * i);
+    for (uint32_t i = 0; i < listed.size(); i++) ASSERT_EQ(listed[i], 3 * (i / 2) + 1 + i % 2);
 }
 
 // Many work-items at once, all into the same lists: every slot is in one, and is counted.

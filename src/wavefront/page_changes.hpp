@@ -1,0 +1,44 @@
+// Changes of the page table on their way to the device as arguments of kernels (abi/block.h).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "raypager/abi/block.h"
+#include "raypager/abi/path.h"
+
+namespace raypager {
+
+// Takes the first of them, as many as there is room for.
+inline rp_page_changes take_changes(std::span<const rp_page>& changes) {
+    rp_page_changes argument;
+    for (rp_page& page : argument.pages) page = {RP_NONE, 0, 0, RP_NONE};
+    const size_t count = std::min<size_t>(changes.size(), RP_PAGE_CHANGES);
+    std::copy_n(changes.begin(), count, argument.pages);
+    changes = changes.subspan(count);
+    return argument;
+}
+
+// Arguments of rp_begin_round.
+struct RoundBegin {
+    rp_page_changes changes;
+    uint32_t named;  // how many of the names, or RP_NONE: all blocks are to be asked
+    std::array<uint32_t, RP_MOST_NAMED> names{};
+};
+
+// The launches of rp_begin_round before a round: one work-item for all but the last one, which rouses rays. Where not all blocks that came can be
+// named, it asks the table for them, which must be as it is to be by then.
+inline std::vector<RoundBegin> round_begins(std::span<const rp_page> changes, std::span<const uint32_t> came) {
+    const bool named = came.size() <= RP_MOST_NAMED;
+    std::vector<RoundBegin> launches;
+    while (changes.size() > (named ? RP_PAGE_CHANGES : 0)) launches.push_back({take_changes(changes), 0});
+    launches.push_back({take_changes(changes), named ? static_cast<uint32_t>(came.size()) : RP_NONE});
+    if (named) std::copy(came.begin(), came.end(), launches.back().names.begin());
+    return launches;
+}
+
+}  // namespace raypager
