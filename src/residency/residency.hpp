@@ -47,8 +47,7 @@ public:
     // page_changes(), which is then for kernels to do before the next round. REQUIRES: those of the call before are on the device.
     Status publish(Queue& queue);
     std::span<const rp_page> page_changes() const { return page_changes_; }
-    // Blocks that the last publish() made visible: all that came since the one before it and are still there,
-    // each once.
+    // Blocks that the last publish() made visible: all that came since the one before it and are still there, each once.
     std::span<const uint32_t> newly_published() const { return newly_published_; }
     // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
     // last_started: the youngest round under way (or `round`), and when it will have ended: until then kernels may read what is evicted now.
