@@ -29,7 +29,7 @@ void FaultPlan::clear() {
     fail_read_in = fail_write_in = fail_any_in = 0;
     error_number = 0;
     longest_delay_us = one_short_in = 0;
-    only_file.clear();
+    only_file = nullptr;
 }
 
 void inject_delay() {
@@ -44,7 +44,8 @@ Fault inject_fault(FileOperation operation, const std::filesystem::path& path) {
     const bool transfer = operation == FileOperation::read || operation == FileOperation::write;
     bool hit = counted_down(plan.fail_any_in);
     if (operation == FileOperation::write) hit |= counted_down(plan.fail_write_in);
-    if (operation == FileOperation::read && (plan.only_file.empty() || path.filename() == plan.only_file)) hit |= counted_down(plan.fail_read_in);
+    const char* const only_file = plan.only_file;
+    if (operation == FileOperation::read && (!only_file || path.filename() == only_file)) hit |= counted_down(plan.fail_read_in);
     if (hit) {
         plan.hit = operation;
         if (const int error = plan.error_number; error != 0) {

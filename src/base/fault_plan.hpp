@@ -10,6 +10,7 @@ namespace raypager {
 
 enum class FileOperation { open, create, read, write, sync, rename };
 
+// May be changed while other threads use files: what is ahead of a load may still be read when the render is done.
 // A countdown of n lets the n-th operation from now on fail (1: the next; 0: none), once.
 struct FaultPlan {
     std::atomic<int64_t> fail_read_in{0}, fail_write_in{0}, fail_any_in{0};  // any: of all kinds
@@ -17,8 +18,8 @@ struct FaultPlan {
     // By a seed: every operation waits for up to so long, and one in so many reads and writes comes up short. 0: none.
     std::atomic<uint32_t> longest_delay_us{0}, one_short_in{0};
     std::atomic<uint32_t> seed{0};
-    // Only reads of the file of this name count for fail_read_in; empty: reads of every file. To be set while no other thread uses files.
-    std::filesystem::path only_file;
+    // Only reads of the file of this name, a literal, count for fail_read_in; null: reads of every file.
+    std::atomic<const char*> only_file{nullptr};
     // The last operation that a countdown hit.
     std::atomic<FileOperation> hit{FileOperation::open};
     void clear();
