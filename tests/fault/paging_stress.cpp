@@ -29,7 +29,7 @@ namespace {
 #if RAYPAGER_ADDRESS_SANITIZER || RAYPAGER_THREAD_SANITIZER
 constexpr uint32_t triangles = 30000, least_blocks = 200;  // sanitizers cost five to twenty times the time
 #else
-constexpr uint32_t triangles = 300000, least_blocks = 2000;
+constexpr uint32_t triangles = 100000, least_blocks = 600;
 #endif
 
 class PagingStressOnDevice : public testing::Test {
