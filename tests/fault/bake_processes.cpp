@@ -78,8 +78,18 @@ protected:
         return names;
     }
 
-    // Starts a bake and signals it once it is at work; returns false if it was faster.
+    // Starts a bake and signals it once it is at work; returns false if it was faster. One that was nearly done may get through: then two more are
+    // tried.
     bool interrupt(int number, ChildResult& result) const {
+        for (int i = 0; i < 2; i++) {
+            if (!interrupt_once(number, result)) return false;
+            const std::filesystem::path file = folder_.path() / "a.rpb";
+            if (!std::filesystem::exists(file)) return true;
+            std::filesystem::remove(file);
+        }
+        return interrupt_once(number, result);
+    }
+    bool interrupt_once(int number, ChildResult& result) const {
         ChildProcess child(RAYPAGER_PROGRAM, command(smallest_bake_limit()), folder_.path());
         const auto begin = std::chrono::steady_clock::now();
         while (left().empty() && std::chrono::steady_clock::now() - begin < std::chrono::seconds(60))
@@ -100,7 +110,9 @@ void BakeProcesses::expect_within(const char* input, uint64_t primitives, uint64
     if (RAYPAGER_ADDRESS_SANITIZER || RAYPAGER_THREAD_SANITIZER) GTEST_SKIP() << "sanitizers need memory of their own";
     // What the program takes before it begins: libraries, more than anything else.
     write("tiny.pbrt", "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\nShape \"sphere\"\n");
-    const uint64_t own = bake("tiny.pbrt", smallest_bake_limit(), 1);
+    // So short a process may be over before it is looked at: then what was seen of it is less.
+    uint64_t own = 0;
+    for (int i = 0; i < 4; i++) own = std::max(own, bake("tiny.pbrt", smallest_bake_limit(), 1));
     const uint64_t peak = bake(input, smallest_bake_limit(), primitives);
     EXPECT_NE(read("stderr").find("over the disk"), std::string::npos) << read("stderr");
     EXPECT_LE(peak, own + smallest_bake_limit() + allowance);

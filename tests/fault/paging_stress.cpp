@@ -367,6 +367,7 @@ TEST_F(PagingStressOnDevice, WhatIsReadAheadIsNotReadAgain) {
         fault_plan().clear();
         EXPECT_GE(reads, static_cast<int64_t>(scene.blocks.size()));
         EXPECT_LE(reads, static_cast<int64_t>(scene.blocks.size() * 21 / 20));
+        fmt::print("{} readers: {} reads of {} blocks\n", readers, reads, scene.blocks.size());
         ASSERT_TRUE((*device)->kernels().finish().ok());
     }
 }

@@ -57,9 +57,9 @@ TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
         ASSERT_TRUE(all.ok());
         const auto rounds = static_cast<uint32_t>(all->report.paging.rounds);
         uint32_t in_first_group = 0, in_later_group = 0;
-        for (int trial = 0; trial < 12; trial++) {
-            // Both groups of samples are met: the first trials stop early.
-            const uint32_t stop_at = 1 + random() % (trial < 6 ? rounds / 4 : rounds);
+        for (uint32_t trial = 0; trial < 12; trial++) {
+            // Both groups of samples are met: the first trials stop early, each of the others in a sixth of the rounds of its own.
+            const uint32_t stop_at = trial < 6 ? 1 + random() % (rounds / 4) : 1 + rounds * (trial - 6) / 6 + random() % (rounds / 6);
             options_.rounds_under_way = 1 + trial % 2;
             const auto stopped = render_rounds(*file_, options_, stop_at);
             ASSERT_TRUE(stopped.ok()) << stopped.status().message();
