@@ -25,8 +25,16 @@ using Triangle = std::array<uint32_t, 3>;
 struct TriangleMesh {
     std::vector<Float3> positions;
     std::vector<Triangle> triangles;  // indices into positions; counter-clockwise seen from outside
-    std::vector<Float3> normals;      // one a position, or none
+    std::vector<Float3> normals;      // one per position, or none
+    std::vector<uint32_t> colors = {};  // one per position, or none: sRGB, red | green << 8 | blue << 16
 };
+
+// Vertices on their way from a source to a sink.
+struct MeshVertices {
+    std::span<const Float3> positions, normals;  // as many normals as positions, or none
+    std::span<const uint32_t> colors = {};       // likewise; as in TriangleMesh
+};
+MeshVertices vertices_of(const TriangleMesh& mesh);  // attributes that do not match the positions in number are left out
 
 // Row-major affine or projective transform on column vectors, in double precision.
 struct Transform {
@@ -69,8 +77,8 @@ public:
     virtual Status expect(uint64_t vertices, uint64_t triangles) { return (void)vertices, (void)triangles, Status(); }
     // How much memory a source may take beside, to read much at a time. It may change after each call.
     virtual uint64_t buffer_bytes() const { return 0; }
-    // normals: as many as positions, or none; the same choice in every call.
-    virtual Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) = 0;
+    // Which attributes there are is the same in every call.
+    virtual Status vertices(const MeshVertices& vertices) = 0;
     virtual Status triangles(std::span<const Triangle> indices) = 0;  // indices into all vertices that came
 };
 

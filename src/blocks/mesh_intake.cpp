@@ -32,8 +32,10 @@ Status MeshIntake::expect(uint64_t vertices, uint64_t triangles) {
     return {};
 }
 
-Status MeshIntake::vertices(std::span<const Float3> positions, std::span<const Float3> normals) {
+Status MeshIntake::vertices(const MeshVertices& vertices) {
+    const auto& [positions, normals, colors] = vertices;
     RAYPAGER_CHECK(normals.empty() || normals.size() == positions.size());
+    RAYPAGER_CHECK(colors.empty() || colors.size() == positions.size());
     shaded_ |= !normals.empty();
     if (!file_) {
         const auto in_memory = stays(positions.size(), 0, !normals.empty());
@@ -42,11 +44,12 @@ Status MeshIntake::vertices(std::span<const Float3> positions, std::span<const F
             if (!normals.empty()) reserve_huge(mesh_.normals, mesh_.positions.capacity());
             mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
             mesh_.normals.insert(mesh_.normals.end(), normals.begin(), normals.end());
+            mesh_.colors.insert(mesh_.colors.end(), colors.begin(), colors.end());
             return {};
         }
         RAYPAGER_TRY(move_to_file());
     }
-    return append_to_file(positions, normals);
+    return append_to_file(vertices);
 }
 
 Status MeshIntake::triangles(std::span<const Triangle> indices) {
@@ -81,13 +84,14 @@ Status MeshIntake::move_to_file() {
     file_ = std::move(*file);
     TriangleMesh mesh = std::move(mesh_);
     mesh_ = {};
-    RAYPAGER_TRY(append_to_file(mesh.positions, mesh.normals));
+    RAYPAGER_TRY(append_to_file(vertices_of(mesh)));
     std::vector<Float3>().swap(mesh.positions);
     mesh_.triangles.reserve(hooks_.chunk);
     return triangles(mesh.triangles);
 }
 
-Status MeshIntake::append_to_file(std::span<const Float3> positions, std::span<const Float3> normals) {
+Status MeshIntake::append_to_file(const MeshVertices& vertices) {
+    const auto& [positions, normals, colors] = vertices;
     constexpr size_t piece = size_t{1} << 16;
     std::vector<VertexBits> bits;
     for (size_t first = 0; first < positions.size(); first += piece) {

@@ -28,7 +28,7 @@ public:
 
     Status expect(uint64_t vertices, uint64_t triangles) override;
     uint64_t buffer_bytes() const override { return file_ ? 0 : hooks_.buffer_bytes; }
-    Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) override;
+    Status vertices(const MeshVertices& vertices) override;
     Status triangles(std::span<const Triangle> indices) override;
     // At the end of the stream: hands on the last chunk.
     Status finish();
@@ -44,7 +44,7 @@ public:
 private:
     Result<bool> stays(uint64_t more_vertices, uint64_t more_triangles, bool normals);
     Status move_to_file();
-    Status append_to_file(std::span<const Float3> positions, std::span<const Float3> normals);
+    Status append_to_file(const MeshVertices& vertices);
     Status take_chunk();
 
     const Placement& placement_;

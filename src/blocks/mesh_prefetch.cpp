@@ -26,10 +26,11 @@ public:
         reserve_huge(mesh_.triangles, triangles);
         return {};
     }
-    Status vertices(std::span<const Float3> positions, std::span<const Float3> normals) override {
-        RAYPAGER_TRY(check(mesh_.positions.size() + positions.size(), mesh_.triangles.size()));
-        mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
-        mesh_.normals.insert(mesh_.normals.end(), normals.begin(), normals.end());
+    Status vertices(const MeshVertices& vertices) override {
+        RAYPAGER_TRY(check(mesh_.positions.size() + vertices.positions.size(), mesh_.triangles.size()));
+        mesh_.positions.insert(mesh_.positions.end(), vertices.positions.begin(), vertices.positions.end());
+        mesh_.normals.insert(mesh_.normals.end(), vertices.normals.begin(), vertices.normals.end());
+        mesh_.colors.insert(mesh_.colors.end(), vertices.colors.begin(), vertices.colors.end());
         return {};
     }
     Status triangles(std::span<const Triangle> indices) override {

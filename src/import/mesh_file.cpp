@@ -117,8 +117,7 @@ uint64_t MeshFile::bytes_to_read() const {
 Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
     const auto hand_on = [&sink](const TriangleMesh& mesh) -> Status {
         RAYPAGER_TRY(sink.expect(mesh.positions.size(), mesh.triangles.size()));
-        const bool has_normals = mesh.normals.size() == mesh.positions.size();
-        RAYPAGER_TRY(sink.vertices(mesh.positions, has_normals ? std::span(mesh.normals) : std::span<const Float3>()));
+        RAYPAGER_TRY(sink.vertices(vertices_of(mesh)));
         return sink.triangles(mesh.triangles);
     };
     if (auto kept = take_kept()) {

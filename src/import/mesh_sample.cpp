@@ -17,7 +17,7 @@ public:
         stretch_ = std::max<uint64_t>(1, (triangles + most_ - 1) / most_);
         return {};
     }
-    Status vertices(std::span<const Float3>, std::span<const Float3>) override { return {}; }
+    Status vertices(const MeshVertices&) override { return {}; }
     Status triangles(std::span<const Triangle> indices) override {
         for (const Triangle& t : indices) {
             if (count_ % stretch_ == 0) wanted_ = count_ + jitter(count_, stretch_);
@@ -38,8 +38,8 @@ class VertexPicker final : public MeshSink {
 public:
     VertexPicker(std::span<const uint32_t> numbers, MeshSample& sample) : numbers_(numbers), sample_(sample) {}
 
-    Status vertices(std::span<const Float3> positions, std::span<const Float3>) override {
-        for (const Float3& p : positions) {
+    Status vertices(const MeshVertices& vertices) override {
+        for (const Float3& p : vertices.positions) {
             if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) {
                 sample_.lower = {std::min(sample_.lower.x, p.x), std::min(sample_.lower.y, p.y), std::min(sample_.lower.z, p.z)};
                 sample_.upper = {std::max(sample_.upper.x, p.x), std::max(sample_.upper.y, p.y), std::max(sample_.upper.z, p.z)};

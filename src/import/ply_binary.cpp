@@ -131,10 +131,11 @@ private:
     // Gives what has come to the sink.
     Status hand_on() {
         if (!sink_) return {};
-        if (!mesh_.positions.empty()) RAYPAGER_TRY(sink_->vertices(mesh_.positions, mesh_.normals));
+        if (!mesh_.positions.empty()) RAYPAGER_TRY(sink_->vertices({mesh_.positions, mesh_.normals, mesh_.colors}));
         if (!mesh_.triangles.empty()) RAYPAGER_TRY(sink_->triangles(mesh_.triangles));
         mesh_.positions.clear();
         mesh_.normals.clear();
+        mesh_.colors.clear();
         mesh_.triangles.clear();
         return {};
     }
@@ -359,7 +360,7 @@ Status stream_ply_binary(const InputFile& file, const PlyHeader& header, MeshSin
     BinaryReader reader(file, header, *layout, nullptr, issues);
     RAYPAGER_TRY(reader.read());
     const TriangleMesh& mesh = reader.mesh();
-    RAYPAGER_TRY(sink.vertices(mesh.positions, mesh.normals));
+    RAYPAGER_TRY(sink.vertices(vertices_of(mesh)));
     return sink.triangles(mesh.triangles);
 }
 

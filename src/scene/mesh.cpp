@@ -36,6 +36,13 @@ std::string MeshIssues::describe() const {
     return text;
 }
 
+MeshVertices vertices_of(const TriangleMesh& mesh) {
+    MeshVertices vertices{mesh.positions, {}, {}};
+    if (mesh.normals.size() == mesh.positions.size()) vertices.normals = mesh.normals;
+    if (mesh.colors.size() == mesh.positions.size()) vertices.colors = mesh.colors;
+    return vertices;
+}
+
 Status MeshSource::stream(MeshSink& sink, MeshIssues& issues) const {
     TriangleMesh mesh;
     MeshIssues own;
@@ -43,7 +50,7 @@ Status MeshSource::stream(MeshSink& sink, MeshIssues& issues) const {
     own.duplicate = own.non_manifold_edges = 0;
     issues.add(own);
     RAYPAGER_TRY(sink.expect(mesh.positions.size(), mesh.triangles.size()));
-    RAYPAGER_TRY(sink.vertices(mesh.positions, mesh.normals));
+    RAYPAGER_TRY(sink.vertices(vertices_of(mesh)));
     return sink.triangles(mesh.triangles);
 }
 
@@ -70,8 +77,7 @@ Status PointsInMemory::stream(const std::function<Status(std::span<const CloudPo
 
 Status MeshInMemory::stream(MeshSink& sink, MeshIssues&) const {
     RAYPAGER_TRY(sink.expect(mesh_.positions.size(), mesh_.triangles.size()));
-    const bool has_normals = mesh_.normals.size() == mesh_.positions.size();
-    RAYPAGER_TRY(sink.vertices(mesh_.positions, has_normals ? std::span(mesh_.normals) : std::span<const Float3>()));
+    RAYPAGER_TRY(sink.vertices(vertices_of(mesh_)));
     return sink.triangles(mesh_.triangles);
 }
 

@@ -25,6 +25,7 @@ typedef struct rp_material {
 #define RP_LIGHT_DISTANT 3u   // p = unit direction towards the light, radiance = irradiance on a facing surface
 #define RP_LIGHT_POINT 4u     // p = position, radiance = intensity
 #define RP_LIGHT_TWO_SIDED 1u
+#define RP_LIGHT_UNSEEN 2u  // no ray meets its surface: it is found by sampling lights alone
 
 typedef struct rp_light {
     float p[3];
