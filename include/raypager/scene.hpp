@@ -24,8 +24,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct TriangleMesh {
     std::vector<Float3> positions;
-    std::vector<Triangle> triangles;  // indices into positions; counter-clockwise seen from outside
-    std::vector<Float3> normals;      // one per position, or none
+    std::vector<Triangle> triangles;    // indices into positions; counter-clockwise seen from outside
+    std::vector<Float3> normals;        // one per position, or none
     std::vector<uint32_t> colors = {};  // one per position, or none: sRGB, red | green << 8 | blue << 16
 };
 
@@ -160,8 +160,10 @@ struct Shape {
     std::string name;  // for messages
     Transform to_world;
     bool reverse_orientation = false;
-    uint32_t material = 0;                      // index into Scene::materials
-    std::optional<uint32_t> area_light;         // index into Scene::area_lights
+    uint32_t material = 0;               // index into Scene::materials
+    std::optional<uint32_t> area_light;  // index into Scene::area_lights
+    // The colours of its vertices, where the mesh has them, are the reflectance of its material, if that is diffuse.
+    bool vertex_colors = true;
     std::shared_ptr<const MeshSource> mesh;     // or, if null:
     std::shared_ptr<const PointSource> points;  // or, if null:
     SpherePrimitive sphere;

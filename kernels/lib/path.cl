@@ -33,6 +33,15 @@ static inline void rp_set_place(__global uint* status, uint slot_count, uint slo
     status[(size_t)RP_STATUS_WORDS(slot_count) + slot] = place;
 }
 
+#ifdef RP_VERTEX_COLORS
+static inline uint rp_color_of(const __global uint* status, uint slot_count, uint slot) {
+    return status[2u * (size_t)RP_STATUS_WORDS(slot_count) + slot];
+}
+static inline void rp_set_color(__global uint* status, uint slot_count, uint slot, uint color) {
+    status[2u * (size_t)RP_STATUS_WORDS(slot_count) + slot] = color;
+}
+#endif
+
 // What a shadow ray brings if it arrives, from its planes.
 static inline float3 rp_light_in(uint4 hit, uint4 surface) { return (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y)); }
 

@@ -9,6 +9,9 @@ typedef struct rp_surface {
     uint geometric_normal, shading_normal;  // octahedral; of a point: its word (abi/block.h), with its colour, in place of the shading normal
     // 2^(offset_exponent - 150) bounds the rounding error of position along the normal: rays that start here are moved by it.
     uint offset_exponent;
+#ifdef RP_VERTEX_COLORS
+    uint color;  // of a triangle: see rp_blend_colors
+#endif
 } rp_surface;
 
 // Rounding moves a point that is an affine combination of vertices by a few units in the last place of the largest of them; 2^-20 of it,
@@ -37,6 +40,12 @@ static inline bool rp_comes_before(float3 a, float3 b) {
     return a.z < b.z;
 }
 
+// Where the normals, or the colours, of a leaf's vertices begin, if its block has any.
+static inline const __global uint* rp_leaf_attributes(const __global rp_block_header* header, uint2 leaf, bool colors) {
+    const uint skipped = colors && (header->flags & RP_BLOCK_NORMALS) ? header->vertex_count : 0u;
+    return (const __global uint*)((const __global uchar*)header + header->attributes_at) + skipped + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+}
+
 // Which vertices of a strip's leaf are the corners of triangle ref & 3, in its true orientation.
 static inline uint3 rp_strip_corners(uint ref) {
     const uint k = ref & 3u, a = rp_strip_first_vertex(ref, k), b = k + 1u, c = k + 2u;
@@ -44,6 +53,26 @@ static inline uint3 rp_strip_corners(uint ref) {
     const uint turns = popcount(~(ref >> 2) & ((1u << k) - 1u)) + (ref & RP_LEAF_WINDING ? 1u : 0u);
     return turns & 1u ? (uint3)(a, c, b) : (uint3)(a, b, c);
 }
+
+#ifdef RP_VERTEX_COLORS
+// The colour between three corners, with the weights b and c of the second and third, from their colours (abi/block.h): square roots of linear
+// reflectances, of 11, 11 and 10 bits, so that gradients have no steps. Without fused operations, as above.
+static inline uint rp_blend_colors(uint first, uint second, uint third, float b, float c) {
+    const float a = 1.0f - b - c;
+    uint blended = 0u;
+    for (uint k = 0u; k < 3u; k++) {
+        const float x = (float)(first >> 8u * k & 255u), y = (float)(second >> 8u * k & 255u), z = (float)(third >> 8u * k & 255u);
+        const float linear = rp_add(rp_add(rp_mul(a, rp_mul(x, x)), rp_mul(b, rp_mul(y, y))), rp_mul(c, rp_mul(z, z)));
+        const float most = k == 2u ? 1023.0f : 2047.0f, root = rp_mul(sqrt(rp_max(linear, 0.0f)), most / 255.0f);
+        blended |= (uint)rp_min(rp_add(root, 0.5f), most) << 11u * k;
+    }
+    return blended;
+}
+static inline float3 rp_blended_reflectance(uint color) {
+    const float3 root = (float3)((float)(color & 2047u) / 2047.0f, (float)(color >> 11 & 2047u) / 2047.0f, (float)(color >> 22) / 1023.0f);
+    return root * root;
+}
+#endif
 
 #ifdef RP_SURFACE_LANES
 // Where streams find the surfaces of eight or sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
@@ -56,6 +85,9 @@ static inline uint3 rp_strip_corners(uint ref) {
 typedef struct rp_triangle {
     float3 corner[3];
     uint normal[3];
+#ifdef RP_VERTEX_COLORS
+    uint color[3];
+#endif
 } rp_triangle;
 
 // Triangle ref & 3 of a strip.
@@ -65,13 +97,18 @@ static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref
     const uint number[3] = {rp_vertex_number(leaf, corners.x), rp_vertex_number(leaf, corners.y), rp_vertex_number(leaf, corners.z)};
     const rp_vertices vertices = rp_leaf_vertices(block, leaf);
     const __global uchar* const base = rp_block_of_nodes(block->nodes);
-    const uint normals_at = ((const __global rp_block_header*)base)->normals_at;
-    const __global uint* normals = (const __global uint*)(base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+    const __global rp_block_header* const header = (const __global rp_block_header*)base;
+    const __global uint* normals = rp_leaf_attributes(header, leaf, false);
+    const bool has_normals = (header->flags & RP_BLOCK_NORMALS) != 0u;
     rp_triangle triangle;
     for (uint i = 0u; i < 3u; i++) {
         triangle.corner[i] = rp_vertex(&vertices, number[i]);
-        triangle.normal[i] = normals_at != 0u ? normals[number[i]] : RP_NONE;
+        triangle.normal[i] = has_normals ? normals[number[i]] : RP_NONE;
     }
+#ifdef RP_VERTEX_COLORS
+    const __global uint* colors = rp_leaf_attributes(header, leaf, true);
+    for (uint i = 0u; i < 3u; i++) triangle.color[i] = header->flags & RP_BLOCK_COLORS ? colors[number[i]] : RP_NONE;
+#endif
     return triangle;
 }
 
@@ -84,6 +121,13 @@ static inline uint rp_shading_normal(const rp_triangle* triangle, uint turns, fl
     return dot(n, n) > 1e-12f ? rp_encode_normal(n) : normal;
 }
 
+#ifdef RP_VERTEX_COLORS
+// Likewise of the colour.
+static inline uint rp_triangle_color(const rp_triangle* triangle, uint turns, float b, float c) {
+    return rp_blend_colors(triangle->color[turns], triangle->color[turns == 2u ? 0u : turns + 1u], triangle->color[turns == 0u ? 2u : turns - 1u], b, c);
+}
+#endif
+
 static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
     const rp_triangle triangle = rp_strip_triangle(block, ref);
     const rp_vector_1 a = rp_vector_of(triangle.corner[0]), b = rp_vector_of(triangle.corner[1]), c = rp_vector_of(triangle.corner[2]);
@@ -93,6 +137,9 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     s.geometric_normal = point.normal;
     s.shading_normal = rp_shading_normal(&triangle, (uint)point.turns, point.b, point.c, point.normal);
     s.offset_exponent = point.offset_exponent;
+#ifdef RP_VERTEX_COLORS
+    s.color = rp_triangle_color(&triangle, (uint)point.turns, point.b, point.c);
+#endif
     return s;
 }
 #else
@@ -122,9 +169,9 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     s.shading_normal = s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
     const __global uchar* const base = rp_block_of_nodes(block->nodes);
-    const uint normals_at = ((const __global rp_block_header*)base)->normals_at;
-    if (normals_at != 0u) {
-        const __global uint* normals = (const __global uint*)(base + normals_at) + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+    const __global rp_block_header* const header = (const __global rp_block_header*)base;
+    if (header->flags & RP_BLOCK_NORMALS) {
+        const __global uint* normals = rp_leaf_attributes(header, leaf, false);
         const uint na = normals[number.x], nb = normals[number.y], nc = normals[number.z];
         if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
             const float3 n = rp_sum(rp_sum(rp_scaled(1.0f - bb - bc, rp_decode_normal(na)), rp_scaled(bb, rp_decode_normal(nb))),
@@ -132,6 +179,10 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
             if (rp_squared_length(n) > 1e-12f) s.shading_normal = rp_encode_normal(n);
         }
     }
+#ifdef RP_VERTEX_COLORS
+    const __global uint* colors = rp_leaf_attributes(header, leaf, true);
+    s.color = header->flags & RP_BLOCK_COLORS ? rp_blend_colors(colors[number.x], colors[number.y], colors[number.z], bb, bc) : RP_NONE;
+#endif
     return s;
 }
 #endif
@@ -145,6 +196,9 @@ static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint
     s.geometric_normal = rp_encode_normal(normal);
     s.shading_normal = ref & RP_LEAF_POINTS ? record.w : s.geometric_normal;
     s.offset_exponent = rp_offset_exponent(rp_largest(sphere.xyz) + sphere.w);
+#ifdef RP_VERTEX_COLORS
+    s.color = RP_NONE;
+#endif
     return s;
 }
 

@@ -24,6 +24,9 @@
 typedef struct rp_wide_surfaces {
     float position[3][RP_STREAM_RAYS];
     uint geometric_normal[RP_STREAM_RAYS], shading_normal[RP_STREAM_RAYS], offset_exponent[RP_STREAM_RAYS];
+#ifdef RP_VERTEX_COLORS
+    uint color[RP_STREAM_RAYS];
+#endif
 } rp_wide_surfaces;
 
 static inline rp_triangle rp_leaf_triangle(const __global rp_wide_leaf* leaf, uint k) {
@@ -36,6 +39,10 @@ static inline rp_triangle rp_leaf_triangle(const __global rp_wide_leaf* leaf, ui
         triangle.corner[i] = (float3)(at[number[i]], at[vertices + number[i]], at[2u * vertices + number[i]]);
         triangle.normal[i] = leaf->flags & RP_WIDE_NORMALS ? rp_leaf_ids(leaf)[count + number[i]] : RP_NONE;
     }
+#ifdef RP_VERTEX_COLORS
+    const __global uint* colors = rp_leaf_ids(leaf) + count + (leaf->flags & RP_WIDE_NORMALS ? vertices : 0u);
+    for (uint i = 0u; i < 3u; i++) triangle.color[i] = leaf->flags & RP_WIDE_COLORS ? colors[number[i]] : RP_NONE;
+#endif
     return triangle;
 }
 
@@ -63,7 +70,7 @@ static inline void rp_find_some_surfaces(const rp_stream* s, uint first, rp_wide
         const uint r = first + lane;
         const bool hit = (hits >> lane & 1u) != 0u;
         const __global rp_wide_leaf* leaf = rp_hit_leaf(s, r);
-        if (hit && (leaf->kind == RP_WIDE_SPHERES || leaf->flags & RP_WIDE_NORMALS)) special |= 1u << lane;
+        if (hit && (leaf->kind == RP_WIDE_SPHERES || leaf->flags & (RP_WIDE_NORMALS | RP_WIDE_COLORS))) special |= 1u << lane;
         if (!hit || leaf->kind == RP_WIDE_SPHERES) {
             for (uint i = 0u; i < 9u; i++) corner[i][lane] = i % 4u == 0u ? 1.0f : 0.0f;  // any triangle will do
             continue;
@@ -105,6 +112,9 @@ static inline void rp_find_some_surfaces(const rp_stream* s, uint first, rp_wide
         } else {
             const rp_triangle triangle = rp_leaf_triangle(leaf, rp_hit_number(s, r));
             surfaces->shading_normal[r] = rp_shading_normal(&triangle, (uint)turns[lane], b[lane], c[lane], surfaces->geometric_normal[r]);
+#ifdef RP_VERTEX_COLORS
+            surfaces->color[r] = rp_triangle_color(&triangle, (uint)turns[lane], b[lane], c[lane]);
+#endif
         }
     }
 }

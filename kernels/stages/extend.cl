@@ -72,6 +72,9 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
             ray.direction = as_float3(RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).xyz);
             const rp_surface s = rp_hit_surface(geometry, &ray, hit);
             offset_exponent = s.offset_exponent;
+#ifdef RP_VERTEX_COLORS
+            rp_set_color(status, slot_count, slot, s.color);
+#endif
             RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(hit->t);
             RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, hit));
             const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot).z;

@@ -59,6 +59,9 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
     uint offset_exponent = rp_state_offset(state), block = state & RP_STATUS_BLOCK_MASK, connected = state & (RP_STATUS_CONNECTED | RP_STATUS_LIT);
     if (has_hit) {
         offset_exponent = surfaces->offset_exponent[r];
+#ifdef RP_VERTEX_COLORS
+        rp_set_color(status, slot_count, slot, surfaces->color[r]);
+#endif
         block = rp_block_state(rp_hit_leaf(s, r)->block);
         if (connected != 0u && portal != RP_NONE) {
             rp_settle_connection(slot, state, slot_count, paths);

@@ -38,6 +38,9 @@ static inline void rp_finish(__global uint* status, uint slot, __global uint* fi
 // What the planes hold at the end of an extension ray.
 typedef struct rp_arrival_planes {
     uint4 origin, direction, throughput, radiance, hit, surface;
+#ifdef RP_VERTEX_COLORS
+    uint color;
+#endif
 } rp_arrival_planes;
 
 // A path that has come to a surface from which it may go on.
@@ -76,6 +79,9 @@ static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* 
     p->origin.w = found.z;
     p->hit = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, &hit));
     p->surface.xy = (uint2)(s.geometric_normal, s.shading_normal);
+#ifdef RP_VERTEX_COLORS
+    p->color = s.color;
+#endif
     *state = RP_STATUS_SHADE | s.offset_exponent << RP_STATUS_OFFSET_SHIFT;
 }
 #define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
@@ -119,6 +125,9 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         p.hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
         p.surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
     }
+#ifdef RP_VERTEX_COLORS
+    p.color = rp_color_of(status, slot_count, slot);
+#endif
 #ifdef RP_SHORT_STATES
     rp_unfold(geometry, &params->camera, &p, &state);
 #else
@@ -147,6 +156,10 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const __global rp_material* material = materials + range->material;
     const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u;
     const float3 root = (float3)(p.surface.y >> 8 & 255u, p.surface.y >> 16 & 255u, p.surface.y >> 24) / 255.0f;
+    float3 reflectance = colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
+#ifdef RP_VERTEX_COLORS
+    if (range->flags & RP_RANGE_VERTEX_COLOR) reflectance = rp_blended_reflectance(p.color);
+#endif
     arrival->slot = slot;
     arrival->state = state;
     arrival->material = material;
@@ -155,7 +168,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     vertex->direction = rp_vector_of(direction);
     vertex->throughput = rp_vector_of(throughput);
     vertex->position = rp_vector_of(as_float3(p.hit.xyz));
-    vertex->reflectance = rp_vector_of(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
+    vertex->reflectance = rp_vector_of(reflectance);
     vertex->offset = rp_offset_distance(rp_state_offset(state));
     vertex->geometric_normal = p.surface.x;
     vertex->shading_normal = colored ? p.surface.x : p.surface.y;

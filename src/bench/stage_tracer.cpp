@@ -69,12 +69,12 @@ Status StageTracer::make_slots(uint64_t count) {
         Buffer& buffer;
         uint64_t bytes;
     };
-    const Part parts[] = {{status_, 2 * RP_STATUS_WORDS(count) * sizeof(uint32_t)},
+    const Part parts[] = {{status_, 3 * RP_STATUS_WORDS(count) * sizeof(uint32_t)},
                           {paths_, count * RP_PATH_PLANES * sizeof(Word4)},
                           {queue_, count * sizeof(uint32_t)},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t)},
                           {film_, RP_FILM_WORDS * sizeof(uint32_t)},
-                          {kept_status_, 2 * RP_STATUS_WORDS(count) * sizeof(uint32_t)},
+                          {kept_status_, 3 * RP_STATUS_WORDS(count) * sizeof(uint32_t)},
                           {kept_paths_, count * RP_PATH_PLANES * sizeof(Word4)},
                           {kept_counters_, RP_COUNTER_WORDS * sizeof(uint32_t)}};
     for (const Part& part : parts) {

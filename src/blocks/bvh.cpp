@@ -28,7 +28,10 @@ public:
         treelets_ = build_split_tree(refs, RP_BLOCK_MAX_DEPTH, most_covered);
         add_node(0, 0);
         bvh_.vertices = table_.take();
-        for (const VertexBits& vertex : bvh_.vertices) bvh_.has_normals |= vertex.normal != RP_NONE;
+        for (const VertexBits& vertex : bvh_.vertices) {
+            bvh_.attributes.normals |= vertex.normal != RP_NONE;
+            bvh_.attributes.colors |= vertex.color != RP_NONE;
+        }
     }
 
     Bvh take() { return std::move(bvh_); }

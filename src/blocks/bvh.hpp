@@ -38,7 +38,7 @@ struct Bvh {
     // Nodes where rays enter, from left to right; every leaf is beneath exactly one.
     std::vector<uint32_t> portals;
     uint32_t triangles = 0;
-    bool has_normals = false;
+    VertexAttributes attributes;  // that any vertex has
 };
 
 // Builds the tree over refs (which are reordered; not empty) with at most sub_boxes portals.

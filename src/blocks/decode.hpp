@@ -15,6 +15,7 @@ struct DecodedTriangle {
     uint32_t id;
     Float3 vertices[3];   // counter-clockwise seen from the side of the normal; which comes first is not kept
     uint32_t normals[3];  // octahedral; RP_NONE: none
+    uint32_t colors[3];   // as in abi/block.h; RP_NONE: none
 };
 
 struct DecodedSphere {
@@ -34,7 +35,8 @@ struct BlockView {
     std::span<const rp_sphere> spheres;
     std::span<const rp_u32> sphere_ids;  // one a sphere
     std::vector<rp_u32> ids;             // RP_LEAF_MAX_PRIMITIVES a leaf, decoded; those that a leaf does not use may be anything
-    std::span<const rp_u32> normals;     // one a vertex, or none
+    std::span<const rp_u32> normals;     // one per vertex, or none
+    std::span<const rp_u32> colors;      // likewise
 };
 
 struct DecodedLeaf {

@@ -64,7 +64,8 @@ void place_triangle(World& world, const std::byte* bytes, size_t primitive) {
     std::memcpy(&record, bytes, sizeof record);
     const auto base = static_cast<uint32_t>(3 * primitive);
     std::copy_n(record.vertices, 3, &world.positions[base]);
-    if constexpr (std::is_same_v<Record, ShadedTriangleRecord>) std::copy_n(record.normals, 3, &world.normals[base]);
+    if constexpr (requires { record.normals; }) std::copy_n(record.normals, 3, &world.normals[base]);
+    if constexpr (requires { record.colors; }) std::copy_n(record.colors, 3, &world.colors[base]);
     world.primitives[primitive] = {base, base + 1, base + 2};
     world.ids[primitive] = record.id;
 }
@@ -111,10 +112,12 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
 
 Result<World> load_bucket(const Bucket& bucket) {
     World world;
-    const uint64_t shaded = bucket.lists[shaded_records].count, triangles = bucket.lists[triangle_records].count + shaded;
+    const uint64_t colored = bucket.lists[colored_records].count, shaded = bucket.lists[shaded_records].count + colored;
+    const uint64_t triangles = bucket.lists[triangle_records].count + shaded;
     RAYPAGER_CHECK(3 * triangles < RP_NONE);
     world.positions.resize(3 * triangles);
     if (shaded) world.normals.resize(3 * triangles, RP_NONE);
+    if (colored) world.colors.resize(3 * triangles, RP_NONE);
     world.spheres.resize(bucket.lists[sphere_records].count);
     resize_huge(world.primitives, bucket.primitives());
     resize_huge(world.ids, bucket.primitives());
@@ -126,6 +129,7 @@ Result<World> load_bucket(const Bucket& bucket) {
                 const std::byte* const record = &records[i * record_bytes[kind]];
                 if (kind == triangle_records) place_triangle<TriangleRecord>(world, record, before + first + i);
                 if (kind == shaded_records) place_triangle<ShadedTriangleRecord>(world, record, before + first + i);
+                if (kind == colored_records) place_triangle<ColoredTriangleRecord>(world, record, before + first + i);
                 if (kind == sphere_records) place_sphere(world, record, before + first + i, first + i);
             }
         }));

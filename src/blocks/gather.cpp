@@ -13,6 +13,7 @@
 #include "blocks/mesh_intake.hpp"
 #include "blocks/mesh_prefetch.hpp"
 #include "blocks/placement.hpp"
+#include "blocks/point_code.hpp"
 #include "blocks/spiller.hpp"
 #include "scene/clean_mesh.hpp"
 
@@ -39,11 +40,11 @@ public:
     uint64_t memory_bytes(uint64_t more) const {
         const auto bytes = [](const auto& array) { return array.size() * sizeof array[0]; };
         const auto moved = [&](const auto& array) { return (array.capacity() - array.size()) * sizeof array[0] <= more ? bytes(array) : 0; };
-        const auto& [positions, normals, primitives, spheres, ids, bounds] = world_;
+        const auto& [positions, normals, colors, primitives, spheres, ids, bounds] = world_;
         // Of a vertex: its normal, which may be still to come, and how many triangles share it.
-        const uint64_t others = positions.size() * (sizeof normals[0] + 1);
+        const uint64_t others = positions.size() * (sizeof normals[0] + 1) + bytes(colors);
         return bytes(positions) + others + bytes(primitives) + bytes(spheres) +
-               std::max({moved(positions), moved(normals), moved(primitives), moved(spheres), primitives.size() * cut_memory});
+               std::max({moved(positions), moved(normals), moved(colors), moved(primitives), moved(spheres), primitives.size() * cut_memory});
     }
     // Whether vertices of a mesh of so many bytes can be numbered besides those that are there.
     bool can_number(uint64_t mesh_bytes) const { return world_.positions.size() + mesh_bytes / least_vertex_bytes < index_limit; }
@@ -54,6 +55,7 @@ public:
         grow_huge(world_.positions, base + mesh.positions.size(), expected(base + mesh.positions.size(), sizeof(Float3), share));
         place_positions(placement, mesh);
         place_normals(placement, mesh, base);
+        place_colors(mesh, base);
         RAYPAGER_TRY(check_range(shape, mesh, base));
         if (mesh.positions.size() > own_vertices_of_a_soup * mesh.triangles.size()) weld(mesh, base);
         place_triangles(placement, mesh, static_cast<uint32_t>(base), issues, share);
@@ -111,6 +113,14 @@ private:
         });
     }
 
+    void place_colors(const TriangleMesh& mesh, uint64_t base) {
+        if (mesh.colors.empty() && world_.colors.empty()) return;
+        world_.colors.resize(world_.positions.size(), RP_NONE);
+        parallel_for(mesh.colors.size(), piece_items, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) world_.colors[base + i] = point_color_code(mesh.colors[i]);
+        });
+    }
+
     // Makes vertices one that are alike in every bit. Blocks do so in any case, but here it saves memory, and how many bytes a triangle
     // will take is estimated by who shares its vertices.
     void weld(TriangleMesh& mesh, uint64_t base) {
@@ -120,9 +130,11 @@ private:
         const auto& vertices = table.vertices();
         world_.positions.resize(base + vertices.size());
         if (!world_.normals.empty()) world_.normals.resize(world_.positions.size());
+        if (!world_.colors.empty()) world_.colors.resize(world_.positions.size());
         for (size_t i = 0; i < vertices.size(); i++) {
             world_.positions[base + i] = vertices[i].position;
             if (!world_.normals.empty()) world_.normals[base + i] = vertices[i].normal;
+            if (!world_.colors.empty()) world_.colors[base + i] = vertices[i].color;
         }
     }
 
@@ -199,6 +211,7 @@ public:
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
+        colored_ = false;
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
         RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
         if (count() >= index_limit || out_.world.positions.size() >= index_limit) return too_many(shape);
@@ -240,16 +253,20 @@ private:
             fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
     }
     uint64_t count() const { return spiller_ ? spiller_->count() : store_.count(); }
+    static VertexAttributes attributes_of(const TriangleMesh& mesh) { return {!mesh.normals.empty(), !mesh.colors.empty()}; }
 
     Status add_mesh(const Shape& shape, std::optional<MeshPrefetch::Loaded> loaded) {
         if (!loaded) return stream_mesh(shape);
         RAYPAGER_TRY(loaded->status);
-        const TriangleMesh& mesh = loaded->mesh;
-        const auto room = fits(MeshIntake::memory_bytes(mesh.positions.size(), mesh.triangles.size(), !mesh.normals.empty()));
+        TriangleMesh& mesh = loaded->mesh;
+        if (!shape.vertex_colors) mesh.colors = {};
+        const VertexAttributes attributes = attributes_of(mesh);
+        const auto room = fits(MeshIntake::memory_bytes(mesh.positions.size(), mesh.triangles.size(), attributes));
         if (!room) return room.status();
         const uint64_t first = count();
-        RAYPAGER_TRY(add_whole(shape, Placement(shape, position_cell_), loaded->mesh, loaded->issues));
-        if (spiller_) add_weight(count() - first, mesh.positions.size(), !mesh.normals.empty());
+        RAYPAGER_TRY(add_whole(shape, Placement(shape, position_cell_), mesh, loaded->issues));
+        if (spiller_) add_weight(count() - first, mesh.positions.size(), attributes);
+        colored_ = attributes.colors;
         out_.issues.add(loaded->issues);
         return {};
     }
@@ -257,12 +274,13 @@ private:
     Status stream_mesh(const Shape& shape) {
         MeshIssues issues;
         const Placement placement(shape, position_cell_);
-        MeshIntake intake(placement, issues,
-                          {[this](uint64_t bytes) { return fits(bytes); },
-                           [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded) {
-                               return spill({shape, placement, indices, corners, shaded}, issues);
-                           },
-                           limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }, buffer_});
+        MeshIntake intake(
+            placement, issues,
+            {[this](uint64_t bytes) { return fits(bytes); },
+             [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, const VertexAttributes& attributes) {
+                 return spill({shape, placement, indices, corners, attributes}, issues);
+             },
+             limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }, shape.vertex_colors, buffer_});
         const uint64_t first = count();
         RAYPAGER_TRY(shape.mesh->stream(intake, issues));
         RAYPAGER_TRY(intake.finish());
@@ -272,7 +290,8 @@ private:
         } else {
             issues.not_compared += count() - first;
         }
-        if (spiller_) add_weight(count() - first, intake.vertices(), intake.shaded());
+        if (spiller_) add_weight(count() - first, intake.vertices(), intake.attributes());
+        colored_ = intake.attributes().colors;
         out_.issues.add(issues);
         return {};
     }
@@ -290,7 +309,7 @@ private:
         if (!spiller) return spiller.status();
         RAYPAGER_TRY((*spiller)->add(out_.world, limits_.memory.chunk_triangles));
         spiller_ = std::move(*spiller);
-        add_weight(spiller_->triangles(), out_.world.positions.size(), !out_.world.normals.empty());
+        add_weight(spiller_->triangles(), out_.world.positions.size(), out_.world.attributes());
         out_.world = {};
         return {};
     }
@@ -308,7 +327,7 @@ private:
     }
 
     Status spill_whole(const Shape& shape, const Placement& placement, const TriangleMesh& mesh, MeshIssues& issues) {
-        const bool shaded = !mesh.normals.empty();
+        const VertexAttributes attributes = attributes_of(mesh);
         std::vector<VertexBits> corners;
         for (size_t first = 0; first < mesh.triangles.size(); first += limits_.memory.chunk_triangles) {
             const auto indices = std::span(mesh.triangles).subspan(first, std::min(limits_.memory.chunk_triangles, mesh.triangles.size() - first));
@@ -316,10 +335,11 @@ private:
             parallel_for(indices.size(), piece_items, [&](size_t begin, size_t end) {
                 for (size_t i = 3 * begin; i < 3 * end; i++) {
                     const uint32_t v = indices[i / 3][i % 3];
-                    corners[i] = {mesh.positions[v], shaded ? placement.normal(mesh.normals[v]) : RP_NONE};
+                    corners[i] = {mesh.positions[v], attributes.normals ? placement.normal(mesh.normals[v]) : RP_NONE,
+                                  attributes.colors ? point_color_code(mesh.colors[v]) : RP_NONE};
                 }
             });
-            RAYPAGER_TRY(spill({shape, placement, indices, corners, shaded}, issues));
+            RAYPAGER_TRY(spill({shape, placement, indices, corners, attributes}, issues));
         }
         return {};
     }
@@ -329,10 +349,10 @@ private:
         return spiller_->add(triangles, light_, out_.lights, issues);
     }
 
-    void add_weight(uint64_t triangles, uint64_t vertices, bool shaded) {
+    void add_weight(uint64_t triangles, uint64_t vertices, const VertexAttributes& attributes) {
         if (triangles == 0) return;
         const float own = static_cast<float>(static_cast<double>(vertices) / static_cast<double>(triangles));
-        out_.weight += triangles * triangle_weight(std::clamp(own, 0.5f, 3.0f), shaded);
+        out_.weight += triangles * triangle_weight(std::clamp(own, 0.5f, 3.0f), attributes);
     }
 
     Status add_sphere(const Shape& shape) {
@@ -388,7 +408,7 @@ private:
 
     // Shapes of the same material that do not shine share a range.
     void add_range(const Shape& shape, uint32_t first, uint32_t first_light) {
-        const rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0;
+        const rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : colored_ ? RP_RANGE_VERTEX_COLOR : 0;
         const rp_primitive_range range = {first, shape.material, light_ ? first_light : RP_NONE, flags};
         const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().flags == range.flags &&
                            out_.ranges.back().first_light == RP_NONE && range.first_light == RP_NONE;
@@ -410,6 +430,7 @@ private:
     uint64_t bytes_begun_ = 0;          // of the meshes up to the one at hand
     size_t index_ = 0;                  // of the shape at hand
     const AreaLight* light_ = nullptr;  // that shape's, if it shines
+    bool colored_ = false;              // that shape's vertices have colours
 };
 
 }  // namespace

@@ -4,27 +4,28 @@
 
 #include "base/check.hpp"
 #include "base/huge_pages.hpp"
+#include "blocks/point_code.hpp"
 
 namespace raypager {
 
 // Besides the mesh itself: what looking for duplicate triangles and edges takes (scene/clean_mesh.cpp).
-uint64_t MeshIntake::memory_bytes(uint64_t vertices, uint64_t triangles, bool normals) {
-    return vertices * ((normals ? 24 : 12) + 8) + triangles * (12 + 12);
+uint64_t MeshIntake::memory_bytes(uint64_t vertices, uint64_t triangles, const VertexAttributes& attributes) {
+    return vertices * ((attributes.normals ? 24 : 12) + (attributes.colors ? 4 : 0) + 8) + triangles * (12 + 12);
 }
 
-Result<bool> MeshIntake::stays(uint64_t more_vertices, uint64_t more_triangles, bool normals) {
+Result<bool> MeshIntake::stays(uint64_t more_vertices, uint64_t more_triangles) {
     uint64_t vertices = mesh_.positions.size() + more_vertices, triangles = mesh_.triangles.size() + more_triangles;
     // A vector that grows step by step takes up to three times its size on the way.
     if (vertices > mesh_.positions.capacity()) vertices *= 3;
     if (triangles > mesh_.triangles.capacity()) triangles *= 3;
-    return hooks_.fits(memory_bytes(std::max(vertices, expected_vertices_), std::max(triangles, expected_triangles_), normals));
+    return hooks_.fits(memory_bytes(std::max(vertices, expected_vertices_), std::max(triangles, expected_triangles_), attributes_));
 }
 
 Status MeshIntake::expect(uint64_t vertices, uint64_t triangles) {
     RAYPAGER_CHECK(mesh_.positions.empty() && mesh_.triangles.empty());
     expected_vertices_ = vertices;
     expected_triangles_ = triangles;
-    const auto in_memory = hooks_.fits(memory_bytes(vertices, triangles, true));
+    const auto in_memory = hooks_.fits(memory_bytes(vertices, triangles, {.normals = true, .colors = false}));
     if (!in_memory) return in_memory.status();
     if (!*in_memory) return move_to_file();
     reserve_huge(mesh_.positions, vertices);
@@ -33,12 +34,14 @@ Status MeshIntake::expect(uint64_t vertices, uint64_t triangles) {
 }
 
 Status MeshIntake::vertices(const MeshVertices& vertices) {
-    const auto& [positions, normals, colors] = vertices;
+    auto [positions, normals, colors] = vertices;
+    if (!hooks_.colors) colors = {};
     RAYPAGER_CHECK(normals.empty() || normals.size() == positions.size());
     RAYPAGER_CHECK(colors.empty() || colors.size() == positions.size());
-    shaded_ |= !normals.empty();
+    attributes_.normals |= !normals.empty();
+    attributes_.colors |= !colors.empty();
     if (!file_) {
-        const auto in_memory = stays(positions.size(), 0, !normals.empty());
+        const auto in_memory = stays(positions.size(), 0);
         if (!in_memory) return in_memory.status();
         if (*in_memory) {
             if (!normals.empty()) reserve_huge(mesh_.normals, mesh_.positions.capacity());
@@ -49,12 +52,12 @@ Status MeshIntake::vertices(const MeshVertices& vertices) {
         }
         RAYPAGER_TRY(move_to_file());
     }
-    return append_to_file(vertices);
+    return append_to_file({positions, normals, colors});
 }
 
 Status MeshIntake::triangles(std::span<const Triangle> indices) {
     if (!file_) {
-        const auto in_memory = stays(0, indices.size(), shaded_);
+        const auto in_memory = stays(0, indices.size());
         if (!in_memory) return in_memory.status();
         if (!*in_memory) RAYPAGER_TRY(move_to_file());
     }
@@ -96,7 +99,9 @@ Status MeshIntake::append_to_file(const MeshVertices& vertices) {
     std::vector<VertexBits> bits;
     for (size_t first = 0; first < positions.size(); first += piece) {
         bits.resize(std::min(piece, positions.size() - first));
-        for (size_t i = 0; i < bits.size(); i++) bits[i] = {positions[first + i], normals.empty() ? RP_NONE : placement_.normal(normals[first + i])};
+        for (size_t i = 0; i < bits.size(); i++)
+            bits[i] = {positions[first + i], normals.empty() ? RP_NONE : placement_.normal(normals[first + i]),
+                       colors.empty() ? RP_NONE : point_color_code(colors[first + i])};
         RAYPAGER_TRY(file_->append(bits));
     }
     return {};
@@ -105,7 +110,7 @@ Status MeshIntake::append_to_file(const MeshVertices& vertices) {
 Status MeshIntake::take_chunk() {
     corners_.resize(3 * mesh_.triangles.size());
     RAYPAGER_TRY(file_->fetch(mesh_.triangles, corners_));
-    RAYPAGER_TRY(hooks_.take(mesh_.triangles, corners_, shaded_));
+    RAYPAGER_TRY(hooks_.take(mesh_.triangles, corners_, attributes_));
     mesh_.triangles.clear();
     return {};
 }

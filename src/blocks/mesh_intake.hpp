@@ -18,10 +18,11 @@ public:
         // Whether a mesh that takes so many bytes may stay in memory. Asked again and again while it grows.
         std::function<Result<bool>(uint64_t bytes)> fits;
         // Takes a chunk; corners as Spiller has them.
-        std::function<Status(std::span<const Triangle> indices, std::span<const VertexBits> corners, bool shaded)> take;
+        std::function<Status(std::span<const Triangle> indices, std::span<const VertexBits> corners, const VertexAttributes& attributes)> take;
         std::filesystem::path beside;                   // where the vertices go
         size_t chunk = 0;                               // triangles
         std::function<void(double fraction)> progress;  // of a mesh that is taken in chunks
+        bool colors = true;                             // of vertices are wanted
         uint64_t buffer_bytes = 0;                      // that the source may take beside, while the mesh is in memory
     };
     MeshIntake(const Placement& placement, MeshIssues& issues, Hooks hooks) : placement_(placement), issues_(issues), hooks_(std::move(hooks)) {}
@@ -36,13 +37,13 @@ public:
     bool whole() const { return !file_; }
     TriangleMesh& mesh() { return mesh_; }
     uint64_t vertices() const { return file_ ? file_->size() : mesh_.positions.size(); }
-    bool shaded() const { return shaded_; }
+    const VertexAttributes& attributes() const { return attributes_; }
 
     // Bytes that a mesh takes in memory while it is looked at.
-    static uint64_t memory_bytes(uint64_t vertices, uint64_t triangles, bool normals);
+    static uint64_t memory_bytes(uint64_t vertices, uint64_t triangles, const VertexAttributes& attributes);
 
 private:
-    Result<bool> stays(uint64_t more_vertices, uint64_t more_triangles, bool normals);
+    Result<bool> stays(uint64_t more_vertices, uint64_t more_triangles);
     Status move_to_file();
     Status append_to_file(const MeshVertices& vertices);
     Status take_chunk();
@@ -54,7 +55,7 @@ private:
     std::optional<VertexFile> file_;
     std::vector<VertexBits> corners_;
     uint64_t expected_vertices_ = 0, expected_triangles_ = 0, triangles_seen_ = 0;
-    bool shaded_ = false;
+    VertexAttributes attributes_;
 };
 
 }  // namespace raypager

@@ -111,10 +111,17 @@ private:
         std::vector<Float3> positions;
         for (const uint32_t v : windows_.sequence()) {
             positions.push_back(bvh_.vertices[v].position);
-            normals_.push_back(bvh_.vertices[v].normal);
         }
+        if (bvh_.attributes.normals) add_attribute(RP_BLOCK_NORMALS, &VertexBits::normal);
+        if (bvh_.attributes.colors) add_attribute(RP_BLOCK_COLORS, &VertexBits::color);
         positions_ = code_positions(positions, position_cell_, header_);
         coded_ids_ = code_ids(ids_, header_);
+        header_.flags |= attribute_flags_;
+    }
+
+    void add_attribute(rp_u32 flag, uint32_t VertexBits::*attribute) {
+        attribute_flags_ |= flag;
+        for (const uint32_t v : windows_.sequence()) attributes_.push_back(bvh_.vertices[v].*attribute);
     }
 
     bool layout(uint64_t limit) {
@@ -129,7 +136,7 @@ private:
         header_.vertices_at = section(positions_.size());
         header_.spheres_at = section(spheres_.size() * (sizeof(rp_sphere) + sizeof(rp_u32)));
         header_.ids_at = section(coded_ids_.size());
-        header_.normals_at = bvh_.has_normals ? section(normals_.size() * sizeof(rp_u32)) : 0;
+        header_.attributes_at = attribute_flags_ ? section(attributes_.size() * sizeof(rp_u32)) : 0;
         end = align(end, RP_BLOCK_ALIGNMENT);
         if (end > limit) return false;
         header_.bytes = static_cast<rp_u32>(end);
@@ -159,7 +166,7 @@ private:
         put(header_.spheres_at, spheres_);
         put(header_.spheres_at + static_cast<rp_u32>(spheres_.size() * sizeof(rp_sphere)), sphere_ids_);
         put(header_.ids_at, coded_ids_);
-        if (header_.normals_at) put(header_.normals_at, normals_);
+        if (header_.attributes_at) put(header_.attributes_at, attributes_);
     }
 
     static_assert(sizeof(rp_block_header) == 128 && sizeof(rp_node) == 32 && sizeof(rp_leaf) == 8);
@@ -175,7 +182,8 @@ private:
     rp_u32 crown_nodes_ = 0, crown_portals_ = 0;  // so far
     std::vector<rp_leaf> leaves_;
     std::vector<rp_sphere> spheres_;
-    std::vector<rp_u32> sphere_ids_, ids_, normals_;
+    std::vector<rp_u32> sphere_ids_, ids_, attributes_;
+    rp_u32 attribute_flags_ = 0;
     std::vector<std::byte> positions_, coded_ids_;
     bool out_of_reach_ = false;
 };

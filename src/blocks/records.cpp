@@ -37,7 +37,8 @@ PrimitiveRef make_ref(RecordKind kind, const std::byte* record) {
         const auto sphere = load<SphereRecord>(record);
         ref = {sphere_bounds(sphere.sphere), sphere.id, 0};
     } else {
-        ref = kind == triangle_records ? triangle_ref<TriangleRecord>(record) : triangle_ref<ShadedTriangleRecord>(record);
+        // What all kinds of triangles begin with is all that is needed.
+        ref = triangle_ref<TriangleRecord>(record);
     }
     ref.weight = static_cast<uint32_t>(record_memory[kind]);
     return ref;

@@ -11,11 +11,10 @@ namespace {
 
 constexpr size_t piece_triangles = size_t{1} << 14;
 
-void set_normals(TriangleRecord&, const VertexBits*, bool) {}
-void set_normals(ShadedTriangleRecord& record, const VertexBits* corners, bool flip) {
-    record.normals[0] = corners[0].normal;
-    record.normals[1] = corners[flip ? 2 : 1].normal;
-    record.normals[2] = corners[flip ? 1 : 2].normal;
+template <class Record>
+void set_attributes(Record& record, size_t corner, const VertexBits& vertex) {
+    if constexpr (requires { record.normals; }) record.normals[corner] = vertex.normal;
+    if constexpr (requires { record.colors; }) record.colors[corner] = vertex.color;
 }
 
 }  // namespace
@@ -55,9 +54,9 @@ private:
         for (int k = 0; k < 3; k++) {
             const int from = flip ? (3 - k) % 3 : k;
             record.vertices[k] = triangles_.placement.point(c[from].position);
+            set_attributes(record, static_cast<size_t>(k), c[from]);
             if (!in_range(record.vertices[k])) piece.status = out_of_range(triangles_.shape, t[from], record.vertices[k]);
         }
-        set_normals(record, c, flip);
         if (has_no_area(record.vertices[0], record.vertices[1], record.vertices[2])) return piece.issues.degenerate++, false;
         return true;
     }
@@ -73,8 +72,9 @@ Result<std::unique_ptr<Spiller>> Spiller::create(const std::filesystem::path& be
 }
 
 Status Spiller::add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues) {
-    return triangles.shaded ? add_as<ShadedTriangleRecord>(shaded_records, triangles, light, lights, issues)
-                            : add_as<TriangleRecord>(triangle_records, triangles, light, lights, issues);
+    if (triangles.attributes.colors) return add_as<ColoredTriangleRecord>(colored_records, triangles, light, lights, issues);
+    if (triangles.attributes.normals) return add_as<ShadedTriangleRecord>(shaded_records, triangles, light, lights, issues);
+    return add_as<TriangleRecord>(triangle_records, triangles, light, lights, issues);
 }
 
 template <class Record>
@@ -123,7 +123,7 @@ Status Spiller::add_run(RecordKind kind, const World& world, uint32_t first, uin
             for (int k = 0; k < 3; k++) {
                 const VertexBits vertex = world.vertex(world.primitives[first + i][k]);
                 records[i].vertices[k] = vertex.position;
-                if constexpr (std::is_same_v<Record, ShadedTriangleRecord>) records[i].normals[k] = vertex.normal;
+                set_attributes(records[i], static_cast<size_t>(k), vertex);
             }
             records[i].id = static_cast<uint32_t>(first_id + i);
         }
@@ -143,8 +143,9 @@ Status Spiller::add(const World& world, size_t at_once) {
         }
         uint32_t end = i + 1;
         while (end < all && end - i < at_once && !world.is_sphere(end)) end++;
-        RAYPAGER_TRY(world.normals.empty() ? add_run<TriangleRecord>(triangle_records, world, i, end)
-                                           : add_run<ShadedTriangleRecord>(shaded_records, world, i, end));
+        RAYPAGER_TRY(!world.colors.empty()    ? add_run<ColoredTriangleRecord>(colored_records, world, i, end)
+                     : !world.normals.empty() ? add_run<ShadedTriangleRecord>(shaded_records, world, i, end)
+                                              : add_run<TriangleRecord>(triangle_records, world, i, end));
         i = end;
     }
     return {};

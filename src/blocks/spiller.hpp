@@ -18,14 +18,14 @@ public:
     // The scratch file comes beside the file `beside`.
     static Result<std::unique_ptr<Spiller>> create(const std::filesystem::path& beside, size_t buffer_bytes);
 
-    // Some triangles of a mesh. corners: three each, with positions in object space and normals in the world. Triangles that no ray can hit,
+    // Some triangles of a mesh. corners: three each, with positions in object space and attributes as in the world. Triangles that no ray can hit,
     // in either space, are dropped and counted. light: what the others shine like; they become lights then.
     struct Triangles {
         const Shape& shape;
         const Placement& placement;
         std::span<const Triangle> indices;  // for messages
         std::span<const VertexBits> corners;
-        bool shaded;
+        VertexAttributes attributes;
     };
     Status add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues);
     Status add(const WorldSphere& sphere) { return add(sphere, static_cast<uint32_t>(count())); }

@@ -8,14 +8,22 @@ namespace {
 
 struct Words {
     uint64_t low, high;
+    uint32_t last;
     bool operator==(const Words&) const = default;
 };
 
-Words words_of(const VertexBits& vertex) { return std::bit_cast<Words>(vertex); }
+Words words_of(const VertexBits& vertex) {
+    static_assert(sizeof(VertexBits) == 20);
+    Words words;
+    std::memcpy(&words.low, &vertex, sizeof words.low);
+    std::memcpy(&words.high, &vertex.position.z, sizeof words.high);
+    words.last = vertex.color;
+    return words;
+}
 
 uint64_t mix(const Words& words) {
     uint64_t h = words.low * 0x9e3779b97f4a7c15u;
-    h = (h ^ h >> 32 ^ words.high) * 0xd6e8feb86659fd93u;
+    h = (h ^ h >> 32 ^ words.high ^ ~words.last) * 0xd6e8feb86659fd93u;
     return h ^ h >> 32;
 }
 

@@ -1,4 +1,4 @@
-// Numbers vertices in the order in which they are met; vertices with the same position and normal, bit by bit, are one.
+// Numbers vertices in the order in which they are met; vertices that are the same in every bit are one.
 #pragma once
 
 #include <array>
@@ -12,7 +12,8 @@ namespace raypager {
 
 struct VertexBits {
     Float3 position;
-    uint32_t normal;  // octahedral; RP_NONE: it has none
+    uint32_t normal = RP_NONE;  // octahedral; RP_NONE: it has none
+    uint32_t color = RP_NONE;   // as in abi/block.h; RP_NONE: it has none
 };
 
 class VertexTable {

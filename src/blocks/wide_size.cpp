@@ -37,6 +37,7 @@ public:
             if (size_.vertices == RP_WIDE_LEAF_VERTICES) return false;
             vertices_[size_.vertices++] = v;
             size_.has_normals |= tree.bvh.vertices[v].normal != RP_NONE;
+            size_.has_colors |= tree.bvh.vertices[v].color != RP_NONE;
         }
         return true;
     }

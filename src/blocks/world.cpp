@@ -36,8 +36,8 @@ uint64_t weight_of(std::span<const PrimitiveRef> refs) {
     return sum;
 }
 
-uint32_t triangle_weight(float own_vertices, bool with_normals) {
-    const float vertex_bytes = (with_normals ? 16.0f : 12.0f) * 1.15f;
+uint32_t triangle_weight(float own_vertices, const VertexAttributes& attributes) {
+    const float vertex_bytes = static_cast<float>(attributes.vertex_bytes()) * 1.15f;
     return static_cast<uint32_t>(std::ceil(own_vertices * vertex_bytes + std::min(single_leaf_bytes, 7 + 17 * own_vertices)));
 }
 
@@ -65,14 +65,13 @@ void Weigher::weigh(std::span<PrimitiveRef> refs) const { sharing_ == Sharing::b
 
 void Weigher::guess(std::span<PrimitiveRef> refs) const {
     if (sharing_ == Sharing::by_index) return weigh_by_index(refs);
-    const uint32_t weight = triangle_weight(0.5f, !world_.normals.empty());
+    const uint32_t weight = triangle_weight(0.5f, world_.attributes());
     for (PrimitiveRef& ref : refs) ref.weight = world_.is_sphere(ref.id) ? sphere_weight : weight;
 }
 
 void Weigher::weigh_by_index(std::span<PrimitiveRef> refs) const {
     for (PrimitiveRef& ref : refs) {
-        ref.weight =
-            world_.is_sphere(ref.id) ? sphere_weight : triangle_weight(own_vertices(world_.primitives[ref.id], uses_), !world_.normals.empty());
+        ref.weight = world_.is_sphere(ref.id) ? sphere_weight : triangle_weight(own_vertices(world_.primitives[ref.id], uses_), world_.attributes());
     }
 }
 
@@ -90,7 +89,7 @@ void Weigher::weigh_by_value(std::span<PrimitiveRef> refs) const {
     }
     for (size_t i = 0; i < refs.size(); i++) {
         const bool is_sphere = world_.is_sphere(refs[i].id);
-        refs[i].weight = is_sphere ? sphere_weight : triangle_weight(own_vertices(numbers[i], uses), !world_.normals.empty());
+        refs[i].weight = is_sphere ? sphere_weight : triangle_weight(own_vertices(numbers[i], uses), world_.attributes());
     }
 }
 

@@ -23,9 +23,16 @@ struct WorldSphere {
     bool is_point() const { return point_word != RP_NONE; }
 };
 
+// Which attributes vertices have beside a position.
+struct VertexAttributes {
+    bool normals = false, colors = false;
+    uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0); }  // in a block, positions uncoded
+};
+
 struct World {
     UnwrittenVector<Float3> positions;
-    std::vector<uint32_t> normals;  // octahedral, one a position, RP_NONE where there is none; empty: no shape has any
+    std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
+    std::vector<uint32_t> colors;   // likewise; as in abi/block.h
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
     // A sphere: its index among the spheres, then RP_NONE twice.
     std::vector<Triangle> primitives;
@@ -38,7 +45,9 @@ struct World {
     const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
     uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
-    VertexBits vertex(uint32_t index) const { return {positions[index], normal(index)}; }
+    uint32_t color(uint32_t vertex) const { return colors.empty() ? RP_NONE : colors[vertex]; }
+    VertexBits vertex(uint32_t index) const { return {positions[index], normal(index), color(index)}; }
+    VertexAttributes attributes() const { return {!normals.empty(), !colors.empty()}; }
 };
 
 // Centre +- radius, rounded outwards.
@@ -114,6 +123,6 @@ private:
 
 // The estimate itself, for a triangle that has this many vertices for itself: a half in a closed mesh, three if it stands alone.
 inline constexpr uint32_t sphere_weight = 16 + 4 + 6;  // record, id, share of nodes
-uint32_t triangle_weight(float own_vertices, bool with_normals);
+uint32_t triangle_weight(float own_vertices, const VertexAttributes& attributes);
 
 }  // namespace raypager

@@ -45,6 +45,14 @@ uint64_t position_bytes(const rp_block_header& header) {
     return header.vertex_count * (stride ? stride : sizeof(Float3));
 }
 
+uint64_t attribute_bytes(const rp_block_header& header) {
+    return sizeof(rp_u32) * uint64_t{header.vertex_count} * ((header.flags & RP_BLOCK_NORMALS ? 1 : 0) + (header.flags & RP_BLOCK_COLORS ? 1 : 0));
+}
+
+uint64_t colors_at(const rp_block_header& header) {
+    return header.attributes_at + (header.flags & RP_BLOCK_NORMALS ? sizeof(rp_u32) * uint64_t{header.vertex_count} : 0);
+}
+
 uint64_t id_bytes(const rp_block_header& header) {
     const uint64_t leaves = header.leaf_count;
     if (!(header.flags & RP_IDS_CODED)) return leaves * triangles * sizeof(rp_u32);
@@ -53,7 +61,8 @@ uint64_t id_bytes(const rp_block_header& header) {
 
 bool good_coding(const rp_block_header& header, float scene_cell) {
     const rp_u32 flags = header.flags, stride = RP_POSITION_STRIDE(flags);
-    if (flags & ~(RP_POSITION_ALL_BITS | 15u << RP_POSITION_STRIDE_SHIFT | RP_IDS_ALL_BITS)) return false;
+    static_assert((RP_POSITION_ALL_BITS | 15u << RP_POSITION_STRIDE_SHIFT | RP_IDS_ALL_BITS | RP_BLOCK_NORMALS | RP_BLOCK_COLORS) == ~0u);
+    if ((header.attributes_at != 0) != ((flags & (RP_BLOCK_NORMALS | RP_BLOCK_COLORS)) != 0)) return false;
     if (!(flags & RP_IDS_CODED) && flags & RP_IDS_ALL_BITS) return false;
     const float cell = header.upper[3];
     if (stride == 0) return (flags & RP_POSITION_ALL_BITS) == 0;

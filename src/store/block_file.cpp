@@ -104,6 +104,10 @@ uint32_t BakedScene::largest_block(BlockForm form) const {
     return largest;
 }
 
+bool BakedScene::has_vertex_colors() const {
+    return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_VERTEX_COLOR; });
+}
+
 BlockPortals BakedScene::portals_of(uint32_t block) const {
     const auto first = std::partition_point(portals.begin(), portals.end(), [block](const rp_portal& portal) { return portal.block < block; });
     BlockPortals result;

@@ -56,7 +56,8 @@ struct BakedScene {
     uint64_t stored_bytes() const { return geometry_bytes(BlockForm::stored); }
     uint32_t largest_block(BlockForm form) const;  // in memory; 0 without blocks
     BlockPortals portals_of(uint32_t block) const;
-    uint64_t identity() const;  // hash of everything that decides the picture, blocks included
+    bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
+    uint64_t identity() const;       // hash of everything that decides the picture, blocks included
 };
 
 class BlockFileWriter {

@@ -64,11 +64,11 @@ private:
             {"vertices", header_.vertices_at, position_bytes(header_)},
             {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{sizeof(rp_sphere) + sizeof(rp_u32)}},
             {"ids", header_.ids_at, id_bytes(header_)},
-            {"normals", header_.normals_at, header_.normals_at ? header_.vertex_count * uint64_t{4} : 0},
+            {"attributes", header_.attributes_at, attribute_bytes(header_)},
         };
         uint64_t end = sizeof header_;
         for (const auto& section : sections) {
-            if (section.at == 0 && section.bytes == 0 && section.name == std::string_view("normals")) continue;
+            if (section.at == 0 && section.bytes == 0 && section.name == std::string_view("attributes")) continue;
             if (section.at % 16 != 0 || section.at < end || section.at > bytes_.size() || section.bytes > bytes_.size() - section.at)
                 return bad(fmt::format("the section \"{}\" does not lie within it", section.name));
             end = section.at + section.bytes;

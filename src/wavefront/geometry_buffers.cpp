@@ -88,6 +88,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (suits_streams(device.info())) result.variants_ = "-DRP_SURFACE_LANES ";
     if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
+    if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);

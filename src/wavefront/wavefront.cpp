@@ -25,8 +25,11 @@ constexpr uint32_t items_per_unit = 1 << 12;
 constexpr uint32_t shading_registers = 96;                                   // an H100 shades 6 to 8 % more vertices a second than with 72
 constexpr uint32_t generate_groups_per_core = 4, shade_items_per_core = 16;  // of a CPU, the latter each alone in its group
 
-// Planes; status (two words), queue, free list; shares of `again_` and of `naps_` or `awake_`.
-constexpr uint64_t path_bytes = RP_PATH_PLANES * 16 + 4 * sizeof(uint32_t) + 1 + 1;
+// Words of a slot in the buffer of status words.
+uint64_t status_words(bool vertex_colors) { return vertex_colors ? 3 : 2; }
+
+// Planes; status words, queue, free list; shares of `again_` and of `naps_` or `awake_`.
+uint64_t path_bytes(bool vertex_colors) { return RP_PATH_PLANES * 16 + (status_words(vertex_colors) + 2) * sizeof(uint32_t) + 1 + 1; }
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
@@ -67,7 +70,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + 2 * RP_NAP * sizeof(uint32_t) +
                   (form == BlockForm::wide ? most_wake_items * sizeof(uint32_t) : 0);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = path_bytes;
+    bytes.per_slot = path_bytes(scene.has_vertex_colors());
     bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
     return bytes;
 }
@@ -93,7 +96,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     if (!scene.blocks.empty()) wavefront->notes_ = notes;
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     wavefront->visit_settings_ = visits;
-    RAYPAGER_TRY(wavefront->allocate_state());
+    RAYPAGER_TRY(wavefront->allocate_state(scene.has_vertex_colors()));
     if (visits.capacity) RAYPAGER_TRY(wavefront->allocate_visit_log());
     RAYPAGER_TRY(wavefront->build_kernels());
     return wavefront;
@@ -122,7 +125,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
     return {};
 }
 
-Status Wavefront::allocate_state() {
+Status Wavefront::allocate_state(bool vertex_colors) {
     const uint64_t slots = params_.slot_count, queue_words = slots + (as_on_cpus() ? most_wake_items : 0);
     struct Part {
         Buffer& buffer;
@@ -130,7 +133,7 @@ Status Wavefront::allocate_state() {
         const char* what;
     };
     const Part parts[] = {{film_, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
-                          {status_, 2 * RP_STATUS_WORDS(slots) * sizeof(uint32_t), "path states"},
+                          {status_, status_words(vertex_colors) * RP_STATUS_WORDS(slots) * sizeof(uint32_t), "path states"},
                           {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
                           {queue_, queue_words * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},

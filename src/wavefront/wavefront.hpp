@@ -129,7 +129,7 @@ private:
     bool connects_beside() const { return !as_on_cpus() && visit_settings_.capacity == 0; }
     uint32_t wake_items() const;
     Status upload_scene(const BakedScene& scene);
-    Status allocate_state();
+    Status allocate_state(bool vertex_colors);
     Status allocate_visit_log();
     Status set_tracing_arguments(Kernel& extend, uint32_t round);
     // All of a round but what both have in common.

@@ -45,7 +45,8 @@ StoredBlock::StoredBlock(std::span<const std::byte> bytes)
       spheres(section<rp_sphere>(bytes, header.spheres_at)),
       sphere_ids(reinterpret_cast<const rp_u32*>(spheres + header.sphere_count)),
       ids(header, bytes.data() + header.ids_at),
-      normals(header.normals_at ? section<rp_u32>(bytes, header.normals_at) : nullptr) {}
+      normals(header.flags & RP_BLOCK_NORMALS ? section<rp_u32>(bytes, header.attributes_at) : nullptr),
+      colors(header.flags & RP_BLOCK_COLORS ? section<rp_u32>(bytes, colors_at(header)) : nullptr) {}
 
 namespace {
 
@@ -91,9 +92,9 @@ bool WideLeaf::add(const StoredBlock& block, rp_u32 ref) {
 
 uint32_t WideLeaf::number(const Vertex& vertex) {
     // Bits, not values: -0 and 0 stay apart, as they do in the stored block.
-    const auto bits = [](const Vertex& v) { return std::bit_cast<std::array<uint64_t, 2>>(v); };
-    const std::array<uint64_t, 2> wanted = bits(vertex);
-    const auto same = [&](const Vertex& other) { return ((bits(other)[0] ^ wanted[0]) | (bits(other)[1] ^ wanted[1])) == 0; };
+    const auto bits = [](const Vertex& v) { return std::bit_cast<std::array<uint32_t, 5>>(v); };
+    const std::array<uint32_t, 5> wanted = bits(vertex);
+    const auto same = [&](const Vertex& other) { return std::memcmp(&other, &wanted, sizeof wanted) == 0; };
     const auto end = vertices_.begin() + size_.vertices;
     const auto found = std::find_if(vertices_.begin(), end, same);
     if (found == end && size_.vertices < RP_WIDE_LEAF_VERTICES) vertices_[size_.vertices++] = vertex;
@@ -106,8 +107,10 @@ bool WideLeaf::add_strip(const StoredBlock& block, rp_u32 ref) {
     rp_u32 vertices[RP_LEAF_MAX_PRIMITIVES + 2], numbers[RP_LEAF_MAX_PRIMITIVES + 2];
     strip_vertices(block, ref, vertices);
     for (uint32_t i = 0; i < triangles_of_leaf(ref) + 2; i++) {
-        const Vertex vertex = {block.vertices[vertices[i]], block.normals ? block.normals[vertices[i]] : RP_NONE};
+        const Vertex vertex = {block.vertices[vertices[i]], block.normals ? block.normals[vertices[i]] : RP_NONE,
+                               block.colors ? block.colors[vertices[i]] : RP_NONE};
         size_.has_normals |= vertex.normal != RP_NONE;
+        size_.has_colors |= vertex.color != RP_NONE;
         numbers[i] = number(vertex);
         if (numbers[i] == RP_WIDE_LEAF_VERTICES) return false;
     }
@@ -123,7 +126,9 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
     const bool triangles = size_.triangles > 0;
     const rp_wide_leaf head = {static_cast<rp_u8>(triangles ? RP_WIDE_TRIANGLES : RP_WIDE_SPHERES),
                                static_cast<rp_u8>(triangles ? size_.triangles : size_.spheres), static_cast<rp_u8>(size_.vertices),
-                               static_cast<rp_u8>((size_.has_normals ? RP_WIDE_NORMALS : 0) | (size_.are_points ? RP_WIDE_POINTS : 0)), block_index};
+                               static_cast<rp_u8>((size_.has_normals ? RP_WIDE_NORMALS : 0) | (size_.has_colors ? RP_WIDE_COLORS : 0) |
+                                                  (size_.are_points ? RP_WIDE_POINTS : 0)),
+                               block_index};
     const WideLeafSize::Places at = size_.places();
     const size_t begin = bytes.size();
     bytes.resize(begin + at.end);  // what nothing is written to stays zero
@@ -137,6 +142,8 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
             for (uint32_t k = 0; k < size_.triangles; k++) *out++ = std::byte{corners_[k][corner]};
         if (size_.has_normals)
             for (uint32_t v = 0; v < size_.vertices; v++) std::memcpy(record + at.normals + v * sizeof(rp_u32), &vertices_[v].normal, sizeof(rp_u32));
+        if (size_.has_colors)
+            for (uint32_t v = 0; v < size_.vertices; v++) std::memcpy(record + at.colors + v * sizeof(rp_u32), &vertices_[v].color, sizeof(rp_u32));
     } else {
         std::memcpy(record + at.first, spheres_.data(), size_.spheres * sizeof spheres_[0]);
     }

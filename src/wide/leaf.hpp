@@ -27,7 +27,7 @@ struct StoredBlock {
     const rp_sphere* spheres;
     const rp_u32* sphere_ids;
     BlockIds ids;
-    const rp_u32* normals;  // one a vertex, or null
+    const rp_u32 *normals, *colors;  // one per vertex, or null
 
 private:
     static rp_block_header header_of(std::span<const std::byte> bytes);
@@ -48,7 +48,7 @@ public:
 private:
     struct Vertex {
         Float3 position;
-        rp_u32 normal;
+        rp_u32 normal, color;
     };
     bool add_strip(const StoredBlock& block, rp_u32 ref);
     // Number of the vertex in this leaf; RP_WIDE_LEAF_VERTICES if there is no room.

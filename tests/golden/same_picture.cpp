@@ -40,6 +40,10 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::cloud_small(5000, true, 2, {48, 36});
      }},  // points with and without colour, spheres and triangles in the same blocks
+    {"painted",
+     [] {
+         return reference::painted_small(40, {48, 36});
+     }},  // meshes with colours at their vertices, with normals and without, beside ones without colours
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

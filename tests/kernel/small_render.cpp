@@ -20,11 +20,11 @@ namespace {
 
 using support::small_scene;
 
-TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
+void draw_paged(const Scene& scene) {
     const support::TemporaryFolder folder;
     BakeOptions bake_options;
     bake_options.block_bytes = 16 << 10;
-    auto file = support::bake_and_open(small_scene(40), bake_options, folder.path(), "small");
+    auto file = support::bake_and_open(scene, bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
     ASSERT_GE((*file)->scene().blocks.size(), 4u);
     RenderOptions options;
@@ -52,6 +52,10 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) {
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, resident->report.film_hash);
 }
+
+TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) { draw_paged(small_scene(40)); }
+
+TEST(SmallRender, pages_meshes_with_colors_as_well) { draw_paged(small_scene(40, true)); }
 
 // Positions that are coded with this error: all ways of tracing draw what they draw of the same positions as floats. Adds the strides of the blocks.
 void draw_coded(float error, std::initializer_list<double> percents, std::set<uint32_t>& strides) {

@@ -112,6 +112,33 @@ Scene clutter_small(uint32_t parts, uint64_t seed, PictureSize size) {
     return scene.finish();
 }
 
+Scene painted_small(uint32_t n, PictureSize size) {
+    SceneBuilder scene(size);
+    Dice dice(5);
+    const auto paint = [&dice](TriangleMesh mesh) {
+        for (size_t i = 0; i < mesh.positions.size(); i++) mesh.colors.push_back(dice.below(1u << 24));
+        return mesh;
+    };
+    scene.camera({0, -5.5, 2.6}, {0, 0, -0.2}, {0, 0, 1}, 45);
+    scene.infinite_light({0.6, 0.6, 0.6});
+    scene.distant_light({0.5, 0.25, 0.6}, {2.6, 2.3, 1.9});
+    const uint32_t matt = scene.material(diffuse(Vec3(0.5))), mirror = scene.material(conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, 0));
+    TriangleMesh hills = patch(n, n, [](double s, double t) { return Vec3(10 * (s - 0.5), 10 * (t - 0.5), terrain_height(s, t)); });
+    TriangleMesh smooth = hills;
+    add_normals(smooth);
+    scene.add("hills", paint(hills), matt);
+    scene.add("smooth hills", paint(smooth), matt, Transform::translate(0, 0, 0.02) * Transform::rotate(90, 0, 0, 1));
+    for (uint32_t i = 0; i < 12; i++) {
+        const Vec3 position(dice.between(-3, 3), dice.between(-3, 3), dice.between(0, 1));
+        TriangleMesh ring = torus(1, 0.35, 24, 12, i % 2 == 0);
+        scene.add(fmt::format("torus {}", i), i % 3 ? paint(std::move(ring)) : std::move(ring), i == 4 ? mirror : matt, placed(dice, position, 0.3));
+    }
+    scene.add_points("cloud", hills_of_points(dice, 500), true, matt);
+    scene.add_sphere("ball", {1, -2.5, 0.8}, 0.4, scene.material(glass(1.5)));
+    scene.shine(scene.add("lamp", paint(torus(1, 0.35, 8, 6, false)), matt, placed(dice, {-1, -2, 1.5}, 0.1)), {14, 9, 4});
+    return scene.finish();
+}
+
 Scene cloud_small(uint32_t points, bool among_meshes, uint64_t seed, PictureSize size) {
     SceneBuilder scene(size);
     Dice dice(seed);

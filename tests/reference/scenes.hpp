@@ -65,6 +65,8 @@ Scene shared_edges(uint32_t divisions = 8, PictureSize size = {});
 // A coloured cloud of points of all sizes over hills, many of them inside of others. among_meshes: and one without colours that mirrors, beside
 // hills with shading normals, boxes, tori, a glass ball and a lamp. All radii are such that a point stores them exactly.
 Scene cloud_small(uint32_t points = 5000, bool among_meshes = false, uint64_t seed = 1, PictureSize size = {});
+// Hills and tori with colours at their vertices, with shading normals and without, beside plain ones, coloured points and a ball of each kind.
+Scene painted_small(uint32_t n = 40, PictureSize size = {});
 // Clear closed shells inside each other, around diffuse and mirroring ones that cut each other: all bounds overlap. Long paths.
 Scene overlapping_shells(uint32_t shells = 12, uint32_t subdivisions = 3, PictureSize size = {});
 

@@ -30,7 +30,7 @@ rp_light light(uint32_t kind, Float3 p, float radiance) {
 
 }  // namespace
 
-Scene small_scene(uint32_t n) {
+Scene small_scene(uint32_t n, bool colors) {
     Scene scene;
     scene.materials = {material(RP_MATERIAL_DIFFUSE), material(RP_MATERIAL_CONDUCTOR), material(RP_MATERIAL_CONDUCTOR, 0.2f),
                        material(RP_MATERIAL_DIELECTRIC)};
@@ -40,6 +40,7 @@ Scene small_scene(uint32_t n) {
             const float x = 4.0f * static_cast<float>(i) / static_cast<float>(n) - 2, z = 4.0f * static_cast<float>(j) / static_cast<float>(n) - 2;
             waves.positions.push_back({x, 0.2f * std::sin(5 * x) * std::cos(4 * z), z});
             waves.normals.push_back({0, 1, 0});
+            if (colors) waves.colors.push_back(0x40ff20u + 0x030507u * (i * j % 16));
         }
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = 0; j < n; j++) {

@@ -104,6 +104,10 @@ Scene varied_scene(uint32_t seed) {
     }
     scene.shapes.push_back(mesh_shape(std::move(damaged)));
     scene.shapes.back().material = 1;
+    scene.shapes.push_back(mesh_shape(painted(terrain(75))));
+    scene.shapes.push_back(mesh_shape(painted(terrain(50, true))));
+    scene.shapes.push_back(mesh_shape(painted(terrain(20))));
+    scene.shapes.back().vertex_colors = false;
     scene.shapes.push_back(mesh_shape(terrain(70, true)));
     scene.shapes.back().to_world = Transform::translate(1, 0, 3) * Transform::rotate(30, 1, 2, 3);
     return scene;

@@ -55,6 +55,11 @@ inline TriangleMesh terrain(uint32_t n, bool with_normals = false) {
     return mesh;
 }
 
+inline TriangleMesh painted(TriangleMesh mesh) {
+    for (uint32_t i = 0; i < mesh.positions.size(); i++) mesh.colors.push_back(i * 2654435761u & 0xffffffu);
+    return mesh;
+}
+
 // A unit sphere of 20 * 4^levels triangles.
 inline TriangleMesh icosphere(int levels) {
     const float t = static_cast<float>(std::numbers::phi);
@@ -157,7 +162,7 @@ inline Scene mixed_scene(uint32_t seed) {
     shapes.push_back(mesh_shape(soup(3000, seed + 1)));
     shapes.push_back(mesh_shape(terrain(60, true)));
     shapes.push_back(mesh_shape(icosphere(4)));
-    shapes.push_back(mesh_shape(icosphere(4)));
+    shapes.push_back(mesh_shape(painted(icosphere(4))));
     shapes.push_back(mesh_shape(icosphere(3)));
     shapes.back().to_world = Transform::translate(0.3, -0.2, 0.1) * Transform::scale(-0.5, 0.7, 0.6);
     shapes.push_back(mesh_shape(icosphere(3)));

@@ -89,7 +89,8 @@ private:
     Box triangles(const rp_wide_leaf& head, size_t offset) {
         const size_t n = head.vertices, corners = offset + 12 * n, ids = corners + (3 * size_t{head.count} + 3) / 4 * 4;
         const size_t normals = ids + 4 * size_t{head.count};
-        record_bytes += normals + (head.flags & RP_WIDE_NORMALS ? 4 * n : 0) - offset + sizeof head;
+        const size_t colors = normals + (head.flags & RP_WIDE_NORMALS ? 4 * n : 0);
+        record_bytes += colors + (head.flags & RP_WIDE_COLORS ? 4 * n : 0) - offset + sizeof head;
         Box bounds;
         for (uint32_t k = 0; k < head.count; k++) {
             DecodedTriangle triangle;
@@ -100,6 +101,7 @@ private:
                 triangle.vertices[i] = {at<float>(bytes_, offset + 4 * v), at<float>(bytes_, offset + 4 * (n + v)),
                                         at<float>(bytes_, offset + 4 * (2 * n + v))};
                 triangle.normals[i] = head.flags & RP_WIDE_NORMALS ? at<rp_u32>(bytes_, normals + 4 * v) : RP_NONE;
+                triangle.colors[i] = head.flags & RP_WIDE_COLORS ? at<rp_u32>(bytes_, colors + 4 * v) : RP_NONE;
                 bounds.grow(triangle.vertices[i]);
             }
             found.triangles.push_back(triangle);

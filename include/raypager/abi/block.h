@@ -9,7 +9,9 @@
 //   spheres    rp_sphere[sphere_count]         spheres and points, leaf by leaf
 //              rp_u32[sphere_count]            right behind them: their scene-wide ids
 //   ids        rp_u32[4 * leaf_count]          triangle k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE; or coded, see below
-//   normals    rp_u32[vertex_count], or none   octahedral shading normals beside the vertices (RP_NONE: this vertex has none)
+//   attributes with RP_BLOCK_NORMALS: rp_u32[vertex_count], octahedral shading normals (RP_NONE: this vertex has none); then, with
+//              RP_BLOCK_COLORS: rp_u32[vertex_count], red | green << 8 | blue << 16, each the square root of the linear reflectance * 255
+//              (RP_NONE: none)
 #ifndef RAYPAGER_ABI_BLOCK_H
 #define RAYPAGER_ABI_BLOCK_H
 
@@ -114,11 +116,15 @@ typedef struct rp_sphere {
 #define RP_ID_MOST_BITS 31
 #define RP_IDS_ALL_BITS (0x7ffu << 19)
 
+// What vertices have beside a position, as rp_block_header.flags says.
+#define RP_BLOCK_NORMALS (1u << 30)
+#define RP_BLOCK_COLORS (1u << 31)
+
 typedef struct rp_block_header {
     rp_u32 magic, block_index, bytes, flags;
     rp_u32 node_count, leaf_count, vertex_count, sphere_count;
     rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
-    rp_u32 ids_at, normals_at /* 0: no normals */, triangle_count, portal_count;
+    rp_u32 ids_at, attributes_at /* 0: none */, triangle_count, portal_count;
     float origin[4];  // grid: xyz; coded positions: base of x
     float cell[4];    // grid: xyz; base of y
     float lower[4], upper[4];  // exact bounds: xyz; base of z, cell

@@ -51,6 +51,8 @@
 // the blocks behind it are in one bundle): waking reads no more.
 // Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, beside streams, the next slot of a list
 // of that block's (RP_DEMAND_LISTS).
+// In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
+// of the slot's extension ray.
 #define RP_STATUS_FREE 0u
 #define RP_STATUS_EXTEND 1u  // extension ray under way
 #define RP_STATUS_SHADOW 2u  // shadow ray under way

@@ -40,11 +40,13 @@ typedef struct rp_light {
 
 // Primitives first_primitive .. (next range's first_primitive - 1) share a material. If first_light is not RP_NONE, primitive i is
 // the emitter first_light + (i - first_primitive). With RP_RANGE_POINT_COLOR all of them are points (abi/block.h), and where the material
-// is diffuse, each has its own reflectance.
+// is diffuse, each has its own reflectance. With RP_RANGE_VERTEX_COLOR all of them are triangles whose vertices have colours, which are
+// interpolated linearly; where the material is diffuse, they are its reflectance.
 typedef struct rp_primitive_range {
     rp_u32 first_primitive, material, first_light, flags;
 } rp_primitive_range;
 #define RP_RANGE_POINT_COLOR 1u
+#define RP_RANGE_VERTEX_COLOR 2u
 
 // A ray through the image point (u, v) in [0,1]^2, (0, 0) top left, has the direction forward + (2u - 1) right + (1 - 2v) up.
 typedef struct rp_camera {
