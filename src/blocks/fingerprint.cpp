@@ -101,10 +101,12 @@ Status add_shape(Fingerprint& f, const Shape& shape) {
         return {};
     }
     f.add(shape.mesh->name());
+    f.add(shape.vertex_colors);
     if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get())) {
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().positions)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().triangles)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().normals)));
+        f.add_bytes(std::as_bytes(std::span(mesh->mesh().colors)));
     }
     for (const std::string& file : shape.mesh->files()) RAYPAGER_TRY(f.add_file(file));
     return {};

@@ -31,6 +31,14 @@ std::function<void(const char*, double)> progress_printer() {
     };
 }
 
+void print_issues(const MeshIssues& issues) {
+    std::vector<std::string> warnings;
+    for (const MeshWarning& w : issues.warnings)
+        warnings.push_back(w.files == 1 ? w.text : fmt::format("{} (and {} more {} like it)", w.text, w.files - 1, w.files == 2 ? "file" : "files"));
+    if (issues.any()) warnings.push_back(issues.describe());
+    print_warnings(warnings);
+}
+
 }  // namespace
 
 void print_warnings(const std::vector<std::string>& warnings) {
@@ -51,7 +59,7 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     auto summary = bake(scene, options, output);
     progress_line("");
     if (!summary) return summary;
-    if (summary->issues.any()) log_warning(summary->issues.describe());
+    print_issues(summary->issues);
     const std::string spheres = summary->spheres ? fmt::format(" and {} spheres and points", format_count(summary->spheres)) : "";
     if (summary->points_culled || summary->points_merged)
         log_note(fmt::format("{} points left out that the camera does not see, {} that share a pixel with others",

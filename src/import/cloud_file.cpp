@@ -6,6 +6,8 @@
 #include <cmath>
 #include <new>
 
+#include "import/origin.hpp"
+
 namespace raypager {
 namespace {
 
@@ -25,34 +27,16 @@ std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
 constexpr uint64_t sample_parts = 256;
 constexpr size_t sample_points = 1024;
 
-// Coordinates up to here keep a resolution of about a millimetre if their unit is the metre.
-constexpr double near_coordinate = 16384, origin_step = 1000;
-
 std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& file) {
     std::vector<FilePoint> points;
     for (uint64_t part = 0; part < sample_parts; ++part) reader.sample(file, part, sample_parts, sample_points, points);
     return points;
 }
 
-bool is_finite(const FilePoint& point) {
-    // False for what is not a number, too.
-    return std::all_of(point.position.begin(), point.position.end(), [](double x) { return std::abs(x) <= largest_file_coordinate; });
-}
-
-// The middle of the points: a few strays far away, or at zero, do not move it.
-std::array<double, 3> choose_origin(const std::vector<FilePoint>& sample) {
-    std::array<double, 3> origin = {0, 0, 0};
-    std::vector<double> values;
-    for (size_t a = 0; a < 3; ++a) {
-        values.clear();
-        for (const FilePoint& p : sample)
-            if (is_finite(p)) values.push_back(p.position[a]);
-        if (values.empty()) return {0, 0, 0};
-        const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-        std::nth_element(values.begin(), middle, values.end());
-        if (std::abs(*middle) > near_coordinate) origin[a] = std::round(*middle / origin_step) * origin_step;
-    }
-    return origin;
+FilePosition origin_of(const std::vector<FilePoint>& sample) {
+    std::vector<FilePosition> positions;
+    for (const FilePoint& p : sample) positions.push_back(p.position);
+    return choose_origin(positions);
 }
 
 Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFormat format) {
@@ -79,13 +63,13 @@ Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::
     std::shared_ptr<CloudFile> cloud(new CloudFile(path, std::move(*reader)));
     const std::vector<FilePoint> sample = take_sample(*cloud->reader_, *file);
     cloud->colors_ = PointColors::choose(cloud->reader_->fields(), sample);
-    cloud->origin_ = choose_origin(sample);
+    cloud->origin_ = origin_of(sample);
     return std::shared_ptr<const CloudFile>(std::move(cloud));
 }
 
 void CloudFile::convert(std::span<const FilePoint> points, std::vector<CloudPoint>& converted) const {
     for (const FilePoint& p : points) {
-        if (!is_finite(p)) continue;
+        if (!is_usable(p.position)) continue;
         CloudPoint& point = converted.emplace_back();
         point.position = {static_cast<float>(p.position[0] - origin_[0]), static_cast<float>(p.position[1] - origin_[1]),
                           static_cast<float>(p.position[2] - origin_[2])};

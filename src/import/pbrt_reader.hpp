@@ -164,6 +164,7 @@ private:
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtPlace object_place_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
+    bool has_noted_colors_ = false;  // of meshes
     std::map<std::filesystem::path, std::shared_ptr<const CloudFile>> cloud_files_;
     std::shared_ptr<const MeshSource> ball_;  // a unit sphere of triangles, if one was needed
 };

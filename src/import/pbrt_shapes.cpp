@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
@@ -143,6 +144,12 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
         source = *file;
     }
     shape.mesh = source;
+    // Positions of surveyed meshes come relative to an origin, which is put back in double precision, as that of clouds.
+    const auto& origin = source->origin();
+    shape.to_world = Transform::translate(origin[0], origin[1], origin[2]);
+    shape.vertex_colors = false;
+    if (source->has_colors() && !std::exchange(has_noted_colors_, true))
+        warn(directive.place, "the colours of PLY meshes are not used, as in pbrt: their material says how they look");
     return {};
 }
 

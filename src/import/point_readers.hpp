@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "base/files.hpp"
+#include "import/origin.hpp"
 #include "import/ply_header.hpp"
 
 namespace raypager {
 
-inline constexpr double largest_file_coordinate = 1e18;  // also of meshes: its square is a float with room to spare
-inline constexpr size_t points_at_once = 4096;           // that a reader of text hands on
+inline constexpr size_t points_at_once = 4096;  // that a reader of text hands on
 
 // A point as its file has it. What the file has not is 0.
 struct FilePoint {

@@ -18,7 +18,7 @@ set(layer_cli 8)
 # header pattern | files that may include it
 set(owners
     "CL/|^src/device/"
-    "OpenMesh/|^src/import/[^/]*openmesh"
+    "GL/|^src/import/[^/]*glu"
     "OpenImageIO/|^src/image/[^/]*openimageio"
     "boost/|^src/cli/"
     "nlohmann/|^src/(cli|render)/"
