@@ -7,6 +7,7 @@
 #include "import/cloud_file.hpp"
 #include "import/mesh_colors.hpp"
 #include "import/obj_materials.hpp"
+#include "import/text.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {

@@ -27,6 +27,7 @@ public:
     // What the file's header declares; 0 where only reading it tells.
     uint64_t declared_triangles() const { return look_.in_pieces ? look_.declared_triangles : 0; }
     bool has_colors() const { return look_.has_colors; }  // as far as the header tells
+    const std::vector<std::array<double, 3>>& corners_of_sample() const { return look_.corners_of_sample; }
     // A position of the file is what load() and stream() give plus this: whole thousands, where coordinates are too large for single precision.
     const std::array<double, 3>& origin() const { return look_.view.origin; }
     // Saves the next load() or stream() from reading the file again: it takes this mesh, as an earlier load() gave it.

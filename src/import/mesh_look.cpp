@@ -188,6 +188,20 @@ Status look_at_ply(const InputFile& file, Sample& sample, MeshLook& look, bool& 
     return {};
 }
 
+std::vector<FilePosition> bounds_of(const std::vector<FilePosition>& positions, const FilePosition& origin) {
+    std::vector<FilePosition> corners;
+    for (const FilePosition& p : positions) {
+        if (!is_usable(p)) continue;
+        const FilePosition q = {p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]};
+        if (corners.empty()) corners = {q, q};
+        for (size_t a = 0; a < 3; ++a) {
+            corners[0][a] = std::min(corners[0][a], q[a]);
+            corners[1][a] = std::max(corners[1][a], q[a]);
+        }
+    }
+    return corners;
+}
+
 }  // namespace
 
 Result<MeshLook> look_at_mesh_file(const InputFile& file, MeshFormat format) {
@@ -218,6 +232,7 @@ Result<MeshLook> look_at_mesh_file(const InputFile& file, MeshFormat format) {
         }
     }
     look.view.origin = choose_origin(sample.positions);
+    look.corners_of_sample = bounds_of(sample.positions, look.view.origin);
     look.lost_digits = single_precision && remoteness(sample.positions) > lost_from;
     return look;
 }

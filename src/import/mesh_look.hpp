@@ -11,6 +11,8 @@ struct MeshLook {
     uint64_t declared_triangles = 0;  // that binary PLY declares; 0 where only reading tells
     bool in_pieces = false;           // can be handed on while it is read
     bool has_colors = false;          // as far as the header tells
+    // Two corners of a box around some vertices from all over the file, relative to the origin; none if there are none.
+    std::vector<std::array<double, 3>> corners_of_sample;
 };
 
 // An error if the file does not begin as its format says.

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "import/mesh_colors.hpp"
+#include "import/text.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {
@@ -93,7 +94,7 @@ std::shared_ptr<const MeshSource> ObjFile::part(const ObjModel& model, uint32_t 
     const uint64_t bytes = std::filesystem::file_size(path_, error);
     const double share = static_cast<double>(mine) / static_cast<double>(std::max<size_t>(1, model.mesh.triangles.size()));
     const std::string& name = model.materials[material];
-    return std::make_shared<ObjPart>(shared_from_this(), material, name.empty() ? path_.string() : path_.string() + " (" + name + ")",
+    return std::make_shared<ObjPart>(shared_from_this(), material, name.empty() ? path_.string() : path_.string() + " (" + clipped(name) + ")",
                                      error ? 0 : static_cast<uint64_t>(share * static_cast<double>(bytes)));
 }
 

@@ -237,6 +237,7 @@ private:
         if (polygons_.attributes().empty()) return;
         number_normals(polygons_.attributes());
         const SplitVertices split = split_vertices(mesh_.triangles, polygons_.attributes(), mesh_.positions.size());
+        if (std::all_of(split.attribute.begin(), split.attribute.end(), [](uint32_t n) { return n == RP_NONE; })) return;
         append_copies(mesh_.positions, split);
         if (!mesh_.colors.empty()) append_copies(mesh_.colors, split);
         mesh_.normals.resize(mesh_.positions.size());

@@ -108,9 +108,11 @@ private:
         if (vertex_count_ > 0xfffffffe) return lines_.bad("more than 4294967294 vertices");
         has_counts_ = true;
         at_ += 2;
-        // The number of edges says nothing. On a line of its own, it may be missing.
-        if (layout_ == OffLayout::words) RAYPAGER_TRY(more(1));
-        if (at_ < words_.size()) ++at_;
+        // The number of edges says nothing. It may be missing, or be on a line of its own.
+        const bool is_next = at_ < words_.size();
+        RAYPAGER_TRY(more(1));
+        if (is_next || layout_ == OffLayout::words || (words_.size() == at_ + 1 && parse_whole(words_[at_]))) ++at_;
+        if (!is_next && layout_ == OffLayout::lines) return {};
         if (layout_ == OffLayout::lines && at_ < words_.size()) return lines_.bad("expected the numbers of vertices, faces and edges, and no more");
         return {};
     }

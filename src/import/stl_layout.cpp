@@ -28,6 +28,8 @@ bool looks_like_text(std::string start) {
 Result<bool> could_be_triangles(const InputFile& file, uint64_t most) {
     std::vector<std::byte> bytes(std::min<uint64_t>(most, 64) * stl_triangle_bytes);
     RAYPAGER_TRY(file.read(stl_header_bytes, bytes));
+    const auto is_text = [](std::byte b) { return (b >= std::byte{' '} && b <= std::byte{'~'}) || is_blank(static_cast<char>(b)); };
+    if (std::all_of(bytes.begin(), bytes.end(), is_text)) return false;
     size_t odd = 0, all = 0;
     for (size_t at = 0; at < bytes.size(); at += stl_triangle_bytes) {
         std::array<float, 9> p;

@@ -156,6 +156,7 @@ uint64_t count_non_manifold_edges(const Share& share) {
 
 void clean_mesh(TriangleMesh& mesh, MeshIssues& issues) {
     if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
+    if (mesh.colors.size() != mesh.positions.size()) mesh.colors.clear();
     for (Float3& n : mesh.normals)
         if (!finite(n)) n = {};
     const std::vector<Piece> pieces = drop_unhittable(mesh, issues);
