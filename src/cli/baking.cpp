@@ -4,6 +4,7 @@
 
 #include <mutex>
 
+#include "base/files.hpp"
 #include "base/log.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
@@ -49,6 +50,7 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     const StopSignal stop;
     options.stop = &stop.flag();
     auto summary = bake(scene, options, output);
+    forget_unpacked_files();
     progress_line("");
     if (!summary) return summary;
     if (summary->issues.any()) log_warning(summary->issues.describe());

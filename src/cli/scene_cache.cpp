@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
 #include "cli/baking.hpp"
@@ -100,6 +101,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     const auto folders = cache_folders(inputs.front(), cache_directory);
     for (const auto& folder : folders)
         if (auto file = open_cached(folder / name, *fingerprint)) {
+            forget_unpacked_files();
             log_note(fmt::format("the scene is baked already: {}", (folder / name).string()));
             return OpenedScene{std::move(file), seconds()};
         }

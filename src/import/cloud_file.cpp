@@ -6,14 +6,15 @@
 #include <cmath>
 #include <new>
 
+#include "import/endings.hpp"
+
 namespace raypager {
 namespace {
 
 enum class CloudFormat { las, laz, ply, text };
 
 std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string ending = format_ending(path);
     if (ending == ".las") return CloudFormat::las;
     if (ending == ".laz") return CloudFormat::laz;
     if (ending == ".ply") return CloudFormat::ply;

@@ -41,7 +41,7 @@ private:
     std::array<double, 3> origin_ = {0, 0, 0};
 };
 
-// Whether the file is to be read as a cloud: by its ending, in either case, and where that is .ply by its header.
+// Whether the file is to be read as a cloud: by its ending, in either case and also before .gz, and where that is .ply by its header.
 bool is_cloud_file(const std::filesystem::path& path);
 
 }  // namespace raypager

@@ -5,6 +5,7 @@
 
 #include "import/bare_scene.hpp"
 #include "import/cloud_file.hpp"
+#include "import/endings.hpp"
 #include "import/mesh_file.hpp"
 #include "import/pbrt_reader.hpp"
 
@@ -13,7 +14,7 @@ namespace raypager {
 Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, uint64_t keep_bytes) {
     if (inputs.empty()) return Status::usage("no input; name a .pbrt scene, meshes (.ply .obj .stl .off) or point clouds (.las .ply .xyz .pts .txt)");
     try {
-        const auto pbrt = std::find_if(inputs.begin(), inputs.end(), [](const auto& path) { return path.extension() == ".pbrt"; });
+        const auto pbrt = std::find_if(inputs.begin(), inputs.end(), [](const auto& path) { return format_ending(path) == ".pbrt"; });
         if (pbrt != inputs.end()) {
             if (inputs.size() > 1) return Status::usage(pbrt->string() + ": a scene stands alone; give either one .pbrt file or meshes and clouds");
             return PbrtReader().read(*pbrt);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "import/checked_input.hpp"
+#include "import/endings.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {
@@ -65,8 +66,7 @@ Status read_mesh(const InputFile& file, MeshFormat format, TriangleMesh& mesh, M
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string ending = format_ending(path);
     if (ending == ".ply") return MeshFormat::ply;
     if (ending == ".obj") return MeshFormat::obj;
     if (ending == ".stl") return MeshFormat::stl;
@@ -76,16 +76,12 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
 
 Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::path& path) {
     const auto format = mesh_format(path);
-    if (!format) {
-        const bool compressed = path.extension() == ".gz";
-        return Status::failed(path.string() +
-                              (compressed ? ": is compressed; unpack it with gunzip" : ": is no mesh file; .ply, .obj, .stl and .off can be read"));
-    }
+    if (!format) return Status::failed(path.string() + ": is no mesh file; .ply, .obj, .stl and .off can be read");
     const auto file = InputFile::open(path);
     if (!file) return file.status();
     uint64_t declared_triangles = 0;
     RAYPAGER_TRY(check_start(*file, *format, declared_triangles));
-    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, declared_triangles));
+    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, declared_triangles, file->size()));
 }
 
 Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
@@ -106,12 +102,6 @@ Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
     }
     issues.add(found);
     return {};
-}
-
-uint64_t MeshFile::bytes_to_read() const {
-    std::error_code error;
-    const uint64_t bytes = std::filesystem::file_size(path_, error);
-    return error ? 0 : bytes;
 }
 
 Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {

@@ -11,7 +11,7 @@
 
 namespace raypager {
 
-// By the ending, in either case; nothing if it is not that of a mesh.
+// By the ending, in either case and also before .gz; nothing if it is not that of a mesh.
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path);
 
 class MeshFile final : public MeshSource {
@@ -23,7 +23,7 @@ public:
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
     std::vector<std::string> files() const override { return {path_.string()}; }
-    uint64_t bytes_to_read() const override;
+    uint64_t bytes_to_read() const override { return bytes_; }  // once unpacked
     // What the file's header declares; 0 where only reading it tells.
     uint64_t declared_triangles() const { return declared_triangles_; }
     // Saves the next load() or stream() from reading the file again: it takes this mesh, as an earlier load() gave it.
@@ -35,12 +35,12 @@ private:
         MeshIssues issues;
     };
     std::optional<Kept> take_kept() const;
-    MeshFile(std::filesystem::path path, MeshFormat format, uint64_t declared_triangles)
-        : path_(std::move(path)), format_(format), declared_triangles_(declared_triangles) {}
+    MeshFile(std::filesystem::path path, MeshFormat format, uint64_t declared_triangles, uint64_t bytes)
+        : path_(std::move(path)), format_(format), declared_triangles_(declared_triangles), bytes_(bytes) {}
 
     std::filesystem::path path_;
     MeshFormat format_;
-    uint64_t declared_triangles_;
+    uint64_t declared_triangles_, bytes_;
     mutable std::mutex mutex_;
     mutable std::optional<Kept> kept_;
 };
