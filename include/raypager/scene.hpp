@@ -24,8 +24,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct TriangleMesh {
     std::vector<Float3> positions;
-    std::vector<Triangle> triangles;  // indices into positions; counter-clockwise seen from outside
-    std::vector<Float3> normals;      // one per position, or none
+    std::vector<Triangle> triangles;    // indices into positions; counter-clockwise seen from outside
+    std::vector<Float3> normals;        // one per position, or none
     std::vector<uint32_t> colors = {};  // one per position, or none: sRGB, red | green << 8 | blue << 16
 };
 
@@ -127,6 +127,8 @@ public:
     virtual bool has_color() const = 0;
     virtual std::string name() const = 0;
     virtual std::vector<std::string> files() const { return {}; }
+    // How the files are to be read, where somebody said so: what tells two readings of one file apart.
+    virtual std::string reading() const { return {}; }
 };
 
 class PointsInMemory final : public PointSource {
