@@ -1,5 +1,5 @@
 # How the folders of src/ become libraries. One static library a folder group: the engine needs OpenCL and the standard library alone
-# (and fmt; xxHash and nlohmann-json are header-only here; of GLU the tessellator alone, statically); the edges bring OpenImageIO.
+# (and fmt and zlib; xxHash and nlohmann-json are header-only here; of GLU the tessellator alone, statically); the edges bring OpenImageIO.
 
 macro(raypager_find_dependencies)
     set(THREADS_PREFER_PTHREAD_FLAG ON)
@@ -9,7 +9,9 @@ macro(raypager_find_dependencies)
     find_package(nlohmann_json REQUIRED)
     if(RAYPAGER_STATIC)
         set(Boost_USE_STATIC_LIBS ON)
+        set(ZLIB_USE_STATIC_LIBS ON)
     endif()
+    find_package(ZLIB REQUIRED)
     find_package(Boost REQUIRED COMPONENTS program_options)
     if(RAYPAGER_EDGES)
         # Not Debian's CMake package of OpenImageIO: it insists on its command-line tools and on OpenCV's headers.
@@ -75,7 +77,7 @@ function(raypager_libraries)
     target_include_directories(raypager_engine PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
     target_compile_definitions(raypager_engine PUBLIC CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120 CL_HPP_MINIMUM_OPENCL_VERSION=120
         RAYPAGER_VERSION="${PROJECT_VERSION}")
-    target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json PRIVATE ${RAYPAGER_GLU})
+    target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json PRIVATE ZLIB::ZLIB ${RAYPAGER_GLU})
     target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_GLU_INCLUDE})
     # Compiled with each source that uses it, fmt takes more of the time than most sources. Debian has no static library of it.
     if(RAYPAGER_STATIC)

@@ -140,6 +140,8 @@ public:
     virtual bool has_color() const = 0;
     virtual std::string name() const = 0;
     virtual std::vector<std::string> files() const { return {}; }
+    // How the files are to be read, where somebody said so: what tells two readings of one file apart.
+    virtual std::string reading() const { return {}; }
 };
 
 class PointsInMemory final : public PointSource {

@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // Counts up whenever the same scene would be baked into other bytes.
-constexpr uint32_t baker_version = 8;
+constexpr uint32_t baker_version = 9;
 
 class Fingerprint {
 public:
@@ -88,6 +88,7 @@ Status add_shape(Fingerprint& f, const Shape& shape) {
     f.add(shape.area_light.value_or(RP_NONE));
     if (shape.points) {
         f.add(shape.points->name());
+        f.add(shape.points->reading());
         f.add(shape.points->has_color());
         f.add(shape.point_radius);
         f.add(shape.radius_scale);

@@ -4,6 +4,7 @@
 
 #include <mutex>
 
+#include "base/files.hpp"
 #include "base/log.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
@@ -46,8 +47,8 @@ void print_warnings(const std::vector<std::string>& warnings) {
     if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
 }
 
-Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit) {
-    auto scene = import_scene(inputs, host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes);
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const PointColumns& columns) {
+    auto scene = import_scene(inputs, host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes, columns);
     if (scene) print_warnings(scene->warnings);
     return scene;
 }
@@ -57,6 +58,7 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     const StopSignal stop;
     options.stop = &stop.flag();
     auto summary = bake(scene, options, output);
+    forget_unpacked_files();
     progress_line("");
     if (!summary) return summary;
     print_issues(summary->issues);

@@ -113,10 +113,10 @@ struct Inputs {
     Framing from_y, from_z;
 };
 
-Status open_clouds(const std::vector<std::filesystem::path>& paths, Inputs& inputs) {
+Status open_clouds(const std::vector<std::filesystem::path>& paths, const PointColumns& columns, Inputs& inputs) {
     for (const auto& path : paths) {
         if (!is_cloud_file(path)) continue;
-        const auto cloud = CloudFile::open(path);
+        const auto cloud = CloudFile::open(path, columns);
         if (!cloud) return cloud.status();
         inputs.clouds.push_back(*cloud);
     }
@@ -133,8 +133,8 @@ void frame_clouds(Inputs& inputs) {
         inputs.survey.upper[a] = std::max(inputs.survey.upper[a], inputs.cloud.upper[a]);
     }
     for (const Vector& p : inputs.cloud.points) {
-        inputs.from_y.add(p);
-        inputs.from_z.add(p);
+        inputs.from_y.add(p, inputs.cloud.ball);
+        inputs.from_z.add(p, inputs.cloud.ball);
     }
 }
 
@@ -211,7 +211,10 @@ void add_objects(const Inputs& inputs, double scale, Scene& scene) {
         if (mesh.radiance) shape.area_light = static_cast<uint32_t>(scene.area_lights.size());
         if (mesh.radiance) scene.area_lights.push_back({*mesh.radiance, true});
     }
-    for (const auto& cloud : inputs.clouds) add(cloud->name(), cloud->origin() - origin).points = cloud;
+    for (const auto& cloud : inputs.clouds) {
+        add(cloud->name(), cloud->origin() - origin).points = cloud;
+        scene.warnings.insert(scene.warnings.end(), cloud->warnings().begin(), cloud->warnings().end());
+    }
     if (origin != Vector{0, 0, 0})
         scene.warnings.push_back(fmt::format("{}: is far from the origin; coordinates are shown relative to ({:.0f}, {:.0f}, {:.0f})",
                                              inputs.clouds.empty() ? scene.shapes.front().name : inputs.clouds.front()->name(), origin[0], origin[1],
@@ -254,11 +257,11 @@ void light_object(const Inputs& inputs, const Framing& view, const Axes& axes, d
 
 }  // namespace
 
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes) {
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, const PointColumns& columns) {
     Scene scene;
     Inputs inputs{
         {}, {}, {}, {}, {}, Framing(y_up, object_elevation, scene.width, scene.height), Framing(z_up, object_elevation, scene.width, scene.height)};
-    RAYPAGER_TRY(open_clouds(paths, inputs));
+    RAYPAGER_TRY(open_clouds(paths, columns, inputs));
     const bool landscape = inputs.cloud.landscape;
     if (landscape) inputs.from_z = Framing(z_up, landscape_elevation, scene.width, scene.height);
     frame_clouds(inputs);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <new>
 
+#include "import/endings.hpp"
+#include "import/geographic.hpp"
 #include "import/origin.hpp"
 
 namespace raypager {
@@ -14,12 +16,12 @@ namespace {
 enum class CloudFormat { las, laz, ply, text };
 
 std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string ending = format_ending(path);
     if (ending == ".las") return CloudFormat::las;
     if (ending == ".laz") return CloudFormat::laz;
     if (ending == ".ply") return CloudFormat::ply;
-    if (ending == ".xyz" || ending == ".pts" || ending == ".txt" || ending == ".asc") return CloudFormat::text;
+    if (ending == ".xyz" || ending == ".pts" || ending == ".txt" || ending == ".asc" || ending == ".csv" || ending == ".xyzrgb")
+        return CloudFormat::text;
     return std::nullopt;
 }
 
@@ -39,11 +41,11 @@ FilePosition origin_of(const std::vector<FilePoint>& sample) {
     return choose_origin(positions);
 }
 
-Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFormat format) {
+Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFormat format, const PointColumns& columns) {
     const std::string name = file.path().string();
     if (file.size() == 0) return Status::failed(name + ": is empty");
     if (format == CloudFormat::las) return open_las(file);
-    if (format == CloudFormat::text) return open_text_points(file);
+    if (format == CloudFormat::text) return open_text_points(file, columns);
     if (format == CloudFormat::laz)
         return Status::failed(name + ": compressed points (LAZ) cannot be read; unpack them, for instance with: laszip -i FILE.laz -o FILE.las");
     auto header = read_ply_header(file);
@@ -53,17 +55,22 @@ Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFor
 
 }  // namespace
 
-Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::path& path) {
+Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::path& path, const PointColumns& columns) {
     const auto format = cloud_format(path);
     if (!format) return Status::failed(path.string() + ": is no file of points; .las, .ply, .xyz, .pts and .txt can be read");
     const auto file = InputFile::open(path);
     if (!file) return file.status();
-    auto reader = open_reader(*file, *format);
+    auto reader = open_reader(*file, *format, columns);
     if (!reader) return reader.status();
     std::shared_ptr<CloudFile> cloud(new CloudFile(path, std::move(*reader)));
     const std::vector<FilePoint> sample = take_sample(*cloud->reader_, *file);
     cloud->colors_ = PointColors::choose(cloud->reader_->fields(), sample);
     cloud->origin_ = origin_of(sample);
+    cloud->warnings_ = cloud->reader_->warnings();
+    if (const std::string why = seems_geographic(sample, cloud->reader_->fields().geographic); !why.empty())
+        cloud->warnings_.push_back(
+            fmt::format("{}: {}, so the picture is out of proportion; project the points to metres first, for instance to UTM", path.string(), why));
+    if (*format == CloudFormat::text) cloud->reading_ = point_column_list(columns);
     return std::shared_ptr<const CloudFile>(std::move(cloud));
 }
 

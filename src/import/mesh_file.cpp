@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "import/endings.hpp"
 #include "import/mesh_colors.hpp"
 #include "import/obj_reader.hpp"
 #include "scene/clean_mesh.hpp"
@@ -36,8 +37,7 @@ Status read_mesh(const InputFile& file, MeshFormat format, const MeshView& view,
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string ending = format_ending(path);
     if (ending == ".ply") return MeshFormat::ply;
     if (ending == ".obj") return MeshFormat::obj;
     if (ending == ".stl") return MeshFormat::stl;
@@ -47,16 +47,12 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
 
 Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::path& path) {
     const auto format = mesh_format(path);
-    if (!format) {
-        const bool compressed = path.extension() == ".gz";
-        return Status::failed(path.string() +
-                              (compressed ? ": is compressed; unpack it with gunzip" : ": is no mesh file; .ply, .obj, .stl and .off can be read"));
-    }
+    if (!format) return Status::failed(path.string() + ": is no mesh file; .ply, .obj, .stl and .off can be read");
     const auto file = InputFile::open(path);
     if (!file) return file.status();
     const auto look = look_at_mesh_file(*file, *format);
     if (!look) return look.status();
-    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, *look));
+    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, *look, file->size()));
 }
 
 Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
@@ -78,12 +74,6 @@ Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
     }
     issues.add(found);
     return {};
-}
-
-uint64_t MeshFile::bytes_to_read() const {
-    std::error_code error;
-    const uint64_t bytes = std::filesystem::file_size(path_, error);
-    return error ? 0 : bytes;
 }
 
 Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {

@@ -11,7 +11,7 @@
 
 namespace raypager {
 
-// By the ending, in either case; nothing if it is not that of a mesh.
+// By the ending, in either case and also before .gz; nothing if it is not that of a mesh.
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path);
 
 class MeshFile final : public MeshSource {
@@ -23,7 +23,7 @@ public:
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
     std::vector<std::string> files() const override { return {path_.string()}; }
-    uint64_t bytes_to_read() const override;
+    uint64_t bytes_to_read() const override { return bytes_; }  // once unpacked
     // What the file's header declares; 0 where only reading it tells.
     uint64_t declared_triangles() const { return look_.in_pieces ? look_.declared_triangles : 0; }
     bool has_colors() const { return look_.has_colors; }  // as far as the header tells
@@ -39,12 +39,14 @@ private:
         MeshIssues issues;
     };
     std::optional<Kept> take_kept() const;
-    MeshFile(std::filesystem::path path, MeshFormat format, const MeshLook& look) : path_(std::move(path)), format_(format), look_(look) {}
+    MeshFile(std::filesystem::path path, MeshFormat format, const MeshLook& look, uint64_t bytes)
+        : path_(std::move(path)), format_(format), look_(look), bytes_(bytes) {}
     void warn(MeshIssues& issues) const;  // of what the first look has found
 
     std::filesystem::path path_;
     MeshFormat format_;
     MeshLook look_;
+    uint64_t bytes_;
     mutable std::mutex mutex_;
     mutable std::optional<Kept> kept_;
 };

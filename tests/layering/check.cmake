@@ -23,6 +23,7 @@ set(owners
     "boost/|^src/cli/"
     "nlohmann/|^src/(cli|render)/"
     "xxhash|^src/base/hash"
+    "zlib|^src/base/gzip"
     "embree|^NEVER")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.hpp ${ROOT}/include/*.h)
