@@ -1,5 +1,5 @@
 # How the folders of src/ become libraries. One static library a folder group: the engine needs OpenCL and the standard library alone
-# (and fmt; xxHash and nlohmann-json are header-only here); the edges bring OpenMesh and OpenImageIO.
+# (and fmt and zlib; xxHash and nlohmann-json are header-only here; of GLU the tessellator alone, statically); the edges bring OpenImageIO.
 
 macro(raypager_find_dependencies)
     set(THREADS_PREFER_PTHREAD_FLAG ON)
@@ -9,7 +9,9 @@ macro(raypager_find_dependencies)
     find_package(nlohmann_json REQUIRED)
     if(RAYPAGER_STATIC)
         set(Boost_USE_STATIC_LIBS ON)
+        set(ZLIB_USE_STATIC_LIBS ON)
     endif()
+    find_package(ZLIB REQUIRED)
     find_package(Boost REQUIRED COMPONENTS program_options)
     if(RAYPAGER_EDGES)
         # Not Debian's CMake package of OpenImageIO: it insists on its command-line tools and on OpenCV's headers.
@@ -17,9 +19,10 @@ macro(raypager_find_dependencies)
         find_library(RAYPAGER_OPENIMAGEIO_UTIL OpenImageIO_Util REQUIRED)
         find_path(RAYPAGER_OPENIMAGEIO_INCLUDE OpenImageIO/imageio.h REQUIRED)
         find_package(Imath REQUIRED)
-        find_library(RAYPAGER_OPENMESH_CORE OpenMeshCore REQUIRED)
-        find_path(RAYPAGER_OPENMESH_INCLUDE OpenMesh/Core/IO/MeshIO.hh REQUIRED)
     endif()
+    # Its tessellator alone, which needs no OpenGL: from the static library where there is one, so that nothing else comes along.
+    find_library(RAYPAGER_GLU NAMES libGLU.a GLU REQUIRED)
+    find_path(RAYPAGER_GLU_INCLUDE GL/glu.h REQUIRED)
 endmacro()
 
 add_library(raypager_options INTERFACE)
@@ -69,12 +72,13 @@ function(raypager_libraries)
         list(APPEND engine ${found})
     endforeach()
     # What needs the libraries of the edges lies in files of that name.
-    list(FILTER engine EXCLUDE REGEX "(openmesh|openimageio)[^/]*\\.cpp$")
+    list(FILTER engine EXCLUDE REGEX "openimageio[^/]*\\.cpp$")
     add_library(raypager_engine STATIC ${engine} ${RAYPAGER_KERNEL_SOURCES})
     target_include_directories(raypager_engine PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
     target_compile_definitions(raypager_engine PUBLIC CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120 CL_HPP_MINIMUM_OPENCL_VERSION=120
         RAYPAGER_VERSION="${PROJECT_VERSION}")
-    target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json)
+    target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json PRIVATE ZLIB::ZLIB ${RAYPAGER_GLU})
+    target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_GLU_INCLUDE})
     # Compiled with each source that uses it, fmt takes more of the time than most sources. Debian has no static library of it.
     if(RAYPAGER_STATIC)
         target_compile_definitions(raypager_engine PUBLIC FMT_HEADER_ONLY)
@@ -85,13 +89,7 @@ function(raypager_libraries)
     target_precompile_headers(raypager_engine PRIVATE <algorithm> <string> <vector> <memory> <functional> <filesystem> <fmt/format.h>)
     # The headers of these libraries do not stand up to our warnings.
     if(RAYPAGER_EDGES)
-        file(GLOB openmesh CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*/*openmesh*.cpp)
-        add_library(raypager_openmesh STATIC ${openmesh})
         target_compile_definitions(raypager_engine PUBLIC RAYPAGER_EDGES=1)
-        target_include_directories(raypager_openmesh SYSTEM PRIVATE ${RAYPAGER_OPENMESH_INCLUDE})
-        target_link_libraries(raypager_openmesh PUBLIC raypager_engine PRIVATE ${RAYPAGER_OPENMESH_CORE})
-        # The engine calls it through functions that it declares.
-        target_link_libraries(raypager_engine PUBLIC raypager_openmesh)
         # OpenImageIO is for programs that read and write pictures: it takes a quarter of a second to load.
         file(GLOB openimageio CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*/*openimageio*.cpp)
         add_library(raypager_openimageio STATIC ${openimageio})

@@ -54,18 +54,31 @@ struct Transform {
     bool is_identity() const;
 };
 
+// Something about a file that its user should know.
+struct MeshWarning {
+    std::string kind;    // the same for all of a kind, in whatever file
+    std::string text;    // of the first that was met; names the file, and the line where there is one
+    uint64_t files = 1;  // that have it
+};
+
 // What was met and mended while meshes and clouds were read. Counts of triangles or points, unless said otherwise.
 struct MeshIssues {
-    uint64_t not_finite = 0;          // used a vertex that is not finite (NaN, Inf): dropped
-    uint64_t bad_index = 0;           // used a vertex that does not exist: dropped
-    uint64_t degenerate = 0;          // no area, or a vertex twice: dropped, no ray can hit them
-    uint64_t duplicate = 0;           // the same three vertices again: kept
-    uint64_t non_manifold_edges = 0;  // edges of more than two triangles: kept
-    uint64_t not_compared = 0;        // of meshes too large to look for the last two
-    uint64_t changed_radius = 0;      // points whose radius is smaller or larger than can be stored: kept, with the nearest that can
+    uint64_t not_finite = 0;                 // used a vertex that is not finite (NaN, Inf): dropped
+    uint64_t bad_index = 0;                  // used a vertex that does not exist: dropped
+    uint64_t degenerate = 0;                 // no area, or a vertex twice: dropped, no ray can hit them
+    uint64_t few_corners = 0;                // faces of one or two corners, or none: dropped
+    uint64_t crossed = 0;                    // polygons whose outline crosses itself: cut into a fan from their first corner
+    uint64_t duplicate = 0;                  // the same three vertices again: kept
+    uint64_t non_manifold_edges = 0;         // edges of more than two triangles: kept
+    uint64_t not_compared = 0;               // of meshes too large to look for the last two
+    uint64_t changed_radius = 0;             // points whose radius is smaller or larger than can be stored: kept, with the nearest that can
+    std::vector<MeshWarning> warnings = {};  // one of each kind
     void add(const MeshIssues& other);
-    bool any() const { return not_finite || bad_index || degenerate || duplicate || non_manifold_edges || not_compared || changed_radius; }
-    std::string describe() const;  // "12 degenerate triangles dropped, ..."
+    // What is not said by a count. text names the file.
+    void warn(std::string kind, std::string text) { add_warning({std::move(kind), std::move(text)}); }
+    void add_warning(const MeshWarning& warning);
+    bool any() const;              // of the counts
+    std::string describe() const;  // the counts: "12 degenerate triangles dropped, ..."
 };
 
 // Takes in a mesh piece by piece: all vertices, then the triangles. A status that is not ok ends the stream and is passed on.
@@ -127,6 +140,8 @@ public:
     virtual bool has_color() const = 0;
     virtual std::string name() const = 0;
     virtual std::vector<std::string> files() const { return {}; }
+    // How the files are to be read, where somebody said so: what tells two readings of one file apart.
+    virtual std::string reading() const { return {}; }
 };
 
 class PointsInMemory final : public PointSource {
@@ -167,6 +182,8 @@ struct Shape {
     std::shared_ptr<const MeshSource> mesh;     // or, if null:
     std::shared_ptr<const PointSource> points;  // or, if null:
     SpherePrimitive sphere;
+    // The colours of its vertices, where the mesh has them, are the reflectance of its material, if that is diffuse.
+    bool vertex_colors = true;
     // Of a cloud: one radius for all points, in the world; 0: each point's own, or from the spacing around it, times radius_scale.
     float point_radius = 0, radius_scale = 1;
 };

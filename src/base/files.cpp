@@ -9,6 +9,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
+
+#include "base/gzip.hpp"
 
 namespace raypager {
 namespace {
@@ -97,6 +100,7 @@ InputFile& InputFile::operator=(InputFile&& other) noexcept {
     std::swap(descriptor_, other.descriptor_);
     std::swap(size_, other.size_);
     std::swap(path_, other.path_);
+    std::swap(unpacked_, other.unpacked_);
     return *this;
 }
 
@@ -114,6 +118,13 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
     if (::fstat(file.descriptor_, &info) != 0) return system_error(path, "cannot be examined");
     if (!S_ISREG(info.st_mode)) return Status::failed(path.string() + ": is not a regular file");
     file.size_ = static_cast<uint64_t>(info.st_size);
+    std::byte start[3];
+    if (::pread(file.descriptor_, start, sizeof(start), 0) != sizeof(start) || !looks_packed(start)) return file;
+    auto unpacked = unpacked_content(file, {info.st_dev, info.st_ino, file.size_, info.st_mtim.tv_sec, info.st_mtim.tv_nsec});
+    if (!unpacked) return unpacked.status();
+    file.unpacked_ = std::move(*unpacked);
+    file.size_ = file.unpacked_->size;
+    ::close(std::exchange(file.descriptor_, -1));
     return file;
 }
 
@@ -121,6 +132,7 @@ Status InputFile::read(uint64_t offset, std::span<std::byte> bytes) const {
     if (offset > size_ || bytes.size() > size_ - offset)
         return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(),
                                           size_, bytes.size(), offset));
+    if (unpacked_) return unpacked_->content->read(offset, bytes);
     const size_t done = read_all(descriptor_, path_, offset, bytes);
     if (done == bytes.size()) return {};
     if (errno) return system_error(path_, "cannot be read");

@@ -18,7 +18,9 @@
 
 namespace raypager {
 
-// Positional reads; any number of threads may read at once.
+struct UnpackedFile;
+
+// Positional reads; any number of threads may read at once. A file that is packed with gzip, whatever its name, reads as what was packed.
 class InputFile {
 public:
     InputFile() = default;
@@ -26,7 +28,7 @@ public:
     InputFile& operator=(InputFile&& other) noexcept;
     ~InputFile();
     static Result<InputFile> open(const std::filesystem::path& path);
-    uint64_t size() const { return size_; }
+    uint64_t size() const { return size_; }  // of the content
     const std::filesystem::path& path() const { return path_; }
     // Fills all of bytes from offset on; a file that ends before is an error.
     Status read(uint64_t offset, std::span<std::byte> bytes) const;
@@ -35,7 +37,11 @@ private:
     int descriptor_ = -1;
     uint64_t size_ = 0;
     std::filesystem::path path_;
+    std::shared_ptr<const UnpackedFile> unpacked_;  // null: it is read as it is
 };
+
+// Gives the disk space back that unpacked files take which nobody has open, and which would be kept for the next time that they are opened.
+void forget_unpacked_files();
 
 // The temporary file is locked while it is written, so that one whose writer was killed can be told from one that still grows.
 class OutputFile {

@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // Counts up whenever the same scene would be baked into other bytes.
-constexpr uint32_t baker_version = 8;
+constexpr uint32_t baker_version = 9;
 
 class Fingerprint {
 public:
@@ -88,6 +88,7 @@ Status add_shape(Fingerprint& f, const Shape& shape) {
     f.add(shape.area_light.value_or(RP_NONE));
     if (shape.points) {
         f.add(shape.points->name());
+        f.add(shape.points->reading());
         f.add(shape.points->has_color());
         f.add(shape.point_radius);
         f.add(shape.radius_scale);
@@ -101,10 +102,12 @@ Status add_shape(Fingerprint& f, const Shape& shape) {
         return {};
     }
     f.add(shape.mesh->name());
+    f.add(shape.vertex_colors);
     if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get())) {
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().positions)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().triangles)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().normals)));
+        f.add_bytes(std::as_bytes(std::span(mesh->mesh().colors)));
     }
     for (const std::string& file : shape.mesh->files()) RAYPAGER_TRY(f.add_file(file));
     return {};

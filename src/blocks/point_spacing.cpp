@@ -1,30 +1,12 @@
 #include "blocks/point_spacing.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 
 namespace raypager {
 namespace {
 
-constexpr size_t enough = 24;    // points that tell a spacing
-constexpr size_t plenty = 64;    // cells with more are divided
-constexpr size_t neighbour = 3;  // the one whose distance counts: with two, points in lines would tell nothing of what lies between the lines
-
-// The middle of what is left when zeros (points in the same place as others) are not counted; 0 if nothing is.
-float median(std::vector<float>& values) {
-    std::erase(values, 0.0f);
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-float distance_squared(const Float3& a, const Float3& b) {
-    const float x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
-    return x * x + y * y + z * z;
-}
+constexpr size_t enough = least_surface_points;  // that tell a spacing
+constexpr size_t plenty = 64;                    // cells with more are divided
 
 class Estimator {
 public:
@@ -84,24 +66,6 @@ private:
 };
 
 }  // namespace
-
-float compared_spacing(std::span<const Float3> points) {
-    if (points.size() < 2) return 0;
-    const size_t rank = std::min(neighbour, points.size() - 1);
-    std::vector<float> distances;
-    distances.reserve(points.size());
-    for (size_t i = 0; i < points.size(); i++) {
-        std::array<float, neighbour> nearest;
-        nearest.fill(std::numeric_limits<float>::infinity());
-        for (size_t j = 0; j < points.size(); j++) {
-            float d = i == j ? std::numeric_limits<float>::infinity() : distance_squared(points[i], points[j]);
-            for (float& known : nearest)
-                if (d < known) std::swap(d, known);
-        }
-        distances.push_back(nearest[rank - 1]);
-    }
-    return std::sqrt(median(distances));
-}
 
 float divided_cell_spacing(std::vector<CellSpacing> children) {
     std::erase_if(children, [](const CellSpacing& child) { return child.spacing == 0; });

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "blocks/point_order.hpp"
+#include "scene/point_distance.hpp"
 
 namespace raypager {
 
@@ -13,7 +14,7 @@ namespace raypager {
 // On a surface sampled evenly that is the distance between neighbours. A point far from all others lies in a cell with few or none
 // beside it, so it gets the spacing of the next larger cell, which those who lie close together decide: it does not become a balloon.
 // As cells do not depend on the rest of the cloud, neither does the spacing in a cell that holds enough.
-// Where nothing tells (a single point, or all in one place): 1.
+// Clouds of fewer points are told from as a whole. Where nothing tells (a single point, or all in one place): 1.
 std::vector<float> estimate_point_spacing(std::span<const CloudPoint> points, const PointOrder& order);
 
 // The same where the cloud is too large to be looked at as a whole, but its cells are not.
@@ -26,12 +27,7 @@ struct CellSpacing {
 };
 // Of a cell that is divided: the median over the points of those children that tell; 0 if none does.
 float divided_cell_spacing(std::vector<CellSpacing> children);
-// Of a cell of which no part tells, from every n-th of its points, in order, such that there are at most most_compared_points.
+// Of a cell of which no part tells, compared_spacing() of every n-th of its points, in order, such that there are at most so many.
 inline constexpr size_t most_compared_points = 256;
-float compared_spacing(std::span<const Float3> points);
-
-// Of a sphere around each point, so that a surface of such points looks closed: a multiple of the spacing. An even grid needs 0.71; points
-// strewn at random leave exp(-pi (0.94 * 0.9)^2) of their surface open with 0.9, a tenth. Real scans lie in between.
-inline constexpr float point_radius_of_spacing = 0.9f;
 
 }  // namespace raypager

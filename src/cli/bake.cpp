@@ -74,7 +74,7 @@ Status run_bake(const Arguments& arguments) {
         if (has_ending(input, ".rpb")) return parser.wrong(fmt::format("'{}' is baked already; render it", input.string()));
     RAYPAGER_TRY(check_output_path(output));
 
-    auto scene = import_with_warnings(inputs, options.host_limit);
+    auto scene = import_with_warnings(inputs, options.host_limit, options.points.columns);
     if (!scene) return scene.status();
     RAYPAGER_TRY(set_view(view, *scene));
     return bake_with_notes(*scene, options, output, progress || stderr_is_terminal()).status();

@@ -4,6 +4,7 @@
 
 #include <mutex>
 
+#include "base/files.hpp"
 #include "base/log.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
@@ -31,6 +32,14 @@ std::function<void(const char*, double)> progress_printer() {
     };
 }
 
+void print_issues(const MeshIssues& issues) {
+    std::vector<std::string> warnings;
+    for (const MeshWarning& w : issues.warnings)
+        warnings.push_back(w.files == 1 ? w.text : fmt::format("{} (and {} more {} like it)", w.text, w.files - 1, w.files == 2 ? "file" : "files"));
+    if (issues.any()) warnings.push_back(issues.describe());
+    print_warnings(warnings);
+}
+
 }  // namespace
 
 void print_warnings(const std::vector<std::string>& warnings) {
@@ -38,8 +47,8 @@ void print_warnings(const std::vector<std::string>& warnings) {
     if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
 }
 
-Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit) {
-    auto scene = import_scene(inputs, host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes);
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const PointColumns& columns) {
+    auto scene = import_scene(inputs, host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes, columns);
     if (scene) print_warnings(scene->warnings);
     return scene;
 }
@@ -49,9 +58,10 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     const StopSignal stop;
     options.stop = &stop.flag();
     auto summary = bake(scene, options, output);
+    forget_unpacked_files();
     progress_line("");
     if (!summary) return summary;
-    if (summary->issues.any()) log_warning(summary->issues.describe());
+    print_issues(summary->issues);
     const std::string spheres = summary->spheres ? fmt::format(" and {} spheres and points", format_count(summary->spheres)) : "";
     if (summary->points_culled || summary->points_merged)
         log_note(fmt::format("{} points left out that the camera does not see, {} that share a pixel with others",

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
 #include "cli/baking.hpp"
@@ -90,7 +91,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     }
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
-    auto scene = import_with_warnings(inputs, request.options.host_limit);
+    auto scene = import_with_warnings(inputs, request.options.host_limit, request.options.points.columns);
     if (!scene) return scene.status();
     if (request.options.points.cull_to_camera || request.options.points.filter_to_image) RAYPAGER_TRY(set_view(request.view, *scene));
     const auto fingerprint = bake_fingerprint(*scene, request.options);
@@ -100,6 +101,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     const auto folders = cache_folders(inputs.front(), cache_directory);
     for (const auto& folder : folders)
         if (auto file = open_cached(folder / name, *fingerprint)) {
+            forget_unpacked_files();
             log_note(fmt::format("the scene is baked already: {}", (folder / name).string()));
             return OpenedScene{std::move(file), seconds()};
         }

@@ -8,10 +8,9 @@
 #include <numbers>
 
 #include "import/bare_clouds.hpp"
+#include "import/bare_meshes.hpp"
 #include "import/framing.hpp"
 #include "import/materials.hpp"
-#include "import/mesh_file.hpp"
-#include "import/mesh_sample.hpp"
 #include "import/point_readers.hpp"
 
 namespace raypager {
@@ -21,8 +20,7 @@ using std::numbers::pi;
 
 // Degrees above the ground from which things are looked at.
 constexpr double object_elevation = 22, landscape_elevation = 38;
-constexpr double largest_ground = 40;                // in radii of the object
-constexpr uint64_t most_framed = uint64_t{1} << 20;  // triangles of a mesh that are looked at, where it need not be read as a whole
+constexpr double largest_ground = 40;  // in radii of the object
 
 // What one look at all triangles tells.
 struct Survey {
@@ -107,17 +105,18 @@ TriangleMesh make_key_light(const Framing& view, const Axes& axes, const Vector&
 }
 
 struct Inputs {
-    std::vector<std::shared_ptr<const MeshFile>> meshes;
+    BareMeshes meshes;
+    Vector origin = {0, 0, 0};  // all inputs are shown relative to it
     std::vector<std::shared_ptr<const CloudFile>> clouds;
     CloudSurvey cloud;  // of all clouds
     Survey survey;      // of all meshes, with the clouds' bounds
     Framing from_y, from_z;
 };
 
-Status open_clouds(const std::vector<std::filesystem::path>& paths, Inputs& inputs) {
+Status open_clouds(const std::vector<std::filesystem::path>& paths, const PointColumns& columns, Inputs& inputs) {
     for (const auto& path : paths) {
         if (!is_cloud_file(path)) continue;
-        const auto cloud = CloudFile::open(path);
+        const auto cloud = CloudFile::open(path, columns);
         if (!cloud) return cloud.status();
         inputs.clouds.push_back(*cloud);
     }
@@ -134,8 +133,8 @@ void frame_clouds(Inputs& inputs) {
         inputs.survey.upper[a] = std::max(inputs.survey.upper[a], inputs.cloud.upper[a]);
     }
     for (const Vector& p : inputs.cloud.points) {
-        inputs.from_y.add(p);
-        inputs.from_z.add(p);
+        inputs.from_y.add(p, inputs.cloud.ball);
+        inputs.from_z.add(p, inputs.cloud.ball);
     }
 }
 
@@ -146,63 +145,50 @@ Status check_bounds(const Survey& own, const std::string& name) {
     return {};
 }
 
-// Takes a look at a mesh: its bounds, areas and frame. Meshes beside clouds are shown relative to their origin.
-// count: triangles for which each of these stands.
-Status look_at(const TriangleMesh& mesh, const std::string& name, double count, Survey own, Inputs& inputs) {
+// Takes a look at a mesh: its bounds, areas and frame. origin: what is to be added to its positions. count: triangles for which each of these stands.
+Status look_at(const TriangleMesh& mesh, const std::string& name, const Vector& origin, double count, Survey own, Inputs& inputs) {
     survey_bounds(mesh, own);
     RAYPAGER_TRY(check_bounds(own, name));
+    const Vector shift = origin - inputs.origin;
     for (size_t a = 0; a < 3; ++a) {
-        inputs.survey.lower[a] = std::min(inputs.survey.lower[a], own.lower[a] - inputs.cloud.origin[a]);
-        inputs.survey.upper[a] = std::max(inputs.survey.upper[a], own.upper[a] - inputs.cloud.origin[a]);
+        inputs.survey.lower[a] = std::min(inputs.survey.lower[a], own.lower[a] + shift[a]);
+        inputs.survey.upper[a] = std::max(inputs.survey.upper[a], own.upper[a] + shift[a]);
     }
     survey_areas(mesh, own, count, inputs.survey);
     for (const Triangle& t : mesh.triangles)
         for (const uint32_t index : t) {
-            const Vector p = vector(mesh.positions[index]) - inputs.cloud.origin;
+            const Vector p = vector(mesh.positions[index]) + shift;
             inputs.from_y.add(p);
             inputs.from_z.add(p);
         }
     return {};
 }
 
-Status nothing_to_see(const MeshFile& file, const MeshIssues& issues) {
-    return Status::failed(fmt::format("{}: has no triangle that can be seen{}", file.name(), issues.any() ? ": " + issues.describe() : ""));
-}
-
-Status look_at_sample(const MeshFile& file, Inputs& inputs) {
-    MeshIssues issues;
-    const auto sample = sample_mesh(file, most_framed, issues);
-    if (!sample) return sample.status();
-    if (sample->mesh.triangles.empty()) return nothing_to_see(file, issues);
-    Survey own;
-    own.lower = vector(sample->lower);
-    own.upper = vector(sample->upper);
-    return look_at(sample->mesh, file.name(), sample->triangles, own, inputs);
-}
-
 // Looks at every mesh, and keeps what fits into keep_bytes of those that were read as a whole.
-Status look_at_meshes(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, Inputs& inputs) {
-    uint64_t kept = 0;
-    for (const auto& path : paths) {
-        if (is_cloud_file(path)) continue;
-        const auto file = MeshFile::open(path);
-        if (!file) return file.status();
-        inputs.meshes.push_back(*file);
-        if ((*file)->declared_triangles() > most_framed) {
-            RAYPAGER_TRY(look_at_sample(**file, inputs));
-            continue;
-        }
-        TriangleMesh mesh;
-        MeshIssues issues;
-        RAYPAGER_TRY((*file)->load(mesh, issues));
-        if (mesh.triangles.empty()) return nothing_to_see(**file, issues);
-        RAYPAGER_TRY(look_at(mesh, path.string(), 1, {}, inputs));
-        const uint64_t bytes = mesh.positions.size() * sizeof(Float3) * 2 + mesh.triangles.size() * sizeof(Triangle);
-        if (kept + bytes > keep_bytes) continue;
-        kept += bytes;
-        (*file)->keep_for_next_load(std::move(mesh), issues);
+Status look_at_meshes(const std::vector<BareMeshFile>& files, uint64_t keep_bytes, Inputs& inputs) {
+    for (const BareMeshFile& file : files) {
+        const auto look = [&](const MeshSample& sample, bool whole, const MeshIssues& issues) -> Status {
+            const std::string name = file.path.string();
+            if (sample.mesh.triangles.empty())
+                return Status::failed(fmt::format("{}: has no triangle that can be seen{}", name, issues.any() ? ": " + issues.describe() : ""));
+            Survey own;
+            if (!whole) {
+                own.lower = vector(sample.lower);
+                own.upper = vector(sample.upper);
+            }
+            return look_at(sample.mesh, name, file.origin(), sample.triangles, own, inputs);
+        };
+        RAYPAGER_TRY(add_bare_meshes(file, keep_bytes, look, inputs.meshes));
     }
     return {};
+}
+
+// Of the first input that is far from its own.
+Vector common_origin(const Inputs& inputs, const std::vector<BareMeshFile>& files) {
+    if (!inputs.clouds.empty()) return inputs.cloud.origin;
+    for (const BareMeshFile& file : files)
+        if (file.origin() != Vector{0, 0, 0}) return file.origin();
+    return {0, 0, 0};
 }
 
 // Far from the sizes that single precision is good for, the world is scaled, by a power of two so that no coordinate is rounded.
@@ -210,18 +196,29 @@ double world_scale(double radius) { return radius >= 1e-3 && radius <= 1e6 ? 1.0
 
 // What stands in the scene, without ground and light.
 void add_objects(const Inputs& inputs, double scale, Scene& scene) {
-    const Vector origin = inputs.cloud.origin;
+    const Vector origin = inputs.origin;
     const auto add = [&](const std::string& name, const Vector& shift) -> Shape& {
         Shape shape;
         shape.name = name;
         shape.to_world = Transform::scale(scale, scale, scale) * Transform::translate(shift[0], shift[1], shift[2]);
         return scene.shapes.emplace_back(std::move(shape));
     };
-    for (const auto& file : inputs.meshes) add(file->name(), Vector{0, 0, 0} - origin).mesh = file;
-    for (const auto& cloud : inputs.clouds) add(cloud->name(), cloud->origin() - origin).points = cloud;
+    for (const BareMesh& mesh : inputs.meshes.meshes) {
+        Shape& shape = add(mesh.source->name(), mesh.origin - origin);
+        shape.mesh = mesh.source;
+        if (mesh.material) shape.material = static_cast<uint32_t>(scene.materials.size());
+        if (mesh.material) scene.materials.push_back(*mesh.material);
+        if (mesh.radiance) shape.area_light = static_cast<uint32_t>(scene.area_lights.size());
+        if (mesh.radiance) scene.area_lights.push_back({*mesh.radiance, true});
+    }
+    for (const auto& cloud : inputs.clouds) {
+        add(cloud->name(), cloud->origin() - origin).points = cloud;
+        scene.warnings.insert(scene.warnings.end(), cloud->warnings().begin(), cloud->warnings().end());
+    }
     if (origin != Vector{0, 0, 0})
         scene.warnings.push_back(fmt::format("{}: is far from the origin; coordinates are shown relative to ({:.0f}, {:.0f}, {:.0f})",
-                                             inputs.clouds.front()->name(), origin[0], origin[1], origin[2]));
+                                             inputs.clouds.empty() ? scene.shapes.front().name : inputs.clouds.front()->name(), origin[0], origin[1],
+                                             origin[2]));
 }
 
 // Sun and sky, as on a clear afternoon; the sun stands at the viewer's left.
@@ -240,7 +237,8 @@ void light_landscape(const Framing& view, const Axes& axes, Scene& scene) {
 void light_object(const Inputs& inputs, const Framing& view, const Axes& axes, double scale, Scene& scene) {
     const double radius = scale * inputs.survey.radius();
     const Vector center = scale * inputs.survey.center();
-    scene.area_lights = {AreaLight{{9.5f, 9.0f, 8.2f}, false}};
+    const auto lamp = static_cast<uint32_t>(scene.area_lights.size());
+    scene.area_lights.push_back({{9.5f, 9.0f, 8.2f}, false});
     scene.lights = {infinite_light({0.22f, 0.25f, 0.30f})};
     const auto add = [&](const char* name, TriangleMesh mesh, uint32_t material, std::optional<uint32_t> light) {
         Shape shape;
@@ -254,23 +252,28 @@ void light_object(const Inputs& inputs, const Framing& view, const Axes& axes, d
     const double below = inputs.clouds.empty() ? 1e-4 : 1e-2;
     const double height = scale * dot(inputs.survey.lower, axes.up) - below * radius;
     add("ground", make_ground(scene, axes, center, height, radius), 1, std::nullopt);
-    add("key light", make_key_light(view, axes, center, radius), 2, 0);
+    add("key light", make_key_light(view, axes, center, radius), 2, lamp);
 }
 
 }  // namespace
 
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes) {
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, const PointColumns& columns) {
     Scene scene;
     Inputs inputs{
-        {}, {}, {}, {}, Framing(y_up, object_elevation, scene.width, scene.height), Framing(z_up, object_elevation, scene.width, scene.height)};
-    RAYPAGER_TRY(open_clouds(paths, inputs));
+        {}, {}, {}, {}, {}, Framing(y_up, object_elevation, scene.width, scene.height), Framing(z_up, object_elevation, scene.width, scene.height)};
+    RAYPAGER_TRY(open_clouds(paths, columns, inputs));
     const bool landscape = inputs.cloud.landscape;
     if (landscape) inputs.from_z = Framing(z_up, landscape_elevation, scene.width, scene.height);
     frame_clouds(inputs);
-    RAYPAGER_TRY(look_at_meshes(paths, keep_bytes, inputs));
+    const auto mesh_files = open_mesh_files(paths);
+    if (!mesh_files) return mesh_files.status();
+    inputs.origin = common_origin(inputs, *mesh_files);
+    RAYPAGER_TRY(look_at_meshes(*mesh_files, keep_bytes, inputs));
+    scene.files = inputs.meshes.files;
+    scene.warnings = inputs.meshes.warnings;
 
     const Survey& survey = inputs.survey;
-    const bool z_is_up = inputs.cloud.z_up || (!inputs.meshes.empty() && stands_on_z(survey));
+    const bool z_is_up = inputs.cloud.z_up || (!inputs.meshes.meshes.empty() && stands_on_z(survey));
     const Axes& axes = z_is_up ? z_up : y_up;
     const Framing& view = z_is_up ? inputs.from_z : inputs.from_y;
     const double scale = world_scale(survey.radius()), radius = scale * survey.radius();

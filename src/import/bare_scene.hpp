@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "import/point_columns.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
@@ -18,6 +19,6 @@ namespace raypager {
 // to a nearer one, all to the same; a warning names it.
 // Meshes of more than 2^20 triangles that can be read in pieces are framed by a sample of them. keep_bytes: of meshes that have been read and
 // stay in memory for the bake.
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes);
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, const PointColumns& columns = {});
 
 }  // namespace raypager

@@ -6,18 +6,22 @@
 #include <cmath>
 #include <new>
 
+#include "import/endings.hpp"
+#include "import/geographic.hpp"
+#include "import/origin.hpp"
+
 namespace raypager {
 namespace {
 
 enum class CloudFormat { las, laz, ply, text };
 
 std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string ending = format_ending(path);
     if (ending == ".las") return CloudFormat::las;
     if (ending == ".laz") return CloudFormat::laz;
     if (ending == ".ply") return CloudFormat::ply;
-    if (ending == ".xyz" || ending == ".pts" || ending == ".txt" || ending == ".asc") return CloudFormat::text;
+    if (ending == ".xyz" || ending == ".pts" || ending == ".txt" || ending == ".asc" || ending == ".csv" || ending == ".xyzrgb")
+        return CloudFormat::text;
     return std::nullopt;
 }
 
@@ -25,41 +29,23 @@ std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
 constexpr uint64_t sample_parts = 256;
 constexpr size_t sample_points = 1024;
 
-// Coordinates up to here keep a resolution of about a millimetre if their unit is the metre.
-constexpr double near_coordinate = 16384, origin_step = 1000;
-
 std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& file) {
     std::vector<FilePoint> points;
     for (uint64_t part = 0; part < sample_parts; ++part) reader.sample(file, part, sample_parts, sample_points, points);
     return points;
 }
 
-bool is_finite(const FilePoint& point) {
-    // False for what is not a number, too.
-    return std::all_of(point.position.begin(), point.position.end(), [](double x) { return std::abs(x) <= largest_file_coordinate; });
+FilePosition origin_of(const std::vector<FilePoint>& sample) {
+    std::vector<FilePosition> positions;
+    for (const FilePoint& p : sample) positions.push_back(p.position);
+    return choose_origin(positions);
 }
 
-// The middle of the points: a few strays far away, or at zero, do not move it.
-std::array<double, 3> choose_origin(const std::vector<FilePoint>& sample) {
-    std::array<double, 3> origin = {0, 0, 0};
-    std::vector<double> values;
-    for (size_t a = 0; a < 3; ++a) {
-        values.clear();
-        for (const FilePoint& p : sample)
-            if (is_finite(p)) values.push_back(p.position[a]);
-        if (values.empty()) return {0, 0, 0};
-        const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-        std::nth_element(values.begin(), middle, values.end());
-        if (std::abs(*middle) > near_coordinate) origin[a] = std::round(*middle / origin_step) * origin_step;
-    }
-    return origin;
-}
-
-Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFormat format) {
+Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFormat format, const PointColumns& columns) {
     const std::string name = file.path().string();
     if (file.size() == 0) return Status::failed(name + ": is empty");
     if (format == CloudFormat::las) return open_las(file);
-    if (format == CloudFormat::text) return open_text_points(file);
+    if (format == CloudFormat::text) return open_text_points(file, columns);
     if (format == CloudFormat::laz)
         return Status::failed(name + ": compressed points (LAZ) cannot be read; unpack them, for instance with: laszip -i FILE.laz -o FILE.las");
     auto header = read_ply_header(file);
@@ -69,23 +55,28 @@ Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFor
 
 }  // namespace
 
-Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::path& path) {
+Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::path& path, const PointColumns& columns) {
     const auto format = cloud_format(path);
     if (!format) return Status::failed(path.string() + ": is no file of points; .las, .ply, .xyz, .pts and .txt can be read");
     const auto file = InputFile::open(path);
     if (!file) return file.status();
-    auto reader = open_reader(*file, *format);
+    auto reader = open_reader(*file, *format, columns);
     if (!reader) return reader.status();
     std::shared_ptr<CloudFile> cloud(new CloudFile(path, std::move(*reader)));
     const std::vector<FilePoint> sample = take_sample(*cloud->reader_, *file);
     cloud->colors_ = PointColors::choose(cloud->reader_->fields(), sample);
-    cloud->origin_ = choose_origin(sample);
+    cloud->origin_ = origin_of(sample);
+    cloud->warnings_ = cloud->reader_->warnings();
+    if (const std::string why = seems_geographic(sample, cloud->reader_->fields().geographic); !why.empty())
+        cloud->warnings_.push_back(
+            fmt::format("{}: {}, so the picture is out of proportion; project the points to metres first, for instance to UTM", path.string(), why));
+    if (*format == CloudFormat::text) cloud->reading_ = point_column_list(columns);
     return std::shared_ptr<const CloudFile>(std::move(cloud));
 }
 
 void CloudFile::convert(std::span<const FilePoint> points, std::vector<CloudPoint>& converted) const {
     for (const FilePoint& p : points) {
-        if (!is_finite(p)) continue;
+        if (!is_usable(p.position)) continue;
         CloudPoint& point = converted.emplace_back();
         point.position = {static_cast<float>(p.position[0] - origin_[0]), static_cast<float>(p.position[1] - origin_[1]),
                           static_cast<float>(p.position[2] - origin_[2])};

@@ -25,10 +25,14 @@ constexpr double field_of_view = 35;  // degrees: a normal to slightly long lens
 class Framing {
 public:
     Framing(const Axes& axes, double elevation, uint32_t width, uint32_t height);
-    void add(const Vector& p) {
+    // radius: of a ball around p.
+    void add(const Vector& p, double radius = 0) {
         const double x = dot(p, right) / tan_x, y = dot(p, up) / tan_y, z = dot(p, to_camera);
-        largest = {std::max(largest[0], x + z), std::max(largest[1], z - x), std::max(largest[2], y + z), std::max(largest[3], z - y)};
-        nearest = std::max(nearest, z);
+        // So far must the planes of the frame's sides be moved along the view for a ball to be inside.
+        const double across = radius * std::sqrt(1 + 1 / (tan_x * tan_x)), upright = radius * std::sqrt(1 + 1 / (tan_y * tan_y));
+        largest = {std::max(largest[0], x + z + across), std::max(largest[1], z - x + across), std::max(largest[2], y + z + upright),
+                   std::max(largest[3], z - y + upright)};
+        nearest = std::max(nearest, z + radius);
     }
     // radius: of what is framed.
     Vector eye(double radius) const;

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include "base/files.hpp"
 
@@ -28,9 +30,12 @@ struct LasHeader {
     uint64_t points_offset = 0;                     // in the file
     uint64_t count = 0;                             // that many records are there
     std::array<double, 3> scale = {}, offset = {};  // coordinate = stored integer * scale + offset
+    bool geographic = false;                        // coordinates are longitude and latitude, says a record
+    std::vector<std::string> warnings;              // what is wrong in the header but does not matter; with the file's name
 };
 
-// An error, with what to do, for compressed points (LAZ).
+// Of what contradicts itself, that is believed which the size of the file bears out, with a warning. An error, with what to do, for compressed
+// points (LAZ).
 Result<LasHeader> read_las_header(const InputFile& file);
 
 }  // namespace raypager

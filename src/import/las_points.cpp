@@ -21,8 +21,15 @@ public:
 
     uint64_t count() const override { return header_.count; }
     PointFields fields() const override {
-        return {.color = layout_.rgb != 0, .intensity = true, .classification = true, .color_type = ColorType::word, .z_up = true};
+        return {.color = layout_.rgb != 0,
+                .intensity = true,
+                .classification = true,
+                .color_type = ColorType::word,
+                .z_up = true,
+                .geographic = header_.geographic};
     }
+
+    std::vector<std::string> warnings() const override { return header_.warnings; }
 
     Status read(const InputFile& file, const Take& take) const override {
         std::vector<FilePoint> points;

@@ -7,66 +7,37 @@
 #include <stdexcept>
 #include <utility>
 
-#include "import/checked_input.hpp"
+#include "import/endings.hpp"
+#include "import/mesh_colors.hpp"
+#include "import/obj_reader.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {
 namespace {
 
-#ifdef RAYPAGER_EDGES
-constexpr bool has_openmesh = true;
-#else
-constexpr bool has_openmesh = false;
-Status read_nothing(const InputFile& file) {
-    return Status::failed(file.path().string() +
-                          ": this build reads binary PLY only (it was made without OpenMesh: RAYPAGER_EDGES=OFF); convert the mesh to binary PLY");
-}
-#endif
-
-Status read_other(const InputFile& file, MeshFormat format, TriangleMesh& mesh, MeshIssues& issues) {
-#ifdef RAYPAGER_EDGES
-    return read_with_openmesh(file, format, mesh, issues);
-#else
-    (void)format, (void)mesh, (void)issues;
-    return read_nothing(file);
-#endif
+Status read_obj_mesh(const InputFile& file, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
+    ObjModel model;
+    RAYPAGER_TRY(read_obj(file, view.origin, model));
+    mesh = std::move(model.mesh);
+    std::replace(mesh.colors.begin(), mesh.colors.end(), RP_NONE, no_color);
+    issues.add(model.issues);
+    return {};
 }
 
-// Whether the first bytes make sense; declared_triangles is set where they tell.
-Status check_start(const InputFile& file, MeshFormat format, uint64_t& declared_triangles) {
-    const std::string name = file.path().string();
-    if (file.size() == 0) return Status::failed(name + ": is empty");
-    bool needs_openmesh = true;
-    if (format == MeshFormat::ply) {
-        const auto header = read_ply_header(file);
-        if (!header) return header.status();
-        const auto layout = find_ply_layout(*header, name);
-        if (!layout) return layout.status();
-        needs_openmesh = header->encoding == PlyEncoding::ascii;
-        if (!needs_openmesh) declared_triangles = layout->faces->count;
-    } else if (format == MeshFormat::stl) {
-        const auto kind = find_stl_kind(file);
-        if (!kind) return kind.status();
-    }
-    if (!needs_openmesh || has_openmesh) return {};
-    TriangleMesh unused;
-    MeshIssues none;
-    return read_other(file, format, unused, none);
-}
-
-Status read_mesh(const InputFile& file, MeshFormat format, TriangleMesh& mesh, MeshIssues& issues) {
-    if (format != MeshFormat::ply) return read_other(file, format, mesh, issues);
+Status read_mesh(const InputFile& file, MeshFormat format, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
+    if (format == MeshFormat::obj) return read_obj_mesh(file, view, mesh, issues);
+    if (format == MeshFormat::off) return read_off(file, view.origin, mesh, issues);
+    if (format == MeshFormat::stl) return read_stl(file, view.origin, mesh, issues);
     const auto header = read_ply_header(file);
     if (!header) return header.status();
-    if (header->encoding == PlyEncoding::ascii) return read_other(file, format, mesh, issues);
-    return read_ply_binary(file, *header, mesh, issues);
+    return header->encoding == PlyEncoding::ascii ? read_ply_text(file, *header, view, mesh, issues)
+                                                  : read_ply_binary(file, *header, view, mesh, issues);
 }
 
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
-    std::string ending = path.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const std::string ending = format_ending(path);
     if (ending == ".ply") return MeshFormat::ply;
     if (ending == ".obj") return MeshFormat::obj;
     if (ending == ".stl") return MeshFormat::stl;
@@ -76,16 +47,12 @@ std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
 
 Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::path& path) {
     const auto format = mesh_format(path);
-    if (!format) {
-        const bool compressed = path.extension() == ".gz";
-        return Status::failed(path.string() +
-                              (compressed ? ": is compressed; unpack it with gunzip" : ": is no mesh file; .ply, .obj, .stl and .off can be read"));
-    }
+    if (!format) return Status::failed(path.string() + ": is no mesh file; .ply, .obj, .stl and .off can be read");
     const auto file = InputFile::open(path);
     if (!file) return file.status();
-    uint64_t declared_triangles = 0;
-    RAYPAGER_TRY(check_start(*file, *format, declared_triangles));
-    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, declared_triangles));
+    const auto look = look_at_mesh_file(*file, *format);
+    if (!look) return look.status();
+    return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, *look, file->size()));
 }
 
 Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
@@ -99,19 +66,14 @@ Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
     if (!file) return file.status();
     MeshIssues found;
     try {
-        RAYPAGER_TRY(read_mesh(*file, format_, mesh, found));
+        RAYPAGER_TRY(read_mesh(*file, format_, look_.view, mesh, found));
         clean_mesh(mesh, found);
+        warn(found);
     } catch (const std::bad_alloc&) {
         return Status::failed(fmt::format("{}: not enough memory for its mesh", path_.string()));
     }
     issues.add(found);
     return {};
-}
-
-uint64_t MeshFile::bytes_to_read() const {
-    std::error_code error;
-    const uint64_t bytes = std::filesystem::file_size(path_, error);
-    return error ? 0 : bytes;
 }
 
 Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
@@ -133,18 +95,28 @@ Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
             const auto header = read_ply_header(*file);
             if (!header) return header.status();
             if (header->encoding != PlyEncoding::ascii) {
-                const Status status = stream_ply_binary(*file, *header, sink, found);
+                const Status status = stream_ply_binary(*file, *header, look_.view, sink, found);
+                warn(found);
                 issues.add(found);
                 return status;
             }
         }
         TriangleMesh mesh;
-        RAYPAGER_TRY(read_mesh(*file, format_, mesh, found));
+        RAYPAGER_TRY(read_mesh(*file, format_, look_.view, mesh, found));
+        warn(found);
         issues.add(found);
         return hand_on(mesh);
     } catch (const std::bad_alloc&) {
         return Status::failed(fmt::format("{}: not enough memory for its mesh; as binary PLY it could be read in pieces", path_.string()));
     }
+}
+
+void MeshFile::warn(MeshIssues& issues) const {
+    if (look_.lost_digits)
+        issues.warn("lost digits",
+                    fmt::format("{}: its coordinates are stored in single precision, so far from the origin that their last digits are "
+                                "lost already; write it with doubles, or nearer to the origin",
+                                path_.string()));
 }
 
 std::optional<MeshFile::Kept> MeshFile::take_kept() const {

@@ -6,26 +6,30 @@
 #include <mutex>
 #include <optional>
 
-#include "import/mesh_readers.hpp"
+#include "import/mesh_look.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
 
-// By the ending, in either case; nothing if it is not that of a mesh.
+// By the ending, in either case and also before .gz; nothing if it is not that of a mesh.
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path);
 
 class MeshFile final : public MeshSource {
 public:
-    // Checks that the file exists, looks like its ending says, and can be read in this build; the rest is found out by load().
+    // Checks that the file exists and looks like its ending says; the rest is found out by load().
     static Result<std::shared_ptr<const MeshFile>> open(const std::filesystem::path& path);
     Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
-    // In pieces from binary PLY; from other formats the whole is read first.
+    // In pieces from most binary PLY files; of others the whole is read first.
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
     std::vector<std::string> files() const override { return {path_.string()}; }
-    uint64_t bytes_to_read() const override;
+    uint64_t bytes_to_read() const override { return bytes_; }  // once unpacked
     // What the file's header declares; 0 where only reading it tells.
-    uint64_t declared_triangles() const { return declared_triangles_; }
+    uint64_t declared_triangles() const { return look_.in_pieces ? look_.declared_triangles : 0; }
+    bool has_colors() const { return look_.has_colors; }  // as far as the header tells
+    const std::vector<std::array<double, 3>>& corners_of_sample() const { return look_.corners_of_sample; }
+    // A position of the file is what load() and stream() give plus this: whole thousands, where coordinates are too large for single precision.
+    const std::array<double, 3>& origin() const { return look_.view.origin; }
     // Saves the next load() or stream() from reading the file again: it takes this mesh, as an earlier load() gave it.
     void keep_for_next_load(TriangleMesh mesh, const MeshIssues& issues) const;
 
@@ -35,12 +39,14 @@ private:
         MeshIssues issues;
     };
     std::optional<Kept> take_kept() const;
-    MeshFile(std::filesystem::path path, MeshFormat format, uint64_t declared_triangles)
-        : path_(std::move(path)), format_(format), declared_triangles_(declared_triangles) {}
+    MeshFile(std::filesystem::path path, MeshFormat format, const MeshLook& look, uint64_t bytes)
+        : path_(std::move(path)), format_(format), look_(look), bytes_(bytes) {}
+    void warn(MeshIssues& issues) const;  // of what the first look has found
 
     std::filesystem::path path_;
     MeshFormat format_;
-    uint64_t declared_triangles_;
+    MeshLook look_;
+    uint64_t bytes_;
     mutable std::mutex mutex_;
     mutable std::optional<Kept> kept_;
 };

@@ -1,6 +1,8 @@
-// Readers of single mesh files. Each fills an empty mesh with what the file says, polygons cut into fans; clean_mesh() comes after.
-// Memory grows in proportion to the file, whatever its header claims. issues counts what a reader dropped itself.
+// Readers of single mesh files. Each fills an empty mesh with what the file says; clean_mesh() comes after. Memory grows in proportion to the file,
+// whatever its header claims. issues: what a reader dropped itself. Any number of threads may read at a time.
 #pragma once
+
+#include <array>
 
 #include "base/files.hpp"
 #include "import/ply_header.hpp"
@@ -10,35 +12,18 @@ namespace raypager {
 
 enum class MeshFormat { ply, obj, stl, off };
 
-// PLY in either byte order, with any layout of properties; elements other than vertices and faces are skipped.
-Status read_ply_binary(const InputFile& file, const PlyHeader& header, TriangleMesh& mesh, MeshIssues& issues);
-// The same, piece by piece in little memory, if the file lists vertices before faces.
-Status stream_ply_binary(const InputFile& file, const PlyHeader& header, MeshSink& sink, MeshIssues& issues);
-
-// OBJ, STL, OFF and PLY as text, through OpenMesh. May be called from several threads; the work is done one at a time.
-// Only there if RAYPAGER_EDGES is defined.
-Status read_with_openmesh(const InputFile& file, MeshFormat format, TriangleMesh& mesh, MeshIssues& issues);
-
-// Appends a polygon as a fan of triangles. Fewer than three corners count as degenerate.
-class FanBuilder {
-public:
-    FanBuilder(TriangleMesh& mesh, MeshIssues& issues) : mesh_(mesh), issues_(issues) {}
-    void begin() { corners_ = 0; }
-    void corner(uint32_t vertex) {
-        if (corners_ >= 2) mesh_.triangles.push_back({first_, previous_, vertex});
-        if (corners_ == 0) first_ = vertex;
-        previous_ = vertex;
-        ++corners_;
-    }
-    void end() {
-        if (corners_ < 3) ++issues_.degenerate;
-    }
-
-private:
-    TriangleMesh& mesh_;
-    MeshIssues& issues_;
-    uint64_t corners_ = 0;
-    uint32_t first_ = 0, previous_ = 0;
+// How the numbers in a file are to be taken.
+struct MeshView {
+    std::array<double, 3> origin = {0, 0, 0};  // taken off all positions, before these are rounded to single precision
+    double color_scale = 1;                    // of the colours of PLY vertices: the number that stands for all of a primary
 };
+
+// PLY in either byte order, with any layout of properties; other elements are skipped.
+Status read_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues);
+// The same, piece by piece in little memory, if PlyLayout::in_pieces().
+Status stream_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, MeshSink& sink, MeshIssues& issues);
+Status read_ply_text(const InputFile& file, const PlyHeader& header, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues);
+Status read_off(const InputFile& file, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues);
+Status read_stl(const InputFile& file, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues);
 
 }  // namespace raypager

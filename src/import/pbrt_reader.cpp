@@ -209,8 +209,6 @@ Status PbrtReader::include(const Directive& directive) {
     const auto canonical = std::filesystem::canonical(path, ignored);  // empty if there is no such file
     for (const OpenFile& open : open_files_)
         if (!canonical.empty() && open.canonical == canonical) return error(directive, fmt::format("{} includes itself", path.string()));
-    if (path.extension() == ".gz")
-        return error(directive, fmt::format("{} is compressed; unpack it with gunzip and change the name here", path.string()));
     const Status status = read_file(path);
     // A file that cannot be opened is an error of this line; errors inside it name their own place.
     return !status.ok() && status.message().starts_with(path.string() + ": ") ? status.at(directive.place.with_line()) : status;

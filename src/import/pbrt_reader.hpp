@@ -35,6 +35,8 @@ private:
 
 class PbrtReader {
 public:
+    // columns: of text clouds whose shapes do not name theirs; empty: the files tell.
+    explicit PbrtReader(PointColumns columns = {}) : columns_(std::move(columns)) {}
     Result<Scene> read(const std::filesystem::path& path);
 
 private:
@@ -164,7 +166,9 @@ private:
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtPlace object_place_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
-    std::map<std::filesystem::path, std::shared_ptr<const CloudFile>> cloud_files_;
+    bool has_noted_colors_ = false;  // of meshes
+    std::map<std::pair<std::filesystem::path, std::string>, std::shared_ptr<const CloudFile>> cloud_files_;  // by name and columns
+    const PointColumns columns_;
     std::shared_ptr<const MeshSource> ball_;  // a unit sphere of triangles, if one was needed
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
@@ -143,6 +144,12 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
         source = *file;
     }
     shape.mesh = source;
+    // Positions of surveyed meshes come relative to an origin, which is put back in double precision, as that of clouds.
+    const auto& origin = source->origin();
+    shape.to_world = Transform::translate(origin[0], origin[1], origin[2]);
+    shape.vertex_colors = false;
+    if (source->has_colors() && !std::exchange(has_noted_colors_, true))
+        warn(directive.place, "the colours of PLY meshes are not used, as in pbrt: their material says how they look");
     return {};
 }
 
@@ -150,17 +157,21 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
 // with a Translate that brings surveyed coordinates near zero, none of their digits are lost.
 Status PbrtReader::points(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     const std::string name = parameters.text("filename", "");
+    const std::string names = parameters.text("columns", "");
     const double radius = parameters.number("radius", 0), scale = parameters.number("scale", 1);
     RAYPAGER_TRY(parameters.status());
+    const auto columns = names.empty() ? Result<PointColumns>(columns_) : parse_point_columns(names);
+    if (!columns) return error(directive, "columns: " + columns.status().message());
     if (!(radius >= 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be 0 (from the spacing) or more");
     if (!(scale > 0) || !std::isfinite(static_cast<float>(scale))) return error(directive, "its scale must be more than 0");
     std::filesystem::path path;
     if (const Status found = find_file(name, path); !found.ok()) return error(directive, found.message());
-    auto& source = cloud_files_[path.lexically_normal()];
+    auto& source = cloud_files_[{path.lexically_normal(), point_column_list(*columns)}];
     if (!source) {
-        const auto file = CloudFile::open(path);
+        const auto file = CloudFile::open(path, *columns);
         if (!file) return file.status().at(directive.place.with_line());
         source = *file;
+        for (const std::string& warning : source->warnings()) warn(directive.place, warning);
     }
     shape.points = source;
     shape.point_radius = static_cast<float>(radius);

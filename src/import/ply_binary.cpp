@@ -5,7 +5,9 @@
 
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
-#include "import/mesh_readers.hpp"
+#include "import/ply_mesh.hpp"
+#include "import/text.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
@@ -50,25 +52,7 @@ private:
 };
 
 float load_float(const std::byte* from, PlyType type, bool swap) {
-    switch (type) {
-        case PlyType::int8:
-            return load_ply<int8_t>(from, swap);
-        case PlyType::uint8:
-            return load_ply<uint8_t>(from, swap);
-        case PlyType::int16:
-            return load_ply<int16_t>(from, swap);
-        case PlyType::uint16:
-            return load_ply<uint16_t>(from, swap);
-        case PlyType::int32:
-            return static_cast<float>(load_ply<int32_t>(from, swap));
-        case PlyType::uint32:
-            return static_cast<float>(load_ply<uint32_t>(from, swap));
-        case PlyType::float32:
-            return load_ply<float>(from, swap);
-        case PlyType::float64:
-            return static_cast<float>(load_ply<double>(from, swap));
-    }
-    return 0;
+    return type == PlyType::float32 ? load_ply<float>(from, swap) : static_cast<float>(load_ply_number(from, type, swap));
 }
 
 int64_t load_integer(const std::byte* from, PlyType type, bool swap) {
@@ -92,22 +76,28 @@ int64_t load_integer(const std::byte* from, PlyType type, bool swap) {
 
 class BinaryReader {
 public:
-    // sink: gets the mesh piece by piece; if there is none, the whole is left in mesh(). REQUIRES, with a sink: vertices before faces.
-    BinaryReader(const InputFile& file, const PlyHeader& header, const PlyLayout& layout, MeshSink* sink, MeshIssues& issues)
+    // sink: gets the mesh piece by piece; if there is none, the whole is left in mesh(). REQUIRES, with a sink: layout.in_pieces().
+    BinaryReader(const InputFile& file, const PlyHeader& header, const PlyLayout& layout, const MeshView& view, MeshSink* sink, MeshIssues& issues)
         : stream_(file, header.bytes),
           name_(file.path().string()),
           header_(header),
           layout_(layout),
+          view_(view),
+          moved_(view.origin != std::array<double, 3>{0, 0, 0}),
           sink_(sink),
-          fan_(mesh_, issues),
+          issues_(issues),
+          out_(layout, view, issues),
+          mesh_(out_.mesh()),
           swap_(header.encoding == PlyEncoding::big_endian) {}
 
     Status read() {
         // The header's counts have been checked against the file's size.
-        if (sink_) RAYPAGER_TRY(sink_->expect(layout_.vertices->count, layout_.faces->count));
+        const uint64_t faces = layout_.faces ? layout_.faces->count : 0;
+        if (sink_) RAYPAGER_TRY(sink_->expect(layout_.vertices->count, faces));
         reserve_huge(mesh_.positions, room(layout_.vertices->count));
         if (layout_.normal) reserve_huge(mesh_.normals, room(layout_.vertices->count));
-        reserve_huge(mesh_.triangles, room(layout_.faces->count));
+        if (layout_.vertex_color) reserve_huge(mesh_.colors, room(layout_.vertices->count));
+        reserve_huge(mesh_.triangles, room(faces));
         for (const PlyElement& element : header_.elements) {
             if (&element == layout_.vertices && !element.has_list())
                 RAYPAGER_TRY(plain_vertices(element));
@@ -117,8 +107,8 @@ public:
                 for (uint64_t i = 0; i < element.count; ++i) RAYPAGER_TRY(item(element));
             RAYPAGER_TRY(hand_on());
         }
-        if (stream_.left() > 0)
-            return Status::failed(fmt::format("{}: {} bytes follow the last element; header and data do not match", name_, stream_.left()));
+        RAYPAGER_TRY(look_behind());
+        if (!sink_) out_.finish();
         return {};
     }
 
@@ -128,9 +118,22 @@ private:
     static constexpr size_t piece = size_t{1} << 16;  // vertices or triangles that are handed on at a time
     size_t room(uint64_t count) const { return static_cast<size_t>(sink_ ? std::min<uint64_t>(count, piece) : count); }
 
+    // What follows the last element says nothing; more than a line end should not be there.
+    Status look_behind() {
+        if (stream_.left() == 0) return {};
+        std::vector<std::byte> rest(static_cast<size_t>(std::min<uint64_t>(stream_.left(), 4)));
+        RAYPAGER_TRY(stream_.file().read(stream_.position(), rest));
+        const bool blank = std::all_of(rest.begin(), rest.end(), [](std::byte b) { return is_blank(static_cast<char>(b)); });
+        if (!blank || rest.size() > 3)
+            issues_.warn("ply tail", fmt::format("{}: {} {} the last element; header and data may not match", name_, stream_.left(),
+                                                 stream_.left() == 1 ? "byte follows" : "bytes follow"));
+        return {};
+    }
+
     // Gives what has come to the sink.
     Status hand_on() {
         if (!sink_) return {};
+        if (out_.polygons().any_to_cut()) RAYPAGER_TRY(cut_polygons());
         if (!mesh_.positions.empty()) RAYPAGER_TRY(sink_->vertices({mesh_.positions, mesh_.normals, mesh_.colors}));
         if (!mesh_.triangles.empty()) RAYPAGER_TRY(sink_->triangles(mesh_.triangles));
         mesh_.positions.clear();
@@ -140,6 +143,38 @@ private:
         return {};
     }
     Status hand_on_if_many() { return sink_ && std::max(mesh_.positions.size(), mesh_.triangles.size()) >= piece ? hand_on() : Status(); }
+
+    // Polygons whose vertices have been handed on already: these are read again, in order.
+    Status cut_polygons() {
+        std::vector<uint32_t> numbers = out_.polygons().vertices_to_cut();
+        std::sort(numbers.begin(), numbers.end());
+        numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+        while (!numbers.empty() && numbers.back() >= layout_.vertices->count) numbers.pop_back();
+        std::vector<Vector> places(numbers.size());
+        std::vector<std::byte> bytes;
+        constexpr uint32_t widest_gap = 32;
+        for (size_t first = 0; first < numbers.size();) {
+            size_t end = first + 1;
+            while (end < numbers.size() && numbers[end] - numbers[end - 1] <= widest_gap && numbers[end] - numbers[first] < piece) ++end;
+            bytes.resize((size_t{numbers[end - 1]} - numbers[first] + 1) * stride_);
+            RAYPAGER_TRY(stream_.file().read(vertices_at_ + numbers[first] * stride_, bytes));
+            for (size_t i = first; i < end; ++i)
+                for (size_t a = 0; a < 3; ++a) {
+                    const size_t p = layout_.position[a];
+                    places[i][a] = load_ply_number(bytes.data() + (numbers[i] - numbers[first]) * stride_ + offsets_[p],
+                                                   layout_.vertices->properties[p].type, swap_) -
+                                   view_.origin[a];
+                }
+            first = end;
+        }
+        out_.polygons().cut_concave([&](uint32_t vertex, Vector& place) {
+            const auto found = std::lower_bound(numbers.begin(), numbers.end(), vertex);
+            if (found == numbers.end() || *found != vertex) return false;
+            place = places[static_cast<size_t>(found - numbers.begin())];
+            return std::isfinite(place[0]) && std::isfinite(place[1]) && std::isfinite(place[2]);
+        });
+        return {};
+    }
 
     static bool is_index_list(const PlyElement& element) { return element.properties.size() == 1 && ply_type_bytes(element.properties[0].type) == 4; }
 
@@ -244,32 +279,41 @@ private:
 
     // Vertices without lists have a fixed size: many at a time.
     Status plain_vertices(const PlyElement& element) {
-        std::vector<size_t> offsets;
-        size_t stride = 0;
+        vertices_at_ = stream_.position();
         for (const PlyProperty& p : element.properties) {
-            offsets.push_back(stride);
-            stride += ply_type_bytes(p.type);
+            offsets_.push_back(stride_);
+            stride_ += ply_type_bytes(p.type);
         }
+        const size_t stride = stride_;
         if (stride > ByteStream::piece) return Status::failed(name_ + ": a vertex has too many properties");
         const auto vector = [&](const std::byte* vertex, const size_t(&properties)[3]) {
-            const auto value = [&](size_t p) { return load_float(vertex + offsets[p], element.properties[p].type, swap_); };
+            const auto value = [&](size_t p) { return load_float(vertex + offsets_[p], element.properties[p].type, swap_); };
             return Float3{value(properties[0]), value(properties[1]), value(properties[2])};
         };
+        const auto moved_position = [&](const std::byte* vertex) {
+            const auto value = [&](size_t axis) {
+                const size_t p = layout_.position[axis];
+                return static_cast<float>(load_ply_number(vertex + offsets_[p], element.properties[p].type, swap_) - view_.origin[axis]);
+            };
+            return Float3{value(0), value(1), value(2)};
+        };
         const auto place = [&](const std::byte* vertex, size_t at) {
-            mesh_.positions[at] = vector(vertex, layout_.position);
+            mesh_.positions[at] = moved_ ? moved_position(vertex) : vector(vertex, layout_.position);
             if (layout_.normal) mesh_.normals[at] = vector(vertex, {(*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]});
+            if (layout_.vertex_color) mesh_.colors[at] = color(element, vertex);
         };
         size_t base = 0;
         const auto resize = [&](size_t count) {
             mesh_.positions.resize(base + count);
             if (layout_.normal) mesh_.normals.resize(base + count);
+            if (layout_.vertex_color) mesh_.colors.resize(base + count);
         };
         const auto room = [&](size_t count) {
             base = mesh_.positions.size();
             resize(count);
         };
         const auto done = in_waves(
-            stride, 2 * sizeof(Float3), element.count, room,
+            stride, 2 * sizeof(Float3) + sizeof(uint32_t), element.count, room,
             [&](const std::byte* vertices, size_t first, size_t count) {
                 for (size_t k = 0; k < count; k++) place(vertices + k * stride, base + first + k);
                 return count;
@@ -286,78 +330,92 @@ private:
         return {};
     }
 
-    // One item of any element, property by property.
+    uint32_t color(const PlyElement& element, const std::byte* vertex) const {
+        const auto& properties = *layout_.vertex_color;
+        const auto byte = [&](size_t i) { return static_cast<uint32_t>(vertex[offsets_[properties[i]]]); };
+        const auto is_byte = [&](size_t i) { return element.properties[properties[i]].type == PlyType::uint8; };
+        if (is_byte(0) && is_byte(1) && is_byte(2)) return byte(0) | byte(1) << 8 | byte(2) << 16;
+        const auto primary = [&](size_t i) {
+            return load_ply_number(vertex + offsets_[properties[i]], element.properties[properties[i]].type, swap_) / view_.color_scale;
+        };
+        return pack_color(primary(0), primary(1), primary(2));
+    }
+
     Status item(const PlyElement& element) {
-        const bool vertex = &element == layout_.vertices, face = &element == layout_.faces;
-        values_.assign(vertex ? element.properties.size() : 0, 0.0f);
-        for (size_t p = 0; p < element.properties.size(); ++p) {
-            const PlyProperty& property = element.properties[p];
-            const size_t bytes = ply_type_bytes(property.type);
-            if (property.count_type) {
-                RAYPAGER_TRY(list(property, face && p == layout_.indices));
-                continue;
-            }
-            RAYPAGER_TRY(stream_.need(bytes));
-            if (vertex) values_[p] = load_float(stream_.data(), property.type, swap_);
-            stream_.skip(bytes);
-        }
-        if (!vertex) return hand_on_if_many();
-        const auto vector = [&](size_t x, size_t y, size_t z) { return Float3{values_[x], values_[y], values_[z]}; };
-        mesh_.positions.push_back(vector(layout_.position[0], layout_.position[1], layout_.position[2]));
-        if (layout_.normal) mesh_.normals.push_back(vector((*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]));
+        RAYPAGER_TRY(out_.read_item(element, *this));
         return hand_on_if_many();
     }
 
-    Status list(const PlyProperty& property, bool polygon) {
-        const size_t count_bytes = ply_type_bytes(*property.count_type), bytes = ply_type_bytes(property.type);
-        RAYPAGER_TRY(stream_.need(count_bytes));
-        const int64_t count = load_integer(stream_.data(), *property.count_type, swap_);
-        stream_.skip(count_bytes);
-        if (count < 0 || static_cast<uint64_t>(count) > stream_.left() / bytes)
+public:
+    // What PlyMesh asks for.
+    Status number(PlyType type, double& value) {
+        RAYPAGER_TRY(stream_.need(ply_type_bytes(type)));
+        value = load_ply_number(stream_.data(), type, swap_);
+        stream_.skip(ply_type_bytes(type));
+        return {};
+    }
+    Status index(PlyType type, int64_t& value) {
+        RAYPAGER_TRY(stream_.need(ply_type_bytes(type)));
+        value = load_integer(stream_.data(), type, swap_);
+        stream_.skip(ply_type_bytes(type));
+        return {};
+    }
+    Status length(PlyType count_type, PlyType type, uint64_t& value) {
+        int64_t count = 0;
+        RAYPAGER_TRY(index(count_type, count));
+        if (count < 0 || static_cast<uint64_t>(count) > stream_.left() / ply_type_bytes(type))
             return Status::failed(
                 fmt::format("{}: a list of {} values does not fit into the {} bytes that are left; the file is truncated or damaged", name_, count,
                             stream_.left()));
-        if (polygon) fan_.begin();
-        for (int64_t i = 0; i < count; ++i) {
-            RAYPAGER_TRY(stream_.need(bytes));
-            if (polygon) {
-                const int64_t index = load_integer(stream_.data(), property.type, swap_);
-                fan_.corner(index < 0 ? RP_NONE : static_cast<uint32_t>(index));  // no vertex has the number RP_NONE
-            }
-            stream_.skip(bytes);
+        value = static_cast<uint64_t>(count);
+        return {};
+    }
+    Status skip(PlyType type, uint64_t count) {
+        const uint64_t bytes = count * ply_type_bytes(type);
+        if (bytes > stream_.left()) return stream_.need(ByteStream::piece);  // fails, and says where the file ends
+        if (bytes > ByteStream::piece) {
+            stream_.move_to(stream_.position() + bytes);
+            return {};
         }
-        if (polygon) fan_.end();
+        RAYPAGER_TRY(stream_.need(static_cast<size_t>(bytes)));
+        stream_.skip(static_cast<size_t>(bytes));
         return {};
     }
 
+private:
     ByteStream stream_;
     std::string name_;
     const PlyHeader& header_;
     const PlyLayout& layout_;
+    const MeshView view_;
+    const bool moved_;  // the view's origin is another
     MeshSink* const sink_;
-    TriangleMesh mesh_;  // what was not handed on
-    FanBuilder fan_;
+    MeshIssues& issues_;
+    PlyMesh out_;
+    TriangleMesh& mesh_;  // of out_: what was not handed on
     const bool swap_;
-    std::vector<float> values_;
+    uint64_t vertices_at_ = 0;     // in the file, if they have a fixed size
+    size_t stride_ = 0;            // of these
+    std::vector<size_t> offsets_;  // of their properties
 };
 
 }  // namespace
 
-Status read_ply_binary(const InputFile& file, const PlyHeader& header, TriangleMesh& mesh, MeshIssues& issues) {
+Status read_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
     const auto layout = find_ply_layout(header, file.path().string());
     if (!layout) return layout.status();
-    BinaryReader reader(file, header, *layout, nullptr, issues);
-    const Status status = reader.read();
+    BinaryReader reader(file, header, *layout, view, nullptr, issues);
+    RAYPAGER_TRY(reader.read());
     mesh = std::move(reader.mesh());
-    return status;
+    return {};
 }
 
-Status stream_ply_binary(const InputFile& file, const PlyHeader& header, MeshSink& sink, MeshIssues& issues) {
+Status stream_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, MeshSink& sink, MeshIssues& issues) {
     const auto layout = find_ply_layout(header, file.path().string());
     if (!layout) return layout.status();
-    if (layout->vertices < layout->faces) return BinaryReader(file, header, *layout, &sink, issues).read();
-    // Faces first: there is no way around having it all.
-    BinaryReader reader(file, header, *layout, nullptr, issues);
+    if (layout->in_pieces()) return BinaryReader(file, header, *layout, view, &sink, issues).read();
+    // There is no way around having it all.
+    BinaryReader reader(file, header, *layout, view, nullptr, issues);
     RAYPAGER_TRY(reader.read());
     const TriangleMesh& mesh = reader.mesh();
     RAYPAGER_TRY(sink.vertices(vertices_of(mesh)));

@@ -160,16 +160,23 @@ const PlyElement* PlyHeader::find(std::string_view element) const {
     return nullptr;
 }
 
+bool PlyLayout::in_pieces() const {
+    return !vertices->has_list() && (!faces || vertices < faces) && (!strips || vertices < strips) && !face_color && !wedge_colors;
+}
+
 Result<PlyHeader> read_ply_header(const InputFile& file) {
     std::string text(std::min(file.size(), largest_header), '\0');
     RAYPAGER_TRY(file.read(0, std::as_writable_bytes(std::span(text))));
     HeaderParser parser(file.path().string());
-    size_t at = 0;
+    size_t at = text.starts_with("\xef\xbb\xbf") ? 3 : 0;
+    // The first line says how lines end: binary data that look like another line end may follow the last one.
+    const size_t first_end = text.find_first_of("\r\n", at);
+    const bool carriage_returns = first_end != std::string::npos && text[first_end] == '\r' && text.substr(first_end + 1, 1) != "\n";
     while (!parser.ended) {
-        const size_t end = text.find('\n', at);
+        const size_t end = text.find(carriage_returns ? '\r' : '\n', at);
         const bool last = end == std::string::npos;
         // A first line without end may be a megabyte of anything: look at its start only.
-        if (!last || at == 0) RAYPAGER_TRY(parser.line(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at))));
+        if (!last || parser.header.lines == 0) RAYPAGER_TRY(parser.line(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at))));
         if (last) return Status::failed(file.path().string() + ": ends within its PLY header; it is truncated or no PLY file");
         at = end + 1;
     }
@@ -178,29 +185,61 @@ Result<PlyHeader> read_ply_header(const InputFile& file) {
     return std::move(parser.header);
 }
 
+namespace {
+
+PlyLayout::Triple find_triple(const PlyElement& element, const std::array<const char*, 3>& names) {
+    std::array<size_t, 3> found = {};
+    for (size_t i = 0; i < 3; ++i) {
+        const auto property = element.find(names[i]);
+        if (!property || element.properties[*property].count_type) return std::nullopt;
+        found[i] = *property;
+    }
+    return found;
+}
+
+PlyLayout::Triple find_color(const PlyElement& element) {
+    auto color = find_triple(element, {"red", "green", "blue"});
+    if (!color) color = find_triple(element, {"diffuse_red", "diffuse_green", "diffuse_blue"});
+    return color ? color : find_triple(element, {"r", "g", "b"});
+}
+
+std::optional<size_t> find_indices(const PlyElement& element) {
+    auto indices = element.find("vertex_indices");
+    if (!indices) indices = element.find("vertex_index");
+    if (!indices || !element.properties[*indices].count_type || !ply_type_is_integer(element.properties[*indices].type)) return std::nullopt;
+    return indices;
+}
+
+const PlyElement* if_any(const PlyElement* element) { return element && element->count > 0 ? element : nullptr; }
+
+}  // namespace
+
 Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name) {
     PlyLayout layout;
-    layout.vertices = header.find("vertex");
-    layout.faces = header.find("face");
-    if (!layout.vertices || layout.vertices->count == 0) return Status::failed(name + ": has no vertices");
-    if (!layout.faces || layout.faces->count == 0)
+    layout.vertices = if_any(header.find("vertex"));
+    layout.faces = if_any(header.find("face"));
+    layout.strips = if_any(header.find("tristrips"));
+    if (!layout.vertices) return Status::failed(name + ": has no vertices");
+    if (!layout.faces && !layout.strips)
         return Status::failed(name + ": has no faces: it is no mesh; in a .pbrt scene, Shape \"points\" takes point clouds");
-    const auto scalars = [&](const char* x, const char* y, const char* z) -> std::optional<std::array<size_t, 3>> {
-        const auto i = layout.vertices->find(x), j = layout.vertices->find(y), k = layout.vertices->find(z);
-        if (!i || !j || !k) return std::nullopt;
-        for (const size_t p : {*i, *j, *k})
-            if (layout.vertices->properties[p].count_type) return std::nullopt;
-        return std::array{*i, *j, *k};
-    };
-    const auto position = scalars("x", "y", "z");
+    const auto position = find_triple(*layout.vertices, {"x", "y", "z"});
     if (!position) return Status::failed(name + ": its vertices lack x, y or z");
     std::copy(position->begin(), position->end(), layout.position);
-    layout.normal = scalars("nx", "ny", "nz");
-    auto indices = layout.faces->find("vertex_indices");
-    if (!indices) indices = layout.faces->find("vertex_index");
-    if (!indices || !layout.faces->properties[*indices].count_type || !ply_type_is_integer(layout.faces->properties[*indices].type))
-        return Status::failed(name + ": its faces lack a list of whole numbers named vertex_indices");
-    layout.indices = *indices;
+    layout.normal = find_triple(*layout.vertices, {"nx", "ny", "nz"});
+    layout.vertex_color = find_color(*layout.vertices);
+    if (layout.faces) {
+        const auto indices = find_indices(*layout.faces);
+        if (!indices) return Status::failed(name + ": its faces lack a list of whole numbers named vertex_indices");
+        layout.indices = *indices;
+        layout.face_color = find_color(*layout.faces);
+        const auto wedges = layout.faces->find("color");
+        if (wedges && layout.faces->properties[*wedges].count_type) layout.wedge_colors = wedges;
+    }
+    if (layout.strips) {
+        const auto indices = find_indices(*layout.strips);
+        if (!indices) return Status::failed(name + ": its triangle strips lack a list of whole numbers named vertex_indices");
+        layout.strip_indices = *indices;
+    }
     return layout;
 }
 

@@ -55,16 +55,24 @@ struct PlyHeader {
     const PlyElement* find(std::string_view element) const;
 };
 
-// Where the mesh is among the properties of its elements.
+// Where the mesh is among the properties of its elements: numbers of properties.
 struct PlyLayout {
+    using Triple = std::optional<std::array<size_t, 3>>;
     const PlyElement* vertices = nullptr;
-    const PlyElement* faces = nullptr;
-    size_t position[3] = {};  // property indices
-    std::optional<std::array<size_t, 3>> normal;
-    size_t indices = 0;
+    const PlyElement* faces = nullptr;   // null where there are only strips
+    const PlyElement* strips = nullptr;  // null where there are only faces
+    size_t position[3] = {};
+    Triple normal, vertex_color, face_color;
+    std::optional<size_t> wedge_colors;  // of faces: a list of red, green and blue for each corner
+    size_t indices = 0, strip_indices = 0;
+
+    // Vertices come before all that uses them, and have a fixed size, and nothing about faces makes new vertices of them: so that a mesh can be
+    // handed on while it is read.
+    bool in_pieces() const;
 };
 
-// Also refuses element counts that the file is too short for, so that counts may be trusted with memory afterwards.
+// Also refuses element counts that the file is too short for, so that counts may be trusted with memory afterwards. Lines of the header may end in
+// LF, CR LF or CR.
 Result<PlyHeader> read_ply_header(const InputFile& file);
 // The layout points into header. An error if there are no vertices or faces to make a mesh of.
 Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name);

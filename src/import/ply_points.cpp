@@ -37,13 +37,19 @@ struct PointLayout {
     PlyElement vertex;
     std::array<size_t, 3> position{};
     std::optional<std::array<size_t, 3>> color;
-    std::optional<size_t> radius;
+    std::optional<size_t> intensity, classification, radius;
+    bool geographic = false;
+    std::vector<std::string> warnings;
 
     PointFields fields() const {
         ColorType type = ColorType::number;
         if (color && vertex.properties[(*color)[0]].type == PlyType::uint8) type = ColorType::byte;
         if (color && vertex.properties[(*color)[0]].type == PlyType::uint16) type = ColorType::word;
-        return {.color = color.has_value(), .color_type = type};
+        return {.color = color.has_value(),
+                .intensity = intensity.has_value(),
+                .classification = classification.has_value(),
+                .color_type = type,
+                .geographic = geographic};
     }
     // value(property): the vertex's value of it.
     template <class Value>
@@ -52,6 +58,11 @@ struct PointLayout {
         for (size_t a = 0; a < 3; ++a) point.position[a] = value(position[a]);
         if (color)
             for (size_t c = 0; c < 3; ++c) point.color[c] = static_cast<float>(value((*color)[c]));
+        if (intensity) point.intensity = static_cast<float>(value(*intensity));
+        if (classification) {
+            const double number = value(*classification);
+            point.classification = number >= 0 && number <= 255 ? static_cast<uint8_t>(number) : uint8_t{0};
+        }
         if (radius) point.radius = static_cast<float>(value(*radius));
         return point;
     }
@@ -68,6 +79,7 @@ public:
     }
     uint64_t count() const override { return records_.count; }
     PointFields fields() const override { return layout_.fields(); }
+    std::vector<std::string> warnings() const override { return layout_.warnings; }
 
     Status read(const InputFile& file, const Take& take) const override {
         std::vector<FilePoint> points;
@@ -106,6 +118,7 @@ public:
         : layout_(std::move(layout)), offset_(offset), header_lines_(header_lines), alone_(alone) {}
     uint64_t count() const override { return layout_.vertex.count; }
     PointFields fields() const override { return layout_.fields(); }
+    std::vector<std::string> warnings() const override { return layout_.warnings; }
 
     Status read(const InputFile& file, const Take& take) const override {
         LineReader lines(file, offset_, header_lines_ + 1);
@@ -119,7 +132,7 @@ public:
             split_words(line, words);
             if (words.empty()) continue;
             FilePoint point;
-            if (!parse(words, point)) return lines.bad(fmt::format("expected the {} numbers of a point", layout_.vertex.properties.size()));
+            if (!parse(words, point)) return lines.bad(no_point(words));
             points.push_back(point);
             if (++i % points_at_once != 0 && i < layout_.vertex.count) continue;
             RAYPAGER_TRY(take(points));
@@ -155,6 +168,12 @@ private:
         return sound;
     }
 
+    std::string no_point(const std::vector<std::string_view>& words) const {
+        const auto word = std::find_if(words.begin(), words.end(), [](std::string_view w) { return !parse_number(w); });
+        const std::string what = word == words.end() ? fmt::format("there are {}", words.size()) : fmt::format("\"{}\" is none", clipped(*word));
+        return fmt::format("expected the {} numbers of a point; {}", layout_.vertex.properties.size(), what);
+    }
+
     Status expect_end(LineReader& lines) const {
         std::string_view line;
         for (bool end = false; !end;) {
@@ -173,16 +192,29 @@ Result<PointLayout> find_point_layout(const PlyHeader& header, const std::string
     PointLayout layout;
     layout.vertex = *header.find("vertex");
     if (layout.vertex.has_list()) return Status::failed(name + ": its points have lists among their properties, which cannot be read");
-    const auto triple = [&](const char* x, const char* y, const char* z) -> std::optional<std::array<size_t, 3>> {
-        const auto i = layout.vertex.find(x), j = layout.vertex.find(y), k = layout.vertex.find(z);
-        return i && j && k ? std::optional(std::array{*i, *j, *k}) : std::nullopt;
+    // By PLY's own names, then by any that programs use for the same.
+    const auto by_name = [&](PointColumn column) -> std::optional<size_t> {
+        for (size_t i = 0; i < layout.vertex.properties.size(); ++i)
+            if (find_point_column(layout.vertex.properties[i].name) == column) return i;
+        return std::nullopt;
     };
-    const auto position = triple("x", "y", "z");
+    const auto triple = [&](const std::array<const char*, 3>& names, PointColumn first) -> std::optional<std::array<size_t, 3>> {
+        std::array<std::optional<size_t>, 3> at;
+        for (size_t a = 0; a < 3; ++a) at[a] = layout.vertex.find(names[a]);
+        if (!at[0] || !at[1] || !at[2])
+            for (size_t a = 0; a < 3; ++a) at[a] = by_name(static_cast<PointColumn>(static_cast<size_t>(first) + a));
+        return at[0] && at[1] && at[2] ? std::optional(std::array{*at[0], *at[1], *at[2]}) : std::nullopt;
+    };
+    const auto position = triple({"x", "y", "z"}, PointColumn::x);
     if (!position) return Status::failed(name + ": its vertices lack x, y or z");
     layout.position = *position;
-    layout.color = triple("red", "green", "blue");
-    if (!layout.color) layout.color = triple("diffuse_red", "diffuse_green", "diffuse_blue");
+    layout.color = triple({"red", "green", "blue"}, PointColumn::red);
+    layout.intensity = by_name(PointColumn::intensity);
+    if (!layout.intensity) layout.classification = by_name(PointColumn::classification);
     layout.radius = layout.vertex.find("radius");
+    layout.geographic = is_geographic_name(layout.vertex.properties[layout.position[0]].name);
+    if (!layout.color && (by_name(PointColumn::red) || by_name(PointColumn::green) || by_name(PointColumn::blue)))
+        layout.warnings.push_back(name + ": of red, green and blue its points have some alone, which are not used");
     return layout;
 }
 
@@ -198,6 +230,34 @@ std::optional<uint64_t> fixed_bytes(const PlyHeader& header, const PlyElement* u
     return bytes;
 }
 
+// Other elements before the points take a line each.
+Result<std::unique_ptr<PointReader>> open_text(const InputFile& file, const PlyHeader& header, PointLayout layout) {
+    const bool alone =
+        std::all_of(header.elements.begin(), header.elements.end(), [](const PlyElement& e) { return e.count == 0 || e.name == "vertex"; });
+    uint64_t before = 0;
+    for (const PlyElement* element = header.elements.data(); element != header.find("vertex"); ++element) before += element->count;
+    LineReader lines(file, header.bytes, header.lines + 1);
+    while (before > 0) {
+        std::string_view line;
+        bool end = false;
+        RAYPAGER_TRY(lines.next(line, end));
+        if (end) return lines.bad("ends before its points; the file is truncated");
+        before -= !split_words(line).empty();
+    }
+    return std::unique_ptr<PointReader>(std::make_unique<TextPly>(std::move(layout), lines.position(), lines.line(), alone));
+}
+
+// What follows the last element of a binary file: a line end or padding does no harm.
+Status check_rest(const InputFile& file, uint64_t end) {
+    constexpr uint64_t most_padding = 16;
+    const uint64_t rest = file.size() - end;
+    std::vector<std::byte> bytes(std::min(rest, most_padding));
+    RAYPAGER_TRY(file.read(end, bytes));
+    const bool padding = std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0} || is_blank(static_cast<char>(b)); });
+    if (padding && rest <= most_padding) return {};
+    return Status::failed(fmt::format("{}: {} bytes follow the last element; header and data do not match", file.path().string(), rest));
+}
+
 }  // namespace
 
 bool is_point_ply(const PlyHeader& header) {
@@ -211,18 +271,10 @@ Result<std::unique_ptr<PointReader>> open_ply_points(const InputFile& file, PlyH
     if (!is_point_ply(header)) return Status::failed(name + ": has faces, or no vertices; it is no point cloud");
     auto layout = find_point_layout(header, name);
     if (!layout) return layout.status();
+    if (header.encoding == PlyEncoding::ascii) return open_text(file, header, std::move(*layout));
     const auto before = fixed_bytes(header, header.find("vertex")), all = fixed_bytes(header, nullptr);
-    const bool text = header.encoding == PlyEncoding::ascii;
-    if (!before || (text && *before > 0))
-        return Status::failed(name + ": other elements come before its points, which cannot be read; put them behind");
-    if (text) {
-        const bool alone =
-            std::all_of(header.elements.begin(), header.elements.end(), [](const PlyElement& e) { return e.count == 0 || e.name == "vertex"; });
-        return std::unique_ptr<PointReader>(std::make_unique<TextPly>(std::move(*layout), header.bytes, header.lines, alone));
-    }
-    if (all && file.size() - header.bytes > *all)
-        return Status::failed(
-            fmt::format("{}: {} bytes follow the last element; header and data do not match", name, file.size() - header.bytes - *all));
+    if (!before) return Status::failed(name + ": elements with lists come before its points, which cannot be read; put them behind");
+    if (all && file.size() - header.bytes > *all) RAYPAGER_TRY(check_rest(file, header.bytes + *all));
     return std::unique_ptr<PointReader>(
         std::make_unique<BinaryPly>(std::move(*layout), header.bytes + *before, header.encoding == PlyEncoding::big_endian));
 }

@@ -8,16 +8,18 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/files.hpp"
+#include "import/origin.hpp"
 #include "import/ply_header.hpp"
+#include "import/point_columns.hpp"
 
 namespace raypager {
 
-inline constexpr double largest_file_coordinate = 1e18;  // also of meshes: its square is a float with room to spare
-inline constexpr size_t points_at_once = 4096;           // that a reader of text hands on
+inline constexpr size_t points_at_once = 4096;  // that a reader of text hands on
 
 // A point as its file has it. What the file has not is 0.
 struct FilePoint {
@@ -38,7 +40,8 @@ enum class ColorType {
 struct PointFields {
     bool color = false, intensity = false, classification = false;
     ColorType color_type = ColorType::byte;
-    bool z_up = false;  // the format is one of surveying
+    bool z_up = false;        // the format is one of surveying
+    bool geographic = false;  // coordinates are longitude and latitude, the file says
 };
 
 class PointReader {
@@ -47,6 +50,8 @@ public:
     virtual ~PointReader() = default;
     virtual uint64_t count() const = 0;  // at most so many points come
     virtual PointFields fields() const = 0;
+    // What is odd about the file, or had to be guessed; a line each, with the file's name.
+    virtual std::vector<std::string> warnings() const { return {}; }
     // All points, in pieces of some thousand. A status that take returns ends the reading and is passed on.
     virtual Status read(const InputFile& file, const Take& take) const = 0;
     // Appends up to `most` points from the start of one of `parts` equal parts of the file. What is damaged there is left out: read() will say.
@@ -56,10 +61,11 @@ public:
 // LAS 1.0 to 1.4, point formats 0 to 10, not compressed (specification: ASPRS, LAS 1.4 R15). Withheld points and noise (classes 7 and 18)
 // are left out.
 Result<std::unique_ptr<PointReader>> open_las(const InputFile& file);
-// PLY whose vertices are points, in any encoding. Properties red, green, blue and radius count, all others are passed over.
+// PLY whose vertices are points, in any encoding. Properties red, green, blue, radius, intensity and classification
+// count, under any of the names that programs use for them; all others are passed over.
 Result<std::unique_ptr<PointReader>> open_ply_points(const InputFile& file, PlyHeader header);
-// Lines of numbers (XYZ, PTS): x y z, then whichever of intensity, red, green, blue there are.
-Result<std::unique_ptr<PointReader>> open_text_points(const InputFile& file);
+// Lines of numbers (XYZ, PTS): x y z, and whichever of intensity, red, green, blue there are. columns: what they are; empty: the file tells.
+Result<std::unique_ptr<PointReader>> open_text_points(const InputFile& file, const PointColumns& columns = {});
 
 // Vertices, and no faces that would make a mesh of them.
 bool is_point_ply(const PlyHeader& header);

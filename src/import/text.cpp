@@ -50,24 +50,47 @@ std::string clipped(std::string_view text) {
     return result;
 }
 
+// As other programs write them: 1.#QNAN, -1.#IND, 1.#INF00 by Microsoft's, and 1.5D+03 by Fortran's.
+static std::optional<double> parse_unusual_number(std::string_view word) {
+    constexpr size_t longest = 64;
+    const bool minus = word.starts_with('-');
+    if (minus) word.remove_prefix(1);
+    if (word.size() > longest || word.empty()) return std::nullopt;
+    if (const size_t mark = word.find(".#"); mark != std::string_view::npos) {
+        const auto begins = [&](std::string_view name) { return word.substr(mark + 2).starts_with(name); };
+        if (word.substr(0, mark) != "1") return std::nullopt;
+        if (begins("INF")) return minus ? -INFINITY : INFINITY;
+        return begins("QNAN") || begins("SNAN") || begins("IND") ? std::optional<double>(NAN) : std::nullopt;
+    }
+    std::string copy(word);
+    const size_t exponent = copy.find_first_of("dD");
+    if (exponent == std::string::npos || exponent == 0 || copy.find_first_of("eExX") != std::string::npos) return std::nullopt;
+    copy[exponent] = 'e';
+    double value = 0;
+    const auto [end, error] = std::from_chars(copy.data(), copy.data() + copy.size(), value);
+    if (error == std::errc::invalid_argument || end != copy.data() + copy.size()) return std::nullopt;
+    if (error == std::errc::result_out_of_range) value = std::strtod(copy.c_str(), nullptr);
+    return minus ? -value : value;
+}
+
 std::optional<double> parse_number(std::string_view word) {
     if (!word.empty() && word[0] == '+') word.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
+    if (error == std::errc::invalid_argument || end != word.data() + word.size()) return parse_unusual_number(word);
     // Out of range is too large, or too close to zero.
     if (error == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
     return value;
 }
 
-NumberKind classify_number(std::string_view word) {
-    if (!word.empty() && word[0] == '+') word.remove_prefix(1);
-    float value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error == std::errc::invalid_argument || end != word.data() + word.size()) return NumberKind::none;
-    // Out of range is too large or too close to zero; the latter rounds to zero like any other number.
-    if (error == std::errc::result_out_of_range) value = std::strtof(std::string(word).c_str(), nullptr);
-    return std::isfinite(value) ? NumberKind::finite : NumberKind::not_finite;
+std::string_view without_comment(std::string_view line) {
+    for (size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1)) {
+        // Not the # of 1.#QNAN.
+        const std::string_view behind = line.substr(at + 1, 4);
+        const bool number = at > 0 && line[at - 1] == '.' && (behind.starts_with("IN") || behind == "QNAN" || behind == "SNAN");
+        if (!number) return line.substr(0, at);
+    }
+    return line;
 }
 
 }  // namespace raypager

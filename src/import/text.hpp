@@ -22,11 +22,11 @@ std::string_view trim_line_end(std::string_view line);
 // Fit for a message: at most 40 characters, unprintable ones as '?'.
 std::string clipped(std::string_view text);
 
-// As a double, whole word; with sign "+" too. "nan" and "inf" count, and what is too large for a double is infinite. Nothing if it is none.
-std::optional<double> parse_number(std::string_view word);
+// What comes before the "#" of a comment.
+std::string_view without_comment(std::string_view line);
 
-enum class NumberKind { none, finite, not_finite };
-// What a word is as a decimal number: "nan", "inf" and what a float cannot hold are not finite.
-NumberKind classify_number(std::string_view word);
+// As a double, whole word; with sign "+" too. "nan" and "inf" count, in Microsoft's spelling, too; so do Fortran's
+// exponents (1.5D+03). What is too large for a double is infinite. Nothing if it is none.
+std::optional<double> parse_number(std::string_view word);
 
 }  // namespace raypager

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "raypager/scene.hpp"
@@ -11,10 +12,25 @@ void MeshIssues::add(const MeshIssues& other) {
     not_finite += other.not_finite;
     bad_index += other.bad_index;
     degenerate += other.degenerate;
+    few_corners += other.few_corners;
+    crossed += other.crossed;
     duplicate += other.duplicate;
     non_manifold_edges += other.non_manifold_edges;
     changed_radius += other.changed_radius;
     not_compared += other.not_compared;
+    for (const MeshWarning& warning : other.warnings) add_warning(warning);
+}
+
+void MeshIssues::add_warning(const MeshWarning& warning) {
+    const auto same = std::find_if(warnings.begin(), warnings.end(), [&](const MeshWarning& w) { return w.kind == warning.kind; });
+    if (same == warnings.end())
+        warnings.push_back(warning);
+    else
+        same->files += warning.files;
+}
+
+bool MeshIssues::any() const {
+    return not_finite || bad_index || degenerate || few_corners || crossed || duplicate || non_manifold_edges || not_compared || changed_radius;
 }
 
 std::string MeshIssues::describe() const {
@@ -28,11 +44,13 @@ std::string MeshIssues::describe() const {
          "triangles with vertices, or points, that are not finite dropped");
     tell(bad_index, "triangle with a vertex that does not exist dropped", "triangles with vertices that do not exist dropped");
     tell(degenerate, "degenerate triangle dropped", "degenerate triangles dropped");
+    tell(few_corners, "face with fewer than three corners dropped", "faces with fewer than three corners dropped");
+    tell(crossed, "polygon that crosses itself drawn as a fan", "polygons that cross themselves drawn as fans");
     tell(duplicate, "duplicate triangle kept", "duplicate triangles kept");
     tell(changed_radius, "point with a radius that cannot be stored (below 0.000016 or above 57344: scale the scene)",
          "points with radii that cannot be stored (below 0.000016 or above 57344: scale the scene)");
-    tell(non_manifold_edges, "edge of more than two triangles", "edges of more than two triangles");
-    tell(not_compared, "triangle of a large mesh not compared with others", "triangles of large meshes not looked at for duplicates");
+    tell(non_manifold_edges, "edge shared by more than two triangles", "edges shared by more than two triangles");
+    tell(not_compared, "triangle of a large mesh not checked for duplicates", "triangles of large meshes not checked for duplicates");
     return text;
 }
 

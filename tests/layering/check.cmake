@@ -18,11 +18,12 @@ set(layer_cli 8)
 # header pattern | files that may include it
 set(owners
     "CL/|^src/device/"
-    "OpenMesh/|^src/import/[^/]*openmesh"
+    "GL/|^src/import/[^/]*glu"
     "OpenImageIO/|^src/image/[^/]*openimageio"
     "boost/|^src/cli/"
     "nlohmann/|^src/(cli|render)/"
     "xxhash|^src/base/hash"
+    "zlib|^src/base/gzip"
     "embree|^NEVER")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.hpp ${ROOT}/include/*.h)

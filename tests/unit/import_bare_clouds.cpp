@@ -1,10 +1,13 @@
 // Clouds in scenes: bare ones get a camera and light that suit them, and pbrt scenes place them with Shape "points".
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "import/import.hpp"
+#include "scene/point_distance.hpp"
+#include "scene/vector.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
 
@@ -157,7 +160,68 @@ TEST_F(ImportBareClouds, WhatCannotBeShown) {
     test::LasFile file = test::make_las(2, 0, 3);
     for (auto& p : file.points) p.withheld = true;
     expect_error(folder.write("withheld.las", test::to_las(file)), "has no point that can be shown");
-    expect_error(folder.write("one.xyz", "1 2 3\n"), "cannot be framed");
+    expect_error(folder.write("words.xyz", "1 2 3\n4 5 six\n"), "words.xyz:2: \"six\" is no number");
+    expect_error(folder.write("none.xyz", "a b c\nd e f\n"), "none.xyz:2: \"d\" is no number");
+}
+
+// Their balls are seen from outside and as a whole, with room between those of few points.
+TEST_F(ImportBareClouds, FewPoints) {
+    std::mt19937 random(11);
+    for (const size_t count : {1, 2, 3, 4, 7, 23, 24, 100, 300}) {
+        SCOPED_TRACE(count);
+        std::string text;
+        std::vector<Float3> points;
+        for (size_t i = 0; i < count; ++i) {
+            const auto unit = [&] { return static_cast<float>(random() % 1000) / 1000; };
+            points.push_back({unit(), unit(), unit()});
+            text += test::to_text(points.back()) + "\n";
+        }
+        const Scene scene = import({folder.write("few.xyz", text)});
+        ASSERT_FALSE(scene.shapes.empty());
+        const float spacing = count > 1 ? compared_spacing(points) : 1.0f;
+        const double radius = point_radius_of_spacing * spacing;
+        double covered = 0;
+        for (const auto& p : world_points(scene.shapes[0])) {
+            const auto q = project(scene.camera, p);
+            const double beyond = std::hypot(p[0] - scene.camera.eye.x, p[1] - scene.camera.eye.y, p[2] - scene.camera.eye.z);
+            EXPECT_GT(beyond, radius) << "the camera is inside";
+            const double half_height =
+                std::sqrt(double{scene.camera.up.x} * scene.camera.up.x + double{scene.camera.up.y} * scene.camera.up.y +
+                          double{scene.camera.up.z} * scene.camera.up.z) /
+                std::sqrt(double{scene.camera.forward.x} * scene.camera.forward.x + double{scene.camera.forward.y} * scene.camera.forward.y +
+                          double{scene.camera.forward.z} * scene.camera.forward.z);
+            const double share = radius / (q[2] * length(vector(scene.camera.forward))) / (2 * half_height);  // of the picture's height
+            covered += 3.14 * share * share * 9 / 16;
+            EXPECT_GT(q[1] - share, 0);
+            EXPECT_LT(q[1] + share, 1);
+            EXPECT_GT(q[0] - share * 9 / 16, 0);
+            EXPECT_LT(q[0] + share * 9 / 16, 1);
+        }
+        EXPECT_GT(covered, 0.02);
+        if (count < 24) {
+            EXPECT_LT(covered, 0.8);
+        }
+    }
+}
+
+TEST_F(ImportBareClouds, OneStrayAmongFewPoints) {
+    for (const size_t count : {5, 12, 60, 400}) {
+        SCOPED_TRACE(count);
+        std::mt19937 random(5);
+        std::string text = "0 0 4000\n";
+        std::vector<std::array<double, 3>> subject;
+        for (size_t i = 1; i < count; ++i) {
+            subject.push_back(
+                {static_cast<double>(random() % 100) / 10, static_cast<double>(random() % 100) / 10, static_cast<double>(random() % 100) / 10});
+            text += fmt::format("{} {} {}\n", subject.back()[0], subject.back()[1], subject.back()[2]);
+        }
+        const Scene scene = import({folder.write("stray.xyz", text)});
+        const View seen = view(scene, subject);
+        EXPECT_EQ(seen.inside, 1);
+        EXPECT_GT(seen.filled, 0.3);
+    }
+    const Scene apart = import({folder.write("apart.xyz", "0 0 0\n100 0 5000\n")});
+    EXPECT_EQ(view(apart, world_points(apart.shapes[0])).inside, 1);
 }
 
 class ImportPbrtPoints : public ImportBareClouds {
@@ -196,6 +260,17 @@ TEST_F(ImportPbrtPoints, ShareTheirFileAndMakeInstances) {
     EXPECT_EQ(scene.shapes[0].points, scene.shapes[1].points);
     EXPECT_FALSE(scene.shapes[1].mesh) << "points are no ellipsoids";
     EXPECT_EQ(world_points(scene.shapes[1])[2][1], 2);
+}
+
+TEST_F(ImportPbrtPoints, NameTheirColumns) {
+    folder.write("c.xyz", "0 7 0 1\n1 7 0 2\n0 7 1 3\n");
+    const std::string shape = "Shape \"points\" \"string filename\" \"c.xyz\"";
+    const Scene scene = pbrt(shape + "\n" + shape + " \"string columns\" \"x,_,y,z\"\n");
+    ASSERT_EQ(scene.shapes.size(), 2u);
+    EXPECT_EQ(world_points(scene.shapes[0])[2], (std::array<double, 3>{0, 7, 1}));
+    EXPECT_EQ(world_points(scene.shapes[1])[2], (std::array<double, 3>{0, 1, 3}));
+    EXPECT_NE(scene.shapes[0].points->reading(), scene.shapes[1].points->reading());
+    expect_error(shape + " \"string columns\" \"x,y\"\n", "x, y and z must all be there");
 }
 
 TEST_F(ImportPbrtPoints, WarnAndFail) {

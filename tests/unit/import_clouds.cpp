@@ -171,21 +171,144 @@ TEST_F(ImportClouds, LasThatIsDamaged) {
     expect_error("a.las", with(94, bytes_of(uint16_t{227})), "header of 227 bytes");
     expect_error("a.las", with(96, bytes_of(uint32_t{10})), "byte 96");
     expect_error("a.las", with(96, bytes_of(0xffffffffu)), "byte 96");
-    expect_error("a.las", with(100, bytes_of(0xffffffffu)), "variable length record 1 of 4294967295");
     expect_error("a.las", with(104, "\x0b"), "point format 11");
     expect_error("a.las", with(105, bytes_of(uint16_t{35})), "points of 35 bytes");
-    expect_error("a.las", with(107, bytes_of(39u)), "there are 39 points and in byte 247 that there are 40");
-    expect_error("a.las", with(107, std::string(4, '\0')).replace(247, 8, std::string(8, '\xff')), "promises 18446744073709551615 points");
-    expect_error("a.las", with(107, std::string(4, '\0')).replace(247, 8, std::string(8, '\0')), "has no points");
+    expect_error("a.las", with(107, bytes_of(39u)).replace(247, 8, bytes_of(uint64_t{38})), "there are 39 points and in byte 247 that there are 38");
+    expect_error("a.las", with(107, bytes_of(41u)).replace(247, 8, bytes_of(uint64_t{42})), "there are 41 points and in byte 247 that there are 42");
+    expect_error("a.las", with(107, bytes_of(41u)).replace(247, 8, bytes_of(uint64_t{41})), "promises 41 points");
+    const std::string no_count = with(107, std::string(4, '\0')).replace(247, 8, std::string(8, '\0'));
+    expect_error("a.las", no_count.substr(0, 375), "has no points");
+    expect_error("a.las", no_count.substr(0, no_count.size() - 1), "has no points");
+    expect_error("a.las", with(107, std::string(4, '\xff')).replace(247, 8, std::string(8, '\xff')).substr(0, sound.size() - 1), "damaged");
     expect_error("a.las", with(131, bytes_of(0.0)), "scale of 0");
     expect_error("a.las", with(139, bytes_of(double{NAN})), "scale of nan");
     expect_error("a.las", with(147, bytes_of(1e300)), "coordinates beyond");
     expect_error("a.las", with(155, bytes_of(double{INFINITY})), "coordinates beyond");
-    expect_error("a.las", with(243, bytes_of(1u)), "extended records");
-    LasFile unknown = file;
-    unknown.variable_records = test::las_variable_record("x", 1, "four").substr(0, 57);
-    unknown.variable_record_count = 1;
-    expect_error("a.las", to_las(unknown), "reaches into the points");
+}
+
+// What contradicts itself in a header is read as the size of the file bears it out, and said.
+TEST_F(ImportClouds, LasThatContradictsItself) {
+    const auto expect = [&](const std::string& bytes, size_t points, const std::string& warning) {
+        const auto cloud = CloudFile::open(folder.write("odd.las", bytes));
+        ASSERT_TRUE(cloud.ok()) << cloud.status().message();
+        EXPECT_EQ((*cloud)->count(), points);
+        EXPECT_EQ(read("odd.las", bytes).points.size(), points);
+        ASSERT_EQ((*cloud)->warnings().size(), warning.empty() ? 0u : 1u) << (*cloud)->warnings().at(0);
+        if (warning.empty()) return;
+        EXPECT_EQ((*cloud)->warnings()[0].find((folder / "odd.las").string() + ": "), 0u) << (*cloud)->warnings()[0];
+        EXPECT_NE((*cloud)->warnings()[0].find(warning), std::string::npos) << (*cloud)->warnings()[0];
+    };
+    LasFile file = make_las(4, 7);
+    const std::string sound = to_las(file), ones(8, '\xff'), zeros(8, '\0');
+    const auto counts = [&](const std::string& old, const std::string& wide) {
+        return std::string(sound).replace(107, 4, old).replace(247, 8, wide);
+    };
+    const std::string right = bytes_of(uint64_t{40});
+    expect(counts(ones.substr(0, 4), right), 40, "");
+    expect(counts(zeros.substr(0, 4), right), 40, "");
+    expect(counts(bytes_of(40u), zeros), 40, "");
+    expect(counts(bytes_of(39u), right), 40, "its size bears out 40");
+    expect(counts(bytes_of(40u), bytes_of(uint64_t{1} << 40)), 40, "its size bears out 40");
+    expect(counts(bytes_of(40u), ones), 40, "its size bears out 40");
+    expect(counts(bytes_of(100u), right) + "x", 40, "its size bears out 40");
+    expect(counts(zeros.substr(0, 4), zeros), 40, "its size says 40");
+    expect(counts(ones.substr(0, 4), ones), 40, "its size says 40");
+    expect(std::string(sound).replace(100, 4, ones.substr(0, 4)), 40, "variable length record 1 of 4294967295");
+    expect(std::string(sound).replace(243, 4, bytes_of(1u)), 40, "extended records");
+    expect(std::string(sound).replace(235, 12, ones + bytes_of(1u)), 40, "extended records");
+    const std::string old = to_las(make_las(2, 3));
+    expect(std::string(old).replace(107, 4, ones.substr(0, 4)), 40, "its size says 40");
+    expect(std::string(old).replace(107, 4, bytes_of(30u)), 30, "");
+    file.variable_records = test::las_variable_record("x", 1, "four").substr(0, 57);
+    file.variable_record_count = 1;
+    expect(to_las(file), 40, "would reach into the points");
+    file.extended_records = std::string(100, 'e');
+    file.variable_records.clear();
+    file.variable_record_count = 0;
+    expect(to_las(file).replace(107, 4, bytes_of(7u)), 40, "its size bears out 40");
+    // A longer header than the version has.
+    std::string longer = sound;
+    longer.insert(375, 20, 'h').replace(94, 6, bytes_of(uint16_t{395}) + bytes_of(395u));
+    expect(longer, 40, "");
+}
+
+TEST_F(ImportClouds, DegreesAreNoMetres) {
+    const auto warning = [&](const std::string& name, const std::string& content) -> std::string {
+        const auto cloud = CloudFile::open(folder.write(name, content));
+        EXPECT_TRUE(cloud.ok()) << cloud.status().message();
+        return cloud.ok() && !(*cloud)->warnings().empty() ? (*cloud)->warnings()[0] : "";
+    };
+    // A tile of a kilometre at 8.4 E 50.1 N, 60 m high; the same in metres; a mast of 30 m; a grid of whole numbers.
+    LasFile file = make_las(2, 0, 400);
+    file.scale = {1e-7, 1e-7, 0.01};
+    file.offset = {8.4, 50.1, 100};
+    std::string text, mast, grid, named = "lon,lat,height\n";
+    for (int i = 0; i < 400; ++i) {
+        const int x = i * 7919 % 1000, y = i * 104729 % 1000, z = i * 31 % 6000;
+        file.points[static_cast<size_t>(i)].position = {x * 100, y * 100, z};
+        text += std::to_string(-70.5 - x * 1e-5) + " " + std::to_string(-33.4 + y * 1e-5) + " " + std::to_string(z * 0.01) + "\n";
+        mast += std::to_string(3.2 + x * 2e-4) + " " + std::to_string(8.1 + y * 2e-4) + " " + std::to_string(z * 0.005) + "\n";
+        grid += std::to_string(i % 2) + " " + std::to_string(i / 2 % 2) + " " + std::to_string(i * 5) + "\n";
+        named += std::to_string(8 + x * 1e-2) + "," + std::to_string(50 + y * 1e-2) + "," + std::to_string(z * 0.01) + "\n";
+    }
+    for (const std::string& found : {warning("a.las", to_las(file)), warning("a.xyz", text), warning("a.csv", named)}) {
+        EXPECT_NE(found.find("longitude and latitude"), std::string::npos) << found;
+        EXPECT_NE(found.find("UTM"), std::string::npos) << found;
+    }
+    file.scale = {0.01, 0.01, 0.01};
+    EXPECT_EQ(warning("b.las", to_las(file)), "");
+    EXPECT_EQ(warning("mast.xyz", mast), "");
+    EXPECT_EQ(warning("grid.xyz", grid), "");
+    // By what the file says of its coordinates: GTModelTypeGeoKey 1024 = 2, or a text.
+    const auto keys = [](uint16_t model) {
+        std::string bytes;
+        for (const uint16_t v : {uint16_t{1}, uint16_t{1}, uint16_t{0}, uint16_t{1}, uint16_t{1024}, uint16_t{0}, uint16_t{1}, model})
+            bytes += bytes_of(v);
+        return bytes;
+    };
+    file.scale = {0.01, 0.01, 0.01};
+    file.variable_record_count = 1;
+    file.offset = {-20, 10, 0};
+    file.variable_records = test::las_variable_record("LASF_Projection", 34735, keys(2));
+    for (auto& p : file.points) p.position = {p.position[0] / 100, p.position[1] / 100, p.position[2]};
+    EXPECT_NE(warning("c.las", to_las(file)).find("the file says"), std::string::npos);
+    file.variable_records = test::las_variable_record("LASF_Projection", 34735, keys(1));
+    EXPECT_EQ(warning("d.las", to_las(file)), "");
+    file.variable_records = test::las_variable_record("LASF_Projection", 2112, "GEOGCS[\"WGS 84\"]");
+    EXPECT_NE(warning("e.las", to_las(file)).find("the file says"), std::string::npos);
+    file.variable_records = test::las_variable_record("LASF_Projection", 2112, "PROJCS[\"UTM\", GEOGCS[]]");
+    EXPECT_EQ(warning("f.las", to_las(file)), "");
+}
+
+TEST_F(ImportClouds, PlyColorsOfOtherNames) {
+    const auto text = [](const std::string& properties, const std::string& values) {
+        return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n" + properties + "end_header\n0 0 0 " +
+               values + "\n1 1 1 " + values + "\n";
+    };
+    const uint32_t expected = rgb(10, 128, 255);
+    EXPECT_EQ(read("a.ply", text("property uchar r\nproperty uchar g\nproperty uchar b\n", "10 128 255")).points[0].color, expected);
+    EXPECT_EQ(read("b.ply", text("property uchar diffuse_red\nproperty uchar diffuse_green\nproperty uchar diffuse_blue\nproperty uchar alpha\n",
+                                 "10 128 255 0"))
+                  .points[0]
+                  .color,
+              expected);
+    EXPECT_EQ(read("c.ply", text("property float blue\nproperty float Red\nproperty float green\n", "1 0.0392 0.502")).points[0].color, expected);
+    const Points grey = read("d.ply",
+                             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                             "property float scalar_Intensity\nend_header\n0 0 0 10\n1 1 1 20\n2 2 2 30\n");
+    ASSERT_TRUE(grey.has_color);
+    EXPECT_LT(grey.points[0].color & 255, grey.points[2].color & 255);
+    const auto partial = CloudFile::open(folder.write("e.ply", text("property uchar red\nproperty uchar green\n", "10 128")));
+    ASSERT_TRUE(partial.ok());
+    ASSERT_EQ((*partial)->warnings().size(), 1u);
+    EXPECT_NE((*partial)->warnings()[0].find("red, green and blue"), std::string::npos);
+    // Elements before the points, and a line end behind them.
+    EXPECT_EQ(read("f.ply",
+                   "ply\nformat ascii 1.0\nelement camera 2\nproperty float a\nelement vertex 2\nproperty float x\nproperty float y\n"
+                   "property float z\nend_header\n7\n8\n0 0 0\n1 1 1\n")
+                  .points.size(),
+              2u);
+    EXPECT_EQ(read("g.ply", to_point_ply(some_points(), "binary_little_endian") + "\r\n").points.size(), 40u);
 }
 
 TEST_F(ImportClouds, CompressedPointsAreRefused) {
@@ -284,7 +407,7 @@ TEST_F(ImportClouds, LinesOfNumbers) {
     expect("a.pts", "1\n1 2.5 -3 100 10 20 30\n1\n4e2 5 6 200 255 0 7\n", {rgb(10, 20, 30), rgb(255, 0, 7)});
     expect("a.txt", "1\t2.5\t-3\t0.5\t1\t0\n4e2\t5\t6\t0\t0.25\t1\n", {rgb(128, 255, 0), rgb(0, 64, 255)});
     expect("a.xyz", "1 2.5 -3 0.6 0 0.8\n4e2 5 6 1 0 0\n", {});  // normals
-    expect("a.xyz", "1 2.5 -3 9 8 7 0.6 0 0.8\n4e2 5 6 1 2 3 1 0 0\n", {rgb(9, 8, 7), rgb(1, 2, 3)});
+    expect("a.xyz", "1 2.5 -3 90 80 70 0.6 0 0.8\n4e2 5 6 100 20 3 1 0 0\n", {rgb(90, 80, 70), rgb(100, 20, 3)});
     expect("a.txt", "1 2.5 -3 17 tree\n4e2 5 6 17 house\n", {});
     EXPECT_TRUE(read("a.xyz", "1 2 3 10\n1 2 4 20\n1 2 5 30\n").has_color) << "intensity";
     const Points holes = read("a.xyz", "1 2 3\nnan 1 2\n1 1e400 2\n4 5 1e-400\n");

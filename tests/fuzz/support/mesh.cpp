@@ -11,6 +11,8 @@ namespace {
 
 void check_sound(const TriangleMesh& mesh) {
     RAYPAGER_CHECK(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
+    RAYPAGER_CHECK(mesh.colors.empty() || mesh.colors.size() == mesh.positions.size());
+    for (const uint32_t color : mesh.colors) RAYPAGER_CHECK(color <= 0xffffffu);
     for (const Triangle& triangle : mesh.triangles)
         for (const uint32_t vertex : triangle) {
             RAYPAGER_CHECK(vertex < mesh.positions.size());

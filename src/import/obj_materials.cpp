@@ -1,0 +1,196 @@
+#include "import/obj_materials.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "import/line_reader.hpp"
+#include "import/materials.hpp"
+#include "import/text.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr size_t most_materials = size_t{1} << 20;
+
+float largest(const Float3& c) { return std::max({c.x, c.y, c.z}); }
+
+class LibraryReader {
+public:
+    LibraryReader(const InputFile& file, ObjLibraries& out) : name_(file.path().string()), lines_(file), out_(out) {}
+
+    // Says how often lines made no sense, and which images are left out.
+    Status read() {
+        std::string_view line;
+        for (bool end = false;;) {
+            RAYPAGER_TRY(lines_.next(line, end));
+            if (end) break;
+            split_words(without_comment(line), words_);
+            if (!words_.empty()) statement(line);
+        }
+        if (bad_lines_ > 0)
+            out_.warnings.push_back(fmt::format("{}:{}: \"{}\" cannot be understood; {} such {} skipped", name_, first_bad_, bad_word_, bad_lines_,
+                                                bad_lines_ == 1 ? "line is" : "lines are"));
+        if (images_ > 0)
+            out_.warnings.push_back(
+                fmt::format("{}: image maps are not read yet: {} {}, e.g. {}", name_, images_, images_ == 1 ? "map" : "maps", first_image_));
+        return {};
+    }
+
+private:
+    void statement(std::string_view line) {
+        const std::string_view key = words_[0];
+        if (key == "newmtl") {
+            if (out_.materials.size() < most_materials) out_.materials.emplace_back().name = rest_of(line);
+            named_ = true;
+            return;
+        }
+        if (!named_) return bad();
+        ObjMaterial& m = out_.materials.back();
+        if (key == "Kd") return color(m.diffuse);
+        if (key == "Ks") return color(m.specular);
+        if (key == "Ke") return color(m.emission);
+        if (key == "Ns") return number(m.shininess);
+        if (key == "Ni") return number(m.ior);
+        if (key == "d") return number(m.opacity, words_.size() > 1 && words_[1] == "-halo" ? 2 : 1);
+        if (key == "Tr") {
+            double transparency = 1 - m.opacity;
+            number(transparency);
+            m.opacity = 1 - transparency;
+            return;
+        }
+        if (key == "Pr") return number(m.roughness.emplace(0.5));
+        if (key == "Pm") return number(m.metallic.emplace(0));
+        if (key == "illum") {
+            double model = -1;
+            number(model);
+            if (model >= 0 && model <= 10) m.illumination = static_cast<int>(model);
+            return;
+        }
+        if (key.starts_with("map_") || key == "bump" || key == "disp" || key == "decal" || key == "refl" || key == "norm") {
+            m.has_image = m.has_image || key == "map_Kd";
+            if (images_++ == 0) first_image_ = clipped(words_.back());
+        }
+        // All others say nothing that is used.
+    }
+
+    std::string rest_of(std::string_view line) const {
+        std::string_view rest = line.substr(static_cast<size_t>(words_[0].data() + words_[0].size() - line.data()));
+        while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
+        while (!rest.empty() && is_blank(rest.back())) rest.remove_suffix(1);
+        return std::string(rest);
+    }
+
+    void bad() {
+        if (bad_lines_++ > 0) return;
+        first_bad_ = lines_.line();
+        bad_word_ = clipped(words_.front());
+    }
+
+    void number(double& value, size_t at = 1) {
+        const auto parsed = at < words_.size() ? parse_number(words_[at]) : std::nullopt;
+        if (!parsed || !std::isfinite(*parsed)) return bad();
+        value = *parsed;
+    }
+
+    // Three numbers, or one for all.
+    void color(std::optional<Float3>& value) {
+        std::array<double, 3> c = {};
+        const size_t numbers = words_.size() >= 4 ? 3 : 1;
+        for (size_t i = 0; i < 3; ++i) {
+            const size_t at = numbers == 3 ? i + 1 : 1;
+            const auto parsed = at < words_.size() ? parse_number(words_[at]) : std::nullopt;
+            if (!parsed || !(std::abs(*parsed) <= 1e9)) return bad();
+            c[i] = std::max(*parsed, 0.0);
+        }
+        value = Float3{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
+    }
+
+    const std::string name_;
+    LineReader lines_;
+    ObjLibraries& out_;
+    bool named_ = false;
+    std::vector<std::string_view> words_;
+    uint64_t bad_lines_ = 0, first_bad_ = 0, images_ = 0;
+    std::string bad_word_, first_image_;
+};
+
+// A line may name one file or several, and names may hold blanks: the longest runs of words that are files.
+std::vector<std::filesystem::path> split_names(const std::filesystem::path& folder, const std::string& names, std::vector<std::string>& missing) {
+    const auto words = split_words(names);
+    const auto found_at = [&](std::string name) -> std::optional<std::filesystem::path> {
+        std::replace(name.begin(), name.end(), '\\', '/');
+        if (name.size() > 1 && name.front() == '"' && name.back() == '"') name = name.substr(1, name.size() - 2);
+        std::error_code error;
+        for (const std::filesystem::path& path : {folder / name, folder / std::filesystem::path(name).filename()})
+            if (std::filesystem::is_regular_file(path, error)) return path;
+        return std::nullopt;
+    };
+    std::vector<std::filesystem::path> paths;
+    constexpr size_t most_words = 32;
+    for (size_t i = 0; i < std::min(words.size(), most_words);) {
+        size_t end = std::min(words.size(), most_words);
+        std::optional<std::filesystem::path> path;
+        for (; end > i && !path; --end)
+            path = found_at(std::string(words[i].data(), static_cast<size_t>(words[end - 1].data() + words[end - 1].size() - words[i].data())));
+        if (path) {
+            paths.push_back(*path);
+            i = end + 1;
+            continue;
+        }
+        missing.push_back(i == 0 && paths.empty() ? names : std::string(words[i]));
+        if (i == 0) break;
+        ++i;
+    }
+    return paths;
+}
+
+// Black, but for what a monitor would not show.
+bool is_dark(const std::optional<Float3>& c) { return !c || largest(*c) < 0.05f; }
+
+}  // namespace
+
+ObjLibraries read_obj_libraries(const std::filesystem::path& model, const std::vector<std::string>& libraries) {
+    ObjLibraries out;
+    std::vector<std::string> missing;
+    for (const std::string& names : libraries)
+        for (const auto& path : split_names(model.parent_path(), names, missing)) {
+            if (std::find(out.files.begin(), out.files.end(), path.string()) != out.files.end()) continue;
+            const auto file = InputFile::open(path);
+            const Status status = file ? LibraryReader(*file, out).read() : file.status();
+            if (!status.ok()) out.warnings.push_back(status.message() + "; the rest of its materials is left out");
+            out.files.push_back(path.string());
+        }
+    if (!missing.empty())
+        out.warnings.push_back(fmt::format("{}: its material library {} cannot be found; what has those materials is shown as clay", model.string(),
+                                           clipped(missing.front()) + (missing.size() > 1 ? fmt::format(" (and {} more)", missing.size() - 1) : "")));
+    return out;
+}
+
+rp_material engine_material(const ObjMaterial& m) {
+    // By the number of the illumination model, or by what can be seen through: glass.
+    const bool glass_model = m.illumination == 4 || m.illumination == 6 || m.illumination == 7 || m.illumination == 9;
+    if ((glass_model && (m.opacity < 1 || m.ior > 1)) || (m.opacity < 1 && m.ior > 1))
+        return dielectric_material(static_cast<float>(std::clamp(m.ior > 1 ? m.ior : 1.5, 1.0001, 10.0)));
+    const double phong = std::sqrt(2 / (std::max(m.shininess, 0.0) + 2));
+    const auto alpha = [&](double rough) { return static_cast<float>(rough < 0.02 ? 0 : std::min(rough, 1.0)); };
+    if (m.metallic.value_or(0) > 0.5 && m.diffuse) {
+        const double roughness = m.roughness ? *m.roughness * *m.roughness : phong;
+        return conductor_of_reflectance(*m.diffuse, alpha(roughness));
+    }
+    // A metal has no colour but that of its reflection.
+    const bool mirror_model = m.illumination == 3 || m.illumination == 5 || m.illumination == 8;
+    const bool bright = m.specular && largest(*m.specular) > 0.2f;
+    if (is_dark(m.diffuse) && m.diffuse && bright && !m.has_image && (mirror_model || m.shininess > 10))
+        return conductor_of_reflectance(*m.specular, mirror_model && m.shininess == 0 ? 0 : alpha(phong));
+    // Under an image, colours are often black or left out.
+    if (m.has_image && (is_dark(m.diffuse))) return diffuse_material({0.5f, 0.5f, 0.5f});
+    return diffuse_material(m.diffuse.value_or(Float3{0.8f, 0.8f, 0.8f}));
+}
+
+std::optional<Float3> emitted_radiance(const ObjMaterial& material) {
+    return material.emission && largest(*material.emission) > 0 ? material.emission : std::nullopt;
+}
+
+}  // namespace raypager

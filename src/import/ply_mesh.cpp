@@ -1,0 +1,89 @@
+#include "import/ply_mesh.hpp"
+
+namespace raypager {
+
+double load_ply_number(const std::byte* from, PlyType type, bool swap) {
+    switch (type) {
+        case PlyType::int8:
+            return load_ply<int8_t>(from, swap);
+        case PlyType::uint8:
+            return load_ply<uint8_t>(from, swap);
+        case PlyType::int16:
+            return load_ply<int16_t>(from, swap);
+        case PlyType::uint16:
+            return load_ply<uint16_t>(from, swap);
+        case PlyType::int32:
+            return load_ply<int32_t>(from, swap);
+        case PlyType::uint32:
+            return load_ply<uint32_t>(from, swap);
+        case PlyType::float32:
+            return load_ply<float>(from, swap);
+        case PlyType::float64:
+            return load_ply<double>(from, swap);
+    }
+    return 0;
+}
+
+double ply_color_scale(PlyType type) {
+    if (!ply_type_is_integer(type)) return 1;
+    return type == PlyType::uint16 ? 65535 : 255;
+}
+
+void PlyMesh::add_vertex() {
+    const auto coordinate = [&](size_t axis) { return static_cast<float>(numbers_[layout_.position[axis]] - view_.origin[axis]); };
+    mesh_.positions.push_back({coordinate(0), coordinate(1), coordinate(2)});
+    const auto number = [&](size_t p) { return static_cast<float>(numbers_[p]); };
+    if (layout_.normal) mesh_.normals.push_back({number((*layout_.normal)[0]), number((*layout_.normal)[1]), number((*layout_.normal)[2])});
+    if (!layout_.vertex_color) return;
+    const auto primary = [&](size_t i) { return numbers_[(*layout_.vertex_color)[i]] / view_.color_scale; };
+    mesh_.colors.push_back(pack_color(primary(0), primary(1), primary(2)));
+}
+
+void PlyMesh::add_face() {
+    vertices_.clear();
+    for (const int64_t corner : corners_) vertices_.push_back(vertex_number(corner));
+    colors_.clear();
+    // Numbers beyond the scale of their type are those of bytes.
+    const auto packed = [](double scale, const double* c) {
+        if (scale == 1 && std::max({c[0], c[1], c[2]}) > 1) scale = 255;
+        return pack_color(c[0] / scale, c[1] / scale, c[2] / scale);
+    };
+    if (layout_.wedge_colors && wedges_.size() >= 3 * vertices_.size() && !vertices_.empty()) {
+        // Three or four numbers a corner.
+        const size_t stride = wedges_.size() / vertices_.size();
+        const double scale = ply_color_scale(layout_.faces->properties[*layout_.wedge_colors].type);
+        for (size_t i = 0; i < vertices_.size(); ++i) colors_.push_back(packed(scale, &wedges_[i * stride]));
+    } else if (layout_.face_color) {
+        const auto& properties = *layout_.face_color;
+        const double color[3] = {numbers_[properties[0]], numbers_[properties[1]], numbers_[properties[2]]};
+        colors_.assign(vertices_.size(), packed(ply_color_scale(layout_.faces->properties[properties[0]].type), color));
+    }
+    polygons_.add(vertices_, colors_);
+}
+
+// -1 ends a strip and begins another. In types that have no -1 it looks like their largest number.
+void PlyMesh::add_strip() {
+    int64_t end = -1;
+    if (last_type_ == PlyType::uint8) end = 0xff;
+    if (last_type_ == PlyType::uint16) end = 0xffff;
+    if (last_type_ == PlyType::uint32) end = 0xffffffff;
+    if (end >= 0 && static_cast<uint64_t>(end) < layout_.vertices->count) end = -1;
+    size_t length = 0;
+    for (size_t i = 0; i < corners_.size(); ++i) {
+        length = corners_[i] == end || corners_[i] == -1 ? 0 : length + 1;
+        if (length < 3) continue;
+        const uint32_t a = vertex_number(corners_[i - 2]), b = vertex_number(corners_[i - 1]), c = vertex_number(corners_[i]);
+        // Vertices that come twice join strips, and no triangles are lost without those.
+        if (a == b || b == c || c == a) continue;
+        // Every other triangle is turned around.
+        vertices_ = length % 2 == 1 ? std::vector<uint32_t>{a, b, c} : std::vector<uint32_t>{b, a, c};
+        polygons_.add(vertices_);
+    }
+}
+
+void PlyMesh::finish() {
+    polygons_.cut_concave();
+    color_corners(mesh_, polygons_);
+}
+
+}  // namespace raypager

@@ -1,0 +1,104 @@
+// Materials of OBJ files, and what becomes of them in a bare scene.
+#include <gtest/gtest.h>
+
+#include "import/import.hpp"
+#include "import/obj_materials.hpp"
+#include "support/temporary_folder.hpp"
+#include "unit/import_files.hpp"
+
+namespace raypager {
+namespace {
+
+using support::TemporaryFolder;
+
+const std::string two_triangles = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\n";
+
+std::string joined(const std::vector<std::string>& lines) {
+    std::string text;
+    for (const auto& line : lines) text += line + "\n";
+    return text;
+}
+
+TEST(ImportObjMaterials, OneShapeAMaterial) {
+    const TemporaryFolder folder;
+    folder.write("my colours.mtl", "newmtl dark red\nKd 0.5 0.1 0.1\nnewmtl lamp\nKd 0 0 0\nKe 3 2 1\n");
+    const auto path = folder.write(
+        "a.obj", "mtllib my colours.mtl\n" + two_triangles + "f 1 2 3\nusemtl dark red\nf 2 4 3\nusemtl lamp\nf 3 2 4\nusemtl dark red\nf 4 2 1\n");
+    const auto scene = import_scene({path});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_TRUE(scene->warnings.empty()) << joined(scene->warnings);
+    ASSERT_EQ(scene->shapes.size(), 5u);  // with ground and key light
+    const size_t triangles[] = {1, 2, 1};
+    for (int round = 0; round < 2; ++round)  // from what was kept, and from the file again
+        for (size_t i = 0; i < 3; ++i) {
+            TriangleMesh mesh;
+            MeshIssues issues;
+            ASSERT_TRUE(scene->shapes[i].mesh->load(mesh, issues).ok());
+            EXPECT_EQ(mesh.triangles.size(), triangles[i]);
+            EXPECT_FALSE(issues.any()) << issues.describe();
+        }
+    const rp_material& red = scene->materials[scene->shapes[1].material];
+    EXPECT_EQ(red.kind, RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(red.color[0], 0.5f);
+    EXPECT_EQ(scene->shapes[0].material, 0u);
+    EXPECT_FALSE(scene->shapes[1].area_light);
+    ASSERT_TRUE(scene->shapes[2].area_light);
+    EXPECT_EQ(scene->area_lights[*scene->shapes[2].area_light].radiance, (Float3{3, 2, 1}));
+    EXPECT_NE(scene->shapes[1].mesh->name(), scene->shapes[2].mesh->name());
+    EXPECT_EQ(scene->files, std::vector<std::string>{(folder / "my colours.mtl").string()});
+}
+
+TEST(ImportObjMaterials, OfOneMaterialThroughout) {
+    const TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl m\nKd 0.25 0.5 0.75\n");
+    const auto scene = import_scene({folder.write("a.obj", "mtllib a.mtl\nusemtl m\n" + two_triangles + "f 1 2 3\nf 2 4 3\n")});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    ASSERT_EQ(scene->shapes.size(), 3u);
+    EXPECT_EQ(scene->materials[scene->shapes[0].material].color[2], 0.75f);
+}
+
+TEST(ImportObjMaterials, WhatIsMissingIsSaidOnce) {
+    const TemporaryFolder folder;
+    const auto missing = import_scene({folder.write("a.obj", "mtllib none.mtl\nusemtl a\n" + two_triangles + "f 1 2 3\nusemtl b\nf 2 4 3\n")});
+    ASSERT_TRUE(missing.ok()) << missing.status().message();
+    ASSERT_EQ(missing->warnings.size(), 1u) << joined(missing->warnings);
+    EXPECT_NE(missing->warnings[0].find("none.mtl cannot be found"), std::string::npos) << missing->warnings[0];
+    folder.write("b.mtl", "newmtl a\nKd 1 1 1\n");
+    const auto unknown = import_scene({folder.write("b.obj", "mtllib b.mtl\nusemtl a\n" + two_triangles + "f 1 2 3\nusemtl b\nf 2 4 3\n")});
+    ASSERT_TRUE(unknown.ok());
+    ASSERT_EQ(unknown->warnings.size(), 1u) << joined(unknown->warnings);
+    EXPECT_NE(unknown->warnings[0].find("material \"b\" is in none of its libraries"), std::string::npos) << unknown->warnings[0];
+    folder.write("c.mtl", "newmtl a\nKd 0.1 0.2\nmap_Kd bricks.png\nbump dents.png\nnonsense\nNs x\n");
+    const auto odd = import_scene({folder.write("c.obj", "mtllib c.mtl\nusemtl a\n" + two_triangles + "f 1 2 3\n")});
+    ASSERT_TRUE(odd.ok());
+    ASSERT_EQ(odd->warnings.size(), 2u) << joined(odd->warnings);
+    EXPECT_NE(odd->warnings[0].find("c.mtl:6: \"Ns\" cannot be understood; 1 such line is skipped"), std::string::npos) << odd->warnings[0];
+    EXPECT_NE(odd->warnings[1].find("image maps are not read yet: 2 maps, e.g. bricks.png"), std::string::npos) << odd->warnings[1];
+}
+
+ObjMaterial material(const std::string& text) {
+    const TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl m\n" + text);
+    const ObjLibraries libraries = read_obj_libraries(folder / "a.obj", {"a.mtl"});
+    return libraries.materials.empty() ? ObjMaterial() : libraries.materials[0];
+}
+
+TEST(ImportObjMaterials, BecomeWhatTheEngineHas) {
+    const auto kind = [](const std::string& text) { return engine_material(material(text)).kind; };
+    EXPECT_EQ(kind("Kd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nNs 250\nillum 2\n"), RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(kind("Kd 0 0 0\nKs 0.9 0.9 0.9\nNs 500\nillum 3\n"), RP_MATERIAL_CONDUCTOR);
+    EXPECT_EQ(kind("Kd 0.8 0.2 0.2\nKs 0.9 0.9 0.9\nNs 500\nillum 3\n"), RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(kind("Kd 1 1 1\nd 0.1\nNi 1.45\nillum 4\n"), RP_MATERIAL_DIELECTRIC);
+    EXPECT_EQ(kind("Kd 1 1 1\nTr 0.9\nNi 1.3\n"), RP_MATERIAL_DIELECTRIC);
+    EXPECT_EQ(kind("Kd 1 1 1\nd 0.5\nNi 1\nillum 2\n"), RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(kind("Kd 0.9 0.6 0.3\nPm 1\nPr 0.3\n"), RP_MATERIAL_CONDUCTOR);
+    EXPECT_FLOAT_EQ(engine_material(material("Kd 1 1 1\nd 0.1\nNi 1.45\nillum 4\n")).ior, 1.45f);
+    // alpha^2 = 2 / (Ns + 2)
+    EXPECT_FLOAT_EQ(engine_material(material("Kd 0 0 0\nKs 1 1 1\nNs 48\nillum 3\n")).alpha, 0.2f);
+    EXPECT_EQ(engine_material(material("Kd 0 0 0\nmap_Kd a.png\n")).color[0], 0.5f);
+    EXPECT_EQ(engine_material(material("Kd 0.3 0.3 0.3\nmap_Kd a.png\n")).color[0], 0.3f);
+    EXPECT_FALSE(emitted_radiance(material("Kd 1 1 1\nKe 0 0 0\n")));
+}
+
+}  // namespace
+}  // namespace raypager
