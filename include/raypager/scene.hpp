@@ -167,6 +167,7 @@ struct Shape {
     SpherePrimitive sphere;
     // Of a cloud: one radius for all points, in the world; 0: each point's own, or from the spacing around it, times radius_scale.
     float point_radius = 0, radius_scale = 1;
+    bool backdrop = false;  // such as the ground under a bare mesh: not what the scene shows, so its bounds do not count. Comes after all that is.
 };
 
 struct Camera {
@@ -179,6 +180,10 @@ struct Camera {
 // right_handed: +x of the image is forward x up (as in the real world); otherwise up x forward (pbrt's left-handed space).
 std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const Float3& up, double fov_degrees, uint32_t width, uint32_t height,
                                   bool right_handed = true);
+
+// The same with a direction that is not rounded to floats on its way from a text.
+std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<double, 3>& target, const std::array<double, 3>& up, double fov_degrees,
+                                        uint32_t width, uint32_t height, bool right_handed);
 
 struct Scene {
     Camera camera;

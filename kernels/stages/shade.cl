@@ -131,6 +131,11 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
 
     if (p.hit.w == RP_NONE) {
+        if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
+            if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
+            rp_finish(status, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
+            return false;
+        }
         rp_finish(status, slot, film, pixel, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
         return false;
     }
@@ -145,7 +150,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         return false;
     }
     const __global rp_material* material = materials + range->material;
-    const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u;
+    const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u, own_color = colored && (material->flags & RP_MATERIAL_PLAIN) == 0u;
     const float3 root = (float3)(p.surface.y >> 8 & 255u, p.surface.y >> 16 & 255u, p.surface.y >> 24) / 255.0f;
     arrival->slot = slot;
     arrival->state = state;
@@ -155,7 +160,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     vertex->direction = rp_vector_of(direction);
     vertex->throughput = rp_vector_of(throughput);
     vertex->position = rp_vector_of(as_float3(p.hit.xyz));
-    vertex->reflectance = rp_vector_of(colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
+    vertex->reflectance = rp_vector_of(own_color ? root * root : (float3)(material->color[0], material->color[1], material->color[2]));
     vertex->offset = rp_offset_distance(rp_state_offset(state));
     vertex->geometric_normal = p.surface.x;
     vertex->shading_normal = colored ? p.surface.x : p.surface.y;

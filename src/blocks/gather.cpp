@@ -196,6 +196,7 @@ public:
         const Shape& shape = scene_.shapes[index];
         index_ = index;
         bytes_begun_ += mesh_bytes(shape);
+        if (shape.backdrop && out_.bounds.empty()) out_.bounds = spiller_ ? spiller_->bounds() : out_.world.bounds;
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
@@ -221,10 +222,9 @@ public:
             out_.triangles = out_.world.primitives.size() - out_.spheres;
         }
         out_.lights.insert(out_.lights.end(), scene_.lights.begin(), scene_.lights.end());
-        double radius = 1;
-        if (const Box& b = out_.world.bounds; !b.empty())
-            radius = 0.5 * std::hypot(double(b.upper[0]) - b.lower[0], double(b.upper[1]) - b.lower[1], double(b.upper[2]) - b.lower[2]);
-        set_probabilities(out_.lights, radius);
+        if (out_.bounds.empty()) out_.bounds = out_.world.bounds;
+        const Box& bounds = out_.bounds;
+        set_probabilities(out_.lights, bounds.empty() ? radius_of_nothing : radius_of(bounds.lower, bounds.upper));
         return {};
     }
 
@@ -234,7 +234,6 @@ private:
         progress_(spiller_ ? "stream" : "load", (static_cast<double>(index_) + fraction) / static_cast<double>(scene_.shapes.size()));
     }
     static uint64_t mesh_bytes(const Shape& shape) { return shape.mesh ? shape.mesh->bytes_to_read() : 0; }
-    static bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
     static Status too_many(const Shape& shape) {
         return Status::failed(
             fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
@@ -388,7 +387,8 @@ private:
 
     // Shapes of the same material that do not shine share a range.
     void add_range(const Shape& shape, uint32_t first, uint32_t first_light) {
-        const rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0;
+        rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0;
+        if (light_) flags |= std::min(*shape.area_light, RP_RANGE_AREA_LIGHTS) << RP_RANGE_AREA_LIGHT_SHIFT;
         const rp_primitive_range range = {first, shape.material, light_ ? first_light : RP_NONE, flags};
         const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().flags == range.flags &&
                            out_.ranges.back().first_light == RP_NONE && range.first_light == RP_NONE;

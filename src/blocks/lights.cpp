@@ -57,6 +57,21 @@ rp_light triangle_light(const Float3& a, const Float3& b, const Float3& c, const
     return result;
 }
 
+bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
+
+rp_light shining_as(const rp_light& light, const AreaLight& area) {
+    rp_light result = light;
+    const rp_light shine = emitter(light.kind, area);
+    result.flags = shine.flags;
+    store(result.radiance, area.radiance);
+    result.probability = 0;
+    return result;
+}
+
+double radius_of(const float (&lower)[3], const float (&upper)[3]) {
+    return 0.5 * std::hypot(double(upper[0]) - lower[0], double(upper[1]) - lower[1], double(upper[2]) - lower[2]);
+}
+
 rp_light sphere_light(const WorldSphere& sphere, const AreaLight& light) {
     rp_light result = emitter(RP_LIGHT_SPHERE, light);
     store(result.p, sphere.center);

@@ -20,7 +20,7 @@ bench::TraverseOptions traverse_options(const TraverseSettings& settings) {
     options.width = settings.size.width;
     options.height = settings.size.height;
     if (const auto& camera = settings.camera)
-        options.camera = make_camera(camera->eye, camera->target, camera->up, camera->fov_degrees, options.width, options.height);
+        options.camera = make_camera(*camera, options.width, options.height);
     return options;
 }
 

@@ -65,6 +65,8 @@ Status check_light(const rp_light& light, size_t index) {
     switch (light.kind) {
         case RP_LIGHT_INFINITE:
             return {};
+        case RP_LIGHT_TRIANGLE:
+            return light.flags & RP_LIGHT_UNSEEN ? Status() : bad("shines, but is no shape");
         case RP_LIGHT_POINT:
             return finite(p) ? Status() : bad("its position is not finite");
         case RP_LIGHT_DISTANT: {
