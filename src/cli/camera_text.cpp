@@ -46,39 +46,69 @@ Vector rounded(const Vector& v, int digits) { return {rounded(v[0], digits), rou
 
 bool same_bits(const Camera& a, const Camera& b) { return a.eye == b.eye && a.right == b.right && a.up == b.up && a.forward == b.forward; }
 
-// Searches the numbers from which make_camera comes to a camera again. Its axes are rounded to floats, so that they do not tell exactly where they
-// point: directions around are tried, fewer digits first.
+struct Interval {
+    double low = -1e-6, high = 1e-6;  // far more than single precision rounds, in radians
+    bool empty() const { return !(low <= high); }
+    double at(double share) const { return low + share * (high - low); }
+};
+
+// Leaves the angles by which value + slope * angle is rounded to these floats.
+void narrow(Interval& angles, const Float3& rounded_to, const Vector& value, const Vector& slope) {
+    const float floats[3] = {rounded_to.x, rounded_to.y, rounded_to.z};
+    for (size_t i = 0; i < 3; i++) {
+        if (std::abs(slope[i]) < 1e-9) continue;  // says nothing
+        const double low = 0.5 * (double(floats[i]) + std::nextafter(floats[i], -INFINITY));
+        const double high = 0.5 * (double(floats[i]) + std::nextafter(floats[i], INFINITY));
+        const double first = (low - value[i]) / slope[i], last = (high - value[i]) / slope[i];
+        angles.low = std::max(angles.low, std::min(first, last));
+        angles.high = std::min(angles.high, std::max(first, last));
+    }
+}
+
+// Searches the numbers from which make_camera comes to a camera again. Its axes are floats, which do not tell exactly where they point; but all of
+// them together leave only so much room, and what lies in it is rounded to them.
 class CameraSearch {
 public:
     CameraSearch(const Camera& camera, uint32_t width, uint32_t height, double distance)
-        : camera_(camera), width_(width), height_(height), distance_(distance) {}
+        : camera_(camera), width_(width), height_(height), distance_(distance), upright_(upright_axis(camera)) {
+        mirrored_ = dot(cross(vector(camera.forward), vector(camera.up)), vector(camera.right)) < 0;
+    }
 
-    CameraText run() {
-        const Vector forward = unit(vector(camera_.forward)), right = unit(vector(camera_.right)), up = unit(vector(camera_.up));
+    CameraText run() const {
         const double half = length(vector(camera_.up)) / length(vector(camera_.forward)) * std::min(width_, height_) / height_;
         const double fov = std::atan(half) / half_degree;
-        const bool mirrored = dot(cross(forward, up), right) < 0;
-        const CameraText nearest = text(forward, upright_axis(camera_), fov, mirrored, 12);
-        for (const int digits : {7, 9, 12, 15})
-            for (const double angle : {rounded(fov, 5), rounded(fov, 7), rounded(fov, 10)})
-                for (const Vector& direction : directions(forward, right, up, digits))
-                    if (const CameraText found = text(direction, upright_axis(camera_), angle, mirrored, digits); makes_it(found)) return found;
-        return nearest;
+        for (const double angle : {rounded(fov, 5), rounded(fov, 7), rounded(fov, 10)})
+            if (const auto found = search(angle)) return *found;
+        return text(unit(vector(camera_.forward)), rounded(fov, 10), 12);
     }
 
 private:
-    // A grid within the rounding of floats, from its middle outwards; of few digits only the middle, for those round more than that.
-    static std::vector<Vector> directions(const Vector& forward, const Vector& right, const Vector& up, int digits) {
-        constexpr double step = 1.2e-8;
-        std::vector<Vector> all = {forward};
-        for (int ring = 1; digits > 9 && ring <= 8; ring++)
-            for (int i = -ring; i <= ring; i++)
-                for (int j = -ring; j <= ring; j++)
-                    if (std::max(std::abs(i), std::abs(j)) == ring) all.push_back(forward + i * step * right + j * step * up);
-        return all;
+    // Turned about the upright axis first, which is all that the right axis depends on, then up or down.
+    std::optional<CameraText> search(double fov) const {
+        const double half = std::tan(fov * half_degree), shorter = std::min(width_, height_);
+        const double across = (mirrored_ ? -1 : 1) * half * width_ / shorter, along = half * height_ / shorter;
+        const Vector forward = unit(vector(camera_.forward)), ahead = unit(forward - dot(forward, upright_) * upright_);
+        const Vector aside = cross(ahead, upright_);
+        Interval turns;
+        narrow(turns, camera_.right, across * aside, -across * ahead);
+        for (const double share : {0.5, 0.25, 0.75, 0.1, 0.9, 0.4, 0.6}) {
+            const double turn = turns.at(share);
+            const Vector level = unit(ahead + turn * aside);
+            const double elevation = std::asin(std::clamp(dot(forward, upright_), -1.0, 1.0));
+            const Vector towards = std::cos(elevation) * level + std::sin(elevation) * upright_;
+            const Vector above = std::cos(elevation) * upright_ - std::sin(elevation) * level;
+            Interval lifts;
+            narrow(lifts, camera_.forward, towards, above);
+            narrow(lifts, camera_.up, along * above, -along * towards);
+            if (turns.empty() || lifts.empty()) continue;
+            for (const double part : {0.5, 0.25, 0.75, 0.1, 0.9})
+                for (const int digits : {9, 11, 13, 15, 17})
+                    if (const CameraText found = text(unit(towards + lifts.at(part) * above), fov, digits); makes_it(found)) return found;
+        }
+        return std::nullopt;
     }
-    CameraText text(const Vector& forward, const Vector& up, double fov, bool mirrored, int digits) const {
-        return {camera_.eye, rounded(vector(camera_.eye) + distance_ * forward, digits), rounded(up, 9), fov, mirrored};
+    CameraText text(const Vector& forward, double fov, int digits) const {
+        return {camera_.eye, rounded(vector(camera_.eye) + distance_ * forward, digits), rounded(upright_, 9), fov, mirrored_};
     }
     bool makes_it(const CameraText& found) const {
         const auto made = make_camera(found, width_, height_);
@@ -88,6 +118,8 @@ private:
     const Camera& camera_;
     const uint32_t width_, height_;
     const double distance_;
+    const Vector upright_;
+    bool mirrored_ = false;
 };
 
 }  // namespace
