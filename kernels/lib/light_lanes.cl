@@ -82,11 +82,12 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     s.direction = RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_choose_)(distant, p, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
     const RP_FLOATS towards = -RP_NAME(rp_dot_)(normal, s.direction), cosine = (flags & RP_LIGHT_TWO_SIDED) != 0u ? fabs(towards) : towards;
     const RP_FLOATS of_surface = cosine > 0.0f ? probability * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
-    s.density = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
+    const RP_FLOATS found = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
+    s.density = (flags & RP_LIGHT_UNSEEN) != 0u ? (RP_FLOATS)(0.0f) : found;
     // 2^-17 of the coordinates: dozens of roundings, so that rays that graze the emitter do not stop on it.
     const RP_FLOATS margin = 0x1p-17f * (RP_NAME(rp_largest_)(target) + distance);
     s.reach = (infinite | distant) ? (RP_FLOATS)(INFINITY) : surface ? distance - margin : distance;
-    const RP_FLOATS weight = (surface | infinite) ? s.density : distant ? probability : probability * distance * distance;
+    const RP_FLOATS weight = (surface | infinite) ? found : distant ? probability : probability * distance * distance;
     s.radiance = RP_NAME(rp_times_)(radiance, weight > 0.0f ? 1.0f / weight : (RP_FLOATS)(0.0f));
     return s;
 }

@@ -86,6 +86,7 @@ Status add_shape(Fingerprint& f, const Shape& shape) {
     f.add(shape.reverse_orientation);
     f.add(shape.material);
     f.add(shape.area_light.value_or(RP_NONE));
+    f.add(shape.unseen);
     if (shape.points) {
         f.add(shape.points->name());
         f.add(shape.points->has_color());
