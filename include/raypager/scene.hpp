@@ -24,8 +24,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct TriangleMesh {
     std::vector<Float3> positions;
-    std::vector<Triangle> triangles;  // indices into positions; counter-clockwise seen from outside
-    std::vector<Float3> normals;      // one per position, or none
+    std::vector<Triangle> triangles;    // indices into positions; counter-clockwise seen from outside
+    std::vector<Float3> normals;        // one per position, or none
     std::vector<uint32_t> colors = {};  // one per position, or none: sRGB, red | green << 8 | blue << 16
 };
 
@@ -162,6 +162,7 @@ struct Shape {
     bool reverse_orientation = false;
     uint32_t material = 0;                      // index into Scene::materials
     std::optional<uint32_t> area_light;         // index into Scene::area_lights
+    bool unseen = false;                        // shines, but no ray meets it; of a cloud: must be false
     std::shared_ptr<const MeshSource> mesh;     // or, if null:
     std::shared_ptr<const PointSource> points;  // or, if null:
     SpherePrimitive sphere;
@@ -192,7 +193,8 @@ struct Scene {
     uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine
     std::vector<rp_material> materials;
     std::vector<AreaLight> area_lights;
-    std::vector<rp_light> lights;       // infinite (at most one), distant and point lights; probability is filled in when baked
+    // Infinite (at most one), distant and point lights, and triangles and spheres that are RP_LIGHT_UNSEEN. probability is filled in when baked.
+    std::vector<rp_light> lights;
     std::vector<Shape> shapes;          // primitives are numbered through in this order
     std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
     std::vector<std::string> warnings;  // one line each, with file:line where there is one

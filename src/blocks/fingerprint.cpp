@@ -72,6 +72,7 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     // Which light it is counts, not how it shines; but whether it does at all decides what is in the list of lights.
     f.add(shape.area_light.value_or(RP_NONE));
     f.add(shape.area_light && is_black(scene.area_lights[*shape.area_light]));
+    f.add(shape.unseen);
     if (shape.points) {
         f.add(shape.points->name());
         f.add(shape.points->has_color());

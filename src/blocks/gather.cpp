@@ -201,6 +201,7 @@ public:
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
+        if (shape.unseen) return light_ ? add_unseen_lights(shape, *light_, unseen_, out_.issues) : Status();
         RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
         if (count() >= index_limit || out_.world.positions.size() >= index_limit) return too_many(shape);
         if (count() > first) add_range(shape, static_cast<uint32_t>(first), first_light);
@@ -221,7 +222,7 @@ public:
             out_.spheres = out_.world.spheres.size();
             out_.triangles = out_.world.primitives.size() - out_.spheres;
         }
-        out_.lights.insert(out_.lights.end(), scene_.lights.begin(), scene_.lights.end());
+        for (const auto* others : {&std::as_const(unseen_), &scene_.lights}) out_.lights.insert(out_.lights.end(), others->begin(), others->end());
         if (out_.bounds.empty()) out_.bounds = out_.world.bounds;
         const Box& bounds = out_.bounds;
         set_probabilities(out_.lights, bounds.empty() ? radius_of_nothing : radius_of(bounds.lower, bounds.upper));
@@ -410,6 +411,7 @@ private:
     uint64_t bytes_begun_ = 0;          // of the meshes up to the one at hand
     size_t index_ = 0;                  // of the shape at hand
     const AreaLight* light_ = nullptr;  // that shape's, if it shines
+    std::vector<rp_light> unseen_;
 };
 
 }  // namespace

@@ -126,9 +126,10 @@ private:
 
 Result<CameraText> parse_camera(std::string_view text) {
     const auto wrong = [&](std::string_view reason) {
-        return Status::usage(fmt::format("'{}' {}; give ten numbers: eye x,y,z, target x,y,z, up x,y,z, field of view in degrees; and ,mirrored "
-                                         "behind them for a picture whose left and right are exchanged",
-                                         text, reason));
+        return Status::usage(
+            fmt::format("'{}' {}; give ten numbers: eye x,y,z, target x,y,z, up x,y,z, field of view in degrees; and ,mirrored "
+                        "behind them for a picture whose left and right are exchanged",
+                        text, reason));
     };
     constexpr size_t count = 10;
     const auto words = words_between_commas(text, count + 2);

@@ -123,7 +123,7 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
                                       scene.position_cell / 2));
     line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
     line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
-    const auto point = [](const float (&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
+    const auto point = [](const float(&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
     line("bounds", fmt::format("{} to {}", point(scene.lower), point(scene.upper)));
     const std::string camera = camera_string(scene.camera, scene.width, scene.height, center_of(scene));
     line("camera", camera.empty() ? "none that --camera could describe: its axes are not at right angles, or its pixels not square" : camera);

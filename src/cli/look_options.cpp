@@ -64,12 +64,9 @@ std::optional<Float3> color_within(std::span<const std::string> words, double hi
 struct NamedMetal {
     const char *name, *eta, *k;
 };
-constexpr NamedMetal metals[] = {{"gold", "metal-Au-eta", "metal-Au-k"},
-                                 {"silver", "metal-Ag-eta", "metal-Ag-k"},
-                                 {"copper", "metal-Cu-eta", "metal-Cu-k"},
-                                 {"brass", "metal-CuZn-eta", "metal-CuZn-k"},
-                                 {"aluminium", "metal-Al-eta", "metal-Al-k"},
-                                 {"aluminum", "metal-Al-eta", "metal-Al-k"}};
+constexpr NamedMetal metals[] = {{"gold", "metal-Au-eta", "metal-Au-k"},      {"silver", "metal-Ag-eta", "metal-Ag-k"},
+                                 {"copper", "metal-Cu-eta", "metal-Cu-k"},    {"brass", "metal-CuZn-eta", "metal-CuZn-k"},
+                                 {"aluminium", "metal-Al-eta", "metal-Al-k"}, {"aluminum", "metal-Al-eta", "metal-Al-k"}};
 
 std::optional<rp_material> named_metal(const std::string& name, float roughness) {
     if (name == "chrome") return conductor_of_reflectance({0.55f, 0.556f, 0.554f}, roughness);
@@ -116,7 +113,11 @@ std::optional<rp_material> material_of(const std::string& kind, const std::strin
 
 // What was given that is for bare inputs alone; null: nothing.
 const char* given_look_option(const BareLook& look) {
-    return look.material ? "material" : look.sky ? "sky" : look.light.kind != BareLight::Kind::usual ? "light" : look.no_ground ? "no-ground" : nullptr;
+    return look.material                               ? "material"
+           : look.sky                                  ? "sky"
+           : look.light.kind != BareLight::Kind::usual ? "light"
+           : look.no_ground                            ? "no-ground"
+                                                       : nullptr;
 }
 
 bool names_a_file(const std::string& text) {
@@ -148,8 +149,7 @@ Result<rp_material> parse_material(const std::string& text) {
 Result<Float3> parse_sky(const std::string& text) {
     if (text == "none") return Float3{0, 0, 0};
     if (const auto color = color_within(split(text, ','), brightest)) return *color;
-    if (names_a_file(text))
-        return Status::usage(fmt::format("'{}': skies cannot be pictures yet; give a colour R,G,B or #rrggbb, or none", text));
+    if (names_a_file(text)) return Status::usage(fmt::format("'{}': skies cannot be pictures yet; give a colour R,G,B or #rrggbb, or none", text));
     return Status::usage(fmt::format("'{}' is not a sky; give a colour R,G,B (linear radiance) or #rrggbb (sRGB), or none", text));
 }
 

@@ -66,8 +66,7 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
         result.progress = [spp = total_spp_](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
     }
     options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_.is_open() ? log_seconds : 0;
-    if (options.snapshot_seconds > 0)
-        result.snapshot = [this](Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
+    if (options.snapshot_seconds > 0) result.snapshot = [this](Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
     return result;
 }
 

@@ -20,9 +20,9 @@ struct RenderSettings {
     std::filesystem::path output;
     RenderOptions options;  // as given; what depends on the scene (camera) is filled in by effective_options
     std::optional<CameraText> camera;
-    BakeOptions bake;  // of what is not baked
-    BareLook look;     // of bare inputs
-    LookTexts texts;   // what was said of it
+    BakeOptions bake;        // of what is not baked
+    BareLook look;           // of bare inputs
+    LookTexts texts;         // what was said of it
     double exposure = 0;     // the picture is multiplied by 2 to the power of this
     uint32_t turntable = 0;  // pictures all around; 0: one, and none of that
     std::optional<std::filesystem::path> cache_directory, reference, log, report, record_trace;

@@ -32,13 +32,15 @@ std::optional<std::filesystem::path> user_cache_folder() {
 std::shared_ptr<const BlockFile> open_cached(const std::filesystem::path& path, uint64_t fingerprint, const Scene& scene) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) return nullptr;
-    bool good = false;
-    const auto file = BlockFile::open(path, [&](BakedScene& baked) { good = baked.fingerprint == fingerprint && restyle(scene, baked); });
+    Result<bool> good = false;
+    const auto file = BlockFile::open(path, [&](BakedScene& baked) {
+        if (baked.fingerprint == fingerprint) good = restyle(scene, baked);
+    });
     if (!file) {
         log_warning(fmt::format("{}; it is baked again", file.status().message()));
         return nullptr;
     }
-    return good ? *file : nullptr;
+    return good && *good ? *file : nullptr;  // an error comes again when it is baked
 }
 
 Result<std::filesystem::path> first_writable(const std::vector<std::filesystem::path>& folders) {

@@ -28,6 +28,13 @@ Turning turning_of(const RenderSettings& settings, const RenderOptions& options,
     return {camera, center_of(scene), settings.camera ? settings.camera->up : upright_axis(camera)};
 }
 
+// Turning rounds; the camera is to be one that the report can name to the last bit.
+Camera as_printed(const Camera& camera, uint32_t width, uint32_t height) {
+    const auto text = describe_camera(camera, width, height);
+    const auto made = text ? make_camera(*text, width, height) : std::nullopt;
+    return made.value_or(camera);
+}
+
 // One picture of them.
 Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions options, const BlockFile& file, const std::string& which) {
     auto monitor = RenderMonitor::create(settings, options, std::nullopt);
@@ -69,6 +76,7 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
     for (uint32_t i = 0; i < settings.turntable && !stop.flag(); i++) {
         one.output = turntable_picture(settings.output, i, settings.turntable);
         turned.camera = turned_camera(turning.first, turning.center, turning.upright, static_cast<double>(i) / settings.turntable);
+        if (i > 0) turned.camera = as_printed(*turned.camera, turned.width, turned.height);
         const auto result = render_one(one, turned, *opened.file, fmt::format("{} of {}", i + 1, settings.turntable));
         if (!result) return result.status();
         last = result->report;
@@ -80,8 +88,7 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
         report["turntable"] = pictures;
         RAYPAGER_TRY(write_text(*settings.report, json_text(report)));
     }
-    if (stop.flag())
-        return Status::interrupted(fmt::format("stopped by a signal; {} of {} pictures are there", pictures.size(), settings.turntable));
+    if (stop.flag()) return Status::interrupted(fmt::format("stopped by a signal; {} of {} pictures are there", pictures.size(), settings.turntable));
     return {};
 }
 

@@ -39,10 +39,11 @@ void add_view_options(OptionParser& parser, uint32_t& width, uint32_t& height, s
         height = size->height;
         return {};
     });
-    parser.option("camera", "EYE,TARGET,UP,FOV",
-                  "ten numbers x,y,z,x,y,z,x,y,z,degrees; the field of view is that of the shorter side; with ',mirrored' behind them left and right are "
-                  "exchanged, as in most .pbrt scenes; 'inspect' and reports print cameras in this form (default: the scene's camera)",
-                  into(camera, parse_camera));
+    parser.option(
+        "camera", "EYE,TARGET,UP,FOV",
+        "ten numbers x,y,z,x,y,z,x,y,z,degrees; the field of view is that of the shorter side; with ',mirrored' behind them left and right are "
+        "exchanged, as in most .pbrt scenes; 'inspect' and reports print cameras in this form (default: the scene's camera)",
+        into(camera, parse_camera));
 }
 
 Result<Camera> choose_camera(const std::optional<CameraText>& given, const Camera& of_scene, uint32_t scene_width, uint32_t scene_height,

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "import/materials.hpp"
+#include "scene/emitters.hpp"
 
 namespace raypager {
 namespace {
@@ -43,29 +44,16 @@ rp_light sun_light(const BareLight& light, const Framing& view, const Axes& axes
     return sun;
 }
 
-// Half of a square: p, and the edges to its neighbours. The picture does not show it, nor do mirrors.
-rp_light key_half(const Vector& p, const Vector& e1, const Vector& e2, double strength) {
-    rp_light light{};
-    light.kind = RP_LIGHT_TRIANGLE;
-    light.flags = RP_LIGHT_UNSEEN;
-    for (size_t a = 0; a < 3; ++a) {
-        light.p[a] = static_cast<float>(p[a]);
-        light.e1[a] = static_cast<float>(e1[a]);
-        light.e2[a] = static_cast<float>(e2[a]);
-    }
-    light.area = static_cast<float>(0.5 * length(cross(e1, e2)));
-    store_color(key_radiance, strength, light.radiance);
-    return light;
-}
-
-// A square of light, up at the viewer's left in front, facing the object.
+// A square of light, up at the viewer's left in front, facing the object. The picture does not show it, nor do mirrors.
 void add_key_light(const BareLight& light, const BareSubject& subject, const Framing& view, const Axes& axes, Scene& scene) {
     const Vector direction = unit(0.9 * axes.up - 0.85 * view.right + 0.55 * towards_viewer(view, axes));
     const Vector middle = subject.center + 3.2 * subject.radius * direction;
     const Vector x = 0.9 * subject.radius * unit(cross(axes.up, direction)), y = cross(direction, x);
-    const Vector corner = middle - x - y;
-    scene.lights.push_back(key_half(corner, 2 * y, 2 * (x + y), light.strength));
-    scene.lights.push_back(key_half(corner, 2 * (x + y), 2 * x, light.strength));
+    const Float3 corners[4] = {float3(middle - x - y), float3(middle - x + y), float3(middle + x + y), float3(middle + x - y)};
+    const auto strength = static_cast<float>(light.strength);
+    const AreaLight shine = {{key_radiance.x * strength, key_radiance.y * strength, key_radiance.z * strength}, false};
+    scene.lights.push_back(unseen(triangle_light(corners[0], corners[1], corners[2], shine)));
+    scene.lights.push_back(unseen(triangle_light(corners[0], corners[2], corners[3], shine)));
 }
 
 // A disc under the object.
@@ -91,7 +79,8 @@ void add_ground(const BareSubject& subject, const Axes& axes, uint32_t material,
 
 }  // namespace
 
-void light_bare_scene(const BareLook& look, const BareSubject& subject, const Framing& view, const Axes& axes, uint32_t ground_material, Scene& scene) {
+void light_bare_scene(const BareLook& look, const BareSubject& subject, const Framing& view, const Axes& axes, uint32_t ground_material,
+                      Scene& scene) {
     const Float3 sky = look.sky.value_or(subject.landscape ? sky_of_landscapes : sky_of_objects);
     if (shines(sky)) scene.lights.push_back(infinite_light(sky));
     BareLight::Kind kind = look.light.kind;

@@ -23,20 +23,21 @@ struct BareLook {
     std::optional<rp_material> material;  // of all meshes and clouds; none: as their files say, clay where they do not
     std::optional<Float3> sky;            // radiance; black: there is none; not given: dim, or blue over landscapes
     BareLight light;
-    bool no_ground = false;               // objects stand on one otherwise; landscapes have their own
-    uint32_t width = 0, height = 0;       // of the picture that is framed; 0: as a Scene has it
+    bool no_ground = false;          // objects stand on one otherwise; landscapes have their own
+    uint32_t width = 0, height = 0;  // of the picture that is framed; 0: as a Scene has it
 };
 
 // What stands in the picture, in the scene's units.
 struct BareSubject {
     Vector center = {};
-    double radius = 0;   // of the sphere around its bounds
-    double lowest = 0;   // along the axis that points up
+    double radius = 0;  // of the sphere around its bounds
+    double lowest = 0;  // along the axis that points up
     bool landscape = false;
     bool points = false;  // some of it are points, which reach down further than their centres
 };
 
 // Sets lights and ground. REQUIRES: the material `ground_material` exists.
-void light_bare_scene(const BareLook& look, const BareSubject& subject, const Framing& view, const Axes& axes, uint32_t ground_material, Scene& scene);
+void light_bare_scene(const BareLook& look, const BareSubject& subject, const Framing& view, const Axes& axes, uint32_t ground_material,
+                      Scene& scene);
 
 }  // namespace raypager

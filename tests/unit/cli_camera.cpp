@@ -34,7 +34,8 @@ TEST(CliCamera, TextsAreKeptToTheLastBit) {
 TEST(CliCamera, AWordBehindTheNumbersMirrors) {
     EXPECT_FALSE(parse_camera("0,0,5,0,0,0,0,1,0,40")->mirrored);
     EXPECT_TRUE(parse_camera("0,0,5,0,0,0,0,1,0,40,mirrored")->mirrored);
-    for (const char* text : {"0,0,5,0,0,0,0,1,0,40,", "0,0,5,0,0,0,0,1,0,40,Mirrored", "0,0,5,0,0,0,0,1,0,40,mirrored,", "0,0,5,0,0,0,0,1,0,mirrored"})
+    for (const char* text :
+         {"0,0,5,0,0,0,0,1,0,40,", "0,0,5,0,0,0,0,1,0,40,Mirrored", "0,0,5,0,0,0,0,1,0,40,mirrored,", "0,0,5,0,0,0,0,1,0,mirrored"})
         EXPECT_FALSE(parse_camera(text).ok()) << text;
     // Seen from +z with y up, +x is at the right; mirrored, at the left.
     EXPECT_GT(make_camera(*parse_camera("0,0,5,0,0,0,0,1,0,40"), 4, 3)->right.x, 0);

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "cli/option_parser.hpp"
 #include "cli/look_options.hpp"
+#include "cli/option_parser.hpp"
 #include "cli/render_settings.hpp"
 #include "cli/turntable.hpp"
 
@@ -201,8 +201,8 @@ TEST(CliLook, Materials) {
     const float k = parse_material("metal:0.5,0.5,0.5,0")->k[0];
     EXPECT_NEAR(k * k / (k * k + 4), 0.5, 1e-5);
     EXPECT_TRUE(parse_material("clay")->flags & RP_MATERIAL_PLAIN) << "it counts instead of colours that the file has";
-    for (const char* text : {"", "wood", "diffuse", "diffuse:", "diffuse:1,1", "diffuse:2,0,0", "metal", "metal:", "metal:wood", "metal:gold,2", "gold,0.2",
-                             "metal:1,2", "glass:", "glass:0.5", "glass:water", "mirror:1", "clay:1", "metal:gold,0.1,0.2"}) {
+    for (const char* text : {"", "wood", "diffuse", "diffuse:", "diffuse:1,1", "diffuse:2,0,0", "metal", "metal:", "metal:wood", "metal:gold,2",
+                             "gold,0.2", "metal:1,2", "glass:", "glass:0.5", "glass:water", "mirror:1", "clay:1", "metal:gold,0.1,0.2"}) {
         const auto material = parse_material(text);
         ASSERT_FALSE(material.ok()) << text;
         EXPECT_NE(material.status().message().find("metal:NAME"), std::string::npos);
@@ -212,8 +212,10 @@ TEST(CliLook, Materials) {
 TEST(CliLook, SkiesAndLights) {
     EXPECT_EQ(*parse_sky("none"), (Float3{0, 0, 0}));
     EXPECT_EQ(*parse_sky("0.1,0.2,0.3"), (Float3{0.1f, 0.2f, 0.3f}));
-    for (const char* file : {"sky.exr", "a/b.hdr"}) EXPECT_NE(parse_sky(file).status().message().find("cannot be pictures yet"), std::string::npos) << file;
-    for (const char* text : {"", "blue", "0.1,0.2", "-1,0,0"}) EXPECT_NE(parse_sky(text).status().message().find("is not a sky"), std::string::npos) << text;
+    for (const char* file : {"sky.exr", "a/b.hdr"})
+        EXPECT_NE(parse_sky(file).status().message().find("cannot be pictures yet"), std::string::npos) << file;
+    for (const char* text : {"", "blue", "0.1,0.2", "-1,0,0"})
+        EXPECT_NE(parse_sky(text).status().message().find("is not a sky"), std::string::npos) << text;
 
     using Kind = BareLight::Kind;
     EXPECT_EQ(parse_light("none")->kind, Kind::none);
