@@ -177,8 +177,7 @@ struct Shape {
     bool reverse_orientation = false;
     uint32_t material = 0;               // index into Scene::materials
     std::optional<uint32_t> area_light;  // index into Scene::area_lights
-    // The colours of its vertices, where the mesh has them, are the reflectance of its material, if that is diffuse.
-    bool vertex_colors = true;
+    bool unseen = false;                 // shines, but no ray meets it; of a cloud: must be false
     std::shared_ptr<const MeshSource> mesh;     // or, if null:
     std::shared_ptr<const PointSource> points;  // or, if null:
     SpherePrimitive sphere;
@@ -186,6 +185,7 @@ struct Shape {
     bool vertex_colors = true;
     // Of a cloud: one radius for all points, in the world; 0: each point's own, or from the spacing around it, times radius_scale.
     float point_radius = 0, radius_scale = 1;
+    bool backdrop = false;  // such as the ground under a bare mesh: not what the scene shows, so its bounds do not count. Comes after all that is.
 };
 
 struct Camera {
@@ -199,6 +199,10 @@ struct Camera {
 std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const Float3& up, double fov_degrees, uint32_t width, uint32_t height,
                                   bool right_handed = true);
 
+// The same with a direction that is not rounded to floats on its way from a text.
+std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<double, 3>& target, const std::array<double, 3>& up, double fov_degrees,
+                                        uint32_t width, uint32_t height, bool right_handed);
+
 struct Scene {
     Camera camera;
     uint32_t width = 1280, height = 720;  // of the picture, where no option says otherwise
@@ -206,7 +210,8 @@ struct Scene {
     uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine
     std::vector<rp_material> materials;
     std::vector<AreaLight> area_lights;
-    std::vector<rp_light> lights;       // infinite (at most one), distant and point lights; probability is filled in when baked
+    // Infinite (at most one), distant and point lights, and triangles and spheres that are RP_LIGHT_UNSEEN. probability is filled in when baked.
+    std::vector<rp_light> lights;
     std::vector<Shape> shapes;          // primitives are numbered through in this order
     std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
     std::vector<std::string> warnings;  // one line each, with file:line where there is one

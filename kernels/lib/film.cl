@@ -26,4 +26,10 @@ static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance)
     atomic_inc(words + RP_FILM_COUNT);
 }
 
+// The camera ray of a sample met nothing, and what is behind is to be transparent.
+static inline void rp_film_add_miss(__global uint* film, uint pixel) {
+    volatile __global uint* words = film + (size_t)pixel * RP_FILM_WORDS;
+    atomic_add(words + RP_FILM_COUNT, 1u << RP_FILM_MISSES_SHIFT);
+}
+
 #endif

@@ -26,12 +26,17 @@ static inline uint rp_choose_light(const __global uint* steps, uint count, uint 
 
 static inline float3 rp_light_radiance(const __global rp_light* light) { return (float3)(light->radiance[0], light->radiance[1], light->radiance[2]); }
 
-// Density by solid angle of sampling a point at `distance` in `direction` on an emitter with surface; 0 if it does not shine that way.
-static inline float rp_light_density(const __global rp_light* light, float3 normal, float3 direction, float distance) {
+// Density by solid angle of sampling a point at `distance` in `direction` on an emitter with surface that is chosen with this probability; negative
+// if it does not shine that way.
+static inline float rp_light_density(const __global rp_light* light, float probability, float3 normal, float3 direction, float distance) {
     float cosine = -dot(normal, direction);
     if (light->flags & RP_LIGHT_TWO_SIDED) cosine = fabs(cosine);
-    return cosine > 0.0f ? light->probability * distance * distance / (cosine * light->area) : 0.0f;
+    return cosine > 0.0f ? probability * distance * distance / (cosine * light->area) : -1.0f;
 }
+
+#ifdef RP_LIGHT_TREE
+#include "lib/light_tree.cl"
+#endif
 
 #define RP_LANES 1
 #include "lib/light_lanes.cl"

@@ -36,16 +36,31 @@ static inline RP_FLOATS RP_NAME(rp_mis_weight_)(RP_FLOATS density, RP_FLOATS oth
     return isinf(a) ? (RP_FLOATS)(1.0f) : a / (a + b);
 }
 
-// Of each lane a light, chosen by bits.x (rp_choose_light), and a point on it. The words of rp_light are taken as they lie: p and kind, e1 and
+// Of each lane a light, chosen by bits.x (rp_choose_light, or with RP_LIGHT_TREE rp_choose_light_at), and a point on it. The words of rp_light are taken as they lie: p and kind, e1 and
 // flags, e2 and area, radiance and probability.
 static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
                                                                   RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
     uint number[RP_LANES], word[16][RP_LANES];
-    float fine[RP_LANES], along[RP_LANES];
+    float along[RP_LANES];
     RP_STORE(bits.x, number);
+#ifdef RP_LIGHT_TREE
+    uint more[RP_LANES];
+    float place[3][RP_LANES], chance[RP_LANES];
+    RP_STORE(bits.z, more);
+    RP_STORE(point.x, place[0]);
+    RP_STORE(point.y, place[1]);
+    RP_STORE(point.z, place[2]);
+#else
+    float fine[RP_LANES];
     RP_STORE(RP_NAME(rp_unit_)(bits.z), fine);
+#endif
     for (uint k = 0u; k < RP_LANES; k++) {
+#ifdef RP_LIGHT_TREE
+        const float3 here = (float3)(place[0][k], place[1][k], place[2][k]);
+        const __global rp_light* light = lights + rp_choose_light_at(steps, lights, here, number[k], more[k], along + k, chance + k);
+#else
         const __global rp_light* light = lights + rp_choose_light(steps, light_count, number[k], fine[k], along + k);
+#endif
         for (uint i = 0u; i < 4u; i++) {
             const uint4 row = vload4(i, (const __global uint*)light);
             word[4u * i][k] = row.x;
@@ -60,7 +75,12 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     const RP_NAME(rp_vector_) e2 = {RP_AS_FLOATS(RP_LOAD(word[8])), RP_AS_FLOATS(RP_LOAD(word[9])), RP_AS_FLOATS(RP_LOAD(word[10]))};
     const RP_NAME(rp_vector_) radiance = {RP_AS_FLOATS(RP_LOAD(word[12])), RP_AS_FLOATS(RP_LOAD(word[13])), RP_AS_FLOATS(RP_LOAD(word[14]))};
     const RP_UINTS kind = RP_LOAD(word[3]), flags = RP_LOAD(word[7]);
-    const RP_FLOATS area = RP_AS_FLOATS(RP_LOAD(word[11])), probability = RP_AS_FLOATS(RP_LOAD(word[15]));
+#ifdef RP_LIGHT_TREE
+    const RP_FLOATS probability = RP_LOAD(chance);
+#else
+    const RP_FLOATS probability = RP_AS_FLOATS(RP_LOAD(word[15]));
+#endif
+    const RP_FLOATS area = RP_AS_FLOATS(RP_LOAD(word[11]));
     const RP_INTS triangle = kind == RP_LIGHT_TRIANGLE, sphere = kind == RP_LIGHT_SPHERE, infinite = kind == RP_LIGHT_INFINITE;
     const RP_INTS distant = kind == RP_LIGHT_DISTANT, surface = triangle | sphere;
 
@@ -82,11 +102,12 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     s.direction = RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_choose_)(distant, p, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
     const RP_FLOATS towards = -RP_NAME(rp_dot_)(normal, s.direction), cosine = (flags & RP_LIGHT_TWO_SIDED) != 0u ? fabs(towards) : towards;
     const RP_FLOATS of_surface = cosine > 0.0f ? probability * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
-    s.density = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
+    const RP_FLOATS found = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
+    s.density = (flags & RP_LIGHT_UNSEEN) != 0u ? (RP_FLOATS)(0.0f) : found;
     // 2^-17 of the coordinates: dozens of roundings, so that rays that graze the emitter do not stop on it.
     const RP_FLOATS margin = 0x1p-17f * (RP_NAME(rp_largest_)(target) + distance);
     s.reach = (infinite | distant) ? (RP_FLOATS)(INFINITY) : surface ? distance - margin : distance;
-    const RP_FLOATS weight = (surface | infinite) ? s.density : distant ? probability : probability * distance * distance;
+    const RP_FLOATS weight = (surface | infinite) ? found : distant ? probability : probability * distance * distance;
     s.radiance = RP_NAME(rp_times_)(radiance, weight > 0.0f ? 1.0f / weight : (RP_FLOATS)(0.0f));
     return s;
 }

@@ -24,9 +24,19 @@ static inline float3 rp_background(__constant rp_render_params* params, const __
     return rp_light_radiance(light) * weight;
 }
 
-static inline float3 rp_emission(const __global rp_light* light, float3 normal, float3 direction, float distance, float bsdf_density, bool full) {
-    const float light_density = rp_light_density(light, normal, direction, distance);
-    if (light_density == 0.0f) return (float3)(0.0f);
+// The light with this number at the end of a ray. position: there.
+static inline float3 rp_emission(const __global rp_light* lights, const __global uint* light_steps, uint number, float3 position, float3 normal,
+                                 float3 direction, float distance, float bsdf_density, bool full) {
+    const __global rp_light* light = lights + number;
+#ifdef RP_LIGHT_TREE
+    // Where the ray began is not kept in every form of its planes; and what is not exactly the same would show how it was traced.
+    const float3 before = position - distance * direction;
+    const float chance = full ? 1.0f : fmax(rp_light_chance(light_steps, before, number), 0x1p-64f);
+#else
+    const float chance = light->probability;
+#endif
+    const float light_density = rp_light_density(light, chance, normal, direction, distance);
+    if (light_density < 0.0f) return (float3)(0.0f);
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
 }
 
@@ -109,8 +119,9 @@ static inline void rp_unfold_connection(rp_arrival_planes* p, uint state) {
 
 // Adds what shines at the end of a ray. False: the path has ended.
 static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
-                             const __global rp_light* lights, const __global rp_primitive_range* ranges, uint slot, uint state,
-                             __global uint* status, __global uint4* paths, __global uint* film, rp_arrival* arrival) {
+                             const __global rp_light* lights, const __global uint* light_steps,
+                             const __global rp_primitive_range* ranges, uint slot, uint state, __global uint* status, __global uint4* paths,
+                             __global uint* film, rp_arrival* arrival) {
     const uint slot_count = params->slot_count;
     rp_arrival_planes p;
     p.origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
@@ -140,25 +151,30 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
 
     if (p.hit.w == RP_NONE) {
+        if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
+            if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
+            rp_finish(status, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
+            return false;
+        }
         rp_finish(status, slot, film, pixel, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
         return false;
     }
     const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, p.hit.w);
     if (range->first_light != RP_NONE) {
-        const __global rp_light* light = lights + range->first_light + (p.hit.w - range->first_primitive);
-        const float distance = as_float(p.origin.w);
-        radiance += throughput * rp_emission(light, rp_decode_normal(p.surface.x), direction, distance, bsdf_density, full_emission);
+        const uint number = range->first_light + (p.hit.w - range->first_primitive);
+        radiance += throughput * rp_emission(lights, light_steps, number, as_float3(p.hit.xyz), rp_decode_normal(p.surface.x), direction,
+                                             as_float(p.origin.w), bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
         rp_finish(status, slot, film, pixel, radiance);
         return false;
     }
     const __global rp_material* material = materials + range->material;
-    const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u;
+    const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u, plain = (material->flags & RP_MATERIAL_PLAIN) != 0u;
     const float3 root = (float3)(p.surface.y >> 8 & 255u, p.surface.y >> 16 & 255u, p.surface.y >> 24) / 255.0f;
-    float3 reflectance = colored ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
+    float3 reflectance = colored && !plain ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
 #ifdef RP_VERTEX_COLORS
-    if (range->flags & RP_RANGE_VERTEX_COLOR) reflectance = rp_blended_reflectance(p.color);
+    if ((range->flags & RP_RANGE_VERTEX_COLOR) && !plain) reflectance = rp_blended_reflectance(p.color);
 #endif
     arrival->slot = slot;
     arrival->state = state;
@@ -328,7 +344,7 @@ static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant 
             rp_fetch_path(paths, params->slot_count, later);
             const uint slot = rp_extend_entry(queue, i), state = status[slot];
             if ((state & RP_STATUS_MASK) != RP_STATUS_SHADE) continue;
-            if (!rp_arrive(params, materials, lights, ranges, slot, state, status, paths, film, &arrival)) continue;
+            if (!rp_arrive(params, materials, lights, light_steps, ranges, slot, state, status, paths, film, &arrival)) continue;
             if (arrival.material->kind != RP_MATERIAL_DIFFUSE) {
                 rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
                 continue;
@@ -367,7 +383,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
         const uint slot = rp_extend_entry(queue, i), state = status[slot];
         if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE &&
-            rp_arrive(RP_SHADE_FROM params, materials, lights, ranges, slot, state, status, paths, film, &arrival))
+            rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, slot, state, status, paths, film, &arrival))
             rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
     }
 #endif

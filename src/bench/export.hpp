@@ -18,7 +18,7 @@ struct ExportSummary {
 // Light transport is the same: path tracing with next-event estimation, as many scattering events, Russian roulette from the second on, a box
 // filter, RGB. What differs: Mitsuba's rough conductors shadow and mask separately, ours height-correlated. Triangles become one mesh for
 // each material, without shared vertices. Memory is bounded. progress: fraction done.
-// An error for what Mitsuba has not: triangles that shine to both sides.
+// An error for what Mitsuba has not: triangles that shine to both sides, lights that shine unseen.
 Result<ExportSummary> export_to_mitsuba(const BlockFile& file, const std::filesystem::path& directory,
                                         const std::function<void(double)>& progress = {});
 

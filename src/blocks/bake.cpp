@@ -51,7 +51,7 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
     baked.ranges = std::move(gathered.ranges);
     baked.spheres = gathered.spheres;
     baked.triangles = gathered.triangles;
-    if (const Box& bounds = gathered.world.bounds; !bounds.empty()) {
+    if (const Box& bounds = gathered.bounds; !bounds.empty()) {
         std::copy_n(bounds.lower, 3, baked.lower);
         std::copy_n(bounds.upper, 3, baked.upper);
     }

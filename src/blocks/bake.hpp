@@ -39,7 +39,8 @@ struct BakeSummary {
 // The least host_limit for blocks of block_bytes at most; 0: of a size that the limit decides.
 uint64_t smallest_bake_limit(uint64_t block_bytes = 0);
 
-// Fingerprint of a scene's inputs (paths, sizes, times of its files) and of the options that decide how it looks and pages.
+// Fingerprint of a scene's geometry (shapes and their places, paths, sizes and times of files with meshes and clouds) and of the options that decide
+// how it is cut. Scenes that differ only in materials, lights, camera or settings have the same: see restyle.hpp.
 Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options);
 Result<BakeSummary> bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output);
 

@@ -1,4 +1,5 @@
-// Tells whether a cached block file is still that of a scene and its options.
+// Tells whether a cached block file still has the geometry of a scene, cut as the options say. What the scene looks like does not count: it is set
+// when the file is opened (restyle.hpp). A scene file counts by what it says of geometry, meshes and clouds by size and time of their files.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -8,6 +9,7 @@
 
 #include "base/hash.hpp"
 #include "blocks/bake.hpp"
+#include "blocks/lights.hpp"
 
 namespace raypager {
 namespace {
@@ -52,25 +54,6 @@ private:
     uint64_t hash_ = 0;
 };
 
-void add_material(Fingerprint& f, const rp_material& m) {
-    f.add(m.kind);
-    f.add(m.alpha);
-    f.add(m.ior);
-    f.add(m.color);
-    f.add(m.eta);
-    f.add(m.k);
-}
-
-void add_light(Fingerprint& f, const rp_light& light) {
-    f.add(light.kind);
-    f.add(light.flags);
-    f.add(light.p);
-    f.add(light.e1);
-    f.add(light.e2);
-    f.add(light.area);
-    f.add(light.radiance);
-}
-
 void add_points(Fingerprint& f, const PointOptions& options) {
     f.add(options.radius);
     f.add(options.radius_from_spacing);
@@ -80,12 +63,16 @@ void add_points(Fingerprint& f, const PointOptions& options) {
     f.add(options.filter_to_image);
 }
 
-Status add_shape(Fingerprint& f, const Shape& shape) {
+Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     for (const auto& row : shape.to_world.m)
         for (const double value : row) f.add(value);
     f.add(shape.reverse_orientation);
     f.add(shape.material);
+    f.add(shape.backdrop);
+    // Which light it is counts, not how it shines; but whether it does at all decides what is in the list of lights.
     f.add(shape.area_light.value_or(RP_NONE));
+    f.add(shape.area_light && is_black(scene.area_lights[*shape.area_light]));
+    f.add(shape.unseen);
     if (shape.points) {
         f.add(shape.points->name());
         f.add(shape.points->reading());
@@ -101,14 +88,15 @@ Status add_shape(Fingerprint& f, const Shape& shape) {
         f.add(shape.sphere.radius);
         return {};
     }
-    f.add(shape.mesh->name());
     f.add(shape.vertex_colors);
     if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get())) {
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().positions)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().triangles)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().normals)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().colors)));
+        return {};  // its name has the line of a scene file, which may move
     }
+    f.add(shape.mesh->name());
     for (const std::string& file : shape.mesh->files()) RAYPAGER_TRY(f.add_file(file));
     return {};
 }
@@ -122,18 +110,13 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     f.add(options.sub_boxes);
     f.add(options.position_error);
     add_points(f, options.points);
-    for (const std::string& file : scene.files)
-        if (auto status = f.add_file(file); !status.ok()) return status;
-    for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward}) f.add(v);
-    for (const uint32_t value : {scene.width, scene.height, scene.spp, scene.max_depth}) f.add(value);
-    for (const rp_material& material : scene.materials) add_material(f, material);
-    for (const AreaLight& light : scene.area_lights) {
-        f.add(light.radiance);
-        f.add(light.two_sided);
+    // Only then do blocks depend on who looks at them.
+    if (options.points.cull_to_camera || options.points.filter_to_image) {
+        for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward}) f.add(v);
+        for (const uint32_t value : {scene.width, scene.height}) f.add(value);
     }
-    for (const rp_light& light : scene.lights) add_light(f, light);
     for (const Shape& shape : scene.shapes)
-        if (auto status = add_shape(f, shape); !status.ok()) return status;
+        if (auto status = add_shape(f, scene, shape); !status.ok()) return status;
     return f.value();
 }
 

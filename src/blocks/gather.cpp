@@ -208,11 +208,13 @@ public:
         const Shape& shape = scene_.shapes[index];
         index_ = index;
         bytes_begun_ += mesh_bytes(shape);
+        if (shape.backdrop && out_.bounds.empty()) out_.bounds = spiller_ ? spiller_->bounds() : out_.world.bounds;
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
         colored_ = false;
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
+        if (shape.unseen) return light_ ? add_unseen_lights(shape, *light_, unseen_, out_.issues) : Status();
         RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
         if (count() >= index_limit || out_.world.positions.size() >= index_limit) return too_many(shape);
         if (count() > first) add_range(shape, static_cast<uint32_t>(first), first_light);
@@ -233,11 +235,10 @@ public:
             out_.spheres = out_.world.spheres.size();
             out_.triangles = out_.world.primitives.size() - out_.spheres;
         }
-        out_.lights.insert(out_.lights.end(), scene_.lights.begin(), scene_.lights.end());
-        double radius = 1;
-        if (const Box& b = out_.world.bounds; !b.empty())
-            radius = 0.5 * std::hypot(double(b.upper[0]) - b.lower[0], double(b.upper[1]) - b.lower[1], double(b.upper[2]) - b.lower[2]);
-        set_probabilities(out_.lights, radius);
+        for (const auto* others : {&std::as_const(unseen_), &scene_.lights}) out_.lights.insert(out_.lights.end(), others->begin(), others->end());
+        if (out_.bounds.empty()) out_.bounds = out_.world.bounds;
+        const Box& bounds = out_.bounds;
+        set_probabilities(out_.lights, bounds.empty() ? radius_of_nothing : radius_of(bounds.lower, bounds.upper));
         return {};
     }
 
@@ -247,7 +248,6 @@ private:
         progress_(spiller_ ? "stream" : "load", (static_cast<double>(index_) + fraction) / static_cast<double>(scene_.shapes.size()));
     }
     static uint64_t mesh_bytes(const Shape& shape) { return shape.mesh ? shape.mesh->bytes_to_read() : 0; }
-    static bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
     static Status too_many(const Shape& shape) {
         return Status::failed(
             fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
@@ -408,7 +408,8 @@ private:
 
     // Shapes of the same material that do not shine share a range.
     void add_range(const Shape& shape, uint32_t first, uint32_t first_light) {
-        const rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : colored_ ? RP_RANGE_VERTEX_COLOR : 0;
+        rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : colored_ ? RP_RANGE_VERTEX_COLOR : 0;
+        if (light_) flags |= std::min(*shape.area_light, RP_RANGE_AREA_LIGHTS) << RP_RANGE_AREA_LIGHT_SHIFT;
         const rp_primitive_range range = {first, shape.material, light_ ? first_light : RP_NONE, flags};
         const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().flags == range.flags &&
                            out_.ranges.back().first_light == RP_NONE && range.first_light == RP_NONE;
@@ -431,6 +432,7 @@ private:
     size_t index_ = 0;                  // of the shape at hand
     const AreaLight* light_ = nullptr;  // that shape's, if it shines
     bool colored_ = false;              // that shape's vertices have colours
+    std::vector<rp_light> unseen_;
 };
 
 }  // namespace

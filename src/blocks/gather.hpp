@@ -18,6 +18,7 @@ namespace raypager {
 struct Gathered {
     World world;                    // with all primitives, or, if there are too many for memory, with the bounds only:
     std::optional<Bucket> spilled;  // then they are here
+    Box bounds;                     // of all shapes that are no backdrop; of all, if there is nothing else
     uint64_t triangles = 0, spheres = 0;
     uint64_t weight = 0;  // spilled: estimated bytes of all primitives in blocks
     std::vector<rp_primitive_range> ranges;

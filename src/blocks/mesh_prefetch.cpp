@@ -65,7 +65,7 @@ size_t workers_for_mesh(size_t workers, uint64_t bytes, uint64_t other_bytes) {
 
 MeshPrefetch::MeshPrefetch(const Scene& scene, uint64_t bytes, const std::atomic<bool>* stop) : scene_(scene), stop_(stop) {
     for (size_t i = 0; i < scene.shapes.size(); i++)
-        if (scene.shapes[i].mesh) order_.push_back(i);
+        if (scene.shapes[i].mesh && !scene.shapes[i].unseen) order_.push_back(i);
     if (order_.size() < 2) return;  // nothing to read while the only one is placed
     left_.resize(order_.size() + 1);
     for (size_t n = order_.size(); n-- > 0;) left_[n] = left_[n + 1] + scene.shapes[order_[n]].mesh->bytes_to_read();

@@ -6,6 +6,7 @@
 
 #include "base/log.hpp"
 #include "cli/baking.hpp"
+#include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
 #include "cli/values.hpp"
@@ -41,6 +42,8 @@ Status run_bake(const Arguments& arguments) {
     std::filesystem::path output;
     BakeOptions options;
     View view;
+    BareLook look;
+    LookTexts texts;  // only reports need them
     bool progress = false;
     OptionParser parser("bake", "INPUT... -o FILE.rpb [options]",
                         "Cuts a scene into blocks, builds their hierarchies and writes a block file that 'raypager render' takes. INPUT is one\n"
@@ -51,6 +54,7 @@ Status run_bake(const Arguments& arguments) {
     parser.option("block-size", "SIZE", "bytes a block at most, in device memory: 16K to 32M (default: for about a thousand blocks, 128K to 4M)",
                   into(options.block_bytes, parse_block_size));
     add_view_options(parser, view.width, view.height, view.camera);
+    add_look_options(parser, look, texts);
     add_point_options(parser, options.points);
     parser.option("position-error", "E",
                   "vertices of meshes (not spheres and points) may move by E along each axis, in the scene's units, onto a grid that all share, "
@@ -74,7 +78,10 @@ Status run_bake(const Arguments& arguments) {
         if (has_ending(input, ".rpb")) return parser.wrong(fmt::format("'{}' is baked already; render it", input.string()));
     RAYPAGER_TRY(check_output_path(output));
 
-    auto scene = import_with_warnings(inputs, options.host_limit, options.points.columns);
+    RAYPAGER_TRY(check_look_options(parser, look, inputs));
+    look.width = view.width;
+    look.height = view.height;
+    auto scene = import_with_warnings(inputs, options.host_limit, look, options.points.columns);
     if (!scene) return scene.status();
     RAYPAGER_TRY(set_view(view, *scene));
     return bake_with_notes(*scene, options, output, progress || stderr_is_terminal()).status();

@@ -47,8 +47,10 @@ void print_warnings(const std::vector<std::string>& warnings) {
     if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
 }
 
-Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const PointColumns& columns) {
-    auto scene = import_scene(inputs, host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes, columns);
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const BareLook& look,
+                                   const PointColumns& columns) {
+    const uint64_t keep_bytes = host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes;
+    auto scene = import_scene(inputs, {keep_bytes, look, columns});
     if (scene) print_warnings(scene->warnings);
     return scene;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "blocks/bake.hpp"
+#include "import/bare_look.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 
@@ -13,7 +14,8 @@ namespace raypager {
 
 // Reads the scene and prints its warnings, at most 20 of them. host_limit: what the bake that may follow has; 0: as much as it likes.
 // columns: of text clouds; empty: the files tell.
-Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const PointColumns& columns);
+Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const BareLook& look,
+                                   const PointColumns& columns);
 void print_warnings(const std::vector<std::string>& warnings);
 
 // Bakes, shows progress if asked to, and says in one line what was made. A failed bake leaves output as it was.

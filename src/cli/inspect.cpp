@@ -9,6 +9,7 @@
 #include "cli/report.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
+#include "cli/view.hpp"
 #include "scene/block_coding.hpp"
 #include "store/block_file.hpp"
 
@@ -99,6 +100,8 @@ std::string as_json(const BakedScene& scene, const Parts& parts, bool verified) 
                       {"scene_on_cpu", scene_json(scene, BlockForm::wide)},
                       {"parts", shares},
                       {"top_tree", {{"portals", top.portals}, {"nodes", top.nodes}, {"depth", top.depth}}},
+                      {"bounds", bounds_json(scene)},
+                      {"camera", camera_json(scene.camera, scene.width, scene.height, scene)},
                       {"position_cell", scene.position_cell},
                       {"lights", scene.lights.size()},
                       {"materials", scene.materials.size()},
@@ -122,6 +125,10 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
                                       scene.position_cell / 2));
     line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
     line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
+    const auto point = [](const float(&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
+    line("bounds", fmt::format("{} to {}", point(scene.lower), point(scene.upper)));
+    const std::string camera = camera_string(scene.camera, scene.width, scene.height, center_of(scene));
+    line("camera", camera.empty() ? "none that --camera could describe: its axes are not at right angles, or its pixels not square" : camera);
     line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));
     text += "  share of bytes\n";
     for (const NamedPart& part : named_parts) {

@@ -15,6 +15,7 @@
 #include "cli/report.hpp"
 #include "cli/scene_cache.hpp"
 #include "cli/stop_signal.hpp"
+#include "cli/turntable.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 
@@ -23,8 +24,9 @@ namespace {
 
 // Everything that can be known to fail is found before the first mesh is read.
 Status check_outputs(const RenderSettings& settings) {
-    RAYPAGER_TRY(check_output_path(settings.output));
-    RAYPAGER_TRY(check_writable_image(settings.output));
+    const auto picture = settings.turntable > 0 ? turntable_picture(settings.output, 0, settings.turntable) : settings.output;
+    RAYPAGER_TRY(check_output_path(picture));
+    RAYPAGER_TRY(check_writable_image(picture));
     if (settings.log) RAYPAGER_TRY(check_output_path(*settings.log));
     if (settings.report) RAYPAGER_TRY(check_output_path(*settings.report));
     if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) RAYPAGER_TRY(check_output_path(checkpoint));
@@ -73,7 +75,7 @@ Status render_to_files(const RenderSettings& settings) {
     auto reference = read_reference(settings);
     if (!reference) return reference.status();
     const bool show_progress = settings.progress || stderr_is_terminal();
-    BakeRequest request = {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress};
+    BakeRequest request = {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress, settings.look};
     if (settings.options.host_limit)
         request.options.host_limit = std::max(settings.options.host_limit, smallest_bake_limit(request.options.block_bytes));
     const auto opened = open_scene(settings.inputs, settings.cache_directory, request);
@@ -83,15 +85,17 @@ Status render_to_files(const RenderSettings& settings) {
     if (!options) return options.status();
     if (settings.paper_preset)
         if (const auto difference = bench::paper_bake_difference(scene)) log_note(*difference);
+    if (settings.turntable > 0) return render_turntable(settings, *options, *opened, begin);
     auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
     if (!monitor) return monitor.status();
 
     const StopSignal stop;
     options->stop = &stop.flag();
     const RenderCallbacks callbacks = monitor->callbacks(*options);
-    const auto result = render(*opened->file, *options, callbacks);
+    auto result = render(*opened->file, *options, callbacks);
     progress_line("");
     if (!result) return result.status();
+    expose(result->image, settings.exposure);
     const bool complete = result->report.complete;
     if (stop.flag() && complete)
         log_note(result->report.region == 0 ? "stopped by a signal; the picture holds the samples taken so far"

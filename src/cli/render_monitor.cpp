@@ -42,6 +42,7 @@ Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, cons
     RenderMonitor monitor;
     monitor.output_ = settings.output;
     monitor.snapshot_seconds_ = settings.snapshot_seconds;
+    monitor.exposure_ = settings.exposure;
     monitor.total_spp_ = settings.options.spp == 0 && settings.options.time_seconds > 0 ? 0 : effective.spp;
     monitor.show_progress_ = settings.progress || stderr_is_terminal();
     if (reference) RAYPAGER_TRY(check_reference_size(*reference, *settings.reference, effective));
@@ -65,13 +66,13 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
         result.progress = [spp = total_spp_](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
     }
     options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_.is_open() ? log_seconds : 0;
-    if (options.snapshot_seconds > 0)
-        result.snapshot = [this](const Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
+    if (options.snapshot_seconds > 0) result.snapshot = [this](Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
     return result;
 }
 
 // A snapshot or a row that cannot be written is no reason to throw the render away: the disk may have room again at its end.
-Status RenderMonitor::snapshot(const Image& image, const RenderProgress& progress) {
+Status RenderMonitor::snapshot(Image& image, const RenderProgress& progress) {
+    expose(image, exposure_);
     Status status = snapshot_seconds_ > 0 ? write_image(output_, image) : Status();
     if (status && log_.is_open()) status = log_row(image, progress);
     if (!status && !warned_) log_warning(status.message() + "; the render goes on");

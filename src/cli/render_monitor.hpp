@@ -18,17 +18,18 @@ public:
 
     // Sets the intervals in options to those of the monitor. The callbacks refer to the monitor; it must outlive the render.
     RenderCallbacks callbacks(RenderOptions& options);
-    // The last row of the log, with the finished picture.
+    // The last row of the log, with the finished picture, exposed as it is written.
     Status finish(const Image& image, const RenderReport& report);
     std::optional<double> final_rmse() const { return final_rmse_; }
 
 private:
-    Status snapshot(const Image& image, const RenderProgress& progress);
+    Status snapshot(Image& image, const RenderProgress& progress);
     Status log_row(const Image& image, const RenderProgress& progress);
     Result<std::optional<double>> rmse(const Image& image) const;
 
     std::filesystem::path output_;
     double snapshot_seconds_ = 0;
+    double exposure_ = 0;
     bool show_progress_ = false;
     uint32_t total_spp_ = 0;  // 0: as many as there is time for
     bool warned_ = false;     // about a snapshot that could not be written

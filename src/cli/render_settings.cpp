@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 
 #include "bench/baselines.hpp"
+#include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
+#include "cli/values.hpp"
 #include "cli/view.hpp"
 #include "raypager/abi/types.h"
 
@@ -23,6 +26,16 @@ constexpr const char* about_render =
     "Renders a picture. INPUT is a block file (.rpb), a .pbrt scene, or any number of meshes (.ply .obj .stl .off) and point\n"
     "clouds (.las .ply .xyz .pts .txt), which are framed, lit and given a ground. What is not baked is baked first; the block file is kept beside "
     "the input and used again.";
+
+constexpr double most_stops = 64;
+constexpr uint64_t most_turns = 9999;
+
+Result<Background> parse_background(const std::string& text) {
+    if (text == "transparent") return Background{true, {}};
+    const auto color = parse_color(text);
+    if (!color) return Status::usage(color.status().message() + "; or transparent");
+    return Background{false, *color};
+}
 
 Result<PoolPlace> parse_pool(const std::string& text) {
     if (text == "device") return PoolPlace::device;
@@ -86,6 +99,24 @@ void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
                   into(options.record_paths, [](const std::string& text) { return parse_count(text, 1, most_paths); }));
 }
 
+// What becomes of a picture beside its light: these are for scenes and block files, too.
+void add_developing_options(OptionParser& parser, RenderSettings& settings) {
+    parser.option("background", "SPEC",
+                  "what the camera sees where nothing is, instead of the sky: R,G,B (linear radiance), #rrggbb (sRGB), or transparent, which gives "
+                  ".exr and .png an alpha channel; all else is lit by the sky as ever (default: the sky)",
+                  keeping_text(settings.texts.background, into(settings.options.background, parse_background)));
+    parser.option("exposure", "EV", "the picture is multiplied by 2^EV, its background included, -64 to 64 (default: 0)",
+                  into(settings.exposure, [](const std::string& text) -> Result<double> {
+                      const auto stops = parse_finite(text);
+                      if (!stops || !(std::abs(*stops) <= most_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
+                      return *stops;
+                  }));
+    parser.option("turntable", "N",
+                  "N pictures, NAME_000.png and so on, for which the camera goes once around what the scene shows, about the axis that is upright "
+                  "in the picture (default: one picture, as named)",
+                  into_count(settings.turntable, 1, most_turns));
+}
+
 void add_output_options(OptionParser& parser, RenderSettings& settings) {
     parser.option("snapshots", "SECONDS", "rewrite the picture so often while rendering (default: never)",
                   into(settings.snapshot_seconds, parse_seconds));
@@ -130,6 +161,20 @@ Status check_distinct_files(const OptionParser& parser, const RenderSettings& se
             if (same_file(files[i].second, files[j].second))
                 return parser.wrong(
                     fmt::format("{} and {} are the same file, {}; name another", files[j].first, files[i].first, files[i].second.string()));
+    return {};
+}
+
+Status check_picture_options(const OptionParser& parser, const RenderSettings& settings) {
+    if (settings.options.background && settings.options.background->transparent && !holds_alpha(settings.output))
+        return parser.wrong(fmt::format("--background transparent: '{}' has no place for it; write .exr or .png", settings.output.string()));
+    if (settings.turntable == 0) return {};
+    const std::pair<bool, const char*> single[] = {{!settings.options.checkpoint.file.empty(), "--checkpoint"},
+                                                   {settings.log.has_value(), "--log"},
+                                                   {settings.reference.has_value(), "--reference"},
+                                                   {settings.record_trace.has_value(), "--record-trace"},
+                                                   {settings.bake.points.cull_to_camera, "--cull-to-camera"}};
+    for (const auto& [given, name] : single)
+        if (given) return parser.wrong(fmt::format("--turntable: {} is for one picture; leave one of them out", name));
     return {};
 }
 
@@ -206,6 +251,8 @@ Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arg
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), inputs);
     parser.option("output,o", "FILE", "picture to write: .exr, .png or .pfm", into_path(settings.output));
     add_picture_options(parser, settings);
+    add_look_options(parser, settings.look, settings.texts);
+    add_developing_options(parser, settings);
     add_device_options(parser, settings);
     add_paging_options(parser, settings);
     add_output_options(parser, settings);
@@ -217,6 +264,8 @@ Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arg
     if (*outcome == OptionParser::Outcome::help_shown) return std::optional<RenderSettings>();
     settings.inputs.assign(inputs.begin(), inputs.end());
     RAYPAGER_TRY(check_combinations(parser, settings));
+    RAYPAGER_TRY(check_look_options(parser, settings.look, settings.inputs));
+    RAYPAGER_TRY(check_picture_options(parser, settings));
     if (settings.record_trace && settings.options.record_paths == 0) settings.options.record_paths = default_trace_paths;
     return std::optional(std::move(settings));
 }

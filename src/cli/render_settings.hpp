@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "blocks/bake.hpp"
+#include "cli/camera_text.hpp"
+#include "cli/look_options.hpp"
 #include "cli/option_parser.hpp"
-#include "cli/values.hpp"
+#include "import/bare_look.hpp"
 #include "raypager/scene.hpp"
 #include "render/render.hpp"
 
@@ -18,7 +20,11 @@ struct RenderSettings {
     std::filesystem::path output;
     RenderOptions options;  // as given; what depends on the scene (camera) is filled in by effective_options
     std::optional<CameraText> camera;
-    BakeOptions bake;  // of what is not baked
+    BakeOptions bake;        // of what is not baked
+    BareLook look;           // of bare inputs
+    LookTexts texts;         // what was said of it
+    double exposure = 0;     // the picture is multiplied by 2 to the power of this
+    uint32_t turntable = 0;  // pictures all around; 0: one, and none of that
     std::optional<std::filesystem::path> cache_directory, reference, log, report, record_trace;
     bool paper_preset = false;
     double snapshot_seconds = 0;  // 0: no snapshots

@@ -8,6 +8,7 @@
 
 #include "base/hash.hpp"
 #include "cli/values.hpp"
+#include "cli/view.hpp"
 
 namespace raypager {
 namespace {
@@ -20,12 +21,14 @@ Json limits_json(const RenderReport::Limits& limits) {
 
 Json vector_json(const Float3& v) { return {v.x, v.y, v.z}; }
 
-Json camera_json(const Camera& camera) {
+Json axes_json(const Camera& camera) {
     return {{"eye", vector_json(camera.eye)},
             {"right", vector_json(camera.right)},
             {"up", vector_json(camera.up)},
             {"forward", vector_json(camera.forward)}};
 }
+
+Json text_json(const std::optional<std::string>& text) { return text ? Json(*text) : Json(nullptr); }
 
 Json path_json(const std::optional<std::filesystem::path>& path) { return path ? Json(path->string()) : Json(nullptr); }
 
@@ -62,7 +65,14 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"tile", report.tile_size},
             {"together", report.together},
             {"region", report.region},
-            {"camera", camera_json(effective.camera.value_or(scene.camera))},
+            {"camera", axes_json(effective.camera.value_or(scene.camera))},
+            {"material", text_json(settings.texts.material)},
+            {"sky", text_json(settings.texts.sky)},
+            {"light", text_json(settings.texts.light)},
+            {"no_ground", settings.look.no_ground},
+            {"background", text_json(settings.texts.background)},
+            {"exposure", settings.exposure},
+            {"turntable", settings.turntable > 0 ? Json(settings.turntable) : Json(nullptr)},
             {"point_radius", point_radius_json(settings.bake.points)},
             {"point_scale", settings.bake.points.radius_scale},
             {"cull_to_camera", settings.bake.points.cull_to_camera},
@@ -115,6 +125,25 @@ Json scene_json(const BakedScene& scene, BlockForm form) {
             {"bytes_per_primitive", ratio(double(scene.geometry_bytes(form)), primitives)}};
 }
 
+Json bounds_json(const BakedScene& scene) { return {{"min", scene.lower}, {"max", scene.upper}}; }
+
+std::array<double, 3> center_of(const BakedScene& scene) {
+    std::array<double, 3> center = {};
+    for (size_t a = 0; a < 3; a++) center[a] = 0.5 * (double(scene.lower[a]) + scene.upper[a]);
+    return center;
+}
+
+Json camera_json(const Camera& camera, uint32_t width, uint32_t height, const BakedScene& scene) {
+    const std::string text = camera_string(camera, width, height, center_of(scene));
+    return text.empty() ? Json(nullptr) : Json(text);
+}
+
+// A camera that was given is told as it was given.
+Json effective_camera_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report) {
+    if (settings.camera && settings.turntable == 0) return format_camera(*settings.camera);
+    return camera_json(effective.camera.value_or(scene.camera), report.width, report.height, scene);
+}
+
 // Streams extend and connect in one.
 Json stages_json(const std::array<double, 5>& seconds, BlockForm form) {
     if (form == BlockForm::wide)
@@ -139,6 +168,8 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"average_spp", report.average_spp},
               {"complete", report.complete},
               {"film_hash", hex64(report.film_hash)}}},
+            {"camera", effective_camera_json(settings, effective, scene, report)},
+            {"bounds", bounds_json(scene)},
             {"seconds",
              {{"total", seconds.total},
               {"bake", seconds.bake},

@@ -1,6 +1,7 @@
 // What a render did, for scripts (--report) and for people (the lines at the end).
 #pragma once
 
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -16,6 +17,11 @@ struct ReportSeconds {
 
 // The report's "scene" object; 'inspect --json' prints the same.
 nlohmann::ordered_json scene_json(const BakedScene& scene, BlockForm form);
+// Its bounds: "min" and "max".
+nlohmann::ordered_json bounds_json(const BakedScene& scene);
+std::array<double, 3> center_of(const BakedScene& scene);
+// The text that --camera takes for a camera that looks at it, or null if there is none. width, height: of the picture.
+nlohmann::ordered_json camera_json(const Camera& camera, uint32_t width, uint32_t height, const BakedScene& scene);
 // All keys that scripts may rely on; every option's effective value is under "settings".
 nlohmann::ordered_json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene,
                                    const RenderReport& report, const ReportSeconds& seconds);

@@ -8,6 +8,7 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
+#include "blocks/restyle.hpp"
 #include "cli/baking.hpp"
 #include "cli/output_paths.hpp"
 
@@ -28,16 +29,19 @@ std::optional<std::filesystem::path> user_cache_folder() {
     return std::nullopt;
 }
 
-// The block file at path, if it is there, whole, and made from these inputs.
-std::shared_ptr<const BlockFile> open_cached(const std::filesystem::path& path, uint64_t fingerprint) {
+// The block file at path, if it is there, whole, and has the geometry of this scene; it comes with the looks of the scene.
+std::shared_ptr<const BlockFile> open_cached(const std::filesystem::path& path, uint64_t fingerprint, const Scene& scene) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) return nullptr;
-    const auto file = BlockFile::open(path);
+    Result<bool> good = false;
+    const auto file = BlockFile::open(path, [&](BakedScene& baked) {
+        if (baked.fingerprint == fingerprint) good = restyle(scene, baked);
+    });
     if (!file) {
         log_warning(fmt::format("{}; it is baked again", file.status().message()));
         return nullptr;
     }
-    return (*file)->scene().fingerprint == fingerprint ? *file : nullptr;
+    return good && *good ? *file : nullptr;  // an error comes again when it is baked
 }
 
 Result<std::filesystem::path> first_writable(const std::vector<std::filesystem::path>& folders) {
@@ -91,7 +95,10 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     }
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
-    auto scene = import_with_warnings(inputs, request.options.host_limit, request.options.points.columns);
+    BareLook look = request.look;
+    look.width = request.view.width;
+    look.height = request.view.height;
+    auto scene = import_with_warnings(inputs, request.options.host_limit, look, request.options.points.columns);
     if (!scene) return scene.status();
     if (request.options.points.cull_to_camera || request.options.points.filter_to_image) RAYPAGER_TRY(set_view(request.view, *scene));
     const auto fingerprint = bake_fingerprint(*scene, request.options);
@@ -100,7 +107,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     const std::string prefix = cache_prefix(inputs), name = prefix + hex64(*fingerprint) + ".rpb";
     const auto folders = cache_folders(inputs.front(), cache_directory);
     for (const auto& folder : folders)
-        if (auto file = open_cached(folder / name, *fingerprint)) {
+        if (auto file = open_cached(folder / name, *fingerprint, *scene)) {
             forget_unpacked_files();
             log_note(fmt::format("the scene is baked already: {}", (folder / name).string()));
             return OpenedScene{std::move(file), seconds()};

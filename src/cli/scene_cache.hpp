@@ -8,6 +8,7 @@
 
 #include "blocks/bake.hpp"
 #include "cli/view.hpp"
+#include "import/bare_look.hpp"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
 
@@ -20,11 +21,13 @@ struct OpenedScene {
 
 struct BakeRequest {
     BakeOptions options;
-    View view;  // for culling and filtering; without these, the block file is the same for every view
+    View view;  // whose size bare inputs are framed for; culling and filtering go by all of it. Otherwise blocks are the same for every view.
     bool show_progress = false;
+    BareLook look = {};
 };
 
-// One .rpb is opened. Anything else is imported, and baked unless a folder holds its block file already. The block file goes to
+// One .rpb is opened. Anything else is imported, and baked unless a folder holds a block file of its geometry already, which then takes on the looks
+// of what was imported: neither materials nor lights nor the camera are a reason to bake again. The block file goes to
 // cache_directory (made if absent) if given; otherwise beside the first input, or to the user's cache folder where that is not writable.
 // There it replaces those of earlier versions of the same inputs.
 Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,

@@ -19,8 +19,7 @@ bench::TraverseOptions traverse_options(const TraverseSettings& settings) {
     bench::TraverseOptions options = settings.options;
     options.width = settings.size.width;
     options.height = settings.size.height;
-    if (const auto& camera = settings.camera)
-        options.camera = make_camera(camera->eye, camera->target, camera->up, camera->fov_degrees, options.width, options.height);
+    if (const auto& camera = settings.camera) options.camera = make_camera(*camera, options.width, options.height);
     return options;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/traverse.hpp"
+#include "cli/camera_text.hpp"
 #include "cli/option_parser.hpp"
 #include "cli/values.hpp"
 

@@ -39,17 +39,6 @@ std::optional<double> unit(std::string_view suffix, double base) {
     return std::pow(base, static_cast<double>(power % 4 + 1));
 }
 
-double squared_length(const std::array<double, 3>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
-
-bool has_direction(const CameraText& camera) {
-    const std::array<double, 3> forward = {double(camera.target.x) - camera.eye.x, double(camera.target.y) - camera.eye.y,
-                                           double(camera.target.z) - camera.eye.z};
-    const std::array<double, 3> up = {camera.up.x, camera.up.y, camera.up.z};
-    const std::array<double, 3> across = {forward[1] * up[2] - forward[2] * up[1], forward[2] * up[0] - forward[0] * up[2],
-                                          forward[0] * up[1] - forward[1] * up[0]};
-    return squared_length(across) > 1e-12 * squared_length(forward) * squared_length(up);
-}
-
 }  // namespace
 
 Result<uint64_t> parse_size(std::string_view text) {
@@ -108,6 +97,12 @@ Result<double> parse_seconds(std::string_view text) {
     return *seconds;
 }
 
+Result<double> parse_finite(std::string_view text) {
+    const auto number = whole_number_text(text);
+    if (!number) return Status::usage(fmt::format("'{}' is not a number", text));
+    return *number;
+}
+
 Result<double> parse_positive(std::string_view text) {
     const auto number = whole_number_text(text);
     if (!number || !(static_cast<float>(*number) > 0 && static_cast<float>(*number) <= std::numeric_limits<float>::max()))
@@ -123,30 +118,6 @@ Result<ImageSize> parse_image_size(std::string_view text) {
         if (width && height && *width * *height <= largest_picture) return ImageSize{static_cast<uint32_t>(*width), static_cast<uint32_t>(*height)};
     }
     return Status::usage(fmt::format("'{}' is not a size of a picture; give WIDTHxHEIGHT, each from 1 to 2^20, of at most 2^28 pixels", text));
-}
-
-Result<CameraText> parse_camera(std::string_view text) {
-    const auto wrong = [&](std::string_view reason) {
-        return Status::usage(fmt::format("'{}' {}; give ten numbers: eye x,y,z, target x,y,z, up x,y,z, field of view in degrees", text, reason));
-    };
-    std::array<double, 10> numbers = {};
-    std::string_view rest = text;
-    for (size_t i = 0; i < numbers.size(); ++i) {
-        const bool last = i + 1 == numbers.size();
-        const size_t comma = rest.find(',');
-        if (last != (comma == std::string_view::npos)) return wrong("is not a camera");
-        const auto number = whole_number_text(rest.substr(0, comma));
-        if (!number || !std::isfinite(static_cast<float>(*number))) return wrong("is not a camera");
-        numbers[i] = *number;
-        rest.remove_prefix(last ? rest.size() : comma + 1);
-    }
-    const auto point = [&](size_t i) {
-        return Float3{static_cast<float>(numbers[i]), static_cast<float>(numbers[i + 1]), static_cast<float>(numbers[i + 2])};
-    };
-    const CameraText camera{point(0), point(3), point(6), numbers[9]};
-    if (!(camera.fov_degrees > 0 && camera.fov_degrees < 180)) return wrong("has a field of view that is not between 0 and 180 degrees");
-    if (!has_direction(camera)) return wrong("has no direction: eye and target are the same, or up lies along the line of sight");
-    return camera;
 }
 
 Result<Traversal> parse_traversal(const std::string& text) {

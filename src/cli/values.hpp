@@ -34,6 +34,8 @@ Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t hi
 // A number over 0, in seconds.
 Result<double> parse_seconds(std::string_view text);
 
+// Any number that is finite.
+Result<double> parse_finite(std::string_view text);
 // A number over 0 that a float holds.
 Result<double> parse_positive(std::string_view text);
 
@@ -42,14 +44,6 @@ struct ImageSize {
 };
 // "1280x720"; each side from 1 to 2^20, together at most 2^28 pixels, which is what picture files are read up to.
 Result<ImageSize> parse_image_size(std::string_view text);
-
-struct CameraText {
-    Float3 eye, target, up;
-    double fov_degrees = 0;  // of the shorter side of the picture
-};
-// "eye,target,up,fov": ten numbers with commas between them. The camera must have a direction: eye and target differ, up is not
-// along the line between them.
-Result<CameraText> parse_camera(std::string_view text);
 
 // auto, ray or stream.
 Result<Traversal> parse_traversal(const std::string& text);

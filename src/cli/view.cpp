@@ -1,31 +1,32 @@
 #include "cli/view.hpp"
 
 #include <cmath>
+#include <numbers>
+
+#include "cli/values.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
 
-double length(const Float3& v) { return std::sqrt(double(v.x) * v.x + double(v.y) * v.y + double(v.z) * v.z); }
-
 Float3 with_length(const Float3& v, double wanted) {
-    const double old = length(v), factor = old > 0 ? wanted / old : 0;
+    const double old = length(vector(v)), factor = old > 0 ? wanted / old : 0;
     return {static_cast<float>(v.x * factor), static_cast<float>(v.y * factor), static_cast<float>(v.z * factor)};
 }
 
 Camera fit_camera(Camera camera, uint32_t scene_width, uint32_t scene_height, uint32_t width, uint32_t height) {
     if (uint64_t(width) * scene_height == uint64_t(height) * scene_width) return camera;
-    const double shorter = scene_width <= scene_height ? length(camera.right) : length(camera.up);
+    const double shorter = scene_width <= scene_height ? length(vector(camera.right)) : length(vector(camera.up));
     const double sides = double(width) / height;
     camera.right = with_length(camera.right, shorter * std::max(1.0, sides));
     camera.up = with_length(camera.up, shorter * std::max(1.0, 1 / sides));
     return camera;
 }
 
-// Whether right is forward x up, as in the real world, and not its opposite.
-bool is_right_handed(const Camera& camera) {
-    const Float3 &f = camera.forward, &u = camera.up, &r = camera.right;
-    const double x = double(f.y) * u.z - double(f.z) * u.y, y = double(f.z) * u.x - double(f.x) * u.z, z = double(f.x) * u.y - double(f.y) * u.x;
-    return x * r.x + y * r.y + z * r.z > 0;
+// About an axis through the origin (Rodrigues).
+Vector rotated(const Vector& v, const Vector& axis, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return c * v + s * cross(axis, v) + (1 - c) * dot(axis, v) * axis;
 }
 
 }  // namespace
@@ -38,16 +39,17 @@ void add_view_options(OptionParser& parser, uint32_t& width, uint32_t& height, s
         height = size->height;
         return {};
     });
-    parser.option("camera", "EYE,TARGET,UP,FOV",
-                  "ten numbers x,y,z,x,y,z,x,y,z,degrees; the field of view is that of the shorter side "
-                  "(default: the scene's camera)",
-                  into(camera, parse_camera));
+    parser.option(
+        "camera", "EYE,TARGET,UP,FOV",
+        "ten numbers x,y,z,x,y,z,x,y,z,degrees; the field of view is that of the shorter side; with ',mirrored' behind them left and right are "
+        "exchanged, as in most .pbrt scenes; 'inspect' and reports print cameras in this form (default: the scene's camera)",
+        into(camera, parse_camera));
 }
 
 Result<Camera> choose_camera(const std::optional<CameraText>& given, const Camera& of_scene, uint32_t scene_width, uint32_t scene_height,
                              uint32_t width, uint32_t height) {
     if (!given) return fit_camera(of_scene, scene_width, scene_height, width, height);
-    const auto camera = make_camera(given->eye, given->target, given->up, given->fov_degrees, width, height, is_right_handed(of_scene));
+    const auto camera = make_camera(*given, width, height);
     if (!camera) return Status::usage("--camera: has no direction; give other points");
     return *camera;
 }
@@ -60,6 +62,20 @@ Status set_view(const View& view, Scene& scene) {
     scene.width = width;
     scene.height = height;
     return {};
+}
+
+Camera turned_camera(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, double turns) {
+    if (turns == 0) return camera;
+    const Vector axis = unit(upright);
+    const auto turned = [&](const Float3& v) { return float3(rotated(vector(v), axis, 2 * std::numbers::pi * turns)); };
+    const Vector eye = center + rotated(vector(camera.eye) - center, axis, 2 * std::numbers::pi * turns);
+    return {float3(eye), turned(camera.right), turned(camera.up), turned(camera.forward)};
+}
+
+std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center) {
+    const double distance = dot(center - vector(camera.eye), unit(vector(camera.forward)));
+    const auto text = describe_camera(camera, width, height, distance);
+    return text ? format_camera(*text) : "";
 }
 
 }  // namespace raypager

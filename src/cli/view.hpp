@@ -2,9 +2,10 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
+#include "cli/camera_text.hpp"
 #include "cli/option_parser.hpp"
-#include "cli/values.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
@@ -18,13 +19,18 @@ struct View {
 // The options --size and --camera.
 void add_view_options(OptionParser& parser, uint32_t& width, uint32_t& height, std::optional<CameraText>& camera);
 
-// For a picture of width x height. A given camera keeps the handedness of the scene's, so that the numbers of a .pbrt's LookAt mean here
-// what they mean there. Without one the scene's camera, made for a picture of scene_width x scene_height, is fitted: the field of view
-// of the shorter side stays, pixels are square.
+// For a picture of width x height. A given camera is that of the real world, or mirrored if it says so, whatever the scene's is. Without one the
+// scene's camera, made for a picture of scene_width x scene_height, is fitted: the field of view of the shorter side stays, pixels are square.
 Result<Camera> choose_camera(const std::optional<CameraText>& given, const Camera& of_scene, uint32_t scene_width, uint32_t scene_height,
                              uint32_t width, uint32_t height);
 
 // Makes the view the scene's own.
 Status set_view(const View& view, Scene& scene);
+
+// A camera on a circle around something, `turns` of a whole turn on; upright: the axis.
+Camera turned_camera(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, double turns);
+
+// What --camera takes to look as this one does at something around center; empty if no text describes it.
+std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center);
 
 }  // namespace raypager

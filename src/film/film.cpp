@@ -17,10 +17,14 @@ void for_each_pixel(std::span<const uint32_t> words, const Visit& visit) {
     for (size_t at = 0; at < words.size(); at += RP_FILM_WORDS) visit(words.subspan(at, RP_FILM_WORDS));
 }
 
-void append_mean(std::span<const uint32_t> pixel, std::vector<float>& values) {
-    const double scale = double{1u << RP_FILM_SCALE_BITS} * pixel[RP_FILM_COUNT];
+uint32_t finished_samples(std::span<const uint32_t> pixel) { return pixel[RP_FILM_COUNT] & RP_FILM_COUNT_MASK; }
+
+void append_mean(std::span<const uint32_t> pixel, bool alpha, std::vector<float>& values) {
+    const uint32_t samples = finished_samples(pixel), misses = pixel[RP_FILM_COUNT] >> RP_FILM_MISSES_SHIFT;
+    const double scale = double{1u << RP_FILM_SCALE_BITS} * samples;
     for (size_t channel = 0; channel < 3; channel++)
-        values.push_back(pixel[RP_FILM_COUNT] == 0 ? 0.0f : static_cast<float>(static_cast<double>(channel_sum(pixel, channel)) / scale));
+        values.push_back(samples == 0 ? 0.0f : static_cast<float>(static_cast<double>(channel_sum(pixel, channel)) / scale));
+    if (alpha) values.push_back(samples == 0 ? 0.0f : 1.0f - static_cast<float>(misses) / static_cast<float>(samples));
 }
 
 uint64_t hash_of_size(uint32_t width, uint32_t height) {
@@ -30,11 +34,11 @@ uint64_t hash_of_size(uint32_t width, uint32_t height) {
 
 }  // namespace
 
-Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height) {
+Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height, bool alpha) {
     RAYPAGER_CHECK(words.size() == uint64_t{width} * height * RP_FILM_WORDS);
-    Image image{width, height, 3, {}};
-    image.values.reserve(uint64_t{width} * height * 3);
-    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { append_mean(pixel, image.values); });
+    Image image{width, height, alpha ? 4u : 3u, {}};
+    image.values.reserve(uint64_t{width} * height * image.channels);
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { append_mean(pixel, alpha, image.values); });
     return image;
 }
 
@@ -46,7 +50,7 @@ uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t hei
 double average_samples(std::span<const uint32_t> words) {
     if (words.empty()) return 0;
     uint64_t samples = 0;
-    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { samples += pixel[RP_FILM_COUNT]; });
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { samples += finished_samples(pixel); });
     const size_t pixels = words.size() / RP_FILM_WORDS;
     return static_cast<double>(samples) / static_cast<double>(pixels);
 }
@@ -57,15 +61,15 @@ uint64_t clamped_samples(std::span<const uint32_t> words) {
     return samples;
 }
 
-FilmResolver::FilmResolver(uint32_t width, uint32_t height)
-    : pixels_(uint64_t{width} * height), image_{width, height, 3, {}}, hash_(hash_of_size(width, height)) {
-    image_.values.reserve(pixels_ * 3);
+FilmResolver::FilmResolver(uint32_t width, uint32_t height, bool alpha)
+    : pixels_(uint64_t{width} * height), image_{width, height, alpha ? 4u : 3u, {}}, hash_(hash_of_size(width, height)) {
+    image_.values.reserve(pixels_ * image_.channels);
 }
 
 void FilmResolver::add(std::span<const uint32_t> words) {
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
-        append_mean(pixel, image_.values);
-        samples_ += pixel[RP_FILM_COUNT];
+        append_mean(pixel, image_.channels == 4, image_.values);
+        samples_ += finished_samples(pixel);
         clamped_ += pixel[RP_FILM_CLAMPED];
     });
     hash_.add(std::as_bytes(words));

@@ -13,8 +13,9 @@ namespace raypager {
 
 // words: RP_FILM_WORDS words a pixel, width * height pixels, rows from top to bottom.
 
-// The mean of each pixel's finished samples; black where there are none.
-Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height);
+// The mean of each pixel's finished samples; black where there are none. alpha: four channels, the last one the share of samples whose camera ray met
+// something; the others are as without (premultiplied).
+Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height, bool alpha = false);
 // Fingerprint of the size and the raw words: equal films have equal hashes, on every host.
 uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t height);
 // Finished samples a pixel, on average.
@@ -25,7 +26,7 @@ uint64_t clamped_samples(std::span<const uint32_t> words);
 // All of the above for a film that comes in pieces, from the first pixel to the last: the raw film need not lie in host memory.
 class FilmResolver {
 public:
-    FilmResolver(uint32_t width, uint32_t height);
+    FilmResolver(uint32_t width, uint32_t height, bool alpha = false);
     void add(std::span<const uint32_t> words);  // whole pixels
     // REQUIRES from here on: every pixel was added.
     Image take_image();

@@ -68,12 +68,23 @@ Result<Image> read_image(const std::filesystem::path& path, bool raw) {
 }
 
 Status write_image(const std::filesystem::path& path, const Image& image) {
-    RAYPAGER_CHECK(image.channels == 1 || image.channels == 3);
+    RAYPAGER_CHECK(image.channels == 1 || image.channels == 3 || image.channels == 4);
     RAYPAGER_CHECK(image.values.size() == uint64_t{image.width} * image.height * image.channels);
     RAYPAGER_TRY(check_writable_ending(path));
+    if (image.channels == 4 && !holds_alpha(path))
+        return Status::usage(fmt::format("{}: a picture with this ending has no alpha channel; use .exr or .png", path.string()));
     RAYPAGER_TRY(check_image_size(path, image.width, image.height));
     remove_abandoned_temporaries(path);
     return lower_case_ending(path) == ".pfm" ? write_pfm(path, image) : image_library->write(path, image);
+}
+
+bool holds_alpha(const std::filesystem::path& path) { return lower_case_ending(path) != ".pfm"; }
+
+void expose(Image& image, double stops) {
+    if (stops == 0) return;
+    const auto factor = static_cast<float>(std::exp2(stops));
+    for (size_t i = 0; i < image.values.size(); i++)
+        if (image.channels != 4 || i % 4 != 3) image.values[i] *= factor;
 }
 
 Status check_writable_image(const std::filesystem::path& path) {

@@ -10,7 +10,7 @@
 
 namespace raypager {
 
-// Rows from top to bottom, channels interleaved, linear light.
+// Rows from top to bottom, channels interleaved, linear light. Of four channels the last is alpha, and colours are multiplied by it.
 struct Image {
     uint32_t width = 0, height = 0, channels = 3;
     std::vector<float> values;  // width * height * channels
@@ -19,8 +19,12 @@ struct Image {
 // By the ending of the path: .pfm always; .exr (32-bit float, linear), .png (8 bit, sRGB) and others with OpenImageIO.
 // Refuses images of more than 2^28 pixels, or 2^20 a side. Integer images: divided by their maximum unless raw (then: the stored numbers).
 Result<Image> read_image(const std::filesystem::path& path, bool raw = false);
-// The file appears whole or not at all.
+// The file appears whole or not at all. Four channels: .exr and .png alone.
 Status write_image(const std::filesystem::path& path, const Image& image);
+// Whether pictures with this ending can have an alpha channel.
+bool holds_alpha(const std::filesystem::path& path);
+// Colours times 2^stops; alpha stays.
+void expose(Image& image, double stops);
 // Refused up front, before hours of rendering: an error if no writer knows the ending or the folder does not exist.
 Status check_writable_image(const std::filesystem::path& path);
 

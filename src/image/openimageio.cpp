@@ -138,11 +138,30 @@ Status encode(OIIO::ImageOutput& output, const std::filesystem::path& path, cons
     return {};
 }
 
+void mark_alpha(OIIO::ImageSpec& spec) {
+    spec.alpha_channel = 3;
+    spec.channelnames = {"R", "G", "B", "A"};
+}
+
+// PNG has colours that are not multiplied by alpha, and alpha as it is.
+void encode_with_alpha(std::span<const float> values, std::span<uint8_t> bytes) {
+    for (size_t i = 0; i + 3 < values.size(); i += 4) {
+        const float alpha = values[i + 3];
+        for (size_t channel = 0; channel < 3; channel++) bytes[i + channel] = alpha > 0 ? encode_srgb8(values[i + channel] / alpha) : uint8_t{0};
+        bytes[i + 3] = static_cast<uint8_t>(std::clamp(alpha, 0.0f, 1.0f) * 255 + 0.5f);
+    }
+}
+
 Status encode_png(OIIO::ImageOutput& output, const std::filesystem::path& path, const Image& image, OIIO::Filesystem::IOVecOutput& memory) {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels), OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     std::vector<uint8_t> bytes(image.values.size());
     std::ranges::transform(image.values, bytes.begin(), encode_srgb8);
+    if (image.channels == 4) {
+        mark_alpha(spec);
+        spec.attribute("oiio:UnassociatedAlpha", 1);  // we divide ourselves, in linear light and before rounding
+        encode_with_alpha(image.values, bytes);
+    }
     const auto nans = std::ranges::count_if(image.values, [](float v) { return v != v; });
     if (nans > 0) log_warning(fmt::format("{}: {} values that are not a number are written as black", path.string(), nans));
     return encode(output, path, spec, memory, std::span<const uint8_t>(bytes));
@@ -152,6 +171,7 @@ Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, 
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels), OIIO::TypeDesc::FLOAT);
     spec.attribute("oiio:ColorSpace", "Linear");
     spec.attribute("compression", "zip");
+    if (image.channels == 4) mark_alpha(spec);
     return encode(output, path, spec, memory, std::span<const float>(image.values));
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "import/bare_clouds.hpp"
 #include "import/bare_meshes.hpp"
@@ -16,11 +15,8 @@
 namespace raypager {
 namespace {
 
-using std::numbers::pi;
-
 // Degrees above the ground from which things are looked at.
 constexpr double object_elevation = 22, landscape_elevation = 38;
-constexpr double largest_ground = 40;  // in radii of the object
 
 // What one look at all triangles tells.
 struct Survey {
@@ -62,46 +58,6 @@ bool stands_on_z(const Survey& s) {
     if (std::max(sheet_y, sheet_z) > 0.5) return sheet_z > sheet_y;
     const double base_y = foot_y > 0 ? s.base[1] / foot_y : 0, base_z = foot_z > 0 ? s.base[2] / foot_z : 0;
     return base_z > 0.05 && base_z > 3 * base_y;
-}
-
-std::shared_ptr<const MeshSource> in_memory(const char* name, TriangleMesh mesh) { return std::make_shared<MeshInMemory>(name, std::move(mesh)); }
-
-// A disc under the object that reaches as far as the camera sees, within reason.
-TriangleMesh make_ground(const Scene& scene, const Axes& axes, const Vector& center, double height, double radius) {
-    const Camera& c = scene.camera;
-    const double above = dot(vector(c.eye), axes.up) - height;
-    double reach = 4 * radius;
-    for (const double u : {-1.0, 1.0})
-        for (const double v : {-1.0, 1.0}) {
-            const Vector direction = vector(c.forward) + u * vector(c.right) + v * vector(c.up);
-            const double down = -dot(direction, axes.up);
-            const Vector hit = vector(c.eye) + (down > 0 ? above / down : INFINITY) * direction;
-            const double distance = length(hit - center);
-            reach = std::max(reach, std::isfinite(distance) ? 1.1 * distance : INFINITY);
-        }
-    reach = std::min(reach, largest_ground * radius);
-    const Vector middle = center + (height - dot(center, axes.up)) * axes.up;
-    constexpr uint32_t corners = 96;
-    TriangleMesh mesh;
-    mesh.positions.push_back(float3(middle));
-    for (uint32_t i = 0; i < corners; ++i) {
-        const double angle = 2 * pi * i / corners;
-        mesh.positions.push_back(float3(middle + reach * (std::cos(angle) * axes.front + std::sin(angle) * axes.side)));
-        mesh.triangles.push_back({0, i + 1, (i + 1) % corners + 1});
-    }
-    return mesh;
-}
-
-// A square of light, up at the viewer's left in front, facing the object.
-TriangleMesh make_key_light(const Framing& view, const Axes& axes, const Vector& center, double radius) {
-    const Vector towards_viewer = unit(view.to_camera - dot(view.to_camera, axes.up) * axes.up);
-    const Vector direction = unit(0.9 * axes.up - 0.85 * view.right + 0.55 * towards_viewer);
-    const Vector middle = center + 3.2 * radius * direction;
-    const Vector x = 0.9 * radius * unit(cross(axes.up, direction)), y = cross(direction, x);
-    TriangleMesh mesh;
-    for (const auto& [i, j] : {std::pair(-1.0, -1.0), {-1.0, 1.0}, {1.0, 1.0}, {1.0, -1.0}}) mesh.positions.push_back(float3(middle + i * x + j * y));
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    return mesh;
 }
 
 struct Inputs {
@@ -221,54 +177,25 @@ void add_objects(const Inputs& inputs, double scale, Scene& scene) {
                                              origin[2]));
 }
 
-// Sun and sky, as on a clear afternoon; the sun stands at the viewer's left.
-void light_landscape(const Framing& view, const Axes& axes, Scene& scene) {
-    const Vector away = unit(view.to_camera - dot(view.to_camera, axes.up) * axes.up);
-    const Vector sun = unit(0.8 * axes.up - 0.8 * view.right + 0.25 * away);
-    rp_light light{};
-    light.kind = RP_LIGHT_DISTANT;
-    for (size_t a = 0; a < 3; ++a) light.p[a] = static_cast<float>(sun[a]);
-    constexpr float irradiance[3] = {2.9f, 2.6f, 2.15f};
-    std::copy(std::begin(irradiance), std::end(irradiance), light.radiance);
-    scene.lights = {infinite_light({0.42f, 0.55f, 0.75f}), light};
-}
-
-// A lamp over the object, a dim sky, and something to stand on.
-void light_object(const Inputs& inputs, const Framing& view, const Axes& axes, double scale, Scene& scene) {
-    const double radius = scale * inputs.survey.radius();
-    const Vector center = scale * inputs.survey.center();
-    const auto lamp = static_cast<uint32_t>(scene.area_lights.size());
-    scene.area_lights.push_back({{9.5f, 9.0f, 8.2f}, false});
-    scene.lights = {infinite_light({0.22f, 0.25f, 0.30f})};
-    const auto add = [&](const char* name, TriangleMesh mesh, uint32_t material, std::optional<uint32_t> light) {
-        Shape shape;
-        shape.name = name;
-        shape.material = material;
-        shape.area_light = light;
-        shape.mesh = in_memory(name, std::move(mesh));
-        scene.shapes.push_back(std::move(shape));
-    };
-    // A little below the object, so that a flat underside and the ground do not coincide; points reach down further.
-    const double below = inputs.clouds.empty() ? 1e-4 : 1e-2;
-    const double height = scale * dot(inputs.survey.lower, axes.up) - below * radius;
-    add("ground", make_ground(scene, axes, center, height, radius), 1, std::nullopt);
-    add("key light", make_key_light(view, axes, center, radius), 2, lamp);
-}
-
 }  // namespace
 
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, const PointColumns& columns) {
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, const ImportOptions& options) {
+    const BareLook& look = options.look;
     Scene scene;
+    if (look.width > 0 && look.height > 0) {
+        scene.width = look.width;
+        scene.height = look.height;
+    }
     Inputs inputs{
         {}, {}, {}, {}, {}, Framing(y_up, object_elevation, scene.width, scene.height), Framing(z_up, object_elevation, scene.width, scene.height)};
-    RAYPAGER_TRY(open_clouds(paths, columns, inputs));
+    RAYPAGER_TRY(open_clouds(paths, options.columns, inputs));
     const bool landscape = inputs.cloud.landscape;
     if (landscape) inputs.from_z = Framing(z_up, landscape_elevation, scene.width, scene.height);
     frame_clouds(inputs);
     const auto mesh_files = open_mesh_files(paths);
     if (!mesh_files) return mesh_files.status();
     inputs.origin = common_origin(inputs, *mesh_files);
-    RAYPAGER_TRY(look_at_meshes(*mesh_files, keep_bytes, inputs));
+    RAYPAGER_TRY(look_at_meshes(*mesh_files, options.keep_bytes, inputs));
     scene.files = inputs.meshes.files;
     scene.warnings = inputs.meshes.warnings;
 
@@ -283,12 +210,13 @@ Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint6
     scene.camera = *camera;
 
     // Light clay on a warm grey ground.
-    scene.materials = {diffuse_material({0.70f, 0.61f, 0.53f}), diffuse_material({0.40f, 0.38f, 0.35f}), absorbing_material()};
+    constexpr uint32_t ground_material = 1;
+    scene.materials = {clay_material(), diffuse_material({0.40f, 0.38f, 0.35f})};
     add_objects(inputs, scale, scene);
-    if (landscape)
-        light_landscape(view, axes, scene);
-    else
-        light_object(inputs, view, axes, scale, scene);
+    if (look.material)
+        for (const Shape& shape : scene.shapes) scene.materials[shape.material] = *look.material;
+    const BareSubject subject = {scale * survey.center(), radius, scale * dot(survey.lower, axes.up), landscape, !inputs.clouds.empty()};
+    light_bare_scene(look, subject, view, axes, ground_material, scene);
     RAYPAGER_TRY(validate(scene));
     return scene;
 }

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "import/point_columns.hpp"
+#include "import/import_options.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
@@ -15,10 +15,10 @@ namespace raypager {
 // - they stand on z: the part of the bounding box's base that is covered by triangles which face down, within 2 % of the bottom, is more
 //   than 5 % for z and more than three times that for y.
 // Clouds say "+z" by their format (LAS and text are surveyors'), by coordinates far from the origin, or by being flat along z.
-// A cloud that is a landscape gets sun and sky instead of a lamp, and no ground: it has its own. Clouds far from the origin are shown relative
+// A cloud that is a landscape gets sun and sky instead of a key light, and no ground: it has its own. Clouds far from the origin are shown relative
 // to a nearer one, all to the same; a warning names it.
 // Meshes of more than 2^20 triangles that can be read in pieces are framed by a sample of them. keep_bytes: of meshes that have been read and
 // stay in memory for the bake.
-Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, uint64_t keep_bytes, const PointColumns& columns = {});
+Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);
 
 }  // namespace raypager

@@ -20,18 +20,18 @@ Result<Scene> with_precision_checked(Result<Scene> scene) {
 
 }  // namespace
 
-Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, uint64_t keep_bytes, const PointColumns& columns) {
+Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, const ImportOptions& options) {
     if (inputs.empty()) return Status::usage("no input; name a .pbrt scene, meshes (.ply .obj .stl .off) or point clouds (.las .ply .xyz .pts .txt)");
     try {
         const auto pbrt = std::find_if(inputs.begin(), inputs.end(), [](const auto& path) { return format_ending(path) == ".pbrt"; });
         if (pbrt != inputs.end()) {
             if (inputs.size() > 1) return Status::usage(pbrt->string() + ": a scene stands alone; give either one .pbrt file or meshes and clouds");
-            return with_precision_checked(PbrtReader(columns).read(*pbrt));
+            return with_precision_checked(PbrtReader(options.columns).read(*pbrt));
         }
         for (const auto& path : inputs)
             if (!mesh_format(path) && !is_cloud_file(path))
                 return Status::failed(path.string() + ": of no kind that can be read; .pbrt, .ply, .obj, .stl, .off, .las, .xyz, .pts and .txt can");
-        return with_precision_checked(import_bare(inputs, keep_bytes, columns));
+        return with_precision_checked(import_bare(inputs, options));
     } catch (const std::bad_alloc&) {
         return Status::failed(inputs.front().string() + ": not enough memory to import it");
     } catch (const std::filesystem::filesystem_error& error) {

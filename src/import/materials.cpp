@@ -46,6 +46,8 @@ rp_material dielectric_material(float ior) {
     return material;
 }
 
+rp_material clay_material() { return diffuse_material({0.70f, 0.61f, 0.53f}); }
+
 rp_material absorbing_material() {
     rp_material material{};
     material.kind = RP_MATERIAL_NONE;

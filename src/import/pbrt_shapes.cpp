@@ -40,8 +40,13 @@ Status PbrtReader::shape(const Directive& directive) {
     std::string type;
     PbrtParameters parameters;
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
-    warn_if_present(parameters, {"alpha"}, "the surface is opaque");
+    const PbrtParameter* alpha = parameters.find("alpha");
+    const bool number = alpha && alpha->type == "float" && alpha->numbers.size() == 1;
+    const bool unseen = number && alpha->numbers[0] == 0, opaque = number && alpha->numbers[0] == 1;
+    if (unseen && !state_.area_light) return {};  // rays pass it: nothing to be seen
+    if (!unseen && !opaque) warn_if_present(parameters, {"alpha"}, "the surface is opaque");
     Shape shape;
+    shape.unseen = unseen;
     shape.name = directive.place.with_line();
     if (type == "trianglemesh" || type == "loopsubdiv") {
         if (type == "loopsubdiv") warn(directive.place, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
@@ -66,6 +71,7 @@ Status PbrtReader::shape(const Directive& directive) {
     shape.to_world = state_.transform * shape.to_world;
     shape.reverse_orientation = state_.reverse_orientation;
     shape.area_light = state_.area_light;
+    if (unseen && shape.points) return {};
     if (shape.points && shape.area_light) {
         warn(directive.place, "points that shine are not supported; they reflect only");
         shape.area_light.reset();
@@ -73,7 +79,7 @@ Status PbrtReader::shape(const Directive& directive) {
     shape.material = state_.material;
     if (state_.material == no_surface) {
         if (!state_.area_light) return {};  // nothing to be seen
-        warn(directive.place, "a light without a surface is not supported; it absorbs what meets it");
+        if (!unseen) warn(directive.place, "a light without a surface is not supported; it absorbs what meets it");
         shape.material = static_cast<uint32_t>(scene_.materials.size());
         scene_.materials.push_back(absorbing_material());
     }

@@ -35,7 +35,7 @@ std::string load_text(const char (&source)[size]) {
 
 uint64_t finished_samples(std::span<const uint32_t> words) {
     uint64_t sum = 0;
-    for (size_t at = RP_FILM_COUNT; at < words.size(); at += RP_FILM_WORDS) sum += words[at];
+    for (size_t at = RP_FILM_COUNT; at < words.size(); at += RP_FILM_WORDS) sum += words[at] & RP_FILM_COUNT_MASK;
     return sum;
 }
 
@@ -174,6 +174,7 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     if (mine.width != identity.width || mine.height != identity.height)
         return differs(fmt::format("its --size is {}x{}, not {}x{}", mine.width, mine.height, identity.width, identity.height));
     if (mine.seed != identity.seed) return differs(fmt::format("its --seed is {}, not {}", mine.seed, identity.seed));
+    if (mine.background != identity.background) return differs("its --background is another one");
     if (mine.max_depth != identity.max_depth) return differs(fmt::format("its --max-depth is {}, not {}", mine.max_depth, identity.max_depth));
     const auto connection = [](const RenderIdentity& i) { return i.roulette_connection ? "roulette" : "queue"; };
     if (mine.roulette_connection != identity.roulette_connection)

@@ -21,7 +21,8 @@ struct RenderIdentity {
     uint64_t scene = 0;    // BakedScene::identity
     uint64_t kernels = 0;  // of this program (device/kernel_sources.hpp)
     uint32_t width = 0, height = 0, max_depth = 0, seed = 0;
-    uint32_t roulette_connection = 0, reserved = 0;
+    uint32_t roulette_connection = 0;
+    uint32_t background = 0;  // 0: what shines there; otherwise a hash of what camera rays see instead
     rp_camera camera = {};
 };
 

@@ -323,7 +323,8 @@ RenderProgress Renderer::progress() const {
 }
 
 Result<FilmResolver> Renderer::read_film() {
-    FilmResolver film(wavefront_->params().width, wavefront_->params().height);
+    const rp_render_params& params = wavefront_->params();
+    FilmResolver film(params.width, params.height, params.background_kind == RP_BACKGROUND_TRANSPARENT);
     std::vector<uint32_t> words(std::min(film_piece_words, wavefront_->film_words()));
     for (uint64_t first = 0; first < wavefront_->film_words(); first += film_piece_words) {
         const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, wavefront_->film_words() - first));
@@ -352,7 +353,8 @@ Status Renderer::snapshot(double now) {
     auto film = read_film();
     if (!film) return film.status();
     p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
-    RAYPAGER_TRY(callbacks_.snapshot(film->take_image(), p));
+    Image image = film->take_image();
+    RAYPAGER_TRY(callbacks_.snapshot(image, p));
     const double end = seconds_since(render_start_);
     snapshot_seconds_ += end - now;
     snapshot_interval_ *= options_.snapshot_growth;

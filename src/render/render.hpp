@@ -23,6 +23,12 @@ namespace raypager {
 
 enum class Connection { queue, roulette };  // shadow rays in a queue of their own, or the paper's choice (3.3)
 
+// What camera rays see that meet nothing, instead of the scene's infinite light. Other rays meet that light as ever.
+struct Background {
+    bool transparent = false;  // the picture has a fourth channel, alpha; colours are premultiplied
+    Float3 color;              // radiance, if not transparent
+};
+
 struct CheckpointOptions {
     std::filesystem::path file;  // empty: no checkpoints
     double every_seconds = 60;   // and at the end, however it comes
@@ -44,9 +50,10 @@ struct RenderOptions {
     Connection connection = Connection::queue;
     Traversal traversal = Traversal::automatic;
     std::optional<Camera> camera;
-    double progress_seconds = 0.5;  // between calls of progress
-    double snapshot_seconds = 0;    // between calls of snapshot; 0: never
-    double snapshot_growth = 1;     // each interval between snapshots is longer by this factor than the one before
+    std::optional<Background> background;  // none: what shines there
+    double progress_seconds = 0.5;         // between calls of progress
+    double snapshot_seconds = 0;           // between calls of snapshot; 0: never
+    double snapshot_growth = 1;            // each interval between snapshots is longer by this factor than the one before
     // For measurements; the defaults are the best known.
     uint32_t loads_in_flight = 0;            // while blocks must be evicted for them; 0: the default of the policy
     std::optional<double> hold_above_ready;  // PolicySettings::hold_above_ready, 0 to 1
@@ -132,9 +139,9 @@ struct RenderResult {
 };
 
 struct RenderCallbacks {
-    std::function<void(const RenderProgress&)> progress;                  // may be empty
-    std::function<Status(const Image&, const RenderProgress&)> snapshot;  // may be empty; an error ends the render
-    std::function<void(const std::string&)> warning;                      // a line for the user, from any thread; empty: to stderr
+    std::function<void(const RenderProgress&)> progress;            // may be empty
+    std::function<Status(Image&, const RenderProgress&)> snapshot;  // may be empty, may change the picture; an error ends the render
+    std::function<void(const std::string&)> warning;                // a line for the user, from any thread; empty: to stderr
 };
 
 Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks);

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
+#include "base/hash.hpp"
 #include "base/memory.hpp"
 #include "device/faults.hpp"
 #include "device/kernel_sources.hpp"
@@ -47,11 +49,21 @@ bool is_seen_growing(const RenderOptions& options) {
 // A film pixel holds so many samples of any radiance (abi/film.h).
 constexpr uint32_t max_spp = 65535;
 
+void set3(float (&target)[3], const Float3& value) {
+    target[0] = value.x;
+    target[1] = value.y;
+    target[2] = value.z;
+}
 void set3(float (&target)[4], const Float3& value) {
     target[0] = value.x;
     target[1] = value.y;
     target[2] = value.z;
     target[3] = 0;
+}
+
+uint32_t background_identity(const rp_render_params& params) {
+    if (params.background_kind == RP_BACKGROUND_LIGHTS) return 0;
+    return static_cast<uint32_t>(hash64(std::as_bytes(std::span(params.background)), params.background_kind)) | 1u;
 }
 
 }  // namespace
@@ -74,6 +86,10 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     params.infinite_light = RP_NONE;
     for (uint32_t i = 0; i < scene.lights.size(); i++)
         if (scene.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
+    if (options.background) {
+        params.background_kind = options.background->transparent ? RP_BACKGROUND_TRANSPARENT : RP_BACKGROUND_COLOR;
+        if (!options.background->transparent) set3(params.background, options.background->color);
+    }
     params.roulette_connection = options.connection == Connection::roulette;
     const uint64_t pixels = uint64_t{params.width} * params.height;
     constexpr uint32_t longest_side = 1 << 20;  // kernels multiply it by the size of a tile
@@ -107,6 +123,7 @@ RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& para
     identity.max_depth = params.max_depth;
     identity.seed = params.seed;
     identity.roulette_connection = params.roulette_connection;
+    identity.background = background_identity(params);
     identity.camera = params.camera;
     return identity;
 }
@@ -118,7 +135,8 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
         return Status::failed(
             fmt::format("--size {}x{}: the film needs {} bytes at once, but {} allocates at most {}; at most {} pixels are possible there",
                         params.width, params.height, film, device.name, most, most / RP_FILM_WORDS / sizeof(uint32_t)));
-    const uint64_t picture = pixels * 3 * sizeof(float), free = available_memory();
+    const uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
+    const uint64_t picture = pixels * channels * sizeof(float), free = available_memory();
     if (picture > free)
         return Status::failed(fmt::format("--size {}x{}: the picture needs {} bytes of main memory, of which {} are free; render a smaller one",
                                           params.width, params.height, picture, free));

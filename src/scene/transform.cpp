@@ -145,8 +145,13 @@ bool Transform::is_identity() const { return m == Transform().m; }
 
 std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const Float3& up, double fov_degrees, uint32_t width, uint32_t height,
                                   bool right_handed) {
+    return make_exact_camera(eye, {target.x, target.y, target.z}, {up.x, up.y, up.z}, fov_degrees, width, height, right_handed);
+}
+
+std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<double, 3>& target, const std::array<double, 3>& up, double fov_degrees,
+                                        uint32_t width, uint32_t height, bool right_handed) {
     if (!(fov_degrees > 0 && fov_degrees < 180) || width == 0 || height == 0) return std::nullopt;
-    const auto to_camera = Transform::look_at({eye.x, eye.y, eye.z}, {target.x, target.y, target.z}, {up.x, up.y, up.z});
+    const auto to_camera = Transform::look_at({eye.x, eye.y, eye.z}, target, up);
     if (!to_camera) return std::nullopt;
     const double half = std::tan(fov_degrees * (3.14159265358979323846 / 360.0));
     const double shorter = std::min(width, height);

@@ -71,8 +71,13 @@ Status check_light(const rp_light& light, size_t index) {
             const double length = std::hypot(double{p[0]}, double{p[1]}, double{p[2]});
             return std::abs(length - 1) < 1e-3 ? Status() : bad("its direction is not a unit vector");
         }
+        case RP_LIGHT_TRIANGLE:
+        case RP_LIGHT_SPHERE:
+            if (!(light.flags & RP_LIGHT_UNSEEN)) return bad("surfaces that are seen shine as shapes");
+            if (!finite(p) || !finite(light.e1) || !finite(light.e2)) return bad("its place is not finite");
+            return light.area > 0 && std::isfinite(light.area) ? Status() : bad("its area must be finite and more than 0");
         default:
-            return bad("of a kind that does not belong here");
+            return bad("of an unknown kind");
     }
 }
 
@@ -87,6 +92,7 @@ Status check_shape(const Scene& scene, const Shape& shape) {
     if (m[3] != std::array<double, 4>{0, 0, 0, 1}) return bad("its transform is projective; only affine ones can place a shape");
     if (shape.mesh) return {};
     if (shape.points) {
+        if (shape.unseen) return bad("only meshes and spheres can shine unseen");
         if (!at_least(std::array{shape.point_radius, shape.radius_scale}, 0) || shape.radius_scale == 0)
             return bad("the radius of its points must be 0 or more, and their scale more than 0");
         return {};

@@ -139,7 +139,7 @@ uint64_t BakedScene::identity() const {
     return hasher.value;
 }
 
-Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::path& path) {
+Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::path& path, const Change& change) {
     auto file = InputFile::open(path);
     if (!file) return file.status();
     auto opened = std::make_shared<BlockFile>();
@@ -156,6 +156,7 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(read_section(*file, header, blocks, scene.blocks));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
+    if (change) change(scene);
     opened->file_ = std::move(*file);
     return std::shared_ptr<const BlockFile>(std::move(opened));
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -42,7 +43,7 @@ struct BakedScene {
     std::vector<rp_material> materials;
     std::vector<rp_light> lights;            // all, emissive primitives included; probabilities filled in
     std::vector<rp_primitive_range> ranges;  // sorted by first_primitive, starting at 0
-    float lower[3] = {}, upper[3] = {};      // bounds of all geometry; zeros for an empty scene
+    float lower[3] = {}, upper[3] = {};      // bounds of all geometry but backdrops; zeros for an empty scene
     rp_top_grid top_grid = {};
     std::vector<rp_node> top_nodes;
     std::vector<rp_portal> portals;
@@ -51,7 +52,7 @@ struct BakedScene {
     std::vector<BlockRecord> blocks;
     uint64_t triangles = 0, spheres = 0;            // primitives in the blocks
     float position_cell = 0;                        // of which all coordinates of triangles are multiples; 0: they are as they were given
-    uint64_t fingerprint = 0;                       // of the input and the bake options; tells whether a cached file is still good
+    uint64_t fingerprint = 0;                       // of the geometry and the bake options; tells whether a cached file is still good
     uint64_t geometry_bytes(BlockForm form) const;  // of all blocks in memory
     uint64_t stored_bytes() const { return geometry_bytes(BlockForm::stored); }
     uint32_t largest_block(BlockForm form) const;  // in memory; 0 without blocks
@@ -76,7 +77,9 @@ private:
 class BlockFile {
 public:
     // Reads and checks everything but the blocks: magic, version, sizes, checksums, and that indices and bounds make sense.
-    static Result<std::shared_ptr<const BlockFile>> open(const std::filesystem::path& path);
+    // change: applied to what was read, once it has been checked.
+    using Change = std::function<void(BakedScene&)>;
+    static Result<std::shared_ptr<const BlockFile>> open(const std::filesystem::path& path, const Change& change = {});
     const BakedScene& scene() const { return scene_; }
     const std::filesystem::path& path() const { return file_.path(); }
     uint64_t file_bytes() const { return file_.size(); }

@@ -62,6 +62,7 @@ Status check_lights(const BakedScene& scene) {
         if (light.kind > RP_LIGHT_POINT) return bad(lights, fmt::format("light {} is of an unknown kind", i));
         if (!finite(light.p) || !finite(light.e1) || !finite(light.e2) || !finite(light.radiance) || !std::isfinite(light.area))
             return bad(lights, fmt::format("light {} is not finite", i));
+        if (light.flags & ~(RP_LIGHT_TWO_SIDED | RP_LIGHT_UNSEEN)) return bad(lights, fmt::format("light {} has unknown flags", i));
         if (!(light.probability > 0 && light.probability <= 1)) return bad(lights, fmt::format("light {} has no probability", i));
         sum += light.probability;
         infinite += light.kind == RP_LIGHT_INFINITE;
@@ -80,10 +81,18 @@ Status check_ranges(const BakedScene& scene) {
         const uint64_t end = i + 1 < scene.ranges.size() ? scene.ranges[i + 1].first_primitive : primitives;
         if ((i == 0 && range.first_primitive != 0) || range.first_primitive >= end) return bad(ranges, fmt::format("range {} is out of order", i));
         if (range.material >= scene.materials.size()) return bad(ranges, fmt::format("range {} has no material", i));
-        if (range.flags & ~(RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR) || range.flags == (RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR))
+        const uint32_t known =
+            RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR | (range.first_light != RP_NONE ? RP_RANGE_AREA_LIGHTS << RP_RANGE_AREA_LIGHT_SHIFT : 0);
+        if (range.flags & ~known || (range.flags & RP_RANGE_POINT_COLOR && range.flags & RP_RANGE_VERTEX_COLOR))
             return bad(ranges, fmt::format("range {} has unknown flags", i));
         if (range.first_light != RP_NONE && range.first_light + (end - range.first_primitive) > scene.lights.size())
             return bad(ranges, fmt::format("range {} has no lights", i));
+        // What is met is weighted as what is seen.
+        for (uint64_t k = 0; range.first_light != RP_NONE && k < end - range.first_primitive; k++) {
+            const rp_light& light = scene.lights[range.first_light + k];
+            if (light.kind > RP_LIGHT_SPHERE || light.flags & RP_LIGHT_UNSEEN)
+                return bad(ranges, fmt::format("range {} has lights of another kind", i));
+        }
     }
     return {};
 }

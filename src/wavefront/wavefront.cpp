@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "base/check.hpp"
+#include "blocks/light_choice.hpp"
 #include "raypager/abi/film.h"
 #include "raypager/abi/visits.h"
 #include "wavefront/naps.hpp"
@@ -36,25 +37,6 @@ constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
 constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
 
-// Light i is chosen by the 32-bit random numbers from the last one of light i - 1 (exclusive) to steps[i] (inclusive). Each light gets at
-// least one of them, and its probability becomes exactly the share that it has got.
-std::vector<uint32_t> light_steps(std::vector<rp_light>& lights) {
-    constexpr double all = 4294967296.0;
-    std::vector<uint32_t> steps;
-    double sum = 0, before = 0;
-    const double left_for_others = static_cast<double>(lights.size());
-    for (size_t i = 0; i < lights.size(); i++) {
-        sum += lights[i].probability;
-        // Room is kept for those that follow.
-        const double most = all - (left_for_others - static_cast<double>(i) - 1);
-        const double end = i + 1 == lights.size() ? all : std::clamp(std::floor(sum * all), before + 1, most);
-        lights[i].probability = static_cast<float>((end - before) / all);
-        steps.push_back(static_cast<uint32_t>(end - 1));
-        before = end;
-    }
-    return steps;
-}
-
 template <class T>
 std::span<const std::byte> bytes_of_one(const T& value) {
     return std::as_bytes(std::span(&value, 1));
@@ -65,7 +47,7 @@ std::span<const std::byte> bytes_of_one(const T& value) {
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
-                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(scene.lights.size() * sizeof(float)) +
+                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_choice_bytes(scene.lights)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + 2 * RP_NAP * sizeof(uint32_t) +
                   (form == BlockForm::wide ? most_wake_items * sizeof(uint32_t) : 0);
@@ -95,6 +77,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     wavefront->fill_together(filled_together);
     if (!scene.blocks.empty()) wavefront->notes_ = notes;
     RAYPAGER_TRY(wavefront->upload_scene(scene));
+    if (has_light_tree(scene.lights)) wavefront->shading_ = " -DRP_LIGHT_TREE";
     wavefront->visit_settings_ = visits;
     RAYPAGER_TRY(wavefront->allocate_state(scene.has_vertex_colors()));
     if (visits.capacity) RAYPAGER_TRY(wavefront->allocate_visit_log());
@@ -106,7 +89,7 @@ uint32_t Wavefront::wake_items() const { return std::min(device_.info().compute_
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
     std::vector<rp_light> lights = scene.lights;
-    const std::vector<uint32_t> steps = light_steps(lights);
+    const std::vector<uint32_t> choice = light_choice(lights);
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
@@ -115,7 +98,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
     const Part parts[] = {{params_buffer_, bytes_of_one(params_), "render parameters"},
                           {materials_, bytes_of(scene.materials), "materials"},
                           {lights_, bytes_of(lights), "lights"},
-                          {light_steps_, bytes_of(steps), "light probabilities"},
+                          {light_steps_, bytes_of(choice), "light probabilities"},
                           {ranges_, bytes_of(scene.ranges), "primitive ranges"}};
     for (const Part& part : parts) {
         auto buffer = device_.upload(part.contents, part.what);
@@ -194,7 +177,7 @@ Status Wavefront::build_streams(const std::string& notes) {
                               {generate_, all, "rp_generate_stream"},
                               {trace_, all, "rp_trace_stream"},
                               {shade_, all, "rp_shade"}},
-                             geometry_.definitions() + notes + " -DRP_SHADE_LANES=16"));
+                             geometry_.definitions() + notes + shading_ + " -DRP_SHADE_LANES=16"));
     return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -202,9 +185,9 @@ Status Wavefront::build_stages(const std::string& notes) {
     const std::string between = fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), wake_naps);
     RAYPAGER_TRY(get_kernels({{publish_, "publish", "rp_publish"}}, ""));
     const std::string states = short_states, tracing = notes + (visit_settings_.capacity ? " -DRP_RECORD" : "");
-    RAYPAGER_TRY(get_kernels(
-        {{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}, {shade_, "shade", "rp_shade"}},
-        device_.register_limit(shading_registers) + geometry_.definitions() + states + between));
+    const std::string common = device_.register_limit(shading_registers) + geometry_.definitions() + states + between;
+    RAYPAGER_TRY(get_kernels({{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}}, common));
+    RAYPAGER_TRY(get_kernels({{shade_, "shade", "rp_shade"}}, common + shading_));
     // Persistent threads do not record.
     persistent_ = visit_settings_.capacity == 0 && device_.has_persistent_threads();
     const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) -> Status {

@@ -156,6 +156,7 @@ private:
     BlockNotes notes_;
     VisitLogSettings visit_settings_;
     bool persistent_ = false;  // extension rays are traced by persistent threads
+    std::string shading_;      // definitions of the stage that shades
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
     Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, awake_, counters_, visits_;
     std::vector<rp_path_sample> again_list_;

@@ -166,6 +166,11 @@ INSTANTIATE_TEST_SUITE_P(scenes, Transport,
                                                            return reference::cornell_small({.smooth_normals = true}, {48, 48});
                                                        },
                                                        Connection::queue},
+                                         TransportCase{"cornell_unseen",
+                                                       [] {
+                                                           return reference::cornell_unseen({48, 48});
+                                                       },
+                                                       Connection::queue},
                                          TransportCase{"terrain",
                                                        [] {
                                                            return reference::terrain_small(48, true, {64, 48});

@@ -1,6 +1,7 @@
 // Pictures through OpenImageIO: EXR exact, PNG within its 8 bits, integer elevation as stored.
 #include "image/openimageio.hpp"
 
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,6 +29,38 @@ Image ramp(uint32_t width, uint32_t height, uint32_t channels) {
     Image image{width, height, channels, {}};
     for (size_t i = 0; i < size_t{width} * height * channels; i++) image.values.push_back(static_cast<float>(i) / 977.0f);
     return image;
+}
+
+// EXR keeps colours that are multiplied by alpha, PNG has them as they are without it.
+TEST_F(ImageOpenImageIo, AlphaIsWrittenAsTheFormatHasIt) {
+    const support::TemporaryFolder folder;
+    const Image image{3, 1, 4, {0.25f, 0.125f, 0, 0.5f, 0, 0, 0, 0, 1, 0.5f, 0.25f, 1}};
+    const auto channels_of = [&](const char* name) {
+        EXPECT_TRUE(write_image(folder / name, image).ok());
+        const auto input = OIIO::ImageInput::open((folder / name).string());
+        OIIO::ImageSpec as_stored = input->spec();
+        as_stored.attribute("oiio:UnassociatedAlpha", 1);
+        const auto raw = OIIO::ImageInput::open((folder / name).string(), &as_stored);
+        EXPECT_EQ(raw->spec().nchannels, 4);
+        EXPECT_EQ(raw->spec().alpha_channel, 3);
+        std::vector<float> values(12);
+        EXPECT_TRUE(raw->read_image(0, 0, 0, 4, OIIO::TypeDesc::FLOAT, values.data()));
+        return values;
+    };
+    EXPECT_EQ(channels_of("a.exr"), image.values);
+    const auto png = channels_of("a.png");
+    const float expected[12] = {0.735357f, 0.537099f, 0, 0.5f, 0, 0, 0, 0, 1, 0.735357f, 0.537099f, 1};  // 0.5 and 0.25 as sRGB
+    for (size_t i = 0; i < 12; i++) EXPECT_NEAR(png[i], expected[i], 0.5 / 255 + 1e-5) << i;
+    EXPECT_NE(write_image(folder / "a.pfm", image).message().find("alpha"), std::string::npos);
+}
+
+TEST_F(ImageOpenImageIo, ExposureLeavesAlphaAlone) {
+    Image image{1, 1, 4, {0.25f, 0.5f, 1, 0.5f}};
+    expose(image, 1);
+    EXPECT_EQ(image.values, (std::vector<float>{0.5f, 1, 2, 0.5f}));
+    Image opaque{1, 1, 3, {0.25f, 0.5f, 1}};
+    expose(opaque, -2);
+    EXPECT_EQ(opaque.values, (std::vector<float>{0.0625f, 0.125f, 0.25f}));
 }
 
 void append_little_endian(std::string& text, uint64_t value, int bytes) {

@@ -67,6 +67,7 @@ Result<std::shared_ptr<const ReferenceGeometry>> ReferenceGeometry::build(const 
     std::shared_ptr<ReferenceGeometry> geometry(new ReferenceGeometry());
     geometry->ranges_.emplace_back();
     for (const Shape& shape : scene.shapes) {
+        RAYPAGER_CHECK(!shape.unseen);  // such lights stand among the scene's
         if (Status status = geometry->add_shape(shape); !status.ok()) return status.at(shape.name);
     }
     geometry->find_bounds();

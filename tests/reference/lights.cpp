@@ -27,9 +27,11 @@ Lights::Lights(const Scene& scene, const ReferenceGeometry& geometry) : scene_(s
             add({.other = &light}, pi * disk * average(radiance));
         } else if (light.kind == RP_LIGHT_DISTANT) {
             add({.other = &light}, disk * average(radiance));
-        } else {
-            RAYPAGER_CHECK(light.kind == RP_LIGHT_POINT);
+        } else if (light.kind == RP_LIGHT_POINT) {
             add({.other = &light}, 4 * pi * average(radiance));
+        } else {
+            RAYPAGER_CHECK(light.flags & RP_LIGHT_UNSEEN);
+            add({.other = &light}, pi * light.area * average(radiance) * (light.flags & RP_LIGHT_TWO_SIDED ? 2 : 1));
         }
     }
     normalize_probabilities();
@@ -68,6 +70,7 @@ std::optional<LightSample> Lights::sample(const Vec3& position, const Vec3& norm
     const Light& light = choose(random.uniform());
     if (light.primitive != RP_NONE) return sample_surface(light, position, random);
     if (light.other->kind == RP_LIGHT_INFINITE) return sample_infinite(light, normal, random);
+    if (light.other->flags & RP_LIGHT_UNSEEN) return sample_unseen(light, position, random);
     LightSample s{.radiance = Vec3(light.other->radiance), .pdf = light.probability, .delta = true};
     if (light.other->kind == RP_LIGHT_DISTANT) {
         s.wi = normalized(Vec3(light.other->p));
@@ -111,6 +114,28 @@ std::optional<LightSample> Lights::sample_infinite(const Light& light, const Vec
     LightSample s{.wi = Frame(normal).to_world(cosine_hemisphere(u, v)), .radiance = Vec3(light.other->radiance)};
     s.pdf = pdf_of_infinite(normal, s.wi);
     if (!(s.pdf > 0)) return {};
+    return s;
+}
+
+// Rays go to the light itself, where nothing is in their way.
+std::optional<LightSample> Lights::sample_unseen(const Light& light, const Vec3& position, Random& random) const {
+    const rp_light& other = *light.other;
+    const double u = random.uniform(), v = random.uniform();
+    Vec3 normal, target(other.p);
+    if (other.kind == RP_LIGHT_SPHERE) {
+        normal = uniform_sphere(u, v);
+        target += other.e1[0] * normal;
+    } else {
+        normal = normalized(cross(Vec3(other.e1), Vec3(other.e2)));
+        target += std::sqrt(u) * ((1 - v) * Vec3(other.e1) + v * Vec3(other.e2));
+    }
+    LightSample s{.target = target, .radiance = Vec3(other.radiance), .delta = true};
+    s.distance = length(target - position);
+    if (!(s.distance > 0)) return {};
+    s.wi = (target - position) / s.distance;
+    const double towards = -dot(normal, s.wi), cosine = other.flags & RP_LIGHT_TWO_SIDED ? std::abs(towards) : towards;
+    if (!(cosine > 0)) return {};
+    s.pdf = light.probability * s.distance * s.distance / (cosine * other.area);
     return s;
 }
 

@@ -47,6 +47,7 @@ private:
     void normalize_probabilities();
     const Light& choose(double u) const;
     std::optional<LightSample> sample_surface(const Light& light, const Vec3& position, Random& random) const;
+    std::optional<LightSample> sample_unseen(const Light& light, const Vec3& position, Random& random) const;
     std::optional<LightSample> sample_infinite(const Light& light, const Vec3& normal, Random& random) const;
 
     const Scene& scene_;

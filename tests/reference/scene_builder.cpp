@@ -1,6 +1,7 @@
 #include "reference/scene_builder.hpp"
 
 #include "base/check.hpp"
+#include "scene/emitters.hpp"
 
 namespace raypager::reference {
 namespace {
@@ -101,6 +102,8 @@ void SceneBuilder::distant_light(const Vec3& towards_light, const Vec3& irradian
     store(light.radiance, irradiance);
     scene_.lights.push_back(light);
 }
+
+void SceneBuilder::unseen_light(const rp_light& light) { scene_.lights.push_back(unseen(light)); }
 
 void SceneBuilder::point_light(const Vec3& position, const Vec3& intensity) {
     rp_light light{};

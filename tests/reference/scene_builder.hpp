@@ -26,6 +26,7 @@ public:
     void shine(Shape& shape, const Vec3& radiance, bool two_sided = false);
     void infinite_light(const Vec3& radiance);
     void distant_light(const Vec3& towards_light, const Vec3& irradiance);
+    void unseen_light(const rp_light& light);  // scene/emitters.hpp
     void point_light(const Vec3& position, const Vec3& intensity);
     Scene finish();  // validated
 

@@ -3,6 +3,7 @@
 
 #include "base/check.hpp"
 #include "reference/scene_builder.hpp"
+#include "scene/emitters.hpp"
 
 namespace raypager::reference {
 namespace {
@@ -38,6 +39,21 @@ Scene cornell_small(const CornellOptions& options, PictureSize size) {
     ball("glass", {0.45, -0.65, 0.35}, 0.33, clear);
     scene.add("block", box({-0.25, -0.5, -0.25}, {0.25, 0.5, 0.25}, n), rough,
               Transform::translate(0.4, -0.495, -0.5) * Transform::rotate(25, 0, 1, 0));
+    return scene.finish();
+}
+
+Scene cornell_unseen(PictureSize size) {
+    SceneBuilder scene(size);
+    const uint32_t white = scene.material(diffuse(grey(0.73))), rough = scene.material(conductor({1.3, 1.0, 0.7}, {7.5, 6.4, 5.3}, 0.25));
+    scene.camera({0, 0, 3.6}, {0, 0, 0}, {0, 1, 0}, 42);
+    scene.add("floor", quad({-1, -1, 1}, {2, 0, 0}, {0, 0, -2}, 4), white);
+    scene.add("ceiling", quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}, 4), white);
+    scene.add("back", quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, 4), white);
+    scene.add_sphere("rough", {-0.45, -0.6, -0.3}, 0.4, rough);
+    scene.add_sphere("white", {0.5, -0.6, 0.1}, 0.4, white);
+    scene.unseen_light(sphere_light({0, 0.1f, 0.6f}, 0.15f, {{9, 7, 5}}));
+    scene.unseen_light(triangle_light({-0.9f, 0.5f, 0.2f}, {-0.6f, 0.5f, 0.2f}, {-0.9f, 0.8f, -0.2f}, {{2, 6, 9}, true}));
+    scene.unseen_light(triangle_light({0.9f, 0.5f, 0.2f}, {0.9f, 0.8f, -0.2f}, {0.6f, 0.5f, 0.2f}, {{9, 3, 3}}));
     return scene.finish();
 }
 

@@ -23,6 +23,9 @@ struct CornellOptions {
 // Diffuse walls, an area light below the ceiling, a mirror ball, a glass ball, a block of rough metal.
 Scene cornell_small(const CornellOptions& options = {}, PictureSize size = {64, 64});
 
+// The same room by unseen lights: a ball between the others, which hides nothing, and two triangles, one of which shines to both sides.
+Scene cornell_unseen(PictureSize size = {64, 64});
+
 enum class FurnaceKind {
     closed,           // inside a white-hot sphere that reflects as well: radiance * (1 + albedo + ... + albedo^max_depth) everywhere
     diffuse,          // a diffuse ball under an even sky: albedo * radiance

@@ -136,6 +136,56 @@ TEST(Lights, EmissivePrimitivesInOrderThenTheOthers) {
     EXPECT_NEAR(sphere.area, 4 * std::numbers::pi * 4, 1e-4);
 }
 
+// They are no primitives, and stand behind those that are.
+TEST(Lights, UnseenShapesAreLightsAlone) {
+    Scene scene = scene_with_lights();
+    scene.shapes[2].unseen = true;
+    scene.shapes[2].to_world = Transform::translate(10, 20, 30) * Transform::scale(-2, 2, 2);
+    scene.shapes[0].unseen = true;  // does not shine either
+    scene.lights.push_back(unseen(sphere_light({1, 2, 3}, 0.5f, {{1, 1, 1}})));
+    const Gathered result = gathered(scene);
+    EXPECT_EQ(result.spheres, 1u);
+    EXPECT_EQ(result.triangles, 18u + 1);
+    ASSERT_EQ(result.lights.size(), 1u + 20 + 3);
+    EXPECT_EQ(result.lights[0].kind, RP_LIGHT_SPHERE);
+    EXPECT_EQ(result.lights[0].flags, RP_LIGHT_TWO_SIDED);
+    for (uint32_t i = 1; i <= 20; i++) {
+        const rp_light& light = result.lights[i];
+        EXPECT_EQ(light.kind, RP_LIGHT_TRIANGLE);
+        EXPECT_EQ(light.flags, RP_LIGHT_UNSEEN);
+        EXPECT_EQ(light.radiance[1], 2.0f);
+        EXPECT_GT(light.area, 0);
+        EXPECT_GT(light.probability, 0);
+        // Twice as large around its new place, and it still shines outwards, though mirrored.
+        const double at[3] = {light.p[0] - 10.0, light.p[1] - 20.0, light.p[2] - 30.0};
+        EXPECT_NEAR(std::hypot(at[0], at[1], at[2]), 2, 1e-5);
+        const double side = (double(light.e1[1]) * light.e2[2] - double(light.e1[2]) * light.e2[1]) * at[0] +
+                            (double(light.e1[2]) * light.e2[0] - double(light.e1[0]) * light.e2[2]) * at[1] +
+                            (double(light.e1[0]) * light.e2[1] - double(light.e1[1]) * light.e2[0]) * at[2];
+        EXPECT_GT(side, 0);
+    }
+    EXPECT_EQ(result.lights[23].flags, RP_LIGHT_UNSEEN);
+    for (const rp_primitive_range& range : result.ranges) EXPECT_TRUE(range.first_light == RP_NONE || range.first_light == 0);
+}
+
+TEST(Lights, UnseenMeshesMayHaveFaults) {
+    TriangleMesh mesh = one_triangle();
+    mesh.positions.push_back({NAN, 0, 0});
+    mesh.triangles = {{0, 1, 2}, {0, 1, 3}, {0, 1, 1}};
+    Scene scene = scene_of({mesh_shape(mesh, "lamp.ply")});
+    scene.area_lights = {{{1, 1, 1}, false}};
+    scene.shapes[0].area_light = 0;
+    scene.shapes[0].unseen = true;
+    const Gathered result = gathered(scene);
+    EXPECT_EQ(result.lights.size(), 1u);
+    EXPECT_EQ(result.triangles, 0u);
+    EXPECT_TRUE(result.issues.any());
+    scene.shapes[0].to_world = Transform::scale(1e30, 1, 1);
+    const auto far = gather(scene, [](double) {});
+    ASSERT_FALSE(far.ok());
+    EXPECT_NE(far.status().message().find("lamp.ply"), std::string::npos);
+}
+
 TEST(Lights, ProbabilitiesFollowPowerAndKind) {
     const Gathered result = gathered(scene_with_lights());
     double sum = 0, area_of_mesh = 0, probability_of_mesh = 0;

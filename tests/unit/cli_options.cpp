@@ -3,8 +3,10 @@
 
 #include <cmath>
 
+#include "cli/look_options.hpp"
 #include "cli/option_parser.hpp"
 #include "cli/render_settings.hpp"
+#include "cli/turntable.hpp"
 
 namespace raypager {
 namespace {
@@ -165,6 +167,108 @@ TEST(CliOptions, WrongCombinationsAreRefused) {
     expect_refused({"a.rpb", "-o", "a.pfm", "--report", "a.rpb"}, "INPUT and --report are the same file");
 }
 
+// Colours are linear, or sRGB where they are hexadecimal.
+TEST(CliLook, Colors) {
+    EXPECT_EQ(*parse_color("0.5,0,12"), (Float3{0.5f, 0, 12}));
+    const Float3 hex = *parse_color("#ff8000");
+    EXPECT_EQ(hex.x, 1);
+    EXPECT_NEAR(hex.y, 0.2158605, 1e-6);
+    EXPECT_EQ(hex.z, 0);
+    for (const char* text : {"", "1", "1,2", "1,2,3,4", "-1,0,0", "nan,0,0", "#fff", "#ff80000", "#gg0000", "red", "1,2,3 "})
+        EXPECT_FALSE(parse_color(text).ok()) << text;
+}
+
+TEST(CliLook, Materials) {
+    const auto kind = [](const char* text) {
+        const auto material = parse_material(text);
+        EXPECT_TRUE(material.ok()) << text;
+        return material ? material->kind : RP_NONE;
+    };
+    for (const char* text : {"clay", "white", "grey", "gray", "black", "diffuse:0.1,0.2,0.3", "diffuse:#336699"})
+        EXPECT_EQ(kind(text), RP_MATERIAL_DIFFUSE) << text;
+    for (const char* text : {"gold", "silver", "copper", "brass", "aluminium", "aluminum", "chrome", "mirror", "metal:gold", "metal:chrome,0.3",
+                             "metal:0.9,0.5,0.2", "metal:0.9,0.5,0.2,0", "metal:#ffcc00,1"})
+        EXPECT_EQ(kind(text), RP_MATERIAL_CONDUCTOR) << text;
+    EXPECT_EQ(kind("glass"), RP_MATERIAL_DIELECTRIC);
+    EXPECT_EQ(parse_material("glass")->ior, 1.5f);
+    EXPECT_EQ(parse_material("glass:1.33")->ior, 1.33f);
+    EXPECT_EQ(parse_material("diffuse:0.1,0.2,0.3")->color[2], 0.3f);
+    EXPECT_EQ(parse_material("mirror")->alpha, 0);
+    EXPECT_EQ(parse_material("chrome")->alpha, 0);
+    EXPECT_EQ(parse_material("gold")->alpha, 0.1f);
+    EXPECT_EQ(parse_material("metal:gold,0.25")->alpha, 0.25f);
+    // k follows from the reflectance at right angles: ((k^2) / (k^2 + 4)).
+    const float k = parse_material("metal:0.5,0.5,0.5,0")->k[0];
+    EXPECT_NEAR(k * k / (k * k + 4), 0.5, 1e-5);
+    EXPECT_TRUE(parse_material("clay")->flags & RP_MATERIAL_PLAIN) << "it counts instead of colours that the file has";
+    for (const char* text : {"", "wood", "diffuse", "diffuse:", "diffuse:1,1", "diffuse:2,0,0", "metal", "metal:", "metal:wood", "metal:gold,2",
+                             "gold,0.2", "metal:1,2", "glass:", "glass:0.5", "glass:water", "mirror:1", "clay:1", "metal:gold,0.1,0.2"}) {
+        const auto material = parse_material(text);
+        ASSERT_FALSE(material.ok()) << text;
+        EXPECT_NE(material.status().message().find("metal:NAME"), std::string::npos);
+    }
+}
+
+TEST(CliLook, SkiesAndLights) {
+    EXPECT_EQ(*parse_sky("none"), (Float3{0, 0, 0}));
+    EXPECT_EQ(*parse_sky("0.1,0.2,0.3"), (Float3{0.1f, 0.2f, 0.3f}));
+    for (const char* file : {"sky.exr", "a/b.hdr"})
+        EXPECT_NE(parse_sky(file).status().message().find("cannot be pictures yet"), std::string::npos) << file;
+    for (const char* text : {"", "blue", "0.1,0.2", "-1,0,0"})
+        EXPECT_NE(parse_sky(text).status().message().find("is not a sky"), std::string::npos) << text;
+
+    using Kind = BareLight::Kind;
+    EXPECT_EQ(parse_light("none")->kind, Kind::none);
+    EXPECT_EQ(parse_light("key")->kind, Kind::key);
+    EXPECT_EQ(parse_light("key")->strength, 1);
+    EXPECT_EQ(parse_light("key:0.5")->strength, 0.5);
+    EXPECT_EQ(parse_light("sun")->kind, Kind::sun);
+    EXPECT_FALSE(parse_light("sun")->place);
+    EXPECT_EQ(parse_light("sun:-45,30")->place->azimuth, -45);
+    EXPECT_EQ(parse_light("sun:-45,30")->place->elevation, 30);
+    EXPECT_EQ(parse_light("sun:-45,30,4")->strength, 4);
+    for (const char* text : {"", "moon", "none:1", "key:", "key:0", "key:-1", "key:1,2", "sun:", "sun:10", "sun:10,91", "sun:10,-1", "sun:10,20,0",
+                             "sun:10,20,1,1", "sun:400,0"})
+        EXPECT_NE(parse_light(text).status().message().find("is not a light"), std::string::npos) << text;
+}
+
+TEST(CliLook, OptionsOfARender) {
+    const RenderSettings settings = parsed({"a.ply", "-o", "a.exr", "--material", "gold", "--sky", "none", "--light", "sun:10,20", "--no-ground",
+                                            "--background", "transparent", "--exposure", "-1.5", "--turntable", "8"});
+    ASSERT_TRUE(settings.look.material);
+    EXPECT_EQ(settings.look.sky, (Float3{0, 0, 0}));
+    EXPECT_EQ(settings.look.light.place->azimuth, 10);
+    EXPECT_TRUE(settings.look.no_ground);
+    ASSERT_TRUE(settings.options.background);
+    EXPECT_TRUE(settings.options.background->transparent);
+    EXPECT_EQ(settings.exposure, -1.5);
+    EXPECT_EQ(settings.turntable, 8u);
+    EXPECT_EQ(settings.texts.material, "gold");
+    EXPECT_EQ(parsed({"a.rpb", "-o", "a.pfm", "--background", "1,0.5,0"}).options.background->color, (Float3{1, 0.5f, 0}));
+}
+
+TEST(CliLook, WhatDoesNotGoTogetherIsRefused) {
+    for (const std::string input : {"a.rpb", "a.pbrt"})
+        for (const Arguments& option : {Arguments{"--material", "gold"}, {"--sky", "none"}, {"--light", "key"}, {"--no-ground"}}) {
+            Arguments arguments = {input, "-o", "a.pfm"};
+            arguments.insert(arguments.end(), option.begin(), option.end());
+            expect_refused(arguments, option[0] + ": is for bare meshes and point clouds; '" + input + "'");
+        }
+    expect_refused({"a.rpb", "-o", "a.pfm", "--background", "transparent"}, "--background transparent: 'a.pfm'");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--background", "blue"}, "--background: 'blue'");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--exposure", "bright"}, "--exposure: 'bright'");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--exposure", "100"}, "--exposure");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--turntable", "0"}, "--turntable");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--turntable", "4", "--checkpoint", "c"}, "--turntable: --checkpoint");
+    expect_refused({"a.rpb", "-o", "a.pfm", "--turntable", "4", "--reference", "r.pfm"}, "--turntable: --reference");
+}
+
+TEST(CliLook, TurntablesNumberTheirPictures) {
+    EXPECT_EQ(turntable_picture("out/bust.png", 7, 36), "out/bust_007.png");
+    EXPECT_EQ(turntable_picture("bust.v2.exr", 999, 1000), "bust.v2_999.exr");
+    EXPECT_EQ(turntable_picture("bust.exr", 12, 1200), "bust_0012.exr");
+}
+
 TEST(CliOptions, HelpComesBeforeComplaints) {
     testing::internal::CaptureStdout();
     const auto settings = parse_render_settings({"--help"});
@@ -227,23 +331,17 @@ TEST(CliOptions, CameraIsFittedToAnotherShapeOfPicture) {
     }
 }
 
-// right x up and forward point the same way in one handedness and opposite ways in the other.
-double handedness(const Camera& camera) {
-    const Float3 &r = camera.right, &u = camera.up, &f = camera.forward;
-    return (double(r.y) * u.z - double(r.z) * u.y) * f.x + (double(r.z) * u.x - double(r.x) * u.z) * f.y +
-           (double(r.x) * u.y - double(r.y) * u.x) * f.z;
-}
-
-TEST(CliOptions, GivenCameraKeepsTheHandednessOfTheScene) {
-    const RenderSettings settings = parsed({"a.rpb", "-o", "a.pfm", "--camera", "0,0,-5,0,0,0,0,1,0,90"});
+// Whatever the scene's own camera does with left and right (see also CliCamera).
+TEST(CliOptions, GivenCamerasSayThemselvesWhetherTheyMirror) {
     BakedScene scene = wide_scene();
-    for (const float side : {1.f, -1.f}) {
-        scene.camera.right = {2 * side, 0, 0};
-        const auto options = effective_options(settings, scene);
-        ASSERT_TRUE(options.ok() && options->camera);
-        EXPECT_GT(handedness(*options->camera) * handedness(scene.camera), 0) << "side " << side;
-        EXPECT_EQ(options->camera->eye, (Float3{0, 0, -5}));
-    }
+    for (const float side : {1.f, -1.f})
+        for (const std::string word : {"", ",mirrored"}) {
+            scene.camera.right = {2 * side, 0, 0};
+            const auto options = effective_options(parsed({"a.rpb", "-o", "a.pfm", "--camera", "0,0,5,0,0,0,0,1,0,90" + word}), scene);
+            ASSERT_TRUE(options.ok() && options->camera);
+            EXPECT_EQ(options->camera->right.x > 0, word.empty()) << "side " << side;
+            EXPECT_EQ(options->camera->eye, (Float3{0, 0, 5}));
+        }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Sizes, counts, percentages, picture sizes and cameras as they are written on the command line.
 #include <gtest/gtest.h>
 
+#include "cli/camera_text.hpp"
 #include "cli/values.hpp"
 
 namespace raypager {
@@ -69,8 +70,8 @@ TEST(CliValues, Cameras) {
     const auto camera = parse_camera("1,2,3,-4,5.5,6,0,1,0,40");
     ASSERT_TRUE(camera.ok()) << camera.status().message();
     EXPECT_EQ(camera->eye, (Float3{1, 2, 3}));
-    EXPECT_EQ(camera->target, (Float3{-4, 5.5f, 6}));
-    EXPECT_EQ(camera->up, (Float3{0, 1, 0}));
+    EXPECT_EQ(camera->target, (std::array{-4.0, 5.5, 6.0}));
+    EXPECT_EQ(camera->up, (std::array{0.0, 1.0, 0.0}));
     EXPECT_EQ(camera->fov_degrees, 40);
     for (const char* text :
          {"", "1,2,3", "1,2,3,4,5,6,0,1,0", "1,2,3,4,5,6,0,1,0,40,7", "1,2,3,4,5,6,0,1,0,", "1,2,3,4,5,6,0,1,0,0", "1,2,3,4,5,6,0,1,0,180",

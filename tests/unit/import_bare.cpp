@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "import/import.hpp"
 #include "import/mesh_sample.hpp"
+#include "scene/vector.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 
@@ -42,17 +44,17 @@ std::vector<Float3> world_points(const Shape& shape) {
 
 class ImportBare : public testing::Test {
 protected:
-    Scene frame(const std::vector<TriangleMesh>& meshes) {
+    Scene frame(const std::vector<TriangleMesh>& meshes, const BareLook& look = {}) {
         std::vector<std::filesystem::path> paths;
         for (size_t i = 0; i < meshes.size(); ++i) paths.push_back(folder.write(std::to_string(i) + ".ply", test::to_ply_binary(meshes[i])));
-        auto scene = import_scene(paths);
+        auto scene = import_scene(paths, {.look = look});
         EXPECT_TRUE(scene.ok()) << scene.status().message();
         return scene.ok() ? std::move(*scene) : Scene();
     }
 
     // What every framed scene must have.
     void check(const Scene& scene, size_t meshes) {
-        ASSERT_EQ(scene.shapes.size(), meshes + 2);
+        ASSERT_EQ(scene.shapes.size(), meshes + 1);
         double left = 1, right = 0, top = 1, bottom = 0;
         for (size_t i = 0; i < meshes; ++i)
             for (const Float3& p : world_points(scene.shapes[i])) {
@@ -66,22 +68,27 @@ protected:
         EXPECT_NEAR(wide ? right : bottom, 0.94, 0.003);
         EXPECT_GT(wide ? top : left, 0.06);
         EXPECT_LT(wide ? bottom : right, 0.94);
-        // The light shines, and is not seen itself.
-        const Shape& light = scene.shapes.back();
-        ASSERT_TRUE(light.area_light);
-        EXPECT_GT(scene.area_lights[*light.area_light].radiance.x, 0);
-        for (const Float3& p : world_points(light)) {
-            const ImagePoint q = project(scene.camera, p);
-            EXPECT_TRUE(q.depth < 0 || q.u < 0 || q.v < 0 || q.u > 1 || q.v > 1) << q.u << " " << q.v;
+        // The lamp shines on them, and is no geometry.
+        ASSERT_EQ(scene.lights.size(), 3u);
+        EXPECT_EQ(scene.lights[0].kind, RP_LIGHT_INFINITE);
+        const Vector at = vector(world_points(scene.shapes[0])[0]);
+        for (const rp_light& half : {scene.lights[1], scene.lights[2]}) {
+            EXPECT_EQ(half.kind, RP_LIGHT_TRIANGLE);
+            EXPECT_EQ(half.flags, RP_LIGHT_UNSEEN);
+            const Vector p = {half.p[0], half.p[1], half.p[2]}, e1 = {half.e1[0], half.e1[1], half.e1[2]}, e2 = {half.e2[0], half.e2[1], half.e2[2]};
+            EXPECT_NEAR(half.area, 0.5 * length(cross(e1, e2)), 1e-5 * half.area);
+            EXPECT_GT(half.area, 0);
+            EXPECT_GT(dot(cross(e1, e2), at - p), 0);
+            EXPECT_GT(half.radiance[0], 0);
         }
     }
 
     // Lowest coordinate of the object minus height of the ground.
     static double gap(const Scene& scene, float Float3::*up) {
         double lowest = 1e30;
-        for (size_t i = 0; i + 2 < scene.shapes.size(); ++i)
+        for (size_t i = 0; i + 1 < scene.shapes.size(); ++i)
             for (const Float3& p : world_points(scene.shapes[i])) lowest = std::min(lowest, double{p.*up});
-        const auto ground = world_points(scene.shapes[scene.shapes.size() - 2]);
+        const auto ground = world_points(scene.shapes.back());
         for (const Float3& p : ground) EXPECT_EQ(p.*up, ground[0].*up);
         return lowest - ground[0].*up;
     }
@@ -145,6 +152,67 @@ TEST_F(ImportBare, SeveralMeshesAreFramedTogether) {
     check(frame({make_box(), far}), 2);
 }
 
+// Pictures of any shape hold the whole object, and it fills them as well as their shape allows.
+TEST_F(ImportBare, PicturesOfAnyShape) {
+    for (const auto& [width, height] : {std::pair(1280u, 720u), {600u, 600u}, {720u, 1280u}, {400u, 100u}, {100u, 400u}})
+        for (const auto& mesh : {make_box(1, 1, 1), make_box(5, 1, 1), make_box(1, 5, 1)}) {
+            SCOPED_TRACE(testing::Message() << width << "x" << height);
+            BareLook look;
+            look.width = width;
+            look.height = height;
+            const Scene scene = frame({mesh}, look);
+            EXPECT_EQ(scene.width, width);
+            EXPECT_EQ(scene.height, height);
+            check(scene, 1);
+        }
+}
+
+// What a view or a look changes is no geometry: it must not be baked again.
+TEST_F(ImportBare, GeometryIsTheSameInEveryPictureAndLight) {
+    const Scene usual = frame({make_box()});
+    BareLook look;
+    look.width = 90;
+    look.height = 160;
+    look.material = rp_material{};
+    look.sky = Float3{1, 2, 3};
+    look.light.kind = BareLight::Kind::sun;
+    const Scene other = frame({make_box()}, look);
+    ASSERT_EQ(usual.shapes.size(), other.shapes.size());
+    EXPECT_EQ(world_points(usual.shapes[1]), world_points(other.shapes[1]));
+    EXPECT_EQ(usual.shapes[0].material, other.shapes[0].material);
+    EXPECT_TRUE(usual.shapes[1].backdrop);
+    EXPECT_FALSE(usual.shapes[0].backdrop);
+}
+
+TEST_F(ImportBare, LooksAreAsTheySay) {
+    BareLook look;
+    look.no_ground = true;
+    look.sky = Float3{0, 0, 0};
+    look.light.kind = BareLight::Kind::sun;
+    look.light.place = BareLight::Place{90, 30};
+    look.light.strength = 2;
+    look.material = rp_material{};
+    look.material->kind = RP_MATERIAL_DIELECTRIC;
+    look.material->ior = 1.25f;
+    const Scene scene = frame({make_box(), make_box(2, 2, 2)}, look);
+    ASSERT_EQ(scene.shapes.size(), 2u);
+    for (const Shape& shape : scene.shapes) EXPECT_EQ(scene.materials[shape.material].ior, 1.25f);
+    ASSERT_EQ(scene.lights.size(), 1u);
+    const rp_light& sun = scene.lights[0];
+    EXPECT_EQ(sun.kind, RP_LIGHT_DISTANT);
+    EXPECT_NEAR(sun.p[1], 0.5, 1e-6) << "30 degrees up";
+    const Vector right = unit(vector(scene.camera.right));
+    EXPECT_NEAR(dot({sun.p[0], sun.p[1], sun.p[2]}, right), std::cos(std::numbers::pi / 6), 1e-5) << "from the right";
+    EXPECT_NEAR(sun.radiance[0], 5.8, 1e-5);
+
+    look.light = {};
+    look.light.kind = BareLight::Kind::none;
+    const Scene dark = frame({make_box()}, look);
+    EXPECT_TRUE(dark.lights.empty());
+    ASSERT_EQ(dark.warnings.size(), 1u);
+    EXPECT_NE(dark.warnings[0].find("black"), std::string::npos);
+}
+
 TEST_F(ImportBare, AnySizeAndPlace) {
     for (const float scale : {1e-12f, 1e-3f, 1.0f, 1e6f, 1e15f}) {
         SCOPED_TRACE(scale);
@@ -154,7 +222,7 @@ TEST_F(ImportBare, AnySizeAndPlace) {
     for (Float3& p : far.positions) p.x += 500000, p.z -= 5000000;  // a projected map
     // Single precision leaves half a unit at 5e6, of 400 units in the frame.
     const Scene scene = frame({far});
-    ASSERT_EQ(scene.shapes.size(), 3u);
+    ASSERT_EQ(scene.shapes.size(), 2u);
     for (const Float3& p : world_points(scene.shapes[0])) {
         const ImagePoint q = project(scene.camera, p);
         EXPECT_TRUE(q.depth > 0 && q.u > 0 && q.u < 1 && q.v > 0 && q.v < 1) << q.u << " " << q.v;

@@ -128,9 +128,10 @@ TEST_F(ImportBareClouds, AnObjectStandsOnTheGround) {
         points.push_back({x * scale, 2 * y * scale, z * scale});
     }
     const Scene scene = import({folder.write("egg.ply", test::to_point_ply(points, "binary_little_endian"))});
-    ASSERT_EQ(scene.shapes.size(), 3u);
+    ASSERT_EQ(scene.shapes.size(), 2u);
     EXPECT_EQ(scene.shapes[1].name, "ground");
-    EXPECT_TRUE(scene.shapes[2].area_light);
+    ASSERT_EQ(scene.lights.size(), 3u);
+    EXPECT_EQ(scene.lights[2].flags, RP_LIGHT_UNSEEN);
     EXPECT_GT(scene.camera.up.y, 0);
     EXPECT_NEAR(view(scene, world_points(scene.shapes[0])).filled, 0.88, 0.01);
     TriangleMesh ground;

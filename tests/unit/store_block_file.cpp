@@ -6,6 +6,8 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "blocks/gather.hpp"
+#include "blocks/restyle.hpp"
+#include "import/import.hpp"
 #include "store/format.hpp"
 #include "unit/blocks_scenes.hpp"
 
@@ -83,12 +85,85 @@ TEST(BlockFile, FingerprintFollowsInputsAndOptions) {
     options.block_bytes++;
     EXPECT_NE(*bake_fingerprint(scene, options), *first);
     options.block_bytes--;
+    // What the scene file says of geometry counts, not that it was edited.
     ASSERT_TRUE(write_text(folder / "scene.pbrt", "xy").ok());
+    EXPECT_EQ(*bake_fingerprint(scene, options), *first);
+    scene.shapes.push_back(mesh_shape(terrain(6)));
     EXPECT_NE(*bake_fingerprint(scene, options), *first);
-    scene.files = {(folder / "absent.pbrt").string()};
-    const auto absent = bake_fingerprint(scene, options);
+    scene.shapes.pop_back();
+    scene.shapes[0].to_world = Transform::translate(0, 0, 1e-6);
+    EXPECT_NE(*bake_fingerprint(scene, options), *first);
+}
+
+// A file's size and time stand for what is in it.
+TEST(BlockFile, FingerprintFollowsTheFilesOfMeshes) {
+    TemporaryFolder folder;
+    ASSERT_TRUE(write_text(folder / "a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").ok());
+    const auto scene = import_scene({folder / "a.off"});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    const auto first = bake_fingerprint(*scene, {});
+    ASSERT_TRUE(first.ok());
+    ASSERT_TRUE(write_text(folder / "a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0.5\n3 0 1 2\n").ok());
+    EXPECT_NE(*bake_fingerprint(*scene, {}), *first);
+    std::filesystem::remove(folder / "a.off");
+    const auto absent = bake_fingerprint(*scene, {});
     ASSERT_FALSE(absent.ok());
-    EXPECT_NE(absent.status().message().find("absent.pbrt"), std::string::npos);
+    EXPECT_NE(absent.status().message().find("a.off"), std::string::npos);
+}
+
+// Materials, lights, camera and settings are no geometry. Files that only differ in these have the same blocks, and the one takes on the other's
+// looks to the last bit.
+TEST(BlockFile, LooksAreNoReasonToBakeAgain) {
+    TemporaryFolder folder;
+    Scene scene = scene_of({mesh_shape(terrain(10)), mesh_shape(terrain(4)), mesh_shape(terrain(3)), mesh_shape(terrain(2))});
+    scene.materials.resize(3);
+    scene.area_lights = {{{1, 2, 3}, false}, {{0, 0, 0}, true}, {{5, 5, 5}, true}};
+    scene.shapes[1].area_light = 2;
+    scene.shapes[2].area_light = 1;
+    scene.shapes[3].area_light = 0;
+    scene.lights.resize(1);
+    scene.lights[0].kind = RP_LIGHT_INFINITE;
+    scene.lights[0].radiance[1] = 1;
+    // A lamp that is not seen.
+    scene.shapes.push_back(mesh_shape(terrain(1)));
+    scene.shapes.back().area_light = 0;
+    scene.shapes.back().unseen = true;
+    const auto first = bake_and_open(scene, folder / "a.rpb", 1 << 20);
+    Scene other = scene;
+    other.materials[1].color[0] = 0.25f;
+    other.area_lights[2] = {{0.5f, 7, 1}, false};
+    other.area_lights[0] = {{9, 8, 7}, true};
+    other.lights[0].radiance[0] = 40;
+    rp_light distant{};
+    distant.kind = RP_LIGHT_DISTANT;
+    distant.p[2] = distant.radiance[0] = 1;
+    other.lights.push_back(distant);
+    other.camera.eye.x = 9;
+    other.width = 77, other.spp = 5, other.max_depth = 2;
+    EXPECT_EQ(*bake_fingerprint(other, {}), *bake_fingerprint(scene, {}));
+    const auto fresh = bake_and_open(other, folder / "b.rpb", 1 << 20);
+    BakedScene restyled = first->scene();
+    EXPECT_NE(restyled.identity(), fresh->scene().identity());
+    const auto done = restyle(other, restyled);
+    ASSERT_TRUE(done.ok() && *done);
+    EXPECT_EQ(restyled.identity(), fresh->scene().identity());
+    // Whether something shines at all decides which lights there are.
+    other.area_lights[1].radiance.x = 1;
+    EXPECT_NE(*bake_fingerprint(other, {}), *bake_fingerprint(scene, {}));
+}
+
+// The ground under a bare mesh is not what the scene shows.
+TEST(BlockFile, BoundsLeaveBackdropsOut) {
+    TemporaryFolder folder;
+    Scene scene = scene_of({mesh_shape(terrain(5)), mesh_shape(terrain(5))});
+    const auto before = bake_and_open(scene, folder / "a.rpb", 1 << 20);
+    scene.shapes[1].to_world = Transform::scale(100, 100, 100);
+    scene.shapes[1].backdrop = true;
+    const auto file = bake_and_open(scene, folder / "b.rpb", 1 << 20);
+    for (size_t a = 0; a < 3; a++) {
+        EXPECT_EQ(file->scene().lower[a], before->scene().lower[a]);
+        EXPECT_EQ(file->scene().upper[a], before->scene().upper[a]);
+    }
 }
 
 TEST(BlockFile, NothingUnderItsNameUntilFinished) {

@@ -6,10 +6,14 @@
 
 // A pixel is RP_FILM_WORDS words: for each of r, g, b the sum of sample radiance * 2^RP_FILM_SCALE_BITS, low word first,
 // then the number of finished samples, then the number of samples that were clamped or not finite (those count as their clamp, or 0).
+// Where the background is transparent, the upper half of the number of finished samples counts those whose camera ray met nothing: there are at most
+// 65535 of either.
 #define RP_FILM_WORDS 8
 #define RP_FILM_SCALE_BITS 28
 #define RP_FILM_MAX_RADIANCE 1048576.0f  // 2^20: 65535 samples of it fit into 64 bits
 #define RP_FILM_COUNT 6
+#define RP_FILM_COUNT_MASK 0xffffu
+#define RP_FILM_MISSES_SHIFT 16
 #define RP_FILM_CLAMPED 7
 
 #endif

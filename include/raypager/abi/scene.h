@@ -8,12 +8,13 @@
 #define RP_MATERIAL_CONDUCTOR 1u   // eta + i k by channel, GGX if alpha > 0, a mirror otherwise; both sides
 #define RP_MATERIAL_DIELECTRIC 2u  // ior = index inside over index outside; the normal points outside; smooth
 #define RP_MATERIAL_NONE 3u        // absorbs everything (surfaces that only emit)
+#define RP_MATERIAL_PLAIN 1u       // a flag: where primitives have colours of their own, color counts all the same
 
 typedef struct rp_material {
     rp_u32 kind;
     float alpha;  // GGX roughness
     float ior;
-    rp_u32 pad;
+    rp_u32 flags;
     float color[4];
     float eta[4];
     float k[4];
@@ -40,13 +41,16 @@ typedef struct rp_light {
 
 // Primitives first_primitive .. (next range's first_primitive - 1) share a material. If first_light is not RP_NONE, primitive i is
 // the emitter first_light + (i - first_primitive). With RP_RANGE_POINT_COLOR all of them are points (abi/block.h), and where the material
-// is diffuse, each has its own reflectance. With RP_RANGE_VERTEX_COLOR all of them are triangles whose vertices have colours, which are
-// interpolated linearly; where the material is diffuse, they are its reflectance.
+// is diffuse and not RP_MATERIAL_PLAIN, each has its own reflectance. With RP_RANGE_VERTEX_COLOR all of them are triangles whose vertices have
+// colours, which are interpolated linearly; where the material is diffuse and not RP_MATERIAL_PLAIN, they are its reflectance. The flags of a range
+// that shines hold the index of the area light in the scene that was baked, or RP_RANGE_AREA_LIGHTS where that is larger.
 typedef struct rp_primitive_range {
     rp_u32 first_primitive, material, first_light, flags;
 } rp_primitive_range;
 #define RP_RANGE_POINT_COLOR 1u
 #define RP_RANGE_VERTEX_COLOR 2u
+#define RP_RANGE_AREA_LIGHT_SHIFT 8
+#define RP_RANGE_AREA_LIGHTS 0xffffffu
 
 // A ray through the image point (u, v) in [0,1]^2, (0, 0) top left, has the direction forward + (2u - 1) right + (1 - 2v) up.
 typedef struct rp_camera {
@@ -65,6 +69,12 @@ typedef struct rp_sample_order {
     rp_u32 region;  // pixels; 0: the whole picture
 } rp_sample_order;
 
+// What a camera ray sees that meets nothing: what shines there, or `background` instead. Where it is transparent, the film counts these samples
+// (abi/film.h).
+#define RP_BACKGROUND_LIGHTS 0u
+#define RP_BACKGROUND_COLOR 1u
+#define RP_BACKGROUND_TRANSPARENT 2u
+
 // Scalars of the scene and the render, one copy on the device.
 typedef struct rp_render_params {
     rp_camera camera;
@@ -72,6 +82,8 @@ typedef struct rp_render_params {
     rp_u32 seed, light_count, range_count, infinite_light;  // infinite_light: index of the infinite light or RP_NONE
     rp_sample_order order;
     rp_u32 roulette_connection, slot_count;
+    float background[3];
+    rp_u32 background_kind;
     rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 

@@ -1,0 +1,39 @@
+// Cameras as people write them, and as 'inspect' and reports print them: what is printed can be given to --camera, and shows the same picture.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// A camera of the real world: what lies to its right is at the right of the picture. Mirrored, it is at the left: so look most .pbrt scenes at their
+// world, whose LookAt is that of a left-handed space.
+struct CameraText {
+    Float3 eye;
+    std::array<double, 3> target = {}, up = {};
+    double fov_degrees = 0;  // of the shorter side of the picture
+    bool mirrored = false;
+    bool operator==(const CameraText&) const = default;
+};
+
+// "eye,target,up,fov": ten numbers with commas between them, and perhaps the word "mirrored" behind another one. The camera must have a direction:
+// eye and target differ, up is not along the line between them.
+Result<CameraText> parse_camera(std::string_view text);
+std::string format_camera(const CameraText& camera);  // parse_camera gives the same back, to the last bit
+
+// Nothing if it has no direction.
+std::optional<Camera> make_camera(const CameraText& text, uint32_t width, uint32_t height);
+
+// The text that makes this camera, to the last bit wherever there is one; otherwise to single precision. The target lies `distance` from the eye.
+// Nothing for a camera that no text describes: its axes are not at right angles, or its pixels not square.
+std::optional<CameraText> describe_camera(const Camera& camera, uint32_t width, uint32_t height, double distance = 1);
+
+// The axis of the world that stands upright in the picture, as up does in LookAt; the camera's own up if none does.
+std::array<double, 3> upright_axis(const Camera& camera);
+
+}  // namespace raypager

@@ -1,0 +1,95 @@
+#include "cli/turntable.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/files.hpp"
+#include "base/hash.hpp"
+#include "base/log.hpp"
+#include "cli/render_monitor.hpp"
+#include "cli/report.hpp"
+#include "cli/stop_signal.hpp"
+#include "cli/values.hpp"
+#include "cli/view.hpp"
+
+namespace raypager {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Turning {
+    Camera first;
+    std::array<double, 3> center, upright;
+};
+
+Turning turning_of(const RenderSettings& settings, const RenderOptions& options, const BakedScene& scene) {
+    const Camera camera = options.camera.value_or(scene.camera);
+    return {camera, center_of(scene), settings.camera ? settings.camera->up : upright_axis(camera)};
+}
+
+// Turning rounds; the camera is to be one that the report can name to the last bit.
+Camera as_printed(const Camera& camera, uint32_t width, uint32_t height) {
+    const auto text = describe_camera(camera, width, height);
+    const auto made = text ? make_camera(*text, width, height) : std::nullopt;
+    return made.value_or(camera);
+}
+
+// One picture of them.
+Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions options, const BlockFile& file, const std::string& which) {
+    auto monitor = RenderMonitor::create(settings, options, std::nullopt);
+    if (!monitor) return monitor.status();
+    const RenderCallbacks callbacks = monitor->callbacks(options);
+    auto result = render(file, options, callbacks);
+    progress_line("");
+    if (!result) return result.status();
+    expose(result->image, settings.exposure);
+    RAYPAGER_TRY(write_image(settings.output, result->image));
+    log_note(fmt::format("picture {}: {}, {}", which, settings.output.string(), format_duration(result->report.seconds.total)));
+    return result;
+}
+
+Json picture_json(const RenderSettings& settings, const RenderOptions& options, const BakedScene& scene, const RenderReport& report) {
+    return {{"output", settings.output.string()},
+            {"camera", camera_json(*options.camera, report.width, report.height, scene)},
+            {"film_hash", hex64(report.film_hash)},
+            {"seconds", report.seconds.total}};
+}
+
+}  // namespace
+
+std::filesystem::path turntable_picture(const std::filesystem::path& output, uint32_t index, uint32_t count) {
+    const int digits = count > 1000 ? 4 : 3;
+    return output.parent_path() / fmt::format("{}_{:0{}}{}", output.stem().string(), index, digits, output.extension().string());
+}
+
+Status render_turntable(const RenderSettings& settings, const RenderOptions& options, const OpenedScene& opened,
+                        std::chrono::steady_clock::time_point begin) {
+    const BakedScene& scene = opened.file->scene();
+    const Turning turning = turning_of(settings, options, scene);
+    const StopSignal stop;
+    RenderSettings one = settings;
+    RenderOptions turned = options;
+    turned.stop = &stop.flag();
+    Json pictures = Json::array();
+    std::optional<RenderReport> last;
+    for (uint32_t i = 0; i < settings.turntable && !stop.flag(); i++) {
+        one.output = turntable_picture(settings.output, i, settings.turntable);
+        turned.camera = turned_camera(turning.first, turning.center, turning.upright, static_cast<double>(i) / settings.turntable);
+        if (i > 0) turned.camera = as_printed(*turned.camera, turned.width, turned.height);
+        const auto result = render_one(one, turned, *opened.file, fmt::format("{} of {}", i + 1, settings.turntable));
+        if (!result) return result.status();
+        last = result->report;
+        pictures.push_back(picture_json(one, turned, scene, *last));
+    }
+    if (settings.report && last) {
+        const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened.bake_seconds};
+        Json report = report_json(settings, turned, scene, *last, seconds);
+        report["turntable"] = pictures;
+        RAYPAGER_TRY(write_text(*settings.report, json_text(report)));
+    }
+    if (stop.flag()) return Status::interrupted(fmt::format("stopped by a signal; {} of {} pictures are there", pictures.size(), settings.turntable));
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,124 @@
+// Cameras as texts: what is printed makes the same camera again, and left is left.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "cli/camera_text.hpp"
+#include "cli/view.hpp"
+#include "scene/vector.hpp"
+
+namespace raypager {
+namespace {
+
+bool same(const Camera& a, const Camera& b) { return a.eye == b.eye && a.right == b.right && a.up == b.up && a.forward == b.forward; }
+
+// Both axes are turned by less than single precision tells.
+void expect_near(const Camera& a, const Camera& b) {
+    EXPECT_EQ(a.eye, b.eye);
+    for (const auto axis : {&Camera::right, &Camera::up, &Camera::forward}) {
+        const Vector x = vector(a.*axis), y = vector(b.*axis);
+        EXPECT_LT(length(x - y), 5e-7 * length(y));
+    }
+}
+
+TEST(CliCamera, TextsAreKeptToTheLastBit) {
+    for (const char* text : {"1,2,3,-4,5.5,6,0,1,0,40", "0.1,-1e-07,3e+20,0.333333333333,2,-3,0.1,0.2,0.9,179.5,mirrored"}) {
+        const auto camera = parse_camera(text);
+        ASSERT_TRUE(camera.ok()) << camera.status().message();
+        EXPECT_EQ(format_camera(*camera), text);
+        EXPECT_EQ(*parse_camera(format_camera(*camera)), *camera);
+    }
+}
+
+TEST(CliCamera, AWordBehindTheNumbersMirrors) {
+    EXPECT_FALSE(parse_camera("0,0,5,0,0,0,0,1,0,40")->mirrored);
+    EXPECT_TRUE(parse_camera("0,0,5,0,0,0,0,1,0,40,mirrored")->mirrored);
+    for (const char* text :
+         {"0,0,5,0,0,0,0,1,0,40,", "0,0,5,0,0,0,0,1,0,40,Mirrored", "0,0,5,0,0,0,0,1,0,40,mirrored,", "0,0,5,0,0,0,0,1,0,mirrored"})
+        EXPECT_FALSE(parse_camera(text).ok()) << text;
+    // Seen from +z with y up, +x is at the right; mirrored, at the left.
+    EXPECT_GT(make_camera(*parse_camera("0,0,5,0,0,0,0,1,0,40"), 4, 3)->right.x, 0);
+    EXPECT_LT(make_camera(*parse_camera("0,0,5,0,0,0,0,1,0,40,mirrored"), 4, 3)->right.x, 0);
+}
+
+// The scene's own camera has no say in it.
+TEST(CliCamera, AGivenCameraIsThatOfTheRealWorldWhateverTheScenesIs) {
+    const auto given = parse_camera("0,0,5,0,0,0,0,1,0,40");
+    const Camera own = *make_camera(*parse_camera("0,0,5,0,0,0,0,1,0,40,mirrored"), 4, 3);
+    EXPECT_GT(choose_camera(*given, own, 4, 3, 4, 3)->right.x, 0);
+    EXPECT_LT(choose_camera({}, own, 4, 3, 8, 3)->right.x, 0);
+}
+
+TEST(CliCamera, DescriptionsMakeTheSameCamera) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> number(-1, 1);
+    const std::pair<uint32_t, uint32_t> sizes[] = {{1280, 720}, {720, 1280}, {512, 512}, {1, 999}};
+    int exact = 0;
+    constexpr int count = 400;
+    for (int i = 0; i < count; i++) {
+        const double scale = std::pow(10, 4 * number(random));
+        const auto point = [&] { return Vector{scale * number(random), scale * number(random), scale * number(random)}; };
+        CameraText text;
+        text.eye = float3(point());
+        text.target = vector(float3(point()));
+        text.up = i % 3 == 0 ? Vector{0, 0, 1} : i % 3 == 1 ? Vector{0, 1, 0} : Vector{number(random), 2 + number(random), number(random)};
+        text.fov_degrees = 5 + std::round(800 + 790 * number(random)) / 10;
+        text.mirrored = i % 2 == 1;
+        const auto [width, height] = sizes[i % 4];
+        const auto camera = make_camera(text, width, height);
+        ASSERT_TRUE(camera);
+        const auto described = describe_camera(*camera, width, height, scale);
+        ASSERT_TRUE(described);
+        const auto parsed = parse_camera(format_camera(*described));
+        ASSERT_TRUE(parsed.ok()) << format_camera(*described);
+        EXPECT_EQ(parsed->mirrored, text.mirrored);
+        EXPECT_NEAR(parsed->fov_degrees, text.fov_degrees, 1e-5);
+        const auto again = make_camera(*parsed, width, height);
+        expect_near(*again, *camera);
+        exact += same(*again, *camera);
+    }
+    EXPECT_GE(exact, count * 0.6) << "of these a third have an up that the picture does not tell exactly";
+}
+
+TEST(CliCamera, WhatNoTextDescribes) {
+    Camera camera = *make_camera(*parse_camera("1,2,3,-4,5.5,6,0,1,0,40"), 4, 3);
+    EXPECT_TRUE(describe_camera(camera, 4, 3));
+    EXPECT_FALSE(describe_camera(camera, 3, 4)) << "pixels that are not square";
+    camera.right.x += 0.1f;
+    EXPECT_FALSE(describe_camera(camera, 4, 3)) << "a sheared picture";
+    EXPECT_EQ(camera_string(camera, 4, 3, {0, 0, 0}), "");
+}
+
+TEST(CliCamera, SizesKeepTheShorterSidesAngle) {
+    const Camera own = *make_camera(*parse_camera("0,-5,0,0,0,0,0,0,1,40"), 1280, 720);
+    for (const auto& [width, height] : {std::pair(720u, 1280u), {512u, 512u}, {2000u, 100u}}) {
+        const auto fitted = choose_camera({}, own, 1280, 720, width, height);
+        ASSERT_TRUE(fitted.ok());
+        const auto text = describe_camera(*fitted, width, height);
+        ASSERT_TRUE(text);
+        EXPECT_NEAR(text->fov_degrees, 40, 1e-4);
+    }
+}
+
+TEST(CliCamera, TurntablesGoAroundTheUprightAxis) {
+    const Camera own = *make_camera(*parse_camera("3,-5,2,0,0,0,0,0,1,40"), 4, 3);
+    EXPECT_EQ(upright_axis(own), (Vector{0, 0, 1}));
+    const Vector center = {1, 1, 7};
+    EXPECT_TRUE(same(turned_camera(own, center, upright_axis(own), 0), own));
+    const Camera quarter = turned_camera(own, center, upright_axis(own), 0.25);
+    // (2, -6) from the centre becomes (6, 2).
+    EXPECT_NEAR(quarter.eye.x, 7, 1e-5);
+    EXPECT_NEAR(quarter.eye.y, 3, 1e-5);
+    EXPECT_NEAR(quarter.eye.z, 2, 1e-6);
+    EXPECT_NEAR(quarter.up.z, own.up.z, 1e-6);
+    EXPECT_NEAR(quarter.forward.x, -own.forward.y, 1e-6);
+    EXPECT_NEAR(quarter.right.z, 0, 1e-6);
+    Camera again = own;
+    for (int i = 0; i < 4; i++) again = turned_camera(again, center, upright_axis(again), 0.25);
+    EXPECT_NEAR(again.eye.x, own.eye.x, 1e-4);
+    EXPECT_NEAR(again.eye.y, own.eye.y, 1e-4);
+}
+
+}  // namespace
+}  // namespace raypager
