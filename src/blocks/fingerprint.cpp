@@ -13,7 +13,7 @@ namespace raypager {
 namespace {
 
 // Counts up whenever the same scene would be baked into other bytes.
-constexpr uint32_t baker_version = 8;
+constexpr uint32_t baker_version = 9;
 
 class Fingerprint {
 public:
@@ -123,6 +123,8 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
         if (auto status = f.add_file(file); !status.ok()) return status;
     for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward}) f.add(v);
     for (const uint32_t value : {scene.width, scene.height, scene.spp, scene.max_depth}) f.add(value);
+    for (const float value : scene.film.color_matrix) f.add(value);
+    for (const float value : {scene.film.exposure, scene.film.max_luminance, scene.film.max_xyz}) f.add(value);
     for (const rp_material& material : scene.materials) add_material(f, material);
     for (const AreaLight& light : scene.area_lights) {
         f.add(light.radiance);

@@ -1,6 +1,7 @@
 // Spectra as the three colours that the engine computes with.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,8 @@ std::optional<Float3> named_spectrum(std::string_view name);
 Float3 blackbody_color(double kelvin);
 // Pairs of wavelength in nanometres and value, by rising wavelength: interpolated at the three primaries' wavelengths.
 Float3 sampled_color(const std::vector<double>& pairs);
+// Makes light of a black body or daylight of so many kelvin white, by Bradford's method as pbrt-v4's sensors do: a matrix on linear sRGB.
+std::array<float, 9> white_balance_matrix(double kelvin);
 Float3 color_of_xyz(const Float3& xyz);  // linear sRGB, negative parts cut off
 
 }  // namespace raypager

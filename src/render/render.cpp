@@ -323,7 +323,7 @@ RenderProgress Renderer::progress() const {
 }
 
 Result<FilmResolver> Renderer::read_film() {
-    FilmResolver film(wavefront_->params().width, wavefront_->params().height);
+    FilmResolver film(wavefront_->params().width, wavefront_->params().height, scene_.film);
     std::vector<uint32_t> words(std::min(film_piece_words, wavefront_->film_words()));
     for (uint64_t first = 0; first < wavefront_->film_words(); first += film_piece_words) {
         const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, wavefront_->film_words() - first));

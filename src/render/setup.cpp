@@ -74,6 +74,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     params.infinite_light = RP_NONE;
     for (uint32_t i = 0; i < scene.lights.size(); i++)
         if (scene.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
+    params.max_luminance = scene.film.max_luminance;
+    params.max_xyz = scene.film.max_xyz;
     params.roulette_connection = options.connection == Connection::roulette;
     const uint64_t pixels = uint64_t{params.width} * params.height;
     constexpr uint32_t longest_side = 1 << 20;  // kernels multiply it by the size of a tile

@@ -70,6 +70,7 @@ typedef struct rp_render_params {
     rp_u32 seed, light_count, range_count, infinite_light;  // infinite_light: index of the infinite light or RP_NONE
     rp_sample_order order;
     rp_u32 roulette_connection, slot_count;
+    float max_luminance, max_xyz;  // of a sample (lib/film.cl); infinite: no limit
     rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 
