@@ -25,8 +25,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct TriangleMesh {
     std::vector<Float3> positions;
-    std::vector<Triangle> triangles;  // indices into positions; counter-clockwise seen from outside
-    std::vector<Float3> normals;      // one per position, or none
+    std::vector<Triangle> triangles;    // indices into positions; counter-clockwise seen from outside
+    std::vector<Float3> normals;        // one per position, or none
     std::vector<uint32_t> colors = {};  // one per position, or none: sRGB, red | green << 8 | blue << 16
 };
 
@@ -184,7 +184,7 @@ std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const
 // What a film makes of the radiance that comes to it. Without a word: radiance as it is.
 struct FilmResponse {
     static constexpr float no_limit = std::numeric_limits<float>::infinity();
-    float exposure = 1;                                              // the picture is radiance times this ...
+    float exposure = 1;                                               // the picture is radiance times this ...
     std::array<float, 9> color_matrix = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // ... times this, row by row, on linear sRGB
     // A sample whose luminance, or the largest of whose CIE XYZ components, is above these is scaled down to them, before the exposure.
     float max_luminance = no_limit, max_xyz = no_limit;

@@ -23,7 +23,8 @@ Status PbrtReader::camera(const Directive& directive) {
     if (parameters.number("lensradius", 0) > 0) warn(directive.place, "Camera: a lens is not supported; everything is in focus");
     if (type == "perspective") warn_of_unused(directive, type, parameters, {"focaldistance"});
     RAYPAGER_TRY(parameters.status());
-    if (version_ == 4 && !(settings.shutter_seconds > 0)) return error(directive, "its shutter does not open: shutterclose must be after shutteropen");
+    if (version_ == 4 && !(settings.shutter_seconds > 0))
+        return error(directive, "its shutter does not open: shutterclose must be after shutteropen");
     if (!(settings.shutter_seconds > 0)) settings.shutter_seconds = 1;  // of version 3, where it does not matter
     const auto camera_to_world = state_.transform.inverse();
     if (!camera_to_world) return error(directive, "the transform from world to camera cannot be inverted");

@@ -99,8 +99,11 @@ Status PbrtReader::area_light_source(const Directive& directive) {
     std::string type;
     PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
-    if (type != "diffuse" && type != "area")
-        warn(directive.place, fmt::format("AreaLightSource \"{}\" is not supported; a diffuse one is used", clipped(type)));
+    if (type != "diffuse" && type != "area") {
+        warn(directive.place, fmt::format("AreaLightSource \"{}\" is not supported; its shapes do not shine", clipped(type)));
+        state_.area_light.reset();
+        return {};
+    }
     AreaLight light;
     RAYPAGER_TRY(light_color(parameters, "L", light.radiance));
     warn_if_present(parameters, {"filename"}, "the light is uniform");

@@ -22,9 +22,9 @@ Float3 times(const Float3& c, double factor) {
 }
 
 // Materials that only one version has. Both have mix, hair and subsurface.
-constexpr std::array version_3_materials = {"matte",       "metal",  "mirror", "glass",       "plastic", "uber",
+constexpr std::array version_3_materials = {"matte",       "metal",   "mirror", "glass",        "plastic",  "uber",
                                             "translucent", "fourier", "disney", "kdsubsurface", "substrate"};
-constexpr std::array version_4_materials = {"diffuse",       "conductor",      "dielectric",         "thindielectric",
+constexpr std::array version_4_materials = {"diffuse",       "conductor",       "dielectric",          "thindielectric",
                                             "coateddiffuse", "coatedconductor", "diffusetransmission", "measured"};
 
 // GGX alpha of a roughness: pbrt-v4's square root, or the polynomial of pbrt-v3 (its TrowbridgeReitzDistribution).
@@ -79,7 +79,8 @@ Status PbrtReader::dielectric(const Directive& directive, const PbrtParameters& 
     for (const std::string_view name : {"Kr", "Kt"}) {
         Float3 share;
         RAYPAGER_TRY(color(parameters, {name}, white_surface, share));
-        if (share != white_surface) warn(parameters.find(name)->place, fmt::format("parameter \"{}\" is not supported; glass reflects and transmits all light", name));
+        if (share != white_surface)
+            warn(parameters.find(name)->place, fmt::format("parameter \"{}\" is not supported; glass reflects and transmits all light", name));
     }
     material = dielectric_material(mean(eta));
     return parameters.status();

@@ -115,9 +115,8 @@ Status PbrtParameters::parse_one(PbrtTokens& tokens, const PbrtToken& token) {
         return {};
     }
     if (const size_t excess = parameter.numbers.size() % rule->group; excess != 0) {
-        warnings_->add(parameter.place,
-                       fmt::format("parameter \"{} {}\" expects values in groups of {}; the last {} of {} are ignored", parameter.type,
-                                   clipped(parameter.name), rule->group, excess, parameter.numbers.size()));
+        warnings_->add(parameter.place, fmt::format("parameter \"{} {}\" expects values in groups of {}; the last {} of {} are ignored",
+                                                    parameter.type, clipped(parameter.name), rule->group, excess, parameter.numbers.size()));
         parameter.numbers.resize(parameter.numbers.size() - excess);
         if (parameter.numbers.empty()) return {};
     }

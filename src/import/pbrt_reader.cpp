@@ -14,6 +14,8 @@ namespace {
 // Bounds against hostile files, far beyond honest ones.
 constexpr size_t deepest_include = 256, deepest_state = 4096;
 constexpr uint64_t most_includes = 1000000;
+// Of included files whose text is kept for the next time.
+constexpr uint64_t largest_kept_text = uint64_t{1} << 16, most_kept_text = uint64_t{1} << 26;
 
 struct Unsupported {
     std::string_view directive, instead;
@@ -84,7 +86,7 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     // Version 3 lets attributes and objects end in any order.
     if (odd_nesting_ && version_ != 3) warn(odd_nesting_place_, *odd_nesting_);
     if (scene_.shapes.empty()) {
-        if (!first_unsupported_shape_.empty()) return Status::failed(first_unsupported_shape_ + ", and nothing else is to be seen");
+        if (!first_left_out_.empty()) return Status::failed(first_left_out_ + ", and nothing else is to be seen");
         return Status::failed(path.string() + ": has no shape, so there is nothing to be seen");
     }
     scene_.warnings = warnings_.lines();
@@ -95,7 +97,10 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
 }
 
 Status PbrtReader::read_to_the_end(const std::filesystem::path& path) {
-    RAYPAGER_TRY(read_file(path));
+    auto text = read_text(path);
+    if (!text) return text.status();
+    std::error_code ignored;
+    RAYPAGER_TRY(read_file(path, std::filesystem::canonical(path, ignored), std::move(*text)));
     if (!any_known_) return Status::failed(path.string() + ": holds no directive of pbrt; is it a pbrt scene?");
     for (; !saved_.empty(); saved_.pop_back()) {
         const std::string what = fmt::format("{}Begin without {}End", scope_name(saved_.back().scope), scope_name(saved_.back().scope));
@@ -108,13 +113,10 @@ Status PbrtReader::read_to_the_end(const std::filesystem::path& path) {
     return {};
 }
 
-Status PbrtReader::read_file(const std::filesystem::path& path) {
-    auto text = read_text(path);
-    if (!text) return text.status();
+Status PbrtReader::read_file(const std::filesystem::path& path, const std::filesystem::path& canonical, std::string text) {
     if (listed_files_.insert(path.string()).second) scene_.files.push_back(path.string());
-    std::error_code ignored;
-    open_files_.push_back({path, std::filesystem::canonical(path, ignored)});
-    PbrtTokens tokens(path, std::move(*text));
+    open_files_.push_back({path, canonical});
+    PbrtTokens tokens(path, std::move(text));
     PbrtTokens* const outer = std::exchange(tokens_, &tokens);
     const Status status = read_directives();
     tokens_ = outer;
@@ -195,6 +197,11 @@ void PbrtReader::warn_of_unused(const Directive& directive, const std::string& t
         warn(p->place, fmt::format("parameter \"{}\" of {} \"{}\" is not known; it is ignored", clipped(p->name), directive.name, clipped(type)));
 }
 
+void PbrtReader::leave_out(const Directive& directive, const std::string& what) {
+    if (first_left_out_.empty()) first_left_out_ = fmt::format("{}: {}", directive.place.with_line(), what);
+    warn(directive.place, what);
+}
+
 // Before WorldBegin there are only options; pbrt ignores, with an error, what is to be seen there.
 bool PbrtReader::is_in_world(const Directive& directive, const std::string& type) {
     if (world_begun_) return true;
@@ -221,21 +228,37 @@ Status PbrtReader::find_file(const std::string& name, std::filesystem::path& pat
     return {};
 }
 
+Status PbrtReader::find_include(const Directive& directive, const std::string& name, IncludedFile*& file) {
+    const std::string key = open_files_.back().path.parent_path().string() + '\n' + name;
+    const auto [at, added] = included_files_.try_emplace(key);
+    file = &at->second;
+    if (!added) return {};
+    bool exists = false;
+    if (const Status found = find_file(name, file->path, exists); !found.ok()) return error(directive, found.message());
+    std::error_code ignored;
+    file->canonical = std::filesystem::canonical(file->path, ignored);
+    return {};
+}
+
 Status PbrtReader::include(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
-    std::filesystem::path path;
-    bool exists = false;
-    if (const Status found = find_file(name, path, exists); !found.ok()) return error(directive, found.message());
     if (open_files_.size() >= deepest_include) return error(directive, fmt::format("files include each other more than {} deep", deepest_include));
     if (++included_ > most_includes) return error(directive, fmt::format("more than {} files are included", most_includes));
-    std::error_code ignored;
-    const auto canonical = std::filesystem::canonical(path, ignored);  // empty if there is no such file
+    IncludedFile* file = nullptr;
+    RAYPAGER_TRY(find_include(directive, name, file));
     for (const OpenFile& open : open_files_)
-        if (!canonical.empty() && open.canonical == canonical) return error(directive, fmt::format("{} includes itself", path.string()));
-    const Status status = read_file(path);
+        if (!file->canonical.empty() && open.canonical == file->canonical)
+            return error(directive, fmt::format("{} includes itself", file->path.string()));
     // A file that cannot be opened is an error of this line; errors inside it name their own place.
-    return !status.ok() && status.message().starts_with(path.string() + ": ") ? status.at(directive.place.with_line()) : status;
+    if (file->text) return read_file(file->path, file->canonical, *file->text);
+    auto text = read_text(file->path);
+    if (!text) return text.status().at(directive.place.with_line());
+    if (text->size() <= largest_kept_text && kept_text_bytes_ + text->size() <= most_kept_text) {
+        kept_text_bytes_ += text->size();
+        file->text = *text;
+    }
+    return read_file(file->path, file->canonical, std::move(*text));
 }
 
 // Import is an Include that leaves the graphics state as it was.
@@ -298,8 +321,8 @@ void PbrtReader::end_attributes(const Directive& directive) {
     const bool expected = directive.name == "ObjectEnd" ? open->scope == Scope::object : open->scope == Scope::attribute;
     if ((open != saved_.rbegin() || !expected) && !odd_nesting_) {
         const SavedState& inner = saved_.back();
-        odd_nesting_ = fmt::format("{} before the end of the {}Begin in line {}; it is taken as pbrt-v3 would", directive.name, scope_name(inner.scope),
-                                   inner.place.line);
+        odd_nesting_ = fmt::format("{} before the end of the {}Begin in line {}; it is taken as pbrt-v3 would", directive.name,
+                                   scope_name(inner.scope), inner.place.line);
         odd_nesting_place_ = directive.place;
     }
     const Transform transform = saved_.back().state.transform;

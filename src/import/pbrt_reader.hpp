@@ -60,7 +60,12 @@ private:
 
     // pbrt_reader.cpp: files, directives, state.
     static const std::unordered_map<std::string_view, Handler>& handlers();
-    Status read_file(const std::filesystem::path& path);
+    struct IncludedFile {
+        std::filesystem::path path, canonical;  // the latter empty if there is no such file
+        std::optional<std::string> text;        // of small files, which may be included very often
+    };
+    Status read_file(const std::filesystem::path& path, const std::filesystem::path& canonical, std::string text);
+    Status find_include(const Directive& directive, const std::string& name, IncludedFile*& file);
     Status read_directives();
     Status skip_unsupported(const Directive& directive);
     Status take_string(std::string& text);
@@ -75,6 +80,8 @@ private:
     // Warns of the first parameter that nothing was made of, harmless ones apart.
     void warn_of_unused(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
                         std::initializer_list<std::string_view> harmless);
+    // Warns; and says so in the error, if nothing else is to be seen.
+    void leave_out(const Directive& directive, const std::string& what);
     void seems_version(int version) { version_ = version_ ? version_ : version; }
     bool is_in_world(const Directive& directive, const std::string& type);
     Status find_file(const std::string& name, std::filesystem::path& path, bool& exists) const;
@@ -169,12 +176,13 @@ private:
     PbrtWarnings warnings_;
     PbrtTokens* tokens_ = nullptr;      // of the file that is being read
     std::vector<OpenFile> open_files_;  // from the scene file to the one being read, to find cycles and relative paths
-    uint64_t included_ = 0;
-    std::set<std::string> listed_files_;  // in scene_.files
-    bool any_known_ = false;              // a directive that means something was met
+    uint64_t included_ = 0, kept_text_bytes_ = 0;
+    std::unordered_map<std::string, IncludedFile> included_files_;  // by the folder that the name counts from, and the name
+    std::set<std::string> listed_files_;                            // in scene_.files
+    bool any_known_ = false;                                        // a directive that means something was met
     bool world_begun_ = false, world_ended_ = false;
-    std::string first_unsupported_shape_;
-    int version_ = 0;                          // of pbrt, 3 or 4, by the first directive that only one of them has
+    std::string first_left_out_;
+    int version_ = 0;                         // of pbrt, 3 or 4, by the first directive that only one of them has
     std::optional<std::string> odd_nesting_;  // the first warning of one, if any: version 3 allows it
     PbrtPlace odd_nesting_place_;
     GraphicsState state_;

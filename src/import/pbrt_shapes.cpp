@@ -48,9 +48,7 @@ Status PbrtReader::make_shape(const Directive& directive, const std::string& typ
     if (type == "points") return points(directive, parameters, shape);
     if (type == "disk") return disk(directive, parameters, shape);
     if (type == "cylinder") return cylinder(directive, parameters, shape);
-    const std::string what = fmt::format("Shape \"{}\" is not supported; it is left out", clipped(type));
-    if (first_unsupported_shape_.empty()) first_unsupported_shape_ = fmt::format("{}: {}", directive.place.with_line(), what);
-    warn(directive.place, what);
+    leave_out(directive, fmt::format("Shape \"{}\" is not supported; it is left out", clipped(type)));
     return {};
 }
 
@@ -82,7 +80,7 @@ Status PbrtReader::shape(const Directive& directive) {
         scene_.materials.push_back(absorbing_material());
     }
     if (!shape.to_world.inverse()) {
-        warn(directive.place, "a transform that cannot be inverted flattens a shape; it is left out");
+        leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");
         return {};
     }
     if (!object_) return add_shape(directive, std::move(shape));
@@ -110,7 +108,7 @@ Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameter
     RAYPAGER_TRY(parameters.status());
     if (indices.empty() && mesh.positions.size() == 3) indices = {0, 1, 2};
     if (mesh.positions.empty() || indices.size() < 3) {
-        warn(directive.place, "a mesh without vertices or triangles is left out");
+        leave_out(directive, "a mesh without vertices or triangles is left out");
         return {};
     }
     if (indices.size() % 3 != 0) warn(directive.place, "the indices of a mesh do not come in threes; those behind the last triangle are ignored");
@@ -132,10 +130,11 @@ Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameter
     RAYPAGER_TRY(parameters.status());
     if (indices.empty() && mesh.positions.size() == 4) indices = {0, 1, 2, 3};
     if (mesh.positions.empty() || indices.size() < 4) {
-        warn(directive.place, "a bilinear mesh without vertices or patches is left out");
+        leave_out(directive, "a bilinear mesh without vertices or patches is left out");
         return {};
     }
-    if (indices.size() % 4 != 0) warn(directive.place, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
+    if (indices.size() % 4 != 0)
+        warn(directive.place, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
     warn(directive.place, "Shape \"bilinearmesh\" is not supported; two triangles are used for each patch");
     for (size_t i = 0; i + 3 < indices.size(); i += 4) {
         mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 3]});
@@ -150,9 +149,7 @@ Status PbrtReader::find_shape_file(const Directive& directive, const PbrtParamet
     RAYPAGER_TRY(parameters.status());
     if (const Status found = find_file(name, path, exists); !found.ok()) return error(directive, found.message());
     if (exists) return {};
-    const std::string what = fmt::format("the file \"{}\" is not there; its shape is left out", name);
-    if (first_unsupported_shape_.empty()) first_unsupported_shape_ = fmt::format("{}: {}", directive.place.with_line(), what);
-    warn(directive.place, what);
+    leave_out(directive, fmt::format("the file \"{}\" is not there; its shape is left out", name));
     return {};
 }
 
@@ -207,7 +204,7 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
     const double radius = parameters.number("radius", 1);
     RAYPAGER_TRY(parameters.status());
     if (radius == 0) {
-        warn(directive.place, "a sphere of radius 0 is left out");
+        leave_out(directive, "a sphere of radius 0 is left out");
         return {};
     }
     if (!(static_cast<float>(radius) > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
@@ -279,7 +276,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
     }
     const auto found = objects_.find(name);
     if (found == objects_.end()) {
-        warn(directive.place, fmt::format("there is no object \"{}\"; the instance is left out", clipped(name)));
+        leave_out(directive, fmt::format("there is no object \"{}\"; the instance is left out", clipped(name)));
         return {};
     }
     if (!state_.transform.inverse()) {

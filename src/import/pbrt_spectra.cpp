@@ -42,7 +42,8 @@ Matrix3 product(const Matrix3& a, const Matrix3& b) {
 std::array<double, 2> white_point(double kelvin) {
     const double t = 1000 / std::clamp(kelvin * (1.4388 / 1.4380), 1667.0, 25000.0);
     if (kelvin >= 4000) {
-        const double x = kelvin <= 7000 ? ((-4.6070 * t + 2.9678) * t + 0.09911) * t + 0.244063 : ((-2.0064 * t + 1.9018) * t + 0.24748) * t + 0.237040;
+        const double x =
+            kelvin <= 7000 ? ((-4.6070 * t + 2.9678) * t + 0.09911) * t + 0.244063 : ((-2.0064 * t + 1.9018) * t + 0.24748) * t + 0.237040;
         return {x, (-3 * x + 2.870) * x - 0.275};
     }
     const double x = ((-0.2661239 * t - 0.2343589) * t + 0.8776956) * t + 0.179910;

@@ -65,7 +65,8 @@ Status PbrtReader::named_color(const PbrtParameter& p, const Float3& fallback, F
         return {};
     }
     const auto known = named_spectrum(name);
-    if (!known) warn(p.place, fmt::format("the spectrum \"{}\" is neither known nor a file here; \"{}\" stays at its default", clipped(name), p.name));
+    if (!known)
+        warn(p.place, fmt::format("the spectrum \"{}\" is neither known nor a file here; \"{}\" stays at its default", clipped(name), p.name));
     result = known.value_or(fallback);
     return {};
 }
@@ -86,8 +87,7 @@ Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallbac
     if (p.type == "texture" && p.strings.size() == 1) {
         const auto texture = textures_.spectra.find(p.strings[0]);
         if (texture == textures_.spectra.end()) {
-            warn(p.place,
-                 fmt::format("there is no spectrum texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
+            warn(p.place, fmt::format("there is no spectrum texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
             return {};
         }
         if (!texture->second.approximated.empty()) warn(texture->second.place, texture_approximation(texture->second.approximated));
