@@ -65,7 +65,7 @@ Status read_mesh(const InputFile& file, MeshFormat format, TriangleMesh& mesh, M
 }  // namespace
 
 std::optional<MeshFormat> mesh_format(const std::filesystem::path& path) {
-    std::string ending = (path.extension() == ".gz" ? path.stem() : path).extension().string();
+    std::string ending = path.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
     if (ending == ".ply") return MeshFormat::ply;
     if (ending == ".obj") return MeshFormat::obj;

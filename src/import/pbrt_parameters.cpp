@@ -118,8 +118,8 @@ Status PbrtParameters::parse_one(PbrtTokens& tokens, const PbrtToken& token) {
         warnings_->add(parameter.place, fmt::format("parameter \"{} {}\" expects values in groups of {}; the last {} of {} are ignored",
                                                     parameter.type, clipped(parameter.name), rule->group, excess, parameter.numbers.size()));
         parameter.numbers.resize(parameter.numbers.size() - excess);
-        if (parameter.numbers.empty()) return {};
     }
+    if (parameter.numbers.empty() && parameter.strings.empty()) return {};  // as if it were not there
     add(std::move(parameter));
     return {};
 }

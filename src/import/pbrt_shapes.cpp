@@ -5,6 +5,7 @@
 
 #include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
+#include "import/ply_header.hpp"
 #include "import/tessellate.hpp"
 #include "import/text.hpp"
 
@@ -153,6 +154,25 @@ Status PbrtReader::find_shape_file(const Directive& directive, const PbrtParamet
     return {};
 }
 
+namespace {
+
+// A PLY file without vertices or faces: sound, but with nothing to be seen. Whatever else may be wrong is not found here.
+bool is_empty_ply(const std::filesystem::path& path) {
+    const auto file = InputFile::open(path);
+    if (!file) return false;
+    if (file->size() == 0) return true;
+    const auto header = read_ply_header(*file);
+    if (!header) return false;
+    uint64_t vertices = 0, faces = 0;
+    for (const PlyElement& element : header->elements) {
+        if (element.name == "vertex") vertices += element.count;
+        if (element.name == "face" || element.name == "tristrips") faces += element.count;
+    }
+    return vertices == 0 || faces == 0;
+}
+
+}  // namespace
+
 // A file that several shapes name is the same source for all of them.
 Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     std::filesystem::path path;
@@ -162,6 +182,10 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
     warn_if_present(parameters, {"displacement"}, "the mesh stays as it is");
     auto& source = mesh_files_[path.lexically_normal()];
     if (!source) {
+        if (mesh_format(path) == MeshFormat::ply && is_empty_ply(path)) {
+            leave_out(directive, fmt::format("the mesh \"{}\" has no vertices or no faces; it is left out", path.string()));
+            return {};
+        }
         const auto file = MeshFile::open(path);
         if (!file) return file.status().at(directive.place.with_line());
         source = *file;

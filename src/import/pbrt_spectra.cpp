@@ -27,6 +27,14 @@ constexpr Named spectra[] = {
     {"F11", {1.6206f, 1.6206f, 1.6206f}},          {"SF11", {1.7847f, 1.7847f, 1.7847f}},
 };
 
+// Radiance of a black body at a wavelength, up to a factor: times the fifth power of 550 nm, which keeps the numbers near 1.
+double planck(double nanometres, double kelvin) {
+    const double wavelength = nanometres * 1e-9, second_radiation_constant = 1.438776877e-2;
+    return std::pow(550 / nanometres, 5) / std::expm1(second_radiation_constant / (wavelength * kelvin));
+}
+
+double luminance(const std::array<double, 3>& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
 using Matrix3 = std::array<double, 9>;  // row by row
 
 Matrix3 product(const Matrix3& a, const Matrix3& b) {
@@ -74,15 +82,17 @@ std::optional<Float3> named_spectrum(std::string_view name) {
 }
 
 Float3 blackbody_color(double kelvin) {
-    const auto planck = [&](double nanometres) {
-        const double wavelength = nanometres * 1e-9, second_radiation_constant = 1.438776877e-2;
-        // Times the fifth power of 550 nm, which cancels in the end and keeps the numbers near 1.
-        return std::pow(550 / nanometres, 5) / std::expm1(second_radiation_constant / (wavelength * kelvin));
-    };
-    const std::array<double, 3> c = {planck(primaries[0]), planck(primaries[1]), planck(primaries[2])};
-    const double y = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    const std::array<double, 3> c = {planck(primaries[0], kelvin), planck(primaries[1], kelvin), planck(primaries[2], kelvin)};
+    const double y = luminance(c);
     if (!(y > 0)) return {1, 0, 0};  // too cold to compute with: all that is left is red
     return {static_cast<float>(c[0] / y), static_cast<float>(c[1] / y), static_cast<float>(c[2] / y)};
+}
+
+double luminance_of_peak_1(double kelvin) {
+    constexpr double wien = 2.8977721e6;  // nanometres times kelvin
+    const double peak = planck(wien / kelvin, kelvin);
+    const double y = luminance({planck(primaries[0], kelvin), planck(primaries[1], kelvin), planck(primaries[2], kelvin)});
+    return peak > 0 && std::isfinite(peak) && std::isfinite(y) ? y / peak : 0;
 }
 
 Float3 sampled_color(const std::vector<double>& pairs) {

@@ -73,8 +73,10 @@ Status PbrtReader::named_color(const PbrtParameter& p, const Float3& fallback, F
 
 Status PbrtReader::blackbody_parameter(const PbrtParameter& p, Float3& result) {
     if (!(p.numbers[0] > 0)) return parameter_error(p, "expected a temperature of more than 0 kelvin");
-    warn(p.place, "blackbody spectra are approximated by three colours of luminance 1");
-    const float scale = p.numbers.size() > 1 ? static_cast<float>(p.numbers[1]) : 1;
+    warn(p.place, "blackbody spectra are approximated by three colours");
+    // Version 3 has a scale, and spectra whose peak is 1, wherever that is; version 4 has a luminance of 1.
+    const bool version_3 = p.numbers.size() > 1 && version_ != 4;
+    const auto scale = static_cast<float>((p.numbers.size() > 1 ? p.numbers[1] : 1) * (version_3 ? luminance_of_peak_1(p.numbers[0]) : 1));
     const Float3 c = blackbody_color(p.numbers[0]);
     result = {scale * c.x, scale * c.y, scale * c.z};
     return {};

@@ -55,6 +55,12 @@ TEST_F(ImportPbrtDialects, EmptyAndOddMeshes) {
     EXPECT_EQ(expect_warning(mesh + "\"point P\" [ ] \"normal N\" [ ] \"integer indices\" [ ]" + ball, "left out").shapes.size(), 1u);
     EXPECT_EQ(expect_warning(mesh + "\"integer indices\" [0 1 2]" + ball, "left out").shapes.size(), 1u);
     EXPECT_EQ(expect_warning("WorldBegin Shape \"sphere\" \"float radius\" 0" + std::string(ball), "radius 0").shapes.size(), 1u);
+    folder.write("empty.ply", "");
+    folder.write("none.ply", test::to_ply_binary({}));
+    for (const char* name : {"empty.ply", "none.ply"}) {
+        const std::string shape = "WorldBegin Shape \"plymesh\" \"string filename\" \"" + std::string(name) + "\"";
+        EXPECT_EQ(expect_warning(shape + ball, "has no vertices or no faces").shapes.size(), 1u) << name;
+    }
     const std::string points = "\"point P\" [0 0 0 1 0 0 0 1 0 9 9] ";
     const Scene s = expect_warning(mesh + points + "\"float indices\" [0 1 2 0]" + ball, "the last 2 of 11 are ignored");
     ASSERT_EQ(s.shapes.size(), 2u);
@@ -220,6 +226,17 @@ TEST_F(ImportPbrtDialects, SpectrumFiles) {
     EXPECT_EQ(s.files.size(), 2u);
     folder.write("bad.spd", "300 .25\n400 x\n");
     expect_error("WorldBegin Material \"matte\" \"spectrum Kd\" \"bad.spd\"" + std::string(ball), "bad.spd:2: expected a number instead of \"x\"");
+}
+
+// A black body of 2800 K shines mostly in the infrared, where version 3 has its 1.
+TEST_F(ImportPbrtDialects, BlackBodiesOfBothVersions) {
+    const auto luminance = [&](const std::string& values) {
+        const auto& c = scene("WorldBegin LightSource \"infinite\" \"blackbody L\" [" + values + "]" + ball).lights.at(0).radiance;
+        return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    };
+    EXPECT_NEAR(luminance("2800"), 1, 1e-5);
+    EXPECT_NEAR(luminance("5500 2"), 2 * 0.984, 0.02) << "nearly flat in the visible";
+    EXPECT_NEAR(luminance("2800 1"), 0.306, 0.02) << "about B(555 nm) / B(1035 nm)";
 }
 
 TEST_F(ImportPbrtDialects, FilmOfVersion3) {
