@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -203,8 +204,19 @@ std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const
 std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<double, 3>& target, const std::array<double, 3>& up, double fov_degrees,
                                         uint32_t width, uint32_t height, bool right_handed);
 
+// What a film makes of the radiance that comes to it. Without a word: radiance as it is.
+struct FilmResponse {
+    static constexpr float no_limit = std::numeric_limits<float>::infinity();
+    float exposure = 1;                                               // the picture is radiance times this ...
+    std::array<float, 9> color_matrix = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // ... times this, row by row, on linear sRGB
+    // A sample whose luminance, or the largest of whose CIE XYZ components, is above these is scaled down to them, before the exposure.
+    float max_luminance = no_limit, max_xyz = no_limit;
+    bool operator==(const FilmResponse&) const = default;
+};
+
 struct Scene {
     Camera camera;
+    FilmResponse film;
     uint32_t width = 1280, height = 720;  // of the picture, where no option says otherwise
     uint32_t spp = 64;
     uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine

@@ -14,6 +14,19 @@ static inline void rp_film_add_channel(volatile __global uint* words, float v) {
     if (high + carry != 0u) atomic_add(words + 1, high + carry);
 }
 
+// A sample that is too bright is scaled down as a whole, so that it keeps its hue. Without limits, which are infinite then, nothing is.
+static inline float3 rp_film_limit(float3 radiance, float max_luminance, float max_xyz) {
+    if (max_luminance == INFINITY && max_xyz == INFINITY) return radiance;
+    const float x = dot(radiance, (float3)(0.4124564f, 0.3575761f, 0.1804375f));
+    const float y = dot(radiance, (float3)(0.2126729f, 0.7151522f, 0.0721750f));
+    const float z = dot(radiance, (float3)(0.0193339f, 0.1191920f, 0.9503041f));
+    const float largest = fmax(y, fmax(x, z));
+    float scale = 1.0f;
+    if (y > max_luminance) scale = max_luminance / y;
+    if (largest * scale > max_xyz) scale = max_xyz / largest;
+    return radiance * scale;
+}
+
 static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance) {
     volatile __global uint* words = film + (size_t)pixel * RP_FILM_WORDS;
     const float3 clamped = (float3)(radiance.x > 0.0f ? fmin(radiance.x, RP_FILM_MAX_RADIANCE) : 0.0f,

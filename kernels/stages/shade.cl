@@ -40,8 +40,8 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
 }
 
-static inline void rp_finish(__global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance) {
-    rp_film_add(film, pixel, radiance);
+static inline void rp_finish(__constant rp_render_params* params, __global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance) {
+    rp_film_add(film, pixel, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
     status[slot] = RP_STATUS_FREE;
 }
 
@@ -153,10 +153,10 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     if (p.hit.w == RP_NONE) {
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
             if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
-            rp_finish(status, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
+            rp_finish(params, status, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
             return false;
         }
-        rp_finish(status, slot, film, pixel, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
+        rp_finish(params, status, slot, film, pixel, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
         return false;
     }
     const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, p.hit.w);
@@ -166,7 +166,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
                                              as_float(p.origin.w), bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
-        rp_finish(status, slot, film, pixel, radiance);
+        rp_finish(params, status, slot, film, pixel, radiance);
         return false;
     }
     const __global rp_material* material = materials + range->material;
@@ -196,10 +196,11 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 }
 
 // The rays that leave a vertex; the path ends if there is none. state: of the slot so far. mine: counts of bounce rays and shadow rays.
-static inline void rp_depart(uint slot, uint state, uint slot_count, float3 radiance, uint pixel, uint sample, uint depth, const rp_departure_1* out,
-                             __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+static inline void rp_depart(__constant rp_render_params* params, uint slot, uint state, float3 radiance, uint pixel, uint sample, uint depth,
+                             const rp_departure_1* out, __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+    const uint slot_count = params->slot_count;
     if (!out->shadow && !out->go_on) {
-        rp_finish(status, slot, film, pixel, radiance);
+        rp_finish(params, status, slot, film, pixel, radiance);
         return;
     }
     const uint3 start = as_uint3(rp_float3(out->start));
@@ -232,7 +233,7 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
     rp_departure_1 out;
     if (arrival->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
     else rp_scatter_special(params, lights, light_steps, arrival->material, vertex, &out);
-    rp_depart(arrival->slot, arrival->state, params->slot_count, arrival->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, status, paths, film, mine);
+    rp_depart(params, arrival->slot, arrival->state, arrival->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, status, paths, film, mine);
 }
 
 #if RP_SHADE_LANES == 16
@@ -322,7 +323,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
         out.go_on = go_on[k];
         out.refraction = (int)g->path[3][k];
         const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
-        rp_depart(g->slot[k], g->state[k], params->slot_count, radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
+        rp_depart(params, g->slot[k], g->state[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
     }
     g->count = 0u;
 }

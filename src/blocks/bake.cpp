@@ -46,6 +46,7 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
     baked.height = scene.height;
     baked.spp = scene.spp;
     baked.max_depth = scene.max_depth;
+    baked.film = scene.film;
     baked.materials = scene.materials;
     baked.lights = std::move(gathered.lights);
     baked.ranges = std::move(gathered.ranges);

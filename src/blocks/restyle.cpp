@@ -55,6 +55,7 @@ Result<bool> restyle(const Scene& scene, BakedScene& baked) {
     baked.height = scene.height;
     baked.spp = scene.spp;
     baked.max_depth = scene.max_depth;
+    baked.film = scene.film;
     baked.materials = scene.materials;
     if (same_lights(*lights, baked.lights)) return true;
     baked.lights = std::move(*lights);

@@ -1,5 +1,7 @@
 #include "film/film.hpp"
 
+#include <algorithm>
+
 #include "base/check.hpp"
 #include "base/hash.hpp"
 
@@ -19,11 +21,22 @@ void for_each_pixel(std::span<const uint32_t> words, const Visit& visit) {
 
 uint32_t finished_samples(std::span<const uint32_t> pixel) { return pixel[RP_FILM_COUNT] & RP_FILM_COUNT_MASK; }
 
-void append_mean(std::span<const uint32_t> pixel, bool alpha, std::vector<float>& values) {
+// Exposure and colours as one matrix.
+std::array<double, 9> response_matrix(const FilmResponse& response) {
+    std::array<double, 9> matrix;
+    for (size_t i = 0; i < 9; i++) matrix[i] = double{response.exposure} * response.color_matrix[i];
+    return matrix;
+}
+
+// The mean stays as it is, to the bit, where the response is the identity.
+void append_mean(std::span<const uint32_t> pixel, const std::array<double, 9>& response, bool alpha, std::vector<float>& values) {
     const uint32_t samples = finished_samples(pixel), misses = pixel[RP_FILM_COUNT] >> RP_FILM_MISSES_SHIFT;
     const double scale = double{1u << RP_FILM_SCALE_BITS} * samples;
+    std::array<double, 3> mean = {};
     for (size_t channel = 0; channel < 3; channel++)
-        values.push_back(samples == 0 ? 0.0f : static_cast<float>(static_cast<double>(channel_sum(pixel, channel)) / scale));
+        if (samples != 0) mean[channel] = static_cast<double>(channel_sum(pixel, channel)) / scale;
+    for (size_t row = 0; row < 9; row += 3)
+        values.push_back(static_cast<float>(response[row] * mean[0] + response[row + 1] * mean[1] + response[row + 2] * mean[2]));
     if (alpha) values.push_back(samples == 0 ? 0.0f : 1.0f - static_cast<float>(misses) / static_cast<float>(samples));
 }
 
@@ -34,11 +47,12 @@ uint64_t hash_of_size(uint32_t width, uint32_t height) {
 
 }  // namespace
 
-Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height, bool alpha) {
+Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height, const FilmResponse& response, bool alpha) {
     RAYPAGER_CHECK(words.size() == uint64_t{width} * height * RP_FILM_WORDS);
     Image image{width, height, alpha ? 4u : 3u, {}};
     image.values.reserve(uint64_t{width} * height * image.channels);
-    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { append_mean(pixel, alpha, image.values); });
+    const auto matrix = response_matrix(response);
+    for_each_pixel(words, [&](std::span<const uint32_t> pixel) { append_mean(pixel, matrix, alpha, image.values); });
     return image;
 }
 
@@ -61,14 +75,17 @@ uint64_t clamped_samples(std::span<const uint32_t> words) {
     return samples;
 }
 
-FilmResolver::FilmResolver(uint32_t width, uint32_t height, bool alpha)
-    : pixels_(uint64_t{width} * height), image_{width, height, alpha ? 4u : 3u, {}}, hash_(hash_of_size(width, height)) {
+FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha)
+    : response_(response_matrix(response)),
+      pixels_(uint64_t{width} * height),
+      image_{width, height, alpha ? 4u : 3u, {}},
+      hash_(hash_of_size(width, height)) {
     image_.values.reserve(pixels_ * image_.channels);
 }
 
 void FilmResolver::add(std::span<const uint32_t> words) {
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
-        append_mean(pixel, image_.channels == 4, image_.values);
+        append_mean(pixel, response_, image_.channels == 4, image_.values);
         samples_ += finished_samples(pixel);
         clamped_ += pixel[RP_FILM_CLAMPED];
     });
@@ -85,6 +102,17 @@ Image FilmResolver::take_image() {
 uint64_t FilmResolver::hash() const {
     RAYPAGER_CHECK(added_ == pixels_);
     return hash_.value();
+}
+
+std::array<float, 3> limit_sample(const std::array<float, 3>& c, const FilmResponse& response) {
+    const float x = 0.4124564f * c[0] + 0.3575761f * c[1] + 0.1804375f * c[2];
+    const float y = 0.2126729f * c[0] + 0.7151522f * c[1] + 0.0721750f * c[2];
+    const float z = 0.0193339f * c[0] + 0.1191920f * c[1] + 0.9503041f * c[2];
+    const float largest = std::max({x, y, z});
+    float scale = 1;
+    if (y > response.max_luminance) scale = response.max_luminance / y;
+    if (largest * scale > response.max_xyz) scale = response.max_xyz / largest;
+    return {c[0] * scale, c[1] * scale, c[2] * scale};
 }
 
 FilmValue clamp_radiance(float radiance) {

@@ -8,14 +8,15 @@
 #include "base/hash.hpp"
 #include "image/image.hpp"
 #include "raypager/abi/film.h"
+#include "raypager/scene.hpp"
 
 namespace raypager {
 
 // words: RP_FILM_WORDS words a pixel, width * height pixels, rows from top to bottom.
 
-// The mean of each pixel's finished samples; black where there are none. alpha: four channels, the last one the share of samples whose camera ray met
-// something; the others are as without (premultiplied).
-Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height, bool alpha = false);
+// The mean of each pixel's finished samples, as the film responds to it; black where there are none. alpha: four channels, the last one the share of
+// samples whose camera ray met something; the others are as without (premultiplied).
+Image resolve_film(std::span<const uint32_t> words, uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false);
 // Fingerprint of the size and the raw words: equal films have equal hashes, on every host.
 uint64_t film_hash(std::span<const uint32_t> words, uint32_t width, uint32_t height);
 // Finished samples a pixel, on average.
@@ -26,7 +27,7 @@ uint64_t clamped_samples(std::span<const uint32_t> words);
 // All of the above for a film that comes in pieces, from the first pixel to the last: the raw film need not lie in host memory.
 class FilmResolver {
 public:
-    FilmResolver(uint32_t width, uint32_t height, bool alpha = false);
+    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false);
     void add(std::span<const uint32_t> words);  // whole pixels
     // REQUIRES from here on: every pixel was added.
     Image take_image();
@@ -35,12 +36,16 @@ public:
     uint64_t clamped() const { return clamped_; }
 
 private:
+    std::array<double, 9> response_;
     uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0;
     Image image_;
     Hash64Stream hash_;
 };
 
 // A model of the kernel that accumulates ------------------------------------------------------------------------------------
+
+// A sample as the limits of a film leave it.
+std::array<float, 3> limit_sample(const std::array<float, 3>& radiance, const FilmResponse& response);
 
 // Radiance as the film adds it: NaN and negative values are 0, values above RP_FILM_MAX_RADIANCE (infinity, too) are that.
 struct FilmValue {

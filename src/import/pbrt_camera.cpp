@@ -8,31 +8,24 @@
 
 namespace raypager {
 
-Status PbrtReader::film(const Directive& directive) {
-    std::string type;
-    PbrtParameters parameters;
-    RAYPAGER_TRY(take_type_and_parameters(type, parameters));
-    scene_.width = parameters.count("xresolution", scene_.width, 65535);
-    scene_.height = parameters.count("yresolution", scene_.height, 65535);
-    RAYPAGER_TRY(parameters.status());
-    if (scene_.width == 0 || scene_.height == 0) return error(directive, "the picture has no pixels");
-    warn_if_present(parameters, {"cropwindow", "pixelbounds"}, "the whole picture is rendered");
-    return {};
-}
-
 Status PbrtReader::camera(const Directive& directive) {
     std::string type;
-    PbrtParameters parameters;
+    PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     if (type != "perspective") warn(directive.place, fmt::format("Camera \"{}\" is not supported; a perspective camera is used", clipped(type)));
     CameraSettings settings;
     settings.fov = parameters.number("fov", settings.fov);
+    settings.shutter_seconds = parameters.number("shutterclose", 1) - parameters.number("shutteropen", 0);
     RAYPAGER_TRY(parameters.status());
     if (!(settings.fov > 0 && settings.fov < 180))
         return error(directive, fmt::format("a field of view of {} degrees; it must be between 0 and 180", settings.fov));
     warn_if_present(parameters, {"screenwindow", "frameaspectratio"}, "the frame is that of the picture's resolution");
     if (parameters.number("lensradius", 0) > 0) warn(directive.place, "Camera: a lens is not supported; everything is in focus");
+    if (type == "perspective") warn_of_unused(directive, type, parameters, {"focaldistance"});
     RAYPAGER_TRY(parameters.status());
+    if (version_ == 4 && !(settings.shutter_seconds > 0))
+        return error(directive, "its shutter does not open: shutterclose must be after shutteropen");
+    if (!(settings.shutter_seconds > 0)) settings.shutter_seconds = 1;  // of version 3, where it does not matter
     const auto camera_to_world = state_.transform.inverse();
     if (!camera_to_world) return error(directive, "the transform from world to camera cannot be inverted");
     settings.camera_to_world = *camera_to_world;
@@ -43,7 +36,7 @@ Status PbrtReader::camera(const Directive& directive) {
 
 Status PbrtReader::sampler(const Directive&) {
     std::string type;
-    PbrtParameters parameters;
+    PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     constexpr uint32_t most = 1u << 24;
     if (type == "stratified" && !parameters.find("pixelsamples")) {
@@ -57,7 +50,7 @@ Status PbrtReader::sampler(const Directive&) {
 
 Status PbrtReader::integrator(const Directive& directive) {
     std::string type;
-    PbrtParameters parameters;
+    PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     if (type != "path" && type != "volpath" && type != "simplepath")
         warn(directive.place, fmt::format("Integrator \"{}\" is not supported; path tracing is used", clipped(type)));

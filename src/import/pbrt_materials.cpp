@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "import/materials.hpp"
@@ -11,115 +12,150 @@
 namespace raypager {
 namespace {
 
-constexpr Float3 mid_grey{0.5f, 0.5f, 0.5f};
+constexpr Float3 mid_grey{0.5f, 0.5f, 0.5f}, quarter_grey{0.25f, 0.25f, 0.25f}, white_surface{1, 1, 1};
 
 float mean(const Float3& c) { return (c.x + c.y + c.z) / 3; }
 
-bool usable(const Float3& c) {
-    for (const float x : {c.x, c.y, c.z})
-        if (!std::isfinite(x) || x < 0) return false;
-    return true;
+Float3 times(const Float3& c, double factor) {
+    const auto f = static_cast<float>(factor);
+    return {c.x * f, c.y * f, c.z * f};
+}
+
+// Materials that only one version has. Both have mix, hair and subsurface.
+constexpr std::array version_3_materials = {"matte",       "metal",   "mirror", "glass",        "plastic",  "uber",
+                                            "translucent", "fourier", "disney", "kdsubsurface", "substrate"};
+constexpr std::array version_4_materials = {"diffuse",       "conductor",       "dielectric",          "thindielectric",
+                                            "coateddiffuse", "coatedconductor", "diffusetransmission", "measured"};
+
+// GGX alpha of a roughness: pbrt-v4's square root, or the polynomial of pbrt-v3 (its TrowbridgeReitzDistribution).
+double alpha_of_roughness(double roughness, bool version_3) {
+    if (!version_3) return std::sqrt(std::max(roughness, 0.0));
+    const double x = std::log(std::max(roughness, 1e-3));
+    return 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)));
 }
 
 }  // namespace
 
-Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallback, Float3& result) {
-    const auto& v = p.numbers;
-    const auto f = [&](size_t i) { return static_cast<float>(v[i]); };
-    result = fallback;
-    if (p.type == "texture" && p.strings.size() == 1) {
-        const auto texture = textures_.find(p.strings[0]);
-        if (texture == textures_.end()) return parameter_error(p, fmt::format("there is no texture \"{}\"", clipped(p.strings[0])));
-        result = texture->second;
-    } else if (!p.strings.empty()) {
-        const auto named = named_spectrum(p.strings[0]);
-        if (named)
-            result = *named;
-        else
-            warn(p.place, fmt::format("the spectrum \"{}\" is not known; a constant is used", clipped(p.strings[0])));
-    } else if (p.type == "blackbody" && !v.empty()) {
-        if (!(v[0] > 0)) return parameter_error(p, "expected a temperature of more than 0 kelvin");
-        warn(p.place, "blackbody spectra are approximated by three colours of luminance 1");
-        const float scale = v.size() > 1 ? f(1) : 1;
-        const Float3 c = blackbody_color(v[0]);
-        result = {scale * c.x, scale * c.y, scale * c.z};
-    } else if (p.type == "xyz" && v.size() == 3) {
-        result = color_of_xyz({f(0), f(1), f(2)});
-    } else if (v.size() == 1) {
-        result = {f(0), f(0), f(0)};
-    } else if (p.type == "spectrum" && v.size() % 2 == 0 && !v.empty()) {
-        warn(p.place, "sampled spectra are approximated by three colours");
-        result = sampled_color(v);
-    } else if (v.size() == 3) {
-        result = {f(0), f(1), f(2)};
-    } else {
-        return parameter_error(p, "expected one colour");
-    }
-    return usable(result) ? Status() : parameter_error(p, "expected values that are finite and 0 or more");
-}
-
-Status PbrtReader::color(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const Float3& fallback, Float3& result) {
-    result = fallback;
-    const PbrtParameter* p = parameters.find(names);
-    return p ? parameter_color(*p, fallback, result) : Status();
-}
-
-// Roughness as in pbrt-v4: GGX alpha is its square root, unless remaproughness is off. Anisotropy is averaged away.
-Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string& prefix, double default_roughness, rp_material& material) {
+// Anisotropy is averaged away.
+Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, rp_material& material) {
     const std::string u = prefix + "uroughness", v = prefix + "vroughness", both = prefix + "roughness";
-    const auto grey = static_cast<float>(default_roughness);
-    Float3 u_roughness, v_roughness;
-    RAYPAGER_TRY(color(parameters, {u, both}, {grey, grey, grey}, u_roughness));
-    RAYPAGER_TRY(color(parameters, {v, both}, {grey, grey, grey}, v_roughness));
-    if (parameters.find(u) || parameters.find(v))
+    const double usual = version_3 ? 0.01 : 0;
+    const double u_roughness = parameters.number({u, both}, usual), v_roughness = parameters.number({v, both}, usual);
+    RAYPAGER_TRY(parameters.status());
+    if (u_roughness != v_roughness)
         warn(parameters.find({u, v})->place, "anisotropic roughness is not supported; the mean of both directions is used");
-    const bool remap = parameters.boolean("remaproughness", true);
-    const float roughness = std::clamp((mean(u_roughness) + mean(v_roughness)) / 2, 0.0f, 1.0f);
-    const float alpha = remap ? std::sqrt(roughness) : roughness;
-    constexpr float smooth = 1e-3f;  // what pbrt-v4 takes for a mirror
+    double roughness = (u_roughness + v_roughness) / 2;
+    if (parameters.boolean("remaproughness", true)) roughness = alpha_of_roughness(roughness, version_3);
+    constexpr double smooth = 1e-3;  // what pbrt-v4 takes for a mirror
+    const double alpha = roughness < smooth ? 0 : std::min(roughness, 1.0);
 
     const std::string reflectance = prefix + "reflectance";
     if (parameters.find(reflectance)) {
         Float3 value;
-        RAYPAGER_TRY(color(parameters, {reflectance}, {1, 1, 1}, value));
-        material = conductor_of_reflectance(value, alpha < smooth ? 0 : alpha);
+        RAYPAGER_TRY(color(parameters, {reflectance}, white_surface, value));
+        material = conductor_of_reflectance(value, static_cast<float>(alpha));
         return parameters.status();
     }
     Float3 eta, k;
     RAYPAGER_TRY(color(parameters, {prefix + "eta"}, *named_spectrum("metal-Cu-eta"), eta));
     RAYPAGER_TRY(color(parameters, {prefix + "k"}, *named_spectrum("metal-Cu-k"), k));
-    material = conductor_material(eta, k, alpha < smooth ? 0 : alpha);
+    material = conductor_material(eta, k, static_cast<float>(alpha));
     return parameters.status();
 }
 
 Status PbrtReader::dielectric(const Directive& directive, const PbrtParameters& parameters, rp_material& material) {
-    Float3 eta;
-    RAYPAGER_TRY(color(parameters, {"eta", "index"}, {1.5f, 1.5f, 1.5f}, eta));
+    const PbrtParameter* index = parameters.find({"eta", "index"});
+    Float3 eta{1.5f, 1.5f, 1.5f};
+    if (index && index->type == "texture")
+        eta = times(white_surface, parameters.number(index->name, 1.5));
+    else
+        RAYPAGER_TRY(color(parameters, {"eta", "index"}, eta, eta));
+    RAYPAGER_TRY(parameters.status());
     if (!(mean(eta) > 0)) return error(directive, "the index of refraction must be more than 0");
     if (eta.x != eta.y || eta.y != eta.z) warn(directive.place, "dispersion is not supported; the mean index of refraction is used");
-    Float3 u_roughness, v_roughness;
-    RAYPAGER_TRY(color(parameters, {"uroughness", "roughness"}, {}, u_roughness));
-    RAYPAGER_TRY(color(parameters, {"vroughness", "roughness"}, {}, v_roughness));
-    if (mean(u_roughness) > 0 || mean(v_roughness) > 0) warn(directive.place, "rough dielectrics are not supported; the surface is smooth");
-    warn_if_present(parameters, {"Kr", "Kt"}, "glass reflects and transmits all light");
+    if (parameters.number({"uroughness", "roughness"}, 0) > 0 || parameters.number({"vroughness", "roughness"}, 0) > 0)
+        warn(directive.place, "rough dielectrics are not supported; the surface is smooth");
+    parameters.find("remaproughness");
+    for (const std::string_view name : {"Kr", "Kt"}) {
+        Float3 share;
+        RAYPAGER_TRY(color(parameters, {name}, white_surface, share));
+        if (share != white_surface)
+            warn(parameters.find(name)->place, fmt::format("parameter \"{}\" is not supported; glass reflects and transmits all light", name));
+    }
     material = dielectric_material(mean(eta));
+    return parameters.status();
+}
+
+// Of two diffuse materials the one between them, of others the one that there is more of.
+Status PbrtReader::mix_materials(const Directive& directive, const PbrtParameters& parameters, rp_material& material) {
+    std::string names[2] = {parameters.text("namedmaterial1", ""), parameters.text("namedmaterial2", "")};
+    double second = 0.5;
+    if (const PbrtParameter* both = parameters.find("materials"); both && both->strings.size() == 2) {
+        names[0] = both->strings[0];
+        names[1] = both->strings[1];
+        second = parameters.number("amount", 0.5);
+    } else {  // version 3, where the amount is a colour, and that of the first
+        Float3 first;
+        RAYPAGER_TRY(color(parameters, {"amount"}, mid_grey, first));
+        second = 1 - mean(first);
+    }
+    RAYPAGER_TRY(parameters.status());
+    second = std::clamp(second, 0.0, 1.0);
+    const rp_material* parts[2] = {};
+    for (size_t i = 0; i < 2; ++i) {
+        const auto found = named_materials_.find(names[i]);
+        if (found == named_materials_.end())
+            warn(directive.place, fmt::format("there is no material \"{}\" to mix; grey is used", clipped(names[i])));
+        else if (found->second != no_surface)
+            parts[i] = &scene_.materials[found->second];
+    }
+    warn(directive.place, "Material \"mix\" is not supported; one material between the two, or the one with the larger share, is used");
+    const rp_material grey = diffuse_material(mid_grey);
+    const rp_material& a = parts[0] ? *parts[0] : grey;
+    const rp_material& b = parts[1] ? *parts[1] : grey;
+    const rp_material larger = second > 0.5 ? b : a;
+    material = larger;
+    if (a.kind == RP_MATERIAL_DIFFUSE && b.kind == RP_MATERIAL_DIFFUSE)
+        for (size_t i = 0; i < 3; ++i) material.color[i] = std::lerp(a.color[i], b.color[i], static_cast<float>(second));
     return {};
 }
 
-Status PbrtReader::make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index) {
-    warn_if_present(parameters, {"displacement", "normalmap", "bumpmap"}, "the surface stays as it is");
-    rp_material material{};
-    if (type.empty() || type == "none" || type == "interface") {
-        index = no_surface;
-        return {};
+// Materials that are not there become a diffuse one, of the colour that decides their look.
+Status PbrtReader::approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
+                                        rp_material& material) {
+    Float3 reflectance = mid_grey;
+    if (type == "mix") return mix_materials(directive, parameters, material);
+    if (type == "uber" || type == "plastic") {
+        RAYPAGER_TRY(color(parameters, {"Kd"}, quarter_grey, reflectance));
+    } else if (type == "substrate" || type == "kdsubsurface") {
+        RAYPAGER_TRY(color(parameters, {"Kd"}, mid_grey, reflectance));
+    } else if (type == "translucent") {
+        Float3 share;
+        RAYPAGER_TRY(color(parameters, {"Kd"}, quarter_grey, reflectance));
+        RAYPAGER_TRY(color(parameters, {"reflect"}, mid_grey, share));
+        reflectance = {reflectance.x * share.x, reflectance.y * share.y, reflectance.z * share.z};
+    } else if (type == "disney" || type == "hair") {
+        RAYPAGER_TRY(color(parameters, {"color", "reflectance"}, mid_grey, reflectance));
+    } else if (type == "diffusetransmission") {
+        RAYPAGER_TRY(color(parameters, {"reflectance"}, quarter_grey, reflectance));
+        reflectance = times(reflectance, std::max(parameters.number("scale", 1), 0.0));
+    } else {
+        RAYPAGER_TRY(color(parameters, {"reflectance", "Kd", "color"}, mid_grey, reflectance));
     }
+    RAYPAGER_TRY(parameters.status());
+    warn(directive.place, fmt::format("Material \"{}\" is not supported; a diffuse one of its colour is used", clipped(type)));
+    material = diffuse_material(reflectance);
+    return {};
+}
+
+Status PbrtReader::describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material) {
     Float3 reflectance;
     if (type == "diffuse" || type == "matte") {
         RAYPAGER_TRY(color(parameters, {"reflectance", "Kd"}, mid_grey, reflectance));
         if (parameters.number("sigma", 0) > 0) warn(directive.place, "rough diffuse surfaces are not supported; sigma is taken as 0");
         material = diffuse_material(reflectance);
     } else if (type == "conductor" || type == "metal") {
-        RAYPAGER_TRY(conductor(parameters, "", type == "metal" ? 0.01 : 0.0, material));
+        RAYPAGER_TRY(conductor(parameters, "", type == "metal", material));
     } else if (type == "mirror") {
         RAYPAGER_TRY(color(parameters, {"reflectance", "Kr"}, {0.9f, 0.9f, 0.9f}, reflectance));
         material = conductor_of_reflectance(reflectance, 0);
@@ -131,30 +167,54 @@ Status PbrtReader::make_material(const Directive& directive, const std::string& 
     } else if (type == "coatedconductor") {
         warn(directive.place, "Material \"coatedconductor\" is not supported; the conductor is used without its coat");
         const bool bare = parameters.find("reflectance") != nullptr;
-        RAYPAGER_TRY(conductor(parameters, bare ? "" : "conductor.", 0.0, material));
+        return conductor(parameters, bare ? "" : "conductor.", false, material);
     } else {
-        RAYPAGER_TRY(color(parameters, {"reflectance", "Kd", "color", "Kr"}, mid_grey, reflectance));
-        warn(directive.place, fmt::format("Material \"{}\" is not supported; a diffuse one of its colour is used", clipped(type)));
-        material = diffuse_material(reflectance);
+        return approximate_material(directive, type, parameters, material);
     }
+    warn_of_unused(directive, type, parameters, {"type", "name"});
+    return parameters.status();
+}
+
+// A bump map that is the same everywhere makes no bumps.
+void PbrtReader::warn_of_bumps(const PbrtParameters& parameters) {
+    for (const std::string_view name : {"displacement", "bumpmap"}) {
+        const PbrtParameter* p = parameters.find(name);
+        if (!p || p->type != "texture" || p->strings.size() != 1) continue;
+        const auto texture = textures_.floats.find(p->strings[0]);
+        if (texture != textures_.floats.end() && texture->second.approximated.empty()) continue;
+        warn(p->place, fmt::format("parameter \"{}\" is not supported; the surface stays as it is", name));
+    }
+    warn_if_present(parameters, {"normalmap"}, "the surface stays as it is");
+}
+
+Status PbrtReader::make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index) {
+    if (std::find(version_3_materials.begin(), version_3_materials.end(), type) != version_3_materials.end()) seems_version(3);
+    if (std::find(version_4_materials.begin(), version_4_materials.end(), type) != version_4_materials.end()) seems_version(4);
+    if (type.empty() || type == "none" || type == "interface") {
+        index = no_surface;
+        return {};
+    }
+    warn_of_bumps(parameters);
+    rp_material material{};
+    RAYPAGER_TRY(describe_material(directive, type, parameters, material));
     for (size_t i = 0; i < 3; ++i)
         if (material.kind == RP_MATERIAL_CONDUCTOR && material.eta[i] == 0 && material.k[i] == 0)
             return error(directive, "eta and k must not both be 0");
     index = static_cast<uint32_t>(scene_.materials.size());
     scene_.materials.push_back(material);
-    return parameters.status();
+    return {};
 }
 
 Status PbrtReader::material(const Directive& directive) {
     std::string type;
-    PbrtParameters parameters;
+    PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     return make_material(directive, type, parameters, state_.material);
 }
 
 Status PbrtReader::make_named_material(const Directive& directive) {
     std::string name;
-    PbrtParameters parameters;
+    PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(name, parameters));
     const std::string type = parameters.text("type", "");
     RAYPAGER_TRY(parameters.status());
@@ -170,36 +230,9 @@ Status PbrtReader::named_material(const Directive& directive) {
     RAYPAGER_TRY(take_string(name));
     const auto found = named_materials_.find(name);
     if (found == named_materials_.end())
-        return error(directive, fmt::format("there is no material \"{}\"; define it first with MakeNamedMaterial", clipped(name)));
-    state_.material = found->second;
-    return {};
-}
-
-// A texture is replaced by one colour: that of a constant, the middle of a pattern's two, or grey.
-Status PbrtReader::texture(const Directive& directive) {
-    std::string name, value_type, type;
-    PbrtParameters parameters;
-    RAYPAGER_TRY(take_string(name));
-    RAYPAGER_TRY(take_string(value_type));
-    RAYPAGER_TRY(take_type_and_parameters(type, parameters));
-    Float3 value = mid_grey;
-    if (type == "constant") {
-        RAYPAGER_TRY(color(parameters, {"value"}, {1, 1, 1}, value));
-    } else if (type == "scale") {
-        Float3 a, b;
-        RAYPAGER_TRY(color(parameters, {"tex", "tex1"}, {1, 1, 1}, a));
-        RAYPAGER_TRY(color(parameters, {"scale", "tex2"}, {1, 1, 1}, b));
-        value = {a.x * b.x, a.y * b.y, a.z * b.z};
-    } else if (parameters.find({"tex1", "tex2"})) {
-        Float3 a, b;
-        RAYPAGER_TRY(color(parameters, {"tex1"}, {1, 1, 1}, a));
-        RAYPAGER_TRY(color(parameters, {"tex2"}, {0, 0, 0}, b));
-        value = {(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
-    }
-    if (type != "constant" && type != "scale")
-        warn(directive.place, fmt::format("Texture \"{}\" is not supported; one mid colour is used", clipped(type)));
-    if (!usable(value)) return error(directive, "its value is not finite");
-    textures_[name] = value;
+        warn(directive.place, fmt::format("there is no material \"{}\"; what is in force stays", clipped(name)));
+    else
+        state_.material = found->second;
     return {};
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "import/text.hpp"
@@ -9,7 +10,7 @@
 namespace raypager {
 namespace {
 
-enum class Values { numbers, strings, booleans, spectrum };
+enum class Values { numbers, strings, booleans, spectrum, anything };
 
 struct TypeRule {
     std::string_view name;
@@ -30,10 +31,15 @@ const TypeRule* find_rule(std::string_view type) {
     return nullptr;
 }
 
+constexpr TypeRule unknown_type = {"", Values::anything, 1};
+
 // Takes one value of a parameter off tokens.
 Status parse_value(PbrtTokens& tokens, Values values, PbrtParameter& parameter) {
     const PbrtToken* token = nullptr;
     RAYPAGER_TRY(tokens.peek(token));
+    if (values == Values::anything && token->kind == PbrtTokenKind::number) values = Values::numbers;
+    if (values == Values::anything && token->kind == PbrtTokenKind::string) values = Values::strings;
+    if (values == Values::anything) values = Values::booleans;
     const bool numbers = values == Values::numbers || values == Values::spectrum, strings = values == Values::strings || values == Values::spectrum;
     const bool boolean = token->text == "true" || token->text == "false";
     if (numbers && token->kind == PbrtTokenKind::number && parameter.strings.empty()) {
@@ -42,6 +48,8 @@ Status parse_value(PbrtTokens& tokens, Values values, PbrtParameter& parameter) 
         parameter.strings.push_back(token->text);
     } else if (values == Values::booleans && boolean && (token->kind == PbrtTokenKind::string || token->kind == PbrtTokenKind::word)) {
         parameter.numbers.push_back(token->text == "true");
+    } else if (values == Values::booleans && token->kind == PbrtTokenKind::number && (token->number == 0 || token->number == 1)) {
+        parameter.numbers.push_back(token->number);
     } else {
         constexpr const char* wanted[] = {"a number", "a string", "true or false", "numbers or a name"};
         return tokens.error(*token, fmt::format("expected {} for \"{} {}\" instead of {}", wanted[static_cast<size_t>(values)], parameter.type,
@@ -52,8 +60,7 @@ Status parse_value(PbrtTokens& tokens, Values values, PbrtParameter& parameter) 
 }
 
 // One value, or any number of them in brackets.
-Status parse_values(PbrtTokens& tokens, PbrtParameter& parameter) {
-    const TypeRule& rule = *find_rule(parameter.type);
+Status parse_values(PbrtTokens& tokens, const TypeRule& rule, PbrtParameter& parameter) {
     const PbrtToken* token = nullptr;
     RAYPAGER_TRY(tokens.peek(token));
     if (token->kind != PbrtTokenKind::open) {
@@ -67,8 +74,6 @@ Status parse_values(PbrtTokens& tokens, PbrtParameter& parameter) {
         }
         tokens.take();
     }
-    const size_t count = parameter.numbers.size() + parameter.strings.size();
-    if (count % rule.group != 0) return parameter_error(parameter, fmt::format("expected a multiple of {} values instead of {}", rule.group, count));
     return {};
 }
 
@@ -79,36 +84,78 @@ Status parameter_error(const PbrtParameter& parameter, const std::string& what) 
         fmt::format("{}: parameter \"{} {}\": {}", parameter.place.with_column(), clipped(parameter.type), clipped(parameter.name), what));
 }
 
-Status PbrtParameters::parse(PbrtTokens& tokens, PbrtParameters& parameters) {
+std::string texture_approximation(const std::string& type) {
+    return fmt::format("Texture \"{}\" is not supported; one mid value is used", clipped(type));
+}
+
+Status PbrtParameters::parse(PbrtTokens& tokens) {
     while (true) {
         const PbrtToken* token = nullptr;
         RAYPAGER_TRY(tokens.peek(token));
         if (token->kind == PbrtTokenKind::word || token->kind == PbrtTokenKind::end) return {};
         if (token->kind != PbrtTokenKind::string)
             return tokens.error(*token, fmt::format("expected \"type name\" of a parameter, or a directive, instead of {}", token->describe()));
-        const auto words = split_words(token->text);
-        if (words.size() != 2)
-            return tokens.error(*token, fmt::format("expected \"type name\" of a parameter instead of \"{}\"", clipped(token->text)));
-        if (!find_rule(words[0])) return tokens.error(*token, fmt::format("\"{}\" is no type of parameter", clipped(words[0])));
-        PbrtParameter parameter;
-        parameter.type = words[0];
-        parameter.name = words[1];
-        parameter.place = tokens.place(*token);
-        tokens.take();
-
-        RAYPAGER_TRY(parse_values(tokens, parameter));
-        parameters.parameters_.push_back(std::move(parameter));
+        RAYPAGER_TRY(parse_one(tokens, *token));
     }
 }
+
+Status PbrtParameters::parse_one(PbrtTokens& tokens, const PbrtToken& token) {
+    const auto words = split_words(token.text);
+    if (words.size() != 2) return tokens.error(token, fmt::format("expected \"type name\" of a parameter instead of \"{}\"", clipped(token.text)));
+    PbrtParameter parameter;
+    parameter.type = words[0];
+    parameter.name = words[1];
+    parameter.place = tokens.place(token);
+    tokens.take();
+
+    const TypeRule* rule = find_rule(parameter.type);
+    RAYPAGER_TRY(parse_values(tokens, rule ? *rule : unknown_type, parameter));
+    if (!rule) {
+        warnings_->add(parameter.place, fmt::format("\"{}\" is no type of parameter; it is ignored", clipped(parameter.type)));
+        return {};
+    }
+    if (const size_t excess = parameter.numbers.size() % rule->group; excess != 0) {
+        warnings_->add(parameter.place, fmt::format("parameter \"{} {}\" expects values in groups of {}; the last {} of {} are ignored",
+                                                    parameter.type, clipped(parameter.name), rule->group, excess, parameter.numbers.size()));
+        parameter.numbers.resize(parameter.numbers.size() - excess);
+    }
+    if (parameter.numbers.empty() && parameter.strings.empty()) return {};  // as if it were not there
+    add(std::move(parameter));
+    return {};
+}
+
+void PbrtParameters::add(PbrtParameter parameter) {
+    for (PbrtParameter& p : parameters_)
+        if (p.name == parameter.name) {
+            // A texture is looked for before a value is, whatever their order.
+            const bool stays = p.type == "texture" && parameter.type != "texture";
+            if (p.type != parameter.type || p.numbers != parameter.numbers || p.strings != parameter.strings)
+                warnings_->add(parameter.place, fmt::format("parameter \"{}\" is given twice; {} counts", clipped(parameter.name),
+                                                            stays ? "the texture" : "the last one"));
+            if (!stays) p = std::move(parameter);
+            return;
+        }
+    parameters_.push_back(std::move(parameter));
+}
+
 const PbrtParameter* PbrtParameters::find(std::string_view name) const {
     for (const PbrtParameter& p : parameters_)
-        if (p.name == name) return &p;
+        if (p.name == name) {
+            p.used = true;
+            return &p;
+        }
     return nullptr;
 }
 
 const PbrtParameter* PbrtParameters::find(std::initializer_list<std::string_view> names) const {
     for (const std::string_view name : names)
         if (const PbrtParameter* p = find(name)) return p;
+    return nullptr;
+}
+
+const PbrtParameter* PbrtParameters::find_unused(std::initializer_list<std::string_view> harmless) const {
+    for (const PbrtParameter& p : parameters_)
+        if (!p.used && std::find(harmless.begin(), harmless.end(), p.name) == harmless.end()) return &p;
     return nullptr;
 }
 
@@ -119,9 +166,28 @@ void PbrtParameters::fail(const PbrtParameter& parameter, const std::string& wha
 double PbrtParameters::number(std::string_view name, double fallback) const {
     const PbrtParameter* p = find(name);
     if (!p) return fallback;
+    if (p->type == "texture" && p->strings.size() == 1) return texture_number(*p, fallback);
     if (p->numbers.size() == 1 && p->type != "bool") return p->numbers[0];
+    // Three equal numbers of a colour are one.
+    if (p->numbers.size() == 3 && p->numbers[0] == p->numbers[1] && p->numbers[1] == p->numbers[2]) return p->numbers[0];
     fail(*p, "expected one number");
     return fallback;
+}
+
+double PbrtParameters::number(std::initializer_list<std::string_view> names, double fallback) const {
+    for (const std::string_view name : names)
+        if (find(name)) return number(name, fallback);
+    return fallback;
+}
+
+double PbrtParameters::texture_number(const PbrtParameter& p, double fallback) const {
+    const auto texture = textures_->floats.find(p.strings[0]);
+    if (texture == textures_->floats.end()) {
+        warnings_->add(p.place, fmt::format("there is no float texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
+        return fallback;
+    }
+    if (!texture->second.approximated.empty()) warnings_->add(texture->second.place, texture_approximation(texture->second.approximated));
+    return texture->second.value;
 }
 
 uint32_t PbrtParameters::count(std::string_view name, uint32_t fallback, uint32_t largest) const {
@@ -134,7 +200,8 @@ uint32_t PbrtParameters::count(std::string_view name, uint32_t fallback, uint32_
 bool PbrtParameters::boolean(std::string_view name, bool fallback) const {
     const PbrtParameter* p = find(name);
     if (!p) return fallback;
-    if (p->type == "bool" && p->numbers.size() == 1) return p->numbers[0] != 0;
+    if (p->numbers.size() == 1 && (p->numbers[0] == 0 || p->numbers[0] == 1)) return p->numbers[0] != 0;
+    if (p->strings.size() == 1 && (p->strings[0] == "true" || p->strings[0] == "false")) return p->strings[0] == "true";
     fail(*p, "expected one of true and false");
     return fallback;
 }
@@ -159,7 +226,7 @@ std::vector<Float3> PbrtParameters::points(std::string_view name) const {
     std::vector<Float3> result;
     const PbrtParameter* p = find(name);
     if (!p) return result;
-    if (p->numbers.size() % 3 != 0 || p->numbers.empty()) {
+    if (p->numbers.size() % 3 != 0) {
         fail(*p, "expected triples of numbers");
         return result;
     }
@@ -173,7 +240,7 @@ std::vector<uint32_t> PbrtParameters::indices(std::string_view name) const {
     std::vector<uint32_t> result;
     const PbrtParameter* p = find(name);
     if (!p) return result;
-    if (p->numbers.empty()) fail(*p, "expected whole numbers");
+    if (!p->strings.empty()) fail(*p, "expected whole numbers");
     result.reserve(p->numbers.size());
     for (const double value : p->numbers) {
         if (value != std::floor(value)) {

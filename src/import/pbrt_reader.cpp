@@ -12,43 +12,32 @@ namespace raypager {
 namespace {
 
 // Bounds against hostile files, far beyond honest ones.
-constexpr size_t deepest_include = 32, deepest_state = 4096;
-constexpr uint64_t most_includes = 50000;
+constexpr size_t deepest_include = 256, deepest_state = 4096;
+constexpr uint64_t most_includes = 1000000;
+// Of included files whose text is kept for the next time.
+constexpr uint64_t largest_kept_text = uint64_t{1} << 16, most_kept_text = uint64_t{1} << 26;
 
 struct Unsupported {
     std::string_view directive, instead;
+    int version = 0;  // of pbrt, where only one has it
 };
 constexpr Unsupported unsupported[] = {
     {"PixelFilter", "pixels are averaged with a box filter"},
     {"Accelerator", "raypager builds its own hierarchy"},
-    {"ColorSpace", "colours are taken as sRGB"},
-    {"Option", "it is ignored"},
-    {"Attribute", "the defaults that it sets are ignored"},
+    {"ColorSpace", "colours are taken as sRGB", 4},
+    {"Option", "it is ignored", 4},
+    {"Attribute", "the defaults that it sets are ignored", 4},
     {"MakeNamedMedium", "there are no participating media"},
     {"MediumInterface", "there are no participating media"},
     {"CameraMedium", "there are no participating media"},
     {"TransformTimes", "the scene does not move"},
-    {"SurfaceIntegrator", "path tracing is used"},
+    {"SurfaceIntegrator", "path tracing is used", 3},
     {"VolumeIntegrator", "path tracing is used"},
     {"Renderer", "path tracing is used"},
     {"Volume", "there are no participating media"},
 };
 
 }  // namespace
-
-void PbrtWarnings::add(const PbrtPlace& place, const std::string& text) {
-    const auto [at, added] = by_text_.try_emplace(text, entries_.size());
-    if (added) entries_.push_back({place.with_line(), text, 0});
-    ++entries_[at->second].count;
-}
-
-std::vector<std::string> PbrtWarnings::lines() const {
-    std::vector<std::string> lines;
-    for (const Entry& e : entries_)
-        lines.push_back(e.count == 1 ? fmt::format("{}: {}", e.place, e.text)
-                                     : fmt::format("{}: {} (and {} more of the same)", e.place, e.text, e.count - 1));
-    return lines;
-}
 
 const std::unordered_map<std::string_view, PbrtReader::Handler>& PbrtReader::handlers() {
     static const std::unordered_map<std::string_view, Handler> table = {
@@ -91,29 +80,43 @@ const std::unordered_map<std::string_view, PbrtReader::Handler>& PbrtReader::han
 
 Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     scene_.materials.push_back(diffuse_material({0.5f, 0.5f, 0.5f}));  // pbrt's default
-    RAYPAGER_TRY(read_file(path));
-    if (!any_known_) return Status::failed(path.string() + ": holds no directive of pbrt; is it a pbrt scene?");
-    if (!saved_.empty())
-        return Status::failed(fmt::format("{}: {}Begin without {}End; the file is truncated or damaged", saved_.back().place.with_line(),
-                                          scope_name(saved_.back().scope), scope_name(saved_.back().scope)));
+    RAYPAGER_TRY(read_to_the_end(path));
     if (const Status placed = place_camera(); !placed.ok()) return placed.at(path.string());
+    RAYPAGER_TRY(set_film_response());
+    // Version 3 lets attributes and objects end in any order.
+    if (odd_nesting_ && version_ != 3) warn(odd_nesting_place_, *odd_nesting_);
+    if (scene_.shapes.empty()) {
+        if (!first_left_out_.empty()) return Status::failed(first_left_out_ + ", and nothing else is to be seen");
+        return Status::failed(path.string() + ": has no shape, so there is nothing to be seen");
+    }
     scene_.warnings = warnings_.lines();
-    if (scene_.shapes.empty()) scene_.warnings.push_back(path.string() + ": there are no shapes to render");
     if (scene_.lights.empty() && scene_.area_lights.empty())
         scene_.warnings.push_back(path.string() + ": there is no light; the picture will be black");
     if (const Status valid = validate(scene_); !valid.ok()) return valid.at(path.string());
     return std::move(scene_);
 }
 
-Status PbrtReader::read_file(const std::filesystem::path& path) {
+Status PbrtReader::read_to_the_end(const std::filesystem::path& path) {
     auto text = read_text(path);
     if (!text) return text.status();
-    const bool blank = std::all_of(text->begin(), text->end(), [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; });
-    if (blank) return Status::failed(path.string() + ": is empty");
-    scene_.files.push_back(path.string());
     std::error_code ignored;
-    open_files_.push_back({path, std::filesystem::canonical(path, ignored)});
-    PbrtTokens tokens(path, std::move(*text));
+    RAYPAGER_TRY(read_file(path, std::filesystem::canonical(path, ignored), std::move(*text)));
+    if (!any_known_) return Status::failed(path.string() + ": holds no directive of pbrt; is it a pbrt scene?");
+    for (; !saved_.empty(); saved_.pop_back()) {
+        const std::string what = fmt::format("{}Begin without {}End", scope_name(saved_.back().scope), scope_name(saved_.back().scope));
+        if (!world_ended_ || object_)
+            return Status::failed(fmt::format("{}: {}; the file is truncated or damaged", saved_.back().place.with_line(), what));
+        warn(saved_.back().place, what);
+    }
+    if (object_) return Status::failed(fmt::format("{}: ObjectBegin without ObjectEnd; the file is truncated or damaged", object_place_.with_line()));
+    if (!world_begun_) return Status::failed(path.string() + ": has no WorldBegin; is it a part that another file is to include?");
+    return {};
+}
+
+Status PbrtReader::read_file(const std::filesystem::path& path, const std::filesystem::path& canonical, std::string text) {
+    if (listed_files_.insert(path.string()).second) scene_.files.push_back(path.string());
+    open_files_.push_back({path, canonical});
+    PbrtTokens tokens(path, std::move(text));
     PbrtTokens* const outer = std::exchange(tokens_, &tokens);
     const Status status = read_directives();
     tokens_ = outer;
@@ -138,7 +141,10 @@ Status PbrtReader::read_directives() {
 Status PbrtReader::skip_unsupported(const Directive& directive) {
     std::string_view instead = "it and its parameters are skipped";
     for (const Unsupported& u : unsupported)
-        if (u.directive == directive.name) instead = u.instead;
+        if (u.directive == directive.name) {
+            instead = u.instead;
+            if (u.version != 0) seems_version(u.version);
+        }
     warn(directive.place, fmt::format("{} is not supported; {}", clipped(directive.name), instead));
     while (true) {
         const PbrtToken* token = nullptr;
@@ -171,11 +177,9 @@ Status PbrtReader::take_numbers(size_t count, double* numbers) {
     return {};
 }
 
-Status PbrtReader::take_parameters(PbrtParameters& parameters) { return PbrtParameters::parse(*tokens_, parameters); }
-
 Status PbrtReader::take_type_and_parameters(std::string& type, PbrtParameters& parameters) {
     RAYPAGER_TRY(take_string(type));
-    return take_parameters(parameters);
+    return parameters.parse(*tokens_);
 }
 
 Status PbrtReader::error(const Directive& directive, const std::string& what) const {
@@ -187,35 +191,79 @@ void PbrtReader::warn_if_present(const PbrtParameters& parameters, std::initiali
         if (const PbrtParameter* p = parameters.find(name)) warn(p->place, fmt::format("parameter \"{}\" is not supported; {}", name, instead));
 }
 
-// Relative names count from the file that is being read, or else from the scene file, as pbrt does it.
-Status PbrtReader::find_file(const std::string& name, std::filesystem::path& path) const {
-    const std::filesystem::path wanted(name);
+void PbrtReader::warn_of_unused(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
+                                std::initializer_list<std::string_view> harmless) {
+    if (const PbrtParameter* p = parameters.find_unused(harmless))
+        warn(p->place, fmt::format("parameter \"{}\" of {} \"{}\" is not known; it is ignored", clipped(p->name), directive.name, clipped(type)));
+}
+
+void PbrtReader::leave_out(const Directive& directive, const std::string& what) {
+    if (first_left_out_.empty()) first_left_out_ = fmt::format("{}: {}", directive.place.with_line(), what);
+    warn(directive.place, what);
+}
+
+// Before WorldBegin there are only options; pbrt ignores, with an error, what is to be seen there.
+bool PbrtReader::is_in_world(const Directive& directive, const std::string& type) {
+    if (world_begun_) return true;
+    warn(directive.place, fmt::format("{} \"{}\" before WorldBegin is left out", directive.name, clipped(type)));
+    return false;
+}
+
+// Relative names count from the scene file, as in pbrt, or else from the file that is being read, or else from the working directory. What is
+// there unpacked will do for a file that is packed. path: of the file, or of where it was looked for first.
+Status PbrtReader::find_file(const std::string& name, std::filesystem::path& path, bool& exists) const {
     if (name.empty() || name.find('\0') != std::string::npos) return Status::failed("the name of a file is missing");
-    path = open_files_.back().path.parent_path() / wanted;  // absolute names stay as they are
+    const std::filesystem::path wanted(name);
+    const std::filesystem::path folders[] = {open_files_.front().path.parent_path(), open_files_.back().path.parent_path(), {}};
+    std::vector<std::filesystem::path> names = {wanted};
+    if (wanted.extension() == ".gz") names.push_back(std::filesystem::path(wanted).replace_extension());
+    path = folders[0] / wanted;  // absolute names stay as they are
+    for (const auto& candidate : names)
+        for (const auto& folder : folders) {
+            std::error_code ignored;
+            if (exists = std::filesystem::exists(folder / candidate, ignored); !exists) continue;
+            path = folder / candidate;
+            return {};
+        }
+    return {};
+}
+
+Status PbrtReader::find_include(const Directive& directive, const std::string& name, IncludedFile*& file) {
+    const std::string key = open_files_.back().path.parent_path().string() + '\n' + name;
+    const auto [at, added] = included_files_.try_emplace(key);
+    file = &at->second;
+    if (!added) return {};
+    bool exists = false;
+    if (const Status found = find_file(name, file->path, exists); !found.ok()) return error(directive, found.message());
     std::error_code ignored;
-    const auto from_scene = open_files_.front().path.parent_path() / wanted;
-    if (!std::filesystem::exists(path, ignored) && std::filesystem::exists(from_scene, ignored)) path = from_scene;
+    file->canonical = std::filesystem::canonical(file->path, ignored);
     return {};
 }
 
 Status PbrtReader::include(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
-    std::filesystem::path path;
-    if (const Status found = find_file(name, path); !found.ok()) return error(directive, found.message());
     if (open_files_.size() >= deepest_include) return error(directive, fmt::format("files include each other more than {} deep", deepest_include));
     if (++included_ > most_includes) return error(directive, fmt::format("more than {} files are included", most_includes));
-    std::error_code ignored;
-    const auto canonical = std::filesystem::canonical(path, ignored);  // empty if there is no such file
+    IncludedFile* file = nullptr;
+    RAYPAGER_TRY(find_include(directive, name, file));
     for (const OpenFile& open : open_files_)
-        if (!canonical.empty() && open.canonical == canonical) return error(directive, fmt::format("{} includes itself", path.string()));
-    const Status status = read_file(path);
+        if (!file->canonical.empty() && open.canonical == file->canonical)
+            return error(directive, fmt::format("{} includes itself", file->path.string()));
     // A file that cannot be opened is an error of this line; errors inside it name their own place.
-    return !status.ok() && status.message().starts_with(path.string() + ": ") ? status.at(directive.place.with_line()) : status;
+    if (file->text) return read_file(file->path, file->canonical, *file->text);
+    auto text = read_text(file->path);
+    if (!text) return text.status().at(directive.place.with_line());
+    if (text->size() <= largest_kept_text && kept_text_bytes_ + text->size() <= most_kept_text) {
+        kept_text_bytes_ += text->size();
+        file->text = *text;
+    }
+    return read_file(file->path, file->canonical, std::move(*text));
 }
 
 // Import is an Include that leaves the graphics state as it was.
 Status PbrtReader::import(const Directive& directive) {
+    seems_version(4);
     const GraphicsState before = state_;
     const size_t depth = saved_.size();
     RAYPAGER_TRY(include(directive));
@@ -225,13 +273,18 @@ Status PbrtReader::import(const Directive& directive) {
 }
 
 Status PbrtReader::world_begin(const Directive&) {
+    world_begun_ = true;
     state_.transform = Transform();
     coordinate_systems_["world"] = Transform();
     transforms_active_ = true;
     return {};
 }
 
-Status PbrtReader::world_end(const Directive&) { return {}; }
+Status PbrtReader::world_end(const Directive&) {
+    seems_version(3);
+    world_ended_ = true;
+    return {};
+}
 
 const char* PbrtReader::scope_name(Scope scope) {
     constexpr const char* names[] = {"Attribute", "Transform", "Object"};
@@ -244,23 +297,48 @@ Status PbrtReader::push(const Directive& directive, Scope scope) {
     return {};
 }
 
-Status PbrtReader::pop(const Directive& directive, Scope scope) {
-    if (saved_.empty()) return error(directive, fmt::format("without {}Begin", scope_name(scope)));
+Status PbrtReader::end_transform(const Directive& directive) {
+    if (saved_.empty()) {
+        warn(directive.place, fmt::format("{} without TransformBegin is ignored", directive.name));
+        return {};
+    }
     const SavedState& open = saved_.back();
-    if (open.scope != scope)
+    if (open.scope != Scope::transform)
         return error(directive, fmt::format("before the end of the {}Begin in {}", scope_name(open.scope), open.place.with_line()));
-    if (scope == Scope::transform)
-        state_.transform = open.state.transform;
-    else
-        state_ = open.state;
+    state_.transform = open.state.transform;
     saved_.pop_back();
     return {};
 }
 
+// pbrt-v3 does not ask whether the state was saved by an attribute or an object: the end of either brings back what was saved last. Transforms
+// lie on a stack of their own.
+void PbrtReader::end_attributes(const Directive& directive) {
+    const auto open = std::find_if(saved_.rbegin(), saved_.rend(), [](const SavedState& s) { return s.scope != Scope::transform; });
+    if (open == saved_.rend()) {
+        warn(directive.place, fmt::format("{} without a beginning is ignored", directive.name));
+        return;
+    }
+    const bool expected = directive.name == "ObjectEnd" ? open->scope == Scope::object : open->scope == Scope::attribute;
+    if ((open != saved_.rbegin() || !expected) && !odd_nesting_) {
+        const SavedState& inner = saved_.back();
+        odd_nesting_ = fmt::format("{} before the end of the {}Begin in line {}; it is taken as pbrt-v3 would", directive.name,
+                                   scope_name(inner.scope), inner.place.line);
+        odd_nesting_place_ = directive.place;
+    }
+    const Transform transform = saved_.back().state.transform;
+    state_ = open->state;
+    state_.transform = transform;
+    open->scope = Scope::transform;
+    saved_.pop_back();
+}
+
 Status PbrtReader::attribute_begin(const Directive& directive) { return push(directive, Scope::attribute); }
-Status PbrtReader::attribute_end(const Directive& directive) { return pop(directive, Scope::attribute); }
+Status PbrtReader::attribute_end(const Directive& directive) {
+    end_attributes(directive);
+    return {};
+}
 Status PbrtReader::transform_begin(const Directive& directive) { return push(directive, Scope::transform); }
-Status PbrtReader::transform_end(const Directive& directive) { return pop(directive, Scope::transform); }
+Status PbrtReader::transform_end(const Directive& directive) { return end_transform(directive); }
 
 Status PbrtReader::reverse_orientation(const Directive&) {
     state_.reverse_orientation = !state_.reverse_orientation;

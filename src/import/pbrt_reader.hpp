@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -13,25 +14,12 @@
 #include "import/cloud_file.hpp"
 #include "import/mesh_file.hpp"
 #include "import/pbrt_parameters.hpp"
+#include "import/pbrt_textures.hpp"
 #include "import/pbrt_tokens.hpp"
+#include "import/pbrt_warnings.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
-
-// Warnings, one a kind: the place of the first, and how many more there were.
-class PbrtWarnings {
-public:
-    void add(const PbrtPlace& place, const std::string& text);
-    std::vector<std::string> lines() const;
-
-private:
-    struct Entry {
-        std::string place, text;
-        uint64_t count = 0;
-    };
-    std::vector<Entry> entries_;
-    std::unordered_map<std::string, size_t> by_text_;
-};
 
 class PbrtReader {
 public:
@@ -62,24 +50,43 @@ private:
     };
     struct CameraSettings {
         Transform camera_to_world;
-        double fov = 90;
+        double fov = 90, shutter_seconds = 1;
+    };
+    struct FilmSettings {
+        double iso = 100, scale = 1, white_balance = 0;  // 0: none
+        std::optional<double> exposure_time, imaging_ratio;
+        double max_component = FilmResponse::no_limit, max_luminance = FilmResponse::no_limit;
+        PbrtPlace place;
     };
     static constexpr uint32_t no_surface = RP_NONE;  // rays pass: pbrt's "interface" material
 
     // pbrt_reader.cpp: files, directives, state.
     static const std::unordered_map<std::string_view, Handler>& handlers();
-    Status read_file(const std::filesystem::path& path);
+    struct IncludedFile {
+        std::filesystem::path path, canonical;  // the latter empty if there is no such file
+        std::optional<std::string> text;        // of small files, which may be included very often
+    };
+    Status read_file(const std::filesystem::path& path, const std::filesystem::path& canonical, std::string text);
+    Status find_include(const Directive& directive, const std::string& name, IncludedFile*& file);
     Status read_directives();
     Status skip_unsupported(const Directive& directive);
     Status take_string(std::string& text);
     Status take_numbers(size_t count, double* numbers);
-    Status take_parameters(PbrtParameters& parameters);
+    Status read_to_the_end(const std::filesystem::path& path);
+    PbrtParameters no_parameters() { return PbrtParameters(textures_, warnings_); }
     Status take_type_and_parameters(std::string& type, PbrtParameters& parameters);
     Status error(const Directive& directive, const std::string& what) const;
     void warn(const PbrtPlace& place, const std::string& text) { warnings_.add(place, text); }
     // Warns of each of these parameters that is present, saying what is done instead.
     void warn_if_present(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const char* instead);
-    Status find_file(const std::string& name, std::filesystem::path& path) const;
+    // Warns of the first parameter that nothing was made of, harmless ones apart.
+    void warn_of_unused(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
+                        std::initializer_list<std::string_view> harmless);
+    // Warns; and says so in the error, if nothing else is to be seen.
+    void leave_out(const Directive& directive, const std::string& what);
+    void seems_version(int version) { version_ = version_ ? version_ : version; }
+    bool is_in_world(const Directive& directive, const std::string& type);
+    Status find_file(const std::string& name, std::filesystem::path& path, bool& exists) const;
     Status include(const Directive& directive);
     Status import(const Directive& directive);
     Status world_begin(const Directive& directive);
@@ -90,7 +97,8 @@ private:
     Status transform_end(const Directive& directive);
     Status reverse_orientation(const Directive& directive);
     Status push(const Directive& directive, Scope scope);
-    Status pop(const Directive& directive, Scope scope);
+    Status end_transform(const Directive& directive);
+    void end_attributes(const Directive& directive);  // or an object
     static const char* scope_name(Scope scope);
 
     // pbrt_transforms.cpp
@@ -108,8 +116,12 @@ private:
     Status apply(const Directive& directive, const Transform& transform);
     Status set_transform(const Directive& directive, const Transform& transform);
 
-    // pbrt_camera.cpp
+    // pbrt_film.cpp
     Status film(const Directive& directive);
+    Status film_response(const Directive& directive, const PbrtParameters& parameters);
+    Status set_film_response();
+
+    // pbrt_camera.cpp
     Status camera(const Directive& directive);
     Status sampler(const Directive& directive);
     Status integrator(const Directive& directive);
@@ -119,18 +131,28 @@ private:
     Status material(const Directive& directive);
     Status make_named_material(const Directive& directive);
     Status named_material(const Directive& directive);
-    Status texture(const Directive& directive);
     Status make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index);
-    Status conductor(const PbrtParameters& parameters, const std::string& prefix, double default_roughness, rp_material& material);
+    Status describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
+    Status conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, rp_material& material);
     Status dielectric(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
+    Status approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
+    Status mix_materials(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
+    void warn_of_bumps(const PbrtParameters& parameters);
+
+    // pbrt_textures.cpp
+    Status texture(const Directive& directive);
+    Status float_texture(const std::string& type, const PbrtParameters& parameters, PbrtTexture<double>& texture);
+    Status spectrum_texture(const std::string& type, const PbrtParameters& parameters, PbrtTexture<Float3>& texture);
     // The colour of the first of these parameters that is there. Never negative, always finite.
     Status color(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const Float3& fallback, Float3& color);
     Status parameter_color(const PbrtParameter& parameter, const Float3& fallback, Float3& color);
+    Status named_color(const PbrtParameter& parameter, const Float3& fallback, Float3& color);
+    Status blackbody_parameter(const PbrtParameter& parameter, Float3& color);
 
     // pbrt_lights.cpp
     Status light_source(const Directive& directive);
     Status area_light_source(const Directive& directive);
-    Status light_color(const PbrtParameters& parameters, std::string_view name, Float3& color);
+    Status light_color(const PbrtParameters& parameters, std::string_view name, Float3& color, double per_power = 0);
     void add_infinite_light(const Float3& radiance);
 
     // pbrt_shapes.cpp
@@ -138,6 +160,9 @@ private:
     Status object_begin(const Directive& directive);
     Status object_end(const Directive& directive);
     Status object_instance(const Directive& directive);
+    // Makes what a directive says of a shape but for its place and looks. Left without a source and without a radius: there is nothing to be seen.
+    Status make_shape(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape);
+    Status find_shape_file(const Directive& directive, const PbrtParameters& parameters, std::filesystem::path& path, bool& exists);
     Status triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -153,15 +178,23 @@ private:
     PbrtWarnings warnings_;
     PbrtTokens* tokens_ = nullptr;      // of the file that is being read
     std::vector<OpenFile> open_files_;  // from the scene file to the one being read, to find cycles and relative paths
-    uint64_t included_ = 0;
-    bool any_known_ = false;  // a directive that means something was met
+    uint64_t included_ = 0, kept_text_bytes_ = 0;
+    std::unordered_map<std::string, IncludedFile> included_files_;  // by the folder that the name counts from, and the name
+    std::set<std::string> listed_files_;                            // in scene_.files
+    bool any_known_ = false;                                        // a directive that means something was met
+    bool world_begun_ = false, world_ended_ = false;
+    std::string first_left_out_;
+    int version_ = 0;                         // of pbrt, 3 or 4, by the first directive that only one of them has
+    std::optional<std::string> odd_nesting_;  // the first warning of one, if any: version 3 allows it
+    PbrtPlace odd_nesting_place_;
     GraphicsState state_;
     std::vector<SavedState> saved_;
     bool transforms_active_ = true;
     std::map<std::string, Transform> coordinate_systems_;
     std::optional<CameraSettings> camera_;
+    FilmSettings film_;
     std::map<std::string, uint32_t> named_materials_;
-    std::map<std::string, Float3> textures_;
+    PbrtTextures textures_;
     std::map<std::string, std::vector<Shape>> objects_;
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtPlace object_place_;

@@ -6,14 +6,15 @@
 
 #include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
+#include "import/ply_header.hpp"
 #include "import/tessellate.hpp"
 #include "import/text.hpp"
 
 namespace raypager {
 namespace {
 
-// Instances are placed as shapes of their own, so a small file can ask for any number of them.
-constexpr size_t most_shapes = size_t{1} << 20;
+// Instances are placed as shapes of their own, so a small file can ask for any number of them; no more than there can be primitives.
+constexpr size_t most_shapes = RP_NONE - 1;
 // From here on, single precision is coarser than 8 mm if the unit is the metre.
 constexpr double far_coordinate = 65536;
 constexpr double degrees = 3.14159265358979323846 / 180;
@@ -36,10 +37,28 @@ bool is_similarity(const Transform& t) {
 
 }  // namespace
 
+Status PbrtReader::make_shape(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape) {
+    shape.sphere.radius = 0;
+    if (type == "trianglemesh") return triangle_mesh(directive, parameters, shape);
+    if (type == "loopsubdiv") {
+        warn(directive.place, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
+        return triangle_mesh(directive, parameters, shape);
+    }
+    if (type == "bilinearmesh") return bilinear_mesh(directive, parameters, shape);
+    if (type == "plymesh") return ply_mesh(directive, parameters, shape);
+    if (type == "sphere") return sphere(directive, parameters, shape);
+    if (type == "points") return points(directive, parameters, shape);
+    if (type == "disk") return disk(directive, parameters, shape);
+    if (type == "cylinder") return cylinder(directive, parameters, shape);
+    leave_out(directive, fmt::format("Shape \"{}\" is not supported; it is left out", clipped(type)));
+    return {};
+}
+
 Status PbrtReader::shape(const Directive& directive) {
     std::string type;
-    PbrtParameters parameters;
+    PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
+    if (!is_in_world(directive, type)) return {};
     const PbrtParameter* alpha = parameters.find("alpha");
     const bool number = alpha && alpha->type == "float" && alpha->numbers.size() == 1;
     const bool unseen = number && alpha->numbers[0] == 0, opaque = number && alpha->numbers[0] == 1;
@@ -48,26 +67,11 @@ Status PbrtReader::shape(const Directive& directive) {
     Shape shape;
     shape.unseen = unseen;
     shape.name = directive.place.with_line();
-    if (type == "trianglemesh" || type == "loopsubdiv") {
-        if (type == "loopsubdiv") warn(directive.place, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
-        RAYPAGER_TRY(triangle_mesh(directive, parameters, shape));
-    } else if (type == "bilinearmesh") {
-        RAYPAGER_TRY(bilinear_mesh(directive, parameters, shape));
-    } else if (type == "plymesh") {
-        RAYPAGER_TRY(ply_mesh(directive, parameters, shape));
-    } else if (type == "sphere") {
-        RAYPAGER_TRY(sphere(directive, parameters, shape));
-    } else if (type == "points") {
-        RAYPAGER_TRY(points(directive, parameters, shape));
-    } else if (type == "disk") {
-        RAYPAGER_TRY(disk(directive, parameters, shape));
-    } else if (type == "cylinder") {
-        RAYPAGER_TRY(cylinder(directive, parameters, shape));
-    } else {
-        warn(directive.place, fmt::format("Shape \"{}\" is not supported; it is left out", clipped(type)));
-        return {};
-    }
+    RAYPAGER_TRY(make_shape(directive, type, parameters, shape));
     RAYPAGER_TRY(parameters.status());
+    if (!shape.mesh && !shape.points && !(shape.sphere.radius > 0)) return {};  // what was to be said was said
+    warn_of_unused(directive, type, parameters,
+                   {"uv", "st", "S", "faceIndices", "shadowalpha", "levels", "nlevels", "scheme", "edgelength", "discarddegenerateUVs"});
     shape.to_world = state_.transform * shape.to_world;
     shape.reverse_orientation = state_.reverse_orientation;
     shape.area_light = state_.area_light;
@@ -84,7 +88,7 @@ Status PbrtReader::shape(const Directive& directive) {
         scene_.materials.push_back(absorbing_material());
     }
     if (!shape.to_world.inverse()) {
-        warn(directive.place, "a transform that cannot be inverted flattens a shape; it is left out");
+        leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");
         return {};
     }
     if (!object_) return add_shape(directive, std::move(shape));
@@ -110,13 +114,18 @@ Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameter
     mesh.normals = parameters.points("N");
     std::vector<uint32_t> indices = parameters.indices("indices");
     RAYPAGER_TRY(parameters.status());
-    if (mesh.positions.empty()) return error(directive, "expected \"point3 P\" among its parameters");
     if (indices.empty() && mesh.positions.size() == 3) indices = {0, 1, 2};
-    if (indices.empty() || indices.size() % 3 != 0) return error(directive, fmt::format("expected indices in threes instead of {}", indices.size()));
-    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
-        return error(directive, fmt::format("{} normals for {} points", mesh.normals.size(), mesh.positions.size()));
+    if (mesh.positions.empty() || indices.size() < 3) {
+        leave_out(directive, "a mesh without vertices or triangles is left out");
+        return {};
+    }
+    if (indices.size() % 3 != 0) warn(directive.place, "the indices of a mesh do not come in threes; those behind the last triangle are ignored");
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size()) {
+        warn(directive.place, fmt::format("a mesh has {} normals for {} points; they are ignored", mesh.normals.size(), mesh.positions.size()));
+        mesh.normals.clear();
+    }
     mesh.triangles.reserve(indices.size() / 3);
-    for (size_t i = 0; i < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    for (size_t i = 0; i + 2 < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
     return mesh_in_memory(directive, std::move(mesh), shape);
 }
 
@@ -125,26 +134,65 @@ Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameter
     TriangleMesh mesh;
     mesh.positions = parameters.points("P");
     std::vector<uint32_t> indices = parameters.indices("indices");
+    parameters.find("N");
     RAYPAGER_TRY(parameters.status());
     if (indices.empty() && mesh.positions.size() == 4) indices = {0, 1, 2, 3};
-    if (mesh.positions.empty() || indices.empty() || indices.size() % 4 != 0) return error(directive, "expected points and indices in fours");
+    if (mesh.positions.empty() || indices.size() < 4) {
+        leave_out(directive, "a bilinear mesh without vertices or patches is left out");
+        return {};
+    }
+    if (indices.size() % 4 != 0)
+        warn(directive.place, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
     warn(directive.place, "Shape \"bilinearmesh\" is not supported; two triangles are used for each patch");
-    for (size_t i = 0; i < indices.size(); i += 4) {
+    for (size_t i = 0; i + 3 < indices.size(); i += 4) {
         mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 3]});
         mesh.triangles.push_back({indices[i], indices[i + 3], indices[i + 2]});
     }
     return mesh_in_memory(directive, std::move(mesh), shape);
 }
 
-// A file that several shapes name is the same source for all of them.
-Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+// The file of a mesh or cloud. One that is not there leaves its shape out, as pbrt does it.
+Status PbrtReader::find_shape_file(const Directive& directive, const PbrtParameters& parameters, std::filesystem::path& path, bool& exists) {
     const std::string name = parameters.text("filename", "");
     RAYPAGER_TRY(parameters.status());
+    if (const Status found = find_file(name, path, exists); !found.ok()) return error(directive, found.message());
+    if (exists) return {};
+    leave_out(directive, fmt::format("the file \"{}\" is not there; its shape is left out", name));
+    return {};
+}
+
+namespace {
+
+// A PLY file without vertices or faces: sound, but with nothing to be seen. Whatever else may be wrong is not found here.
+bool is_empty_ply(const std::filesystem::path& path) {
+    const auto file = InputFile::open(path);
+    if (!file) return false;
+    if (file->size() == 0) return true;
+    const auto header = read_ply_header(*file);
+    if (!header) return false;
+    uint64_t vertices = 0, faces = 0;
+    for (const PlyElement& element : header->elements) {
+        if (element.name == "vertex") vertices += element.count;
+        if (element.name == "face" || element.name == "tristrips") faces += element.count;
+    }
+    return vertices == 0 || faces == 0;
+}
+
+}  // namespace
+
+// A file that several shapes name is the same source for all of them.
+Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     std::filesystem::path path;
-    if (const Status found = find_file(name, path); !found.ok()) return error(directive, found.message());
+    bool exists = false;
+    RAYPAGER_TRY(find_shape_file(directive, parameters, path, exists));
+    if (!exists) return {};
     warn_if_present(parameters, {"displacement"}, "the mesh stays as it is");
     auto& source = mesh_files_[path.lexically_normal()];
     if (!source) {
+        if (mesh_format(path) == MeshFormat::ply && is_empty_ply(path)) {
+            leave_out(directive, fmt::format("the mesh \"{}\" has no vertices or no faces; it is left out", path.string()));
+            return {};
+        }
         const auto file = MeshFile::open(path);
         if (!file) return file.status().at(directive.place.with_line());
         source = *file;
@@ -162,7 +210,6 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
 // A point cloud; no shape of pbrt's, but raypager's own. Its origin is put back by the transform, which is carried out in double precision:
 // with a Translate that brings surveyed coordinates near zero, none of their digits are lost.
 Status PbrtReader::points(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
-    const std::string name = parameters.text("filename", "");
     const std::string names = parameters.text("columns", "");
     const double radius = parameters.number("radius", 0), scale = parameters.number("scale", 1);
     RAYPAGER_TRY(parameters.status());
@@ -171,7 +218,9 @@ Status PbrtReader::points(const Directive& directive, const PbrtParameters& para
     if (!(radius >= 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be 0 (from the spacing) or more");
     if (!(scale > 0) || !std::isfinite(static_cast<float>(scale))) return error(directive, "its scale must be more than 0");
     std::filesystem::path path;
-    if (const Status found = find_file(name, path); !found.ok()) return error(directive, found.message());
+    bool exists = false;
+    RAYPAGER_TRY(find_shape_file(directive, parameters, path, exists));
+    if (!exists) return {};
     auto& source = cloud_files_[{path.lexically_normal(), point_column_list(*columns)}];
     if (!source) {
         const auto file = CloudFile::open(path, *columns);
@@ -195,7 +244,11 @@ Status PbrtReader::points(const Directive& directive, const PbrtParameters& para
 Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     const double radius = parameters.number("radius", 1);
     RAYPAGER_TRY(parameters.status());
-    if (!(radius > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
+    if (radius == 0) {
+        leave_out(directive, "a sphere of radius 0 is left out");
+        return {};
+    }
+    if (!(static_cast<float>(radius) > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
     const bool partial =
         parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
     if (partial) warn(directive.place, "partial spheres are not supported; the whole one is used");
@@ -249,7 +302,7 @@ Status PbrtReader::object_begin(const Directive& directive) {
 
 Status PbrtReader::object_end(const Directive& directive) {
     if (!object_) return error(directive, "without ObjectBegin");
-    RAYPAGER_TRY(pop(directive, Scope::object));
+    end_attributes(directive);
     object_ = nullptr;
     return {};
 }
@@ -257,9 +310,16 @@ Status PbrtReader::object_end(const Directive& directive) {
 Status PbrtReader::object_instance(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
-    if (object_) return error(directive, "an object cannot contain instances");
+    if (!is_in_world(directive, name)) return {};
+    if (object_) {
+        warn(directive.place, fmt::format("an object cannot contain instances; that of \"{}\" is left out", clipped(name)));
+        return {};
+    }
     const auto found = objects_.find(name);
-    if (found == objects_.end()) return error(directive, fmt::format("there is no object \"{}\"", clipped(name)));
+    if (found == objects_.end()) {
+        leave_out(directive, fmt::format("there is no object \"{}\"; the instance is left out", clipped(name)));
+        return {};
+    }
     if (!state_.transform.inverse()) {
         warn(directive.place, "a transform that cannot be inverted flattens an instance; it is left out");
         return {};

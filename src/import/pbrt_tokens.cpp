@@ -10,9 +10,14 @@
 namespace raypager {
 namespace {
 
+constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+
+bool ends_line(char c) { return c == '\n' || c == '\r'; }
 bool letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool digit(char c) { return c >= '0' && c <= '9'; }
-bool ends_word(char c) { return is_blank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
+// Commas between numbers are blanks, as pbrt-v3 takes them.
+bool separates(char c) { return is_blank(c) || c == ','; }
+bool ends_word(char c) { return separates(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
 
 }  // namespace
 
@@ -38,7 +43,9 @@ std::string PbrtToken::describe() const {
 }
 
 PbrtTokens::PbrtTokens(const std::filesystem::path& path, std::string text)
-    : file_(std::make_shared<const std::string>(path.string())), text_(std::move(text)) {}
+    : file_(std::make_shared<const std::string>(path.string())), text_(std::move(text)) {
+    if (text_.starts_with(byte_order_mark)) at_ = byte_order_mark.size();
+}
 
 Status PbrtTokens::error(const PbrtToken& token, const std::string& what) const {
     return Status::failed(fmt::format("{}: {}", place(token).with_column(), what));
@@ -54,7 +61,8 @@ Status PbrtTokens::peek(const PbrtToken*& token) {
 char PbrtTokens::advance() {
     const char c = text_[at_++];
     ++column_;
-    if (c == '\n') {
+    // A line ends with LF, CR LF, or CR alone.
+    if (c == '\n' || (c == '\r' && (at_ == text_.size() || text_[at_] != '\n'))) {
         ++line_;
         column_ = 1;
     }
@@ -64,8 +72,8 @@ char PbrtTokens::advance() {
 void PbrtTokens::skip_blanks() {
     while (at_ < text_.size()) {
         if (text_[at_] == '#')
-            while (at_ < text_.size() && text_[at_] != '\n') advance();
-        else if (is_blank(text_[at_]))
+            while (at_ < text_.size() && !ends_line(text_[at_])) advance();
+        else if (separates(text_[at_]))
             advance();
         else
             return;
@@ -98,11 +106,11 @@ Status PbrtTokens::scan() {
 Status PbrtTokens::scan_string() {
     token_.kind = PbrtTokenKind::string;
     advance();
-    while (at_ < text_.size() && text_[at_] != '\n') {
+    while (at_ < text_.size() && !ends_line(text_[at_])) {
         char c = advance();
         if (c == '"') return {};
         if (c == '\\') {
-            if (at_ == text_.size() || text_[at_] == '\n') break;
+            if (at_ == text_.size() || ends_line(text_[at_])) break;
             c = advance();
             if (c == 'n') c = '\n';
             if (c == 't') c = '\t';

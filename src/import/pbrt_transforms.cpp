@@ -95,7 +95,10 @@ Status PbrtReader::coord_sys_transform(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
     const auto found = coordinate_systems_.find(name);
-    if (found == coordinate_systems_.end()) return error(directive, fmt::format("there is no coordinate system \"{}\"", clipped(name)));
+    if (found == coordinate_systems_.end()) {
+        warn(directive.place, fmt::format("there is no coordinate system \"{}\"; the transform stays as it is", clipped(name)));
+        return {};
+    }
     return set_transform(directive, found->second);
 }
 

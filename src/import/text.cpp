@@ -1,5 +1,6 @@
 #include "import/text.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -42,11 +43,35 @@ std::string_view trim_line_end(std::string_view line) {
     return line;
 }
 
+namespace {
+
+// Bytes of the well-formed UTF-8 character that text begins with; 0 if there is none that can be shown.
+size_t utf8_length(std::string_view text) {
+    const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+    const unsigned char first = byte(0);
+    if (first < 0x80) return first >= ' ' && first <= '~' ? 1 : 0;
+    const size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
+    if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
+    for (size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xc0) != 0x80) return 0;
+    // Overlong forms, surrogates, and what lies behind the last character; of two bytes, control characters.
+    if (first == 0xe0 && byte(1) < 0xa0) return 0;
+    if (first == 0xed && byte(1) > 0x9f) return 0;
+    if ((first == 0xf0 && byte(1) < 0x90) || (first == 0xf4 && byte(1) > 0x8f)) return 0;
+    return first == 0xc2 && byte(1) < 0xa0 ? 0 : length;
+}
+
+}  // namespace
+
 std::string clipped(std::string_view text) {
-    std::string result(text.substr(0, 40));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    if (text.size() > 40) result += "...";
+    std::string result;
+    size_t characters = 0, at = 0;
+    for (; at < text.size() && characters < 40; ++characters) {
+        const size_t length = utf8_length(text.substr(at));
+        result += length ? std::string(text.substr(at, length)) : "?";
+        at += std::max<size_t>(length, 1);
+    }
+    if (at < text.size()) result += "...";
     return result;
 }
 

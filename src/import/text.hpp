@@ -19,7 +19,7 @@ size_t split_numbers(std::string_view text, std::span<std::string_view> words);
 void split_words(std::string_view text, std::vector<std::string_view>& words);
 // Without a carriage return at the end.
 std::string_view trim_line_end(std::string_view line);
-// Fit for a message: at most 40 characters, unprintable ones as '?'.
+// Fit for a message: at most 40 characters of UTF-8, others and unprintable ones as "?".
 std::string clipped(std::string_view text);
 
 // What comes before the "#" of a comment.

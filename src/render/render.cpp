@@ -324,7 +324,7 @@ RenderProgress Renderer::progress() const {
 
 Result<FilmResolver> Renderer::read_film() {
     const rp_render_params& params = wavefront_->params();
-    FilmResolver film(params.width, params.height, params.background_kind == RP_BACKGROUND_TRANSPARENT);
+    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT);
     std::vector<uint32_t> words(std::min(film_piece_words, wavefront_->film_words()));
     for (uint64_t first = 0; first < wavefront_->film_words(); first += film_piece_words) {
         const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, wavefront_->film_words() - first));

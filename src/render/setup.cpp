@@ -90,6 +90,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         params.background_kind = options.background->transparent ? RP_BACKGROUND_TRANSPARENT : RP_BACKGROUND_COLOR;
         if (!options.background->transparent) set3(params.background, options.background->color);
     }
+    params.max_luminance = scene.film.max_luminance;
+    params.max_xyz = scene.film.max_xyz;
     params.roulette_connection = options.connection == Connection::roulette;
     const uint64_t pixels = uint64_t{params.width} * params.height;
     constexpr uint32_t longest_side = 1 << 20;  // kernels multiply it by the size of a tile

@@ -35,6 +35,13 @@ Status check_camera(const Scene& scene) {
     return {};
 }
 
+Status check_film(const FilmResponse& film) {
+    if (!(film.exposure >= 0) || !std::isfinite(film.exposure)) return Status::failed("film: its exposure must be finite and 0 or more");
+    if (!finite(film.color_matrix)) return Status::failed("film: its colour matrix is not finite");
+    if (!(film.max_luminance >= 0) || !(film.max_xyz >= 0)) return Status::failed("film: its limits for samples must be 0 or more");
+    return {};
+}
+
 Status check_material(const rp_material& material, size_t index) {
     const auto bad = [&](const char* what) { return Status::failed(fmt::format("material {}: {}", index, what)); };
     const std::span color(material.color, 3), eta(material.eta, 3), k(material.k, 3);
@@ -106,6 +113,7 @@ Status check_shape(const Scene& scene, const Shape& shape) {
 
 Status validate(const Scene& scene) {
     RAYPAGER_TRY(check_camera(scene));
+    RAYPAGER_TRY(check_film(scene.film));
     for (size_t i = 0; i < scene.materials.size(); ++i) RAYPAGER_TRY(check_material(scene.materials[i], i));
     for (size_t i = 0; i < scene.area_lights.size(); ++i) {
         const Float3& l = scene.area_lights[i].radiance;

@@ -71,6 +71,10 @@ Status read_scalars(const InputFile& file, const Header& header, BakedScene& sce
     scene.spheres = s.spheres;
     scene.fingerprint = s.fingerprint;
     scene.position_cell = s.position_cell;
+    scene.film.exposure = s.exposure;
+    std::copy(std::begin(s.color_matrix), std::end(s.color_matrix), scene.film.color_matrix.begin());
+    scene.film.max_luminance = s.max_luminance;
+    scene.film.max_xyz = s.max_xyz;
     return {};
 }
 
@@ -122,6 +126,9 @@ uint64_t BakedScene::identity() const {
     Hasher hasher;
     hasher.add(camera);
     for (const uint64_t value : {uint64_t{width}, uint64_t{height}, uint64_t{spp}, uint64_t{max_depth}, triangles, spheres}) hasher.add(value);
+    // The rest of the film's response comes in when the picture is made of the samples.
+    hasher.add(film.max_luminance);
+    hasher.add(film.max_xyz);
     hasher.add_all(lower);
     hasher.add_all(upper);
     hasher.add_all(materials);

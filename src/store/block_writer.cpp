@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -34,6 +35,10 @@ Scalars make_scalars(const BakedScene& scene) {
     s.spheres = scene.spheres;
     s.fingerprint = scene.fingerprint;
     s.position_cell = scene.position_cell;
+    s.exposure = scene.film.exposure;
+    std::copy(scene.film.color_matrix.begin(), scene.film.color_matrix.end(), s.color_matrix);
+    s.max_luminance = scene.film.max_luminance;
+    s.max_xyz = scene.film.max_xyz;
     return s;
 }
 

@@ -36,6 +36,9 @@ Status check_scalars(const BakedScene& scene) {
     for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward})
         if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) return bad(scalars, "the camera is not finite");
     if (scene.width == 0 || scene.height == 0 || scene.spp == 0) return bad(scalars, "the size of the picture is zero");
+    if (!(scene.film.exposure >= 0) || !std::isfinite(scene.film.exposure) || !finite(scene.film.color_matrix) || !(scene.film.max_luminance >= 0) ||
+        !(scene.film.max_xyz >= 0))
+        return bad(scalars, "the response of the film makes no sense");
     if (!good_position_cell(scene.position_cell)) return bad(scalars, "the grid of positions makes no sense");
     if (!good_bounds(scene.lower, scene.upper)) return bad(scalars, "the bounds make no sense");
     if (!good_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");

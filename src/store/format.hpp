@@ -42,6 +42,8 @@ struct Scalars {
     rp_top_grid top_grid;
     uint64_t triangles, spheres, fingerprint;
     float position_cell;
+    float exposure, color_matrix[9];
+    float max_luminance, max_xyz;
     uint32_t unused;
 };
 
@@ -49,7 +51,7 @@ inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),    sizeo
                                                        sizeof(rp_node),    sizeof(rp_portal),   sizeof(uint64_t), sizeof(rp_u32),
                                                        sizeof(BlockRecord)};
 
-static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 152);
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 200);
 static_assert(sizeof(rp_material) == 64 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
 static_assert(sizeof(rp_node) == 32 && sizeof(rp_portal) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
 

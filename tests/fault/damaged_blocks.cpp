@@ -183,6 +183,11 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     using namespace format;
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.eye[1] = NAN; }), "scene");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.width = 0; }), "scene");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.exposure = -1; }), "film");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.exposure = INFINITY; }), "film");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.color_matrix[4] = NAN; }), "film");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.max_luminance = NAN; }), "film");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.max_xyz = -1; }), "film");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.lower[0] = s.upper[0] + 1; }), "scene");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.triangles++; }), "");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.triangles = UINT64_MAX; }), "too many");

@@ -10,7 +10,7 @@ namespace {
 // Every directive that the importer knows, most of their parameters, and some that it does not know.
 const char* const all_directives = R"(# a comment
 Option "disablepixeljitter" true
-Film "rgb" "integer xresolution" [64] "integer yresolution" 48 "string filename" "a.exr"
+Film "rgb" "integer xresolution" [64] "integer yresolution" 48 "string filename" "a.exr" "float iso" 200 "float whitebalance" 5000
 Sampler "stratified" "integer xsamples" 2 "integer ysamples" 2
 PixelFilter "gaussian" "float xradius" 2
 Integrator "volpath" "integer maxdepth" 7
@@ -23,6 +23,7 @@ LightSource "infinite" "rgb L" [.3 .3 .3] "float scale" 2
 LightSource "distant" "point3 from" [0 10 0] "point3 to" [0 0 0] "blackbody L" 5500
 LightSource "spot" "rgb I" [1 2 3] "point3 from" [1 1 1]
 Texture "t" "spectrum" "checkerboard" "rgb tex1" [1 0 0] "rgb tex2" [0 1 0]
+Texture "f" "float" "mix" "float tex1" -1 "float amount" .5
 Texture "s" "spectrum" "scale" "texture tex" "t" "float scale" .5
 MakeNamedMaterial "gold" "string type" "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0.1
 AttributeBegin

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "film/film.hpp"
 #include "reference/path_tracer.hpp"
 #include "reference/scenes.hpp"
 #include "reference/statistics.hpp"
@@ -106,6 +107,34 @@ TEST(Furnace, roulette_leaves_refraction_out) {
     const double mean = mean_of(image), pixels = static_cast<double>(image.values.size()) / 3;
     EXPECT_NEAR(mean, 1, 4 * standard_error(image) + 2e-4);
     EXPECT_LT(standard_error(image) * std::sqrt(pixels), 0.013);
+}
+
+// An even sky on a film that limits samples, and one that exposes longer.
+TEST(FilmResponse, limits_and_exposure_are_seen_in_the_picture) {
+    Scene scene;
+    scene.width = scene.height = 8;
+    rp_light sky = {};
+    sky.kind = RP_LIGHT_INFINITE;
+    sky.radiance[0] = 1;
+    sky.radiance[1] = 2;
+    sky.radiance[2] = 4;
+    scene.lights = {sky};
+    scene.materials.resize(1);
+    scene.materials[0].kind = RP_MATERIAL_NONE;
+    scene.shapes.resize(1);
+    scene.shapes[0].sphere = {{0, 0, -10}, 1};  // behind the camera
+    FilmResponse exposed, dim, cut;
+    exposed.exposure = 3;
+    dim.max_luminance = 0.5f;
+    cut.max_xyz = 1;
+    cut.exposure = 2;
+    for (const FilmResponse& film : {FilmResponse(), exposed, dim, cut}) {
+        scene.film = film;
+        const Image image = render_scene(scene, 4, 1, Connection::queue, 0);
+        const auto limited = limit_sample({1, 2, 4}, film);
+        for (size_t i = 0; i < image.values.size(); i++)
+            ASSERT_NEAR(image.values[i], film.exposure * limited[i % 3], 1e-5) << "single precision, pixel " << i / 3;
+    }
 }
 
 TEST(LitPlane, point_and_distant_light_have_known_irradiance) {

@@ -91,6 +91,35 @@ TEST(FilmHash, TellsSizeAndEveryWord) {
     }
 }
 
+TEST(FilmResponse, ExposureAndColoursAreAppliedToTheMean) {
+    std::array<uint32_t, RP_FILM_WORDS> pixel{};
+    add_sample(pixel, {1, 2, 3});
+    add_sample(pixel, {3, 2, 1});
+    FilmResponse response;
+    response.exposure = 4;
+    response.color_matrix = {0, 1, 0, 0, 0, 1, 0.5f, 0, 0.25f};
+    EXPECT_EQ(resolve_film(pixel, 1, 1, response).values, (std::vector<float>{8, 8, 6}));
+    FilmResolver resolver(1, 1, response);
+    resolver.add(pixel);
+    EXPECT_EQ(resolver.take_image().values, (std::vector<float>{8, 8, 6}));
+}
+
+TEST(FilmResponse, LimitsScaleASampleAsAWhole) {
+    FilmResponse response;
+    const std::array<float, 3> sample = {4, 8, 12};
+    EXPECT_EQ(limit_sample(sample, response), sample);
+    response.max_luminance = 0.5f;
+    auto limited = limit_sample(sample, response);
+    EXPECT_NEAR(0.2126729f * limited[0] + 0.7151522f * limited[1] + 0.0721750f * limited[2], 0.5, 1e-6);
+    EXPECT_NEAR(limited[2] / limited[0], 3, 1e-5);
+    response = {};
+    response.max_xyz = 1;  // Z is the largest here
+    limited = limit_sample(sample, response);
+    EXPECT_NEAR(0.0193339f * limited[0] + 0.1191920f * limited[1] + 0.9503041f * limited[2], 1, 1e-6);
+    EXPECT_NEAR(limited[1] / limited[0], 2, 1e-5);
+    EXPECT_EQ(limit_sample({0.1f, 0.2f, 0.3f}, response), (std::array<float, 3>{0.1f, 0.2f, 0.3f})) << "dark enough";
+}
+
 // A film in pieces gives what the whole gives.
 TEST(FilmResolver, AgreesWithTheWholeFilm) {
     std::vector<uint32_t> words(6 * RP_FILM_WORDS);

@@ -3,41 +3,15 @@
 
 #include <cmath>
 
-#include "import/import.hpp"
 #include "import/pbrt_spectra.hpp"
-#include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
+#include "unit/pbrt_fixture.hpp"
 
 namespace raypager {
 namespace {
 
-using support::TemporaryFolder;
-
-class ImportPbrt : public testing::Test {
-protected:
-    // Imports text as a scene file; it must be sound.
-    Scene scene(const std::string& text) {
-        auto result = import_scene({folder.write("scene.pbrt", text)});
-        EXPECT_TRUE(result.ok()) << result.status().message();
-        return result.ok() ? std::move(*result) : Scene();
-    }
-    void expect_error(const std::string& text, const std::string& part) {
-        const auto result = import_scene({folder.write("scene.pbrt", text)});
-        ASSERT_FALSE(result.ok()) << "accepted: " << text.substr(0, 200);
-        EXPECT_NE(result.status().message().find(part), std::string::npos) << result.status().message();
-        EXPECT_EQ(result.status().message().find('\n'), std::string::npos);
-        EXPECT_LT(result.status().message().size(), 500u);
-    }
-    void expect_warning(const std::string& text, const std::string& part) {
-        const Scene s = scene(text);
-        for (const std::string& warning : s.warnings)
-            if (warning.find(part) != std::string::npos) return;
-        ADD_FAILURE() << "no warning with \"" << part << "\" among " << s.warnings.size() << (s.warnings.empty() ? "" : ": " + s.warnings[0]);
-    }
-    TemporaryFolder folder;
-};
-
-const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n";
+using ImportPbrt = test::PbrtTest;
+using test::one_triangle;
 
 void expect_color(const float* color, float r, float g, float b) {
     EXPECT_FLOAT_EQ(color[0], r);
@@ -66,7 +40,7 @@ NamedMaterial "gold"
 ReverseOrientation
 Scale 2 2 2
 Shape "plymesh" "string filename" "mesh.ply"
-)" + triangle);
+)" + one_triangle);
     EXPECT_EQ(s.max_depth, 7u);
     EXPECT_EQ(s.spp, 32u);
     EXPECT_EQ(s.width, 400u);
@@ -111,7 +85,7 @@ Shape "plymesh" "string filename" "mesh.ply"
 TEST_F(ImportPbrt, PortraitPicturesSpanTheWidth) {
     const Scene s = scene(
         "Film \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" 200 Scale -1 1 1 Camera \"perspective\" \"float fov\" 90 WorldBegin " +
-        triangle);
+        one_triangle);
     EXPECT_FLOAT_EQ(s.camera.right.x, -1);  // mirrored by the Scale
     EXPECT_FLOAT_EQ(s.camera.up.y, 2);
 }
@@ -215,9 +189,9 @@ TEST_F(ImportPbrt, IncludeErrors) {
     expect_error("Include \"absent.pbrt\"", "scene.pbrt:1: ");
     folder.write("bad.pbrt", "\n\n  Shape sphere");
     expect_error("Include \"bad.pbrt\"", "bad.pbrt:3:9: expected a string");
-    for (int i = 0; i < 40; ++i) folder.write("n" + std::to_string(i) + ".pbrt", "Include \"n" + std::to_string(i + 1) + ".pbrt\"");
-    folder.write("n40.pbrt", "Shape \"sphere\"");
-    expect_error("Include \"n0.pbrt\"", "32 deep");
+    for (int i = 0; i < 300; ++i) folder.write("n" + std::to_string(i) + ".pbrt", "Include \"n" + std::to_string(i + 1) + ".pbrt\"");
+    folder.write("n300.pbrt", "Shape \"sphere\"");
+    expect_error("Include \"n0.pbrt\"", "256 deep");
     // Twice at every level: 2^20 files if nothing stopped it.
     for (int i = 0; i < 20; ++i) {
         const std::string next = "Include \"n" + std::to_string(i + 1) + ".pbrt\" ";
@@ -233,7 +207,7 @@ ObjectBegin "thing"
   Translate 1 0 0
   Shape "sphere"
   Material "dielectric"
-)" + triangle + R"(ObjectEnd
+)" + one_triangle + R"(ObjectEnd
 Translate 0 1 0
 ObjectInstance "thing"
 Scale 1 1 3
@@ -246,15 +220,8 @@ ObjectInstance "thing"
     EXPECT_EQ(s.shapes[1].mesh, s.shapes[3].mesh);
     EXPECT_EQ(s.materials[s.shapes[3].material].kind, RP_MATERIAL_DIELECTRIC);
     expect_error("WorldBegin ObjectInstance \"x\"", "there is no object \"x\"");
-    expect_error("WorldBegin ObjectBegin \"x\" ObjectInstance \"x\"", "cannot contain");
-    expect_error("WorldBegin ObjectBegin \"x\" AttributeEnd", "before the end of the ObjectBegin");
+    expect_error("WorldBegin ObjectBegin \"x\" AttributeEnd", "ObjectBegin without ObjectEnd");
     expect_error("WorldBegin ObjectBegin \"x\" Shape \"sphere\"", "ObjectBegin without ObjectEnd");
-    // A small file that asks for 2^22 shapes.
-    std::string text = "WorldBegin ObjectBegin \"x\" ";
-    for (int i = 0; i < 2048; ++i) text += "Shape \"sphere\" ";
-    text += "ObjectEnd ";
-    for (int i = 0; i < 2048; ++i) text += "ObjectInstance \"x\" ";
-    expect_error(text, "more than 1048576 shapes");
 }
 
 // The mesh of a shape, with its extent.
@@ -306,24 +273,26 @@ Shape "cylinder" "float radius" 2 "float zmin" -3 "float zmax" 4
 }
 
 TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
-    expect_warning("WorldBegin\nFrobnicate 1 [2 3] \"x\" true \"float y\" 1\n" + triangle,
+    expect_warning("WorldBegin\nFrobnicate 1 [2 3] \"x\" true \"float y\" 1\n" + one_triangle,
                    "scene.pbrt:2: Frobnicate is not supported; it and its parameters are skipped");
-    expect_warning("PixelFilter \"gaussian\" \"float xradius\" 3 WorldBegin " + triangle,
+    expect_warning("PixelFilter \"gaussian\" \"float xradius\" 3 WorldBegin " + one_triangle,
                    "scene.pbrt:1: PixelFilter is not supported; pixels are averaged");
-    expect_warning("WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3]\n" + triangle,
+    expect_warning("WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3]\n" + one_triangle,
                    "scene.pbrt:2: Material \"coateddiffuse\" is not supported");
-    expect_warning("WorldBegin\n\nShape \"curve\" \"point3 P\" [0 0 0]\n" + triangle,
+    expect_warning("WorldBegin\n\nShape \"curve\" \"point3 P\" [0 0 0]\n" + one_triangle,
                    "scene.pbrt:3: Shape \"curve\" is not supported; it is left out");
-    expect_warning("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + triangle, "the sky is white on average");
-    expect_warning("WorldBegin LightSource \"spot\"\n" + triangle, "a point light is used");
-    expect_warning("WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n" + triangle, "one mid colour is used");
-    expect_warning("WorldBegin LightSource \"point\" \"blackbody I\" 3000\n" + triangle, "approximated");
+    expect_warning("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + one_triangle, "the sky is white on average");
+    expect_warning("WorldBegin LightSource \"spot\"\n" + one_triangle, "a point light is used");
+    expect_warning("WorldBegin\nTexture \"t\" \"spectrum\" \"imagemap\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\" " + one_triangle,
+                   "scene.pbrt:2: Texture \"imagemap\" is not supported; one mid value is used");
+    expect_silence("WorldBegin Texture \"unused\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n" + one_triangle);
+    expect_warning("WorldBegin LightSource \"point\" \"blackbody I\" 3000\n" + one_triangle, "approximated");
     expect_warning("WorldBegin Shape \"sphere\" \"float phimax\" 180", "the whole one is used");
-    expect_warning("WorldBegin Scale 0 1 1 " + triangle, "left out");
-    expect_warning("WorldBegin\nShape \"curve\" Shape \"curve\"\nShape \"curve\" " + triangle,
+    expect_warning("WorldBegin " + one_triangle + "Scale 0 1 1 " + one_triangle, "left out");
+    expect_warning("WorldBegin\nShape \"curve\" Shape \"curve\"\nShape \"curve\" " + one_triangle,
                    "scene.pbrt:2: Shape \"curve\" is not supported; it is left out (and 2 more of the same)");
-    expect_warning("WorldBegin " + triangle, "there is no light");
-    expect_warning("WorldBegin LightSource \"point\"", "no shapes");
+    expect_warning("WorldBegin " + one_triangle, "there is no light");
+    expect_error("WorldBegin LightSource \"point\"", "scene.pbrt: has no shape");
 }
 
 TEST_F(ImportPbrt, TexturesBecomeColours) {
@@ -338,11 +307,11 @@ Shape "sphere"
 )");
     expect_color(s.materials[s.shapes[0].material].color, 0.4f, 0.05f, 0.05f);
     expect_color(s.materials[s.shapes[1].material].color, 0.4f, 0.1f, 0.3f);
-    expect_error("WorldBegin Material \"diffuse\" \"texture reflectance\" \"absent\"", "there is no texture \"absent\"");
+    expect_warning("WorldBegin Material \"diffuse\" \"texture reflectance\" \"absent\" Shape \"sphere\"", "there is no spectrum texture \"absent\"");
 }
 
 TEST_F(ImportPbrt, InfiniteLightsAddUp) {
-    const Scene s = scene("WorldBegin LightSource \"infinite\" \"rgb L\" [1 2 3] LightSource \"infinite\" \"float scale\" .5 " + triangle);
+    const Scene s = scene("WorldBegin LightSource \"infinite\" \"rgb L\" [1 2 3] LightSource \"infinite\" \"float scale\" .5 " + one_triangle);
     ASSERT_EQ(s.lights.size(), 1u);
     expect_color(s.lights[0].radiance, 1.5f, 2.5f, 3.5f);
 }
@@ -354,7 +323,6 @@ TEST_F(ImportPbrt, SyntaxErrorsNameLineAndColumn) {
     expect_error("Camera \"perspective", "scene.pbrt:1:8: expected a closing quote");
     expect_error("Camera \"perspective\nWorldBegin", "scene.pbrt:1:8: expected a closing quote");
     expect_error("Camera \"perspective\" \"fov\" 3", "scene.pbrt:1:22: expected \"type name\"");
-    expect_error("Camera \"perspective\" \"number fov\" 3", "\"number\" is no type");
     expect_error("Camera \"perspective\" \"float fov\" [ 3", "expected a number for \"float fov\" instead of the end of the file");
     expect_error("Camera \"perspective\" \"float fov\" \"3\"", "expected a number for \"float fov\" instead of the string");
     expect_error("Camera \"perspective\" \"float fov\" [3 4]", "scene.pbrt:1:22: parameter \"float fov\": expected one number");
@@ -365,27 +333,21 @@ TEST_F(ImportPbrt, SyntaxErrorsNameLineAndColumn) {
     expect_error("Camera \"perspective\" \"float fov\" 180", "field of view");
     expect_error("Film \"rgb\" \"integer xresolution\" -4", "expected a whole number");
     expect_error("Film \"rgb\" \"integer xresolution\" 1e9", "expected a whole number");
-    expect_error("WorldBegin AttributeEnd", "scene.pbrt:1:12: AttributeEnd: without AttributeBegin");
     expect_error("WorldBegin AttributeBegin TransformEnd", "before the end of the AttributeBegin");
-    expect_error("WorldBegin\nAttributeBegin\n" + triangle, "scene.pbrt:2: AttributeBegin without AttributeEnd");
-    expect_error("WorldBegin NamedMaterial \"x\"", "there is no material \"x\"");
-    expect_error("WorldBegin CoordSysTransform \"x\"", "there is no coordinate system \"x\"");
+    expect_error("WorldBegin\nAttributeBegin\n" + one_triangle, "scene.pbrt:2: AttributeBegin without AttributeEnd");
     expect_error("LookAt 0 0 0 0 0 0 0 1 0", "LookAt: eye and target coincide");
     expect_error("Transform [1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1]", "projective");
     expect_error("Transform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 5]", "expected ] after sixteen numbers");
     expect_error("Scale 1e200 1 1 Scale 1e200 1 1", "not finite");
-    expect_error("WorldBegin Shape \"trianglemesh\" \"integer indices\" [0 1 2]", "point3 P");
-    expect_error("WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0 1]", "multiple of 3");
-    expect_error("WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 1 1] \"integer indices\" [0 1]", "in threes");
     expect_error("WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 .5 0]", "whole numbers");
     expect_error("WorldBegin Shape \"plymesh\" \"string filename\" \"absent.ply\"", "scene.pbrt:1: ");
     expect_error("WorldBegin Shape \"plymesh\"", "name of a file is missing");
-    expect_error("WorldBegin Shape \"sphere\" \"float radius\" 0", "radius");
     expect_error("WorldBegin LightSource \"distant\" \"point3 to\" [0 0 0]", "different points");
     expect_error("WorldBegin LightSource \"point\" \"rgb I\" [-1 0 0]", "0 or more");
     expect_error("WorldBegin LightSource \"point\" \"rgb I\" [1e30 0 0] \"float scale\" 1e30", "too bright");
-    expect_error("", "scene.pbrt: is empty");
-    expect_error(" \n\n", "scene.pbrt: is empty");
+    expect_error("WorldBegin Shape \"sphere\" \"float radius\" -1", "radius");
+    expect_error("", "scene.pbrt: holds no directive");
+    expect_error(" \n\n", "scene.pbrt: holds no directive");
     expect_error(
         "\x7f"
         "ELF",
@@ -403,7 +365,7 @@ TEST_F(ImportPbrt, HostileTextEndsInOneLine) {
     // Numbers without end are read and then found to be of no use.
     std::string many = "WorldBegin Shape \"trianglemesh\" \"point3 P\" [";
     for (int i = 0; i < 300001; ++i) many += "1 ";
-    expect_error(many + "]", "multiple of 3");
+    expect_error(many + "]", "a mesh without vertices or triangles is left out");
 }
 
 TEST_F(ImportPbrt, UsageErrors) {

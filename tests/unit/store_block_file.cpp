@@ -29,6 +29,7 @@ TEST(BlockFile, RoundTrip) {
     scene.height = 123;
     scene.spp = 7;
     scene.max_depth = 0;
+    scene.film = {.exposure = 3, .color_matrix = {1, 2, 3, 4, 5, 6, 7, 8, 9}, .max_luminance = 10};
     scene.area_lights = {{{5, 5, 5}, false}};
     scene.shapes[1].area_light = 0;
     const auto file = bake_and_open(scene, folder / "a.rpb", 16 << 10);
@@ -40,6 +41,7 @@ TEST(BlockFile, RoundTrip) {
     EXPECT_EQ(baked.height, 123u);
     EXPECT_EQ(baked.spp, 7u);
     EXPECT_EQ(baked.max_depth, 0u);
+    EXPECT_EQ(baked.film, scene.film);
     EXPECT_EQ(baked.triangles, 1800u);
     EXPECT_EQ(baked.spheres, 1u);
     EXPECT_TRUE(same_bytes(baked.materials, scene.materials));
