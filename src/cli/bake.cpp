@@ -8,6 +8,7 @@
 #include "cli/baking.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
+#include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "cli/view.hpp"
@@ -74,6 +75,7 @@ Status run_bake(const Arguments& arguments) {
         if (has_ending(input, ".rpb")) return parser.wrong(fmt::format("'{}' is baked already; render it", input.string()));
     RAYPAGER_TRY(check_output_path(output));
 
+    const StopSignal signal(StopMode::leave);
     auto scene = import_with_warnings(inputs, options.host_limit);
     if (!scene) return scene.status();
     RAYPAGER_TRY(set_view(view, *scene));

@@ -46,8 +46,8 @@ Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inp
 
 Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, const std::filesystem::path& output, bool show_progress) {
     if (show_progress) options.progress = progress_printer();
-    const StopSignal stop;
-    options.stop = &stop.flag();
+    const StopSignal signal(StopMode::finish);
+    options.stop = &signal.stop();
     auto summary = bake(scene, options, output);
     progress_line("");
     if (!summary) return summary;

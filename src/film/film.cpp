@@ -2,6 +2,7 @@
 
 #include "base/check.hpp"
 #include "base/hash.hpp"
+#include "film/fill.hpp"
 
 namespace raypager {
 namespace {
@@ -65,6 +66,11 @@ FilmResolver::FilmResolver(uint32_t width, uint32_t height)
 void FilmResolver::add(std::span<const uint32_t> words) {
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
         append_mean(pixel, image_.values);
+        if (pixel[RP_FILM_COUNT] == 0) {
+            unsampled_.resize(pixels_);
+            unsampled_[image_.values.size() / 3 - 1] = true;
+            unsampled_count_++;
+        }
         samples_ += pixel[RP_FILM_COUNT];
         clamped_ += pixel[RP_FILM_CLAMPED];
     });
@@ -75,6 +81,7 @@ void FilmResolver::add(std::span<const uint32_t> words) {
 
 Image FilmResolver::take_image() {
     RAYPAGER_CHECK(added_ == pixels_);
+    if (unsampled_count_ > 0) fill_unsampled(image_, unsampled_);
     return std::move(image_);
 }
 

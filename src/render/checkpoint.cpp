@@ -182,8 +182,8 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     using CameraWords = std::array<uint32_t, sizeof(rp_camera) / sizeof(uint32_t)>;
     if (std::bit_cast<CameraWords>(mine.camera) != std::bit_cast<CameraWords>(identity.camera)) return differs("its --camera is another one");
     if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
-    const uint64_t pixels = pixels_of(mine), begun = passes_begun(state_.order, state_.next_sample, pixels);
-    if (begun > spp) return differs(fmt::format("some of its pixels have {} samples already, or are about to, more than --spp {}", begun, spp));
+    const uint64_t pixels = pixels_of(mine), fewest = fewest_passes(state_.order, state_.next_sample, pixels);
+    if (fewest > spp) return differs(fmt::format("it was begun for more samples per pixel than --spp {}; give --spp {} or more", spp, fewest));
     return {};
 }
 
