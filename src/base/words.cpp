@@ -18,7 +18,7 @@ std::string format_bytes(uint64_t bytes) {
 }
 
 std::string format_exact_bytes(uint64_t bytes) {
-    return bytes < 1000 ? format_bytes(bytes) : fmt::format("{} ({} bytes)", format_bytes(bytes), bytes);
+    return bytes < 1000 ? format_bytes(bytes) : fmt::format("{} bytes ({})", bytes, format_bytes(bytes));
 }
 
 std::string format_count(uint64_t count) {
@@ -46,6 +46,11 @@ std::string format_duration(double seconds) {
 std::string counted(uint64_t count, std::string_view noun, std::string_view plural) {
     const std::string many = plural.empty() ? std::string(noun) + "s" : std::string(plural);
     return format_count(count) + " " + (count == 1 ? std::string(noun) : many);
+}
+
+std::string shortened(std::string_view text, size_t most) {
+    if (text.size() <= most) return std::string(text);
+    return std::string(text.substr(0, most - std::min<size_t>(most, 3))) + "...";
 }
 
 }  // namespace raypager

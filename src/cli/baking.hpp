@@ -13,6 +13,8 @@ namespace raypager {
 
 // Reads the scene and prints its warnings, at most 20 of them. host_limit: what the bake that may follow has; 0: as much as it likes.
 Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit);
+// Triangles of the ground that bare meshes and clouds are given to stand on.
+uint64_t ground_triangles(const Scene& scene);
 void print_warnings(const std::vector<std::string>& warnings);
 
 // Bakes, shows progress if asked to, and says in one line what was made. A failed bake leaves output as it was.

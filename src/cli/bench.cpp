@@ -20,7 +20,7 @@ struct Measurement {
 // In the order in which the help lists them.
 constexpr Measurement measurements[] = {
     {"export", "no measurement: writes a baked scene for Mitsuba 3, to be compared with it", run_bench_export},
-    {"traverse", "rays a second of the engine's own kernels on a baked scene", run_bench_traverse},
+    {"traverse", "rays per second of the engine's own kernels on a baked scene", run_bench_traverse},
     {"sweep", "renders a scene at many limits, policies and path counts; writes tables and a page with plots", run_bench_sweep},
     {"policy", "replays a recorded demand trace under other policies and limits, without a device", run_bench_policy},
 };

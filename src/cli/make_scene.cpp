@@ -63,8 +63,8 @@ Status run_make_scene(const Arguments& arguments) {
     const auto made = make_scene(options);
     if (!made) return made.status();
     const bool points = made->points > 0;
-    std::fputs(fmt::format("{}: {} {}, {}\n", made->scene_file.string(), format_count(points ? made->points : made->triangles),
-                           points ? "points" : "triangles", format_bytes(made->bytes))
+    std::fputs(fmt::format("{}: {}, {}\n", made->scene_file.string(), points ? counted(made->points, "point") : counted(made->triangles, "triangle"),
+                           format_bytes(made->bytes))
                    .c_str(),
                stdout);
     return {};

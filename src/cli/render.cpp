@@ -53,8 +53,8 @@ Status write_results(const RenderSettings& settings, const RenderOptions& effect
 }
 
 void print_summary(const RenderSettings& settings, const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds,
-                   std::optional<double> rmse) {
-    std::fputs(summary_text(scene, report, seconds).c_str(), stderr);
+                   std::optional<double> rmse, uint64_t ground) {
+    std::fputs(summary_text(scene, report, seconds, ground).c_str(), stderr);
     if (rmse) log_note(fmt::format("RMSE against {}: {:.6g}", settings.reference->string(), *rmse));
     if (settings.report) log_note(fmt::format("report: {}", settings.report->string()));
     log_note(fmt::format("picture: {}", settings.output.string()));
@@ -108,7 +108,7 @@ Status render_to_files(const RenderSettings& settings) {
     const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds};
     RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
     RAYPAGER_TRY(logged);
-    print_summary(settings, scene, result->report, seconds, monitor->final_rmse());
+    print_summary(settings, scene, result->report, seconds, monitor->final_rmse(), opened->ground_triangles);
     return complete ? Status() : stopped_early(settings, result->report);
 }
 

@@ -67,7 +67,7 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
 void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("preset", "NAME",
-                  "paper: the settings of the paper (4 paths a pixel, roulette connection, one swap a round that is waited for, most wanted "
+                  "paper: the settings of the paper (4 paths per pixel, roulette connection, one swap per round that is waited for, most wanted "
                   "in, least bounced out); options behind this one override it",
                   [&settings](const std::string& text) -> Status {
                       if (text != "paper") return Status::usage(fmt::format("'{}' is no preset; there is one, paper", text));
@@ -87,11 +87,11 @@ void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
 }
 
 void add_output_options(OptionParser& parser, RenderSettings& settings) {
-    parser.option("snapshots", "SECONDS", "rewrite the picture so often while rendering (default: never)",
+    parser.option("snapshots", "SECONDS", "rewrite the picture every so many seconds while rendering (default: never)",
                   into(settings.snapshot_seconds, parse_seconds));
     parser.option("log", "FILE.csv",
-                  "convergence log: seconds, spp, rmse, loads, bytes loaded, rays; a row a snapshot, or a second without "
-                  "--snapshots",
+                  "convergence log: seconds, spp, rmse, loads, bytes loaded, rays; a row for each snapshot, or every second "
+                  "without --snapshots",
                   into_optional_path(settings.log));
     parser.option("reference", "FILE", "picture of the same size to compare with: fills the log's rmse", into_optional_path(settings.reference));
     parser.option("report", "FILE.json", "what was done, with every figure, for scripts", into_optional_path(settings.report));
@@ -104,14 +104,15 @@ void add_output_options(OptionParser& parser, RenderSettings& settings) {
 void add_checkpoint_options(OptionParser& parser, RenderSettings& settings) {
     CheckpointOptions& checkpoint = settings.options.checkpoint;
     parser.option("checkpoint", "FILE",
-                  "keep all work in this file: every so often, when the render is stopped (then at once), and at its end; it must not exist "
-                  "yet, but for --resume",
+                  "keep all work in this file: every so often, when the render is stopped, and at its end; it must not exist "
+                  "yet, except with --resume",
                   into_path(checkpoint.file));
     parser.option("checkpoint-every", "SECONDS", "how often (default: 60)", into(checkpoint.every_seconds, parse_seconds));
-    parser.flag("resume",
-                "go on from the checkpoint, or start anew if there is none yet; scene and picture options must be the same, but --spp may be "
-                "larger; limits, policy and paths may differ",
-                checkpoint.resume);
+    parser.flag(
+        "resume",
+        "go on from the checkpoint, or start from the beginning if there is none yet; scene and picture options must be the same, but --spp may be "
+        "larger; limits, policy and paths may differ",
+        checkpoint.resume);
 }
 
 // No file may be written twice, nor over something that is read.
@@ -157,7 +158,7 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
 void add_picture_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     add_view_options(parser, options.width, options.height, settings.camera);
-    parser.option("spp", "N", "samples a pixel, 1 to 65535 (default: as the scene says; with --time: until then)",
+    parser.option("spp", "N", "samples per pixel, 1 to 65535 (default: as the scene says; with --time: until then)",
                   into_count(options.spp, 1, most_samples));
     parser.option("time", "SECONDS", "stop after about so long (default: no limit)", into(options.time_seconds, parse_seconds));
     parser.option("max-depth", "N", "scattering events of a path at most; 0 shows only what shines itself (default: as the scene says)",
@@ -172,10 +173,13 @@ void add_device_options(OptionParser& parser, RenderSettings& settings) {
                       if (text.empty()) return Status::usage("is empty; give a number or part of a name");
                       return text;
                   }));
-    parser.option("memory-limit", "SIZE", "device memory of the whole process at most (default: three quarters of what the device has)",
-                  into(options.memory_limit, parse_size));
+    parser.option(
+        "memory-limit", "SIZE",
+        "device memory of the whole process at most (default: three quarters of what the device has, or less if a CPU has less that is free)",
+        into(options.memory_limit, parse_size));
     parser.option("host-limit", "SIZE",
-                  "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what is free)",
+                  "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what there is, or "
+                  "less if less is free)",
                   into(options.host_limit, parse_size));
 }
 

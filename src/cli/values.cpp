@@ -86,7 +86,8 @@ Result<uint64_t> parse_size(std::string_view text) {
     const auto factor = parsed ? size_unit(parsed->second) : std::nullopt;
     const double bytes = factor ? parsed->first * *factor : 0;
     if (!(bytes >= 1 && bytes <= largest_size))
-        return Status::usage(fmt::format("'{}' is not a size; give bytes, or a number with a unit such as 512K, 1.5G, 8GB or 8GiB (all binary)", text));
+        return Status::usage(
+            fmt::format("'{}' is not a size; give bytes, or a number with a unit such as 512K, 1.5G, 8GB or 8GiB (all binary)", text));
     return static_cast<uint64_t>(bytes);
 }
 

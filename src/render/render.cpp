@@ -7,6 +7,7 @@
 
 #include "base/check.hpp"
 #include "base/log.hpp"
+#include "base/words.hpp"
 #include "device/device.hpp"
 #include "film/film.hpp"
 #include "render/checkpointer.hpp"
@@ -57,6 +58,7 @@ private:
 
     Status prepare();
     Status make_device_state(rp_render_params params, uint64_t memory_limit);
+    void note_reduced_limit(const rp_render_params& params) const;
     Status create_residency(uint64_t pool_bytes);
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t rounds_under_way() const { return started_ - ended_; }
@@ -104,12 +106,12 @@ private:
     WorkDone earlier_;  // by runs before this one
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
     BlockForm form_ = BlockForm::stored;
-    uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
-    bool late_ = false;                      // time is up: few samples begin any more
-    std::optional<double> stop_began_;       // the same, because of a stop from outside
-    bool shortened_ = false;                 // which takes samples from the picture
-    bool stopped_ = false;                   // here and now
-    uint64_t coarse_ = 0;                    // samples that are begun in an order of their own then
+    uint32_t started_ = 0, ended_ = 0;  // rounds, numbered from 1
+    bool late_ = false;                 // time is up: few samples begin any more
+    std::optional<double> stop_began_;  // the same, because of a stop from outside
+    bool shortened_ = false;            // which takes samples from the picture
+    bool stopped_ = false;              // here and now
+    uint64_t coarse_ = 0;               // samples that are begun in an order of their own then
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
     RenderRecorder recorder_;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
@@ -142,11 +144,12 @@ Status Renderer::prepare() {
     while (!made && device_ && device_->refused_memory()) {
         refused = planned_bytes_;
         const uint64_t less = refused / 8 * 7;
-        warn(fmt::format("{}; trying with {} bytes of device memory", made.message(), less));
+        warn(fmt::format("{}; trying with {} of device memory", made.message(), format_bytes(less)));
         made = make_device_state(*params, less);
     }
-    if (!made && refused > 0) return Status::failed(fmt::format("the device refused {} bytes; with less, {}", refused, made.message()));
+    if (!made && refused > 0) return Status::failed(fmt::format("the device refused {}; with less, {}", format_bytes(refused), made.message()));
     RAYPAGER_TRY(made);
+    note_reduced_limit(*params);
     RAYPAGER_TRY(checkpointer_->restore(*wavefront_));
     const auto told = [this](const std::string& text) { warn(text); };
     watchdog_ = std::make_unique<Watchdog>(
@@ -186,6 +189,17 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     return {};
 }
 
+// The default limit is the same every time, unless less memory is free; who compares two renders should know, if that made a difference.
+void Renderer::note_reduced_limit(const rp_render_params& params) const {
+    const DefaultLimit& limit = device_->default_limit();
+    if (options_.memory_limit || !limit.reduced()) return;
+    const VisitLogSettings visits = visit_log_settings(scene_, options_, params, device_->info());
+    const auto usual = plan_memory(memory_needs(scene_, form_, options_, params, visits, device_->info(), limit.usual));
+    if (!usual || (usual->slots == slots() && usual->pool_bytes == residency_->pool_bytes())) return;
+    warn(fmt::format("other programs hold much of the memory: the memory limit is {} instead of {}; --memory-limit sets another",
+                     format_bytes(device_->budget().limit()), format_bytes(limit.usual)));
+}
+
 Status Renderer::create_residency(uint64_t pool_bytes) {
     const bool mapped = options_.pool_place == PoolPlace::host;
     ResidencySettings settings;
@@ -196,8 +210,8 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
     settings.journal = options_.keep_journal;
     host_limit_ = host_limit(options_, device_->info(), planned_bytes_);
     if (mapped && settings.pool_bytes > host_limit_)
-        return Status::failed(fmt::format("--pool host: the geometry takes {} bytes of host memory, the limit is {}; give a larger --host-limit",
-                                          settings.pool_bytes, host_limit_));
+        return Status::failed(fmt::format("--pool host: the geometry takes {} of host memory, the limit is {}; give a larger --host-limit",
+                                          format_exact_bytes(settings.pool_bytes), format_bytes(host_limit_)));
     settings.host_limit = mapped ? host_limit_ - settings.pool_bytes : host_limit_;
     settings.loader_threads = options_.loader_threads;
     settings.read_ahead_threads = options_.read_ahead_threads;
@@ -247,8 +261,8 @@ Status Renderer::wait_for_block() {
         fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_, describe(round_state())));
 }
 
-// When time is up, or a stop is asked for, few camera paths begin any more (wavefront/sample_order.hpp), and all paths finish; but after a stop they do
-// not get long for it, and with a checkpoint, which keeps them, no time at all.
+// When time is up, or a stop is asked for, few camera paths begin any more (wavefront/sample_order.hpp), and all paths finish; but after a stop they
+// do not get long for it, and with a checkpoint, which keeps them, no time at all.
 Status Renderer::end_early() {
     const auto is_set = [](const std::atomic<bool>* flag) { return flag != nullptr && flag->load(); };
     if (finished()) return {};
@@ -270,7 +284,7 @@ Status Renderer::begin_fewer(bool stop) {
     shortened_ = shortened_ || (stop && limit < before);
     // Where there is no time for the whole first pass, the rest of the picture becomes a coarse one.
     const double each = begun > 0 ? seconds_since(render_start_) / static_cast<double>(begun) : 1e-6;
-    if (stop && !wavefront_->begins_again() && begun < limit && static_cast<double>(limit - begun) * each > options_.stop_seconds / 2) {
+    if (stop && !wavefront_->begins_again() && begun<limit&& static_cast<double>(limit - begun) * each> options_.stop_seconds / 2) {
         constexpr double most = 1 << 22;
         const double in_time = std::clamp(options_.stop_seconds / each, 4096.0, most);
         auto samples = coarse_samples(params.order, begun, params.width, params.height, static_cast<uint64_t>(in_time));

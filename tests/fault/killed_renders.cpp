@@ -124,6 +124,34 @@ TEST_F(KilledRenders, stopped_by_a_signal_write_picture_and_checkpoint) {
     }
 }
 
+// The same without a checkpoint: within two seconds, with a picture, and a line at once that says what is going on.
+TEST_F(KilledRenders, stopped_by_a_signal_write_a_picture_soon) {
+    for (const bool twice : {false, true}) {
+        std::filesystem::remove(folder_.path() / "stopped.pfm");
+        ChildProcess child(RAYPAGER_PROGRAM, command({"-o", "stopped.pfm", "--log", "log.csv", "--report", "stop.json"}, "20000"), folder_.path());
+        ChildResult result;
+        bool ended = false;
+        // A row of the log: rounds are under way.
+        for (int i = 0; i < 12000 && !ended && (!exists("log.csv") || std::ranges::count(text("log.csv"), '\n') < 2); i++)
+            ended = child.wait(0.01, result);
+        ASSERT_FALSE(ended) << errors();
+        child.signal(SIGINT);
+        ended = child.wait(0.1, result);
+        EXPECT_NE(errors().find("stopping"), std::string::npos) << errors();
+        if (twice && !ended) child.signal(SIGINT);
+        ASSERT_TRUE(ended || child.wait(patience, result));
+        EXPECT_EQ(result.signal, 0);
+        EXPECT_EQ(result.exit_code, 3) << errors();
+        EXPECT_TRUE(exists("stopped.pfm"));
+        EXPECT_NE(errors().find("stopped by a signal; the picture has"), std::string::npos) << errors();
+        const auto report = nlohmann::json::parse(text("stop.json"), nullptr, false);
+        ASSERT_TRUE(report.is_object());
+        EXPECT_EQ(report["image"]["complete"], false);
+        EXPECT_LT(report["image"]["average_spp"], 20000);
+        std::filesystem::remove(folder_.path() / "log.csv");
+    }
+}
+
 TEST_F(KilledRenders, without_a_platform_there_is_one_clear_line) {
     ChildProcess child(RAYPAGER_PROGRAM, command({"-o", "a.pfm"}), folder_.path(), {"OCL_ICD_VENDORS=" + folder_.path().string() + "/none"});
     ChildResult result;
