@@ -37,9 +37,9 @@ static inline rp_sample_region rp_region_of(rp_sample_order order, uint pixels, 
         r.together = 1u;
         return r;
     }
-    uint end = order.grouped_passes, first = end / RP_STRETCH_GROWTH;
-    for (; first > (uint)pass; first /= RP_STRETCH_GROWTH) end = first;
-    r.first_sample = max(first, 1u);
+    uint end = order.grouped_passes, first = (end + RP_LAST_STRETCH - 1u) / RP_LAST_STRETCH;
+    for (; first > (uint)pass; first = (first + 1u) / 2u) end = first;
+    r.first_sample = first;
     r.passes = end - r.first_sample;
     const uint groups = (r.passes + order.together - 1u) / order.together;
     r.together = (r.passes + groups - 1u) / groups;

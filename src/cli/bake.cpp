@@ -64,7 +64,7 @@ Status run_bake(const Arguments& arguments) {
                   "main memory for the work, besides the program itself; what does not fit goes over the disk, beside FILE.rpb (default: half of "
                   "what there is, or less if less is free)",
                   into(options.host_limit, parse_size));
-    parser.flag("progress", "show progress even if stderr is no terminal", progress);
+    parser.flag("progress", "show progress even if stderr is not a terminal", progress);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
     if (*outcome == OptionParser::Outcome::help_shown) return {};

@@ -52,7 +52,7 @@ Result<bench::SweepPaths> parse_sweep_paths(const std::string& text) {
     if (text == "auto") return bench::SweepPaths();
     const bool per_pixel = text.ends_with('x');
     const auto count = parse_count(per_pixel ? text.substr(0, text.size() - 1) : text, 1, uint64_t{1} << 30);
-    if (!count) return Status::usage(count.status().message() + ", with an x behind it for so many a pixel, or auto");
+    if (!count) return Status::usage(count.status().message() + ", with an x after it for that many per pixel, or auto");
     const auto number = static_cast<uint32_t>(*count);
     return per_pixel ? bench::SweepPaths{0, number} : bench::SweepPaths{number, 0};
 }
@@ -239,7 +239,7 @@ Status run_bench_sweep(const Arguments& arguments) {
         log_note(fmt::format("going on with {} of {}", format_count(state->earlier().size()), counted(bench::run_count(given.sweep), "run")));
     const StopSignal signal(StopMode::finish);
     bench::SweepHooks hooks;
-    hooks.note = [](const std::string& text) { progress_line(shortened("sweep: " + text, progress_columns)); };
+    hooks.note = [](const std::string& text) { progress_line("sweep: " + text); };
     hooks.finished = [&state](const bench::SweepRun& run, const bench::SweepVariant& variant) { return state->add(run, variant); };
     hooks.stop = &signal.stop();
     const auto result = bench::run_sweep(*opened->file, given.sweep, state->earlier(), hooks);

@@ -52,7 +52,7 @@ std::string verb_names() {
 
 Result<const Verb*> find_verb(const std::string& name) {
     const auto* verb = std::find_if(verbs.begin(), verbs.end(), [&](const Verb& candidate) { return candidate.name == name; });
-    if (verb == verbs.end()) return Status::usage(fmt::format("'{}' is no verb; use one of {}, or --help", name, verb_names()));
+    if (verb == verbs.end()) return Status::usage(fmt::format("'{}' is not a verb; use one of {}, or help", name, verb_names()));
     return verb;
 }
 
@@ -70,7 +70,7 @@ Status show_help(const Arguments& of) {
 }
 
 Status dispatch(const Arguments& arguments) {
-    if (arguments.empty()) return Status::usage(fmt::format("no verb is given; use one of {}, or --help", verb_names()));
+    if (arguments.empty()) return Status::usage(fmt::format("no verb is given; use one of {}, or help", verb_names()));
     const std::string& first = arguments.front();
     if (first == "--help" || first == "-h" || first == "help") return show_help({arguments.begin() + 1, arguments.end()});
     if (first == "--version") {

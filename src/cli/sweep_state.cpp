@@ -153,7 +153,7 @@ Result<SweepState> SweepState::open(const std::filesystem::path& folder, const b
         const auto content = read_content(state.path_);
         if (!content) return content.status();
         if (!resume && !content->finished && !content->runs.empty())
-            return Status::failed(fmt::format("{}: holds {} of a sweep that was stopped; go on with --resume, or remove it to start anew",
+            return Status::failed(fmt::format("{}: holds {} of a sweep that was stopped; go on with --resume, or remove it to start over",
                                               state.path_.string(), counted(content->runs.size(), "run")));
         if (resume && !content->common.is_null()) RAYPAGER_TRY(check_common(state.path_, content->common, common));
         const auto variants = bench::sweep_variants(settings);
@@ -168,7 +168,7 @@ Result<SweepState> SweepState::open(const std::filesystem::path& folder, const b
                 run.variant = static_cast<size_t>(found - variants.begin());
                 state.earlier_.push_back(std::move(run));
             } catch (const Json::exception&) {
-                return Status::failed(fmt::format("{}: a run in it makes no sense; remove the file to start anew", state.path_.string()));
+                return Status::failed(fmt::format("{}: a run in it makes no sense; remove the file to start over", state.path_.string()));
             }
         }
     }
@@ -183,7 +183,7 @@ Status SweepState::add(const SweepRun& run, const SweepVariant& variant) {
     const std::string& name = run.report.device.name;
     if (!device_.empty() && device_ != name)
         return Status::failed(
-            fmt::format("{}: the runs in it were made on {}, not on {}; choose that with --device, or remove the file to start anew", path_.string(),
+            fmt::format("{}: the runs in it were made on {}, not on {}; choose that with --device, or remove the file to start over", path_.string(),
                         device_, name));
     device_ = name;
     return file_.append(line_of(run_to_json(run, variant)));

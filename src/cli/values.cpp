@@ -112,13 +112,13 @@ Result<PolicyKind> parse_policy(std::string_view text) {
     if (const auto kind = policy_from_name(text)) return *kind;
     std::string names;
     for (const PolicyName& policy : policy_names) names += fmt::format("{}{}", names.empty() ? "" : ", ", policy.name);
-    return Status::usage(fmt::format("'{}' is no policy; use one of {}", text, names));
+    return Status::usage(fmt::format("'{}' is not a policy; use one of {}", text, names));
 }
 
 Result<Connection> parse_connection(std::string_view text) {
     if (text == "queue") return Connection::queue;
     if (text == "roulette") return Connection::roulette;
-    return Status::usage(fmt::format("'{}' is no way of connecting; use queue or roulette", text));
+    return Status::usage(fmt::format("'{}' is not a kind of connection; use queue or roulette", text));
 }
 
 Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest) {
@@ -187,7 +187,7 @@ Result<CameraText> parse_camera(std::string_view text) {
 
 Result<Traversal> parse_traversal(const std::string& text) {
     if (const auto traversal = traversal_from_name(text)) return *traversal;
-    return Status::usage(fmt::format("'{}' is no way of tracing; use auto, ray or stream", text));
+    return Status::usage(fmt::format("'{}' is not a kind of traversal; use auto, ray or stream", text));
 }
 
 Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {

@@ -15,7 +15,7 @@ Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, cons
     const bool there = std::filesystem::exists(options.file, ignored);
     if (there && !options.resume)
         return Status::failed(
-            fmt::format("{}: exists, and may hold hours of work; go on from it with --resume, or remove it to start anew", options.file.string()));
+            fmt::format("{}: exists, and may hold hours of work; go on from it with --resume, or remove it to start over", options.file.string()));
     if (!there) {
         if (options.resume) log_note(fmt::format("{}: no such checkpoint yet; the render starts from the beginning", options.file.string()));
         return checkpointer;

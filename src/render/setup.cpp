@@ -89,7 +89,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     const uint32_t together = options.together ? options.together : is_seen_growing(options) ? 1 : default_together(pixels);
     params.order = make_order(options.tile_size, together, params.spp, pixels, options.region.value_or(0));
     if (options.record_paths && !options.spp && options.time_seconds > 0)
-        return Status::usage("--record-trace needs --spp beside --time: the share of paths to record follows from how many there can be");
+        return Status::usage("--record-trace needs --spp as well as --time: the share of paths to record follows from how many there can be");
     if (options.record_paths && options.checkpoint.resume)
         return Status::usage("--record-trace: a render that goes on from a checkpoint cannot be recorded whole; leave --resume out");
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");

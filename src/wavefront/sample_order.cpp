@@ -14,9 +14,8 @@ struct Stretch {
 };
 
 Stretch stretch_of(const rp_sample_order& order, uint64_t pass) {
-    uint64_t end = order.grouped_passes, first = end / RP_STRETCH_GROWTH;
-    for (; first > pass; first /= RP_STRETCH_GROWTH) end = first;
-    first = std::max<uint64_t>(first, 1);
+    uint64_t end = order.grouped_passes, first = (end + RP_LAST_STRETCH - 1) / RP_LAST_STRETCH;
+    for (; first > pass; first = (first + 1) / 2) end = first;
     const uint64_t passes = end - first, groups = (passes + order.together - 1) / order.together;
     return {first, passes, (passes + groups - 1) / groups};
 }

@@ -53,12 +53,12 @@ typedef struct rp_camera {
 
 // The samples of a picture are numbered in the order in which they are begun. Passes, each one sample of each pixel, go tile by tile of tile_size
 // x tile_size pixels. The first pass comes by itself, so that every pixel is seen soon. Those behind it, up to grouped_passes, come in stretches: the
-// last one begins behind a quarter of grouped_passes (1 / RP_STRETCH_GROWTH), the one before it behind a quarter of that, and so on. Within a stretch
+// last one begins behind an eighth of them (1 / RP_LAST_STRETCH, rounded up), the one before it behind half of that, and so on. Within a stretch
 // `together` passes at a time (or fewer, so that groups are even) form one, in which the samples of a pixel follow each other: rays that begin
 // together then meet more of the same. With regions, so many pixels of that order get the samples of the whole stretch before those that follow
-// begin, so that their rays meet the same blocks for long. However long a stretch is, no pixel ever has more than RP_STRETCH_GROWTH times the
-// samples of another. The passes behind grouped_passes come one by one. together * pixels < 2^32.
-#define RP_STRETCH_GROWTH 4u
+// begin, so that their rays meet the same blocks for long. However long that takes, no pixel ever has more than eight times the samples of another.
+// The passes behind grouped_passes come one by one. together * pixels < 2^32.
+#define RP_LAST_STRETCH 8u
 typedef struct rp_sample_order {
     rp_u32 tile_size, together, grouped_passes;
     rp_u32 region;  // pixels; 0: the whole picture
