@@ -33,7 +33,9 @@ TEST(FilmFill, ColoursComeFromNearby) {
         EXPECT_GE(image.values[3 * at], 1.0f);
         EXPECT_LE(image.values[3 * at], 3.0f);
         EXPECT_EQ(image.values[3 * at + 1], 0.0f);
-        if (!unsampled[at]) EXPECT_EQ(image.values[3 * at], before.values[3 * at]) << "sampled pixels stay as they are";
+        if (!unsampled[at]) {
+            EXPECT_EQ(image.values[3 * at], before.values[3 * at]) << "sampled pixels stay as they are";
+        }
     }
     EXPECT_LT(image.values[3 * 4], 1.5f);
     EXPECT_GT(image.values[3 * 59], 2.5f);
