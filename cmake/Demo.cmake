@@ -42,11 +42,18 @@ file(READ ${FOLDER}/report.json report)
 string(JSON geometry GET ${report} scene geometry_bytes)
 string(JSON limit_bytes GET ${report} limits geometry_bytes)
 string(JSON loaded GET ${report} paging bytes_loaded)
-math(EXPR share "(100 * ${limit_bytes} + ${geometry} / 2) / ${geometry}")
-math(EXPR times "${loaded} / ${geometry}")
-math(EXPR tenths "10 * ${loaded} / ${geometry} % 10")
+# Rounded to a tenth, as in the summary of the render above.
+function(quotient result numerator denominator)
+    math(EXPR tenths "(10 * ${numerator} + ${denominator} / 2) / ${denominator}")
+    math(EXPR whole "${tenths} / 10")
+    math(EXPR tenth "${tenths} % 10")
+    set(${result} ${whole}.${tenth} PARENT_SCOPE)
+endfunction()
+math(EXPR hundredfold "100 * ${limit_bytes}")
+quotient(share ${hundredfold} ${geometry})
+quotient(times ${loaded} ${geometry})
 message("
-At most ${share} % of the geometry was on the device at any time; the whole scene went through it ${times}.${tenths} times.
+At most ${share} % of the geometry was on the device at any time; the whole scene went through it ${times} times.
   picture     ${FOLDER}/${picture}
   figures     ${FOLDER}/report.json
   block file  ${FOLDER}/terrain.rpb

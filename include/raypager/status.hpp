@@ -17,7 +17,7 @@ public:
     // message: one line that names what, where and what to do.
     static Status failed(std::string message) { return Status(ErrorKind::failed, std::move(message)); }
     static Status usage(std::string message) { return Status(ErrorKind::usage, std::move(message)); }
-    // Nothing went wrong, but the work was stopped from outside before its end, and can go on.
+    // Nothing went wrong, but the work was stopped from outside before its end.
     static Status interrupted(std::string message) { return Status(ErrorKind::interrupted, std::move(message)); }
 
     bool ok() const { return !error_; }

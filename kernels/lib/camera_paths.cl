@@ -42,7 +42,7 @@ typedef struct rp_supply {
 // written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
 static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, __global uint* status,
                                   __global uint4* paths, __global uint* queue, const __global rp_path_sample* again, uint listed, uint later) {
-    rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u};
+    rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u, 1u};
     for (uint i = get_global_id(0); i < supply->slots; i += get_global_size(0)) {
         const uint slot = free_list[i];
         const ulong number = supply->sample + (i - min(i, listed));

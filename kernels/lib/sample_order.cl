@@ -21,30 +21,34 @@ static inline ulong rp_divide(ulong a, ulong b) { return (a | b) >> 32 ? a / b :
 typedef struct rp_sample_region {
     ulong begin, count;  // numbers
     uint first_place, size;  // in pixels
-    uint first_sample, together;
+    uint first_sample, passes, together;
 } rp_sample_region;
 
 static inline rp_sample_region rp_region_of(rp_sample_order order, uint pixels, ulong number) {
     rp_sample_region r;
-    if (number >= (ulong)order.grouped_passes * pixels) {
-        r.first_sample = (uint)rp_divide(number, pixels);
-        r.begin = (ulong)r.first_sample * pixels;
+    const ulong pass = rp_divide(number, pixels);
+    if (pass == 0ul || pass >= order.grouped_passes) {
+        r.first_sample = (uint)pass;
+        r.begin = pass * pixels;
         r.count = pixels;
         r.first_place = 0u;
         r.size = pixels;
+        r.passes = 1u;
         r.together = 1u;
         return r;
     }
-    const uint stretch = order.region ? RP_STRETCH_PASSES / order.together * order.together : order.together;
+    uint end = order.grouped_passes, first = (end + RP_LAST_STRETCH - 1u) / RP_LAST_STRETCH;
+    for (; first > (uint)pass; first = (first + 1u) / 2u) end = first;
+    r.first_sample = first;
+    r.passes = end - r.first_sample;
+    const uint groups = (r.passes + order.together - 1u) / order.together;
+    r.together = (r.passes + groups - 1u) / groups;
     const uint region = order.region ? order.region : pixels;
-    r.first_sample = (uint)rp_divide(number, (ulong)stretch * pixels) * stretch;
-    const uint passes = min(stretch, order.grouped_passes - r.first_sample);
     r.begin = (ulong)r.first_sample * pixels;
-    r.first_place = (uint)rp_divide(number - r.begin, (ulong)region * passes) * region;
+    r.first_place = (uint)rp_divide(number - r.begin, (ulong)region * r.passes) * region;
     r.size = min(region, pixels - r.first_place);
-    r.begin += (ulong)r.first_place * passes;
-    r.count = (ulong)r.size * passes;
-    r.together = order.together;
+    r.begin += (ulong)r.first_place * r.passes;
+    r.count = (ulong)r.size * r.passes;
     return r;
 }
 
@@ -53,9 +57,11 @@ static inline rp_path_sample rp_numbered_sample(rp_sample_order order, uint widt
     if (number - region->begin >= region->count) *region = rp_region_of(order, width * height, number);
     const ulong in_region = number - region->begin;
     const uint group_size = region->size * region->together, group = (uint)rp_divide(in_region, group_size);
-    const uint in_group = (uint)(in_region - (ulong)group * group_size), place = in_group / region->together;
+    // The last group of a stretch may be smaller.
+    const uint earlier = group * region->together, together = min(region->together, region->passes - earlier);
+    const uint in_group = (uint)(in_region - (ulong)group * group_size), place = in_group / together;
     rp_path_sample result;
-    result.sample = region->first_sample + group * region->together + (in_group - place * region->together);
+    result.sample = region->first_sample + earlier + (in_group - place * together);
     const uint2 xy = rp_tile_pixel(region->first_place + place, width, height, order.tile_size);
     result.pixel = xy.y * width + xy.x;
     return result;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <mutex>
 
+#include "base/words.hpp"
+
 namespace raypager {
 namespace {
 
@@ -35,7 +37,7 @@ void progress_line(std::string_view text) {
         line_open = false;
         return;
     }
-    std::fprintf(stderr, "\r%.*s\033[K", static_cast<int>(text.size()), text.data());
+    std::fprintf(stderr, "\r%s\033[K", shortened(text, progress_columns).c_str());
     std::fflush(stderr);
     line_open = true;
 }

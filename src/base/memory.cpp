@@ -48,6 +48,17 @@ uint64_t available_memory() {
     return available;
 }
 
+uint64_t total_memory() {
+    uint64_t total = read_entry("/proc/meminfo", "MemTotal"), limit = 0;
+    if (total == 0) {
+        const long pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
+        total = pages > 0 && page > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(page) : uint64_t{1} << 30;
+    }
+    return read_number("/sys/fs/cgroup/memory.max", limit) ? std::min(total, limit) : total;
+}
+
+DefaultLimit default_limit(uint64_t usual, uint64_t available) { return {std::min(usual, available / 8 * 7), usual}; }
+
 uint64_t process_memory() { return read_entry("/proc/self/status", "VmRSS"); }
 uint64_t peak_process_memory() { return read_entry("/proc/self/status", "VmHWM"); }
 

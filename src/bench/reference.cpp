@@ -24,6 +24,8 @@ RenderOptions reference_options(const RenderOptions& options, const ReferenceSet
     reference.camera = options.camera;
     reference.spp = settings.spp;
     reference.seed = options.seed ^ other_seed;
+    reference.stop = options.stop;
+    reference.stop_now = options.stop_now;
     return reference;
 }
 
@@ -58,6 +60,7 @@ Result<Reference> find_or_make_reference(const BlockFile& file, const RenderOpti
     }
     auto result = render(file, reference_options(options, settings), {});
     if (!result) return result.status().at("the reference");
+    if (!result->report.complete) return Status::interrupted("stopped by a signal before the reference was complete; nothing was kept");
     RAYPAGER_TRY(write_image(reference.path, result->image));
     reference.image = std::move(result->image);
     return reference;

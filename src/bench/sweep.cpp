@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 
 #include "base/hash.hpp"
+#include "base/words.hpp"
 #include "bench/baselines.hpp"
 #include "film/compare.hpp"
 
@@ -125,29 +127,75 @@ std::vector<std::string> find_different_films(const std::vector<SweepVariant>& v
     return different;
 }
 
-Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& settings, const std::function<void(const std::string&)>& note) {
-    const auto say = [&note](const std::string& text) {
-        if (note) note(text);
+size_t run_count(const SweepSettings& settings) { return settings.repeats * sweep_variants(settings).size(); }
+
+std::optional<double> seconds_left(const SweepSettings& settings, const std::vector<SweepRun>& done) {
+    if (done.empty()) return std::nullopt;
+    std::map<size_t, std::pair<double, size_t>> of_variant;  // sum and number
+    double all = 0;
+    for (const SweepRun& run : done) {
+        all += run.wall_seconds;
+        of_variant[run.variant].first += run.wall_seconds;
+        of_variant[run.variant].second++;
+    }
+    double left = 0;
+    const size_t variants = sweep_variants(settings).size();
+    for (size_t variant = 0; variant < variants; variant++) {
+        const auto found = of_variant.find(variant);
+        const size_t made = found == of_variant.end() ? 0 : std::min<size_t>(found->second.second, settings.repeats);
+        const double each = made > 0 ? found->second.first / static_cast<double>(found->second.second) : all / static_cast<double>(done.size());
+        left += each * static_cast<double>(settings.repeats - made);
+    }
+    return left;
+}
+
+Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& given, const std::vector<SweepRun>& earlier, const SweepHooks& hooks) {
+    const auto say = [&hooks](const std::string& text) {
+        if (hooks.note) hooks.note(text);
     };
+    SweepSettings settings = given;
+    settings.base.stop = settings.base.stop_now = hooks.stop;
     SweepResult result;
     result.variants = sweep_variants(settings);
-    say(fmt::format("reference, {} samples a pixel", settings.reference.spp));
+    say(fmt::format("reference, {} samples per pixel", settings.reference.spp));
     auto reference = find_or_make_reference(file, settings.base, settings.reference);
     if (!reference) return reference.status();
     result.reference = std::move(*reference);
-    RAYPAGER_TRY(warm_up(file, settings));
+    const size_t all = run_count(settings);
+    if (earlier.size() < all) RAYPAGER_TRY(warm_up(file, settings));
+    std::vector<SweepRun> known = earlier;
     for (uint32_t repeat = 0; repeat < settings.repeats; repeat++)
         for (size_t variant = 0; variant < result.variants.size(); variant++) {
+            const auto had =
+                std::find_if(earlier.begin(), earlier.end(), [&](const SweepRun& r) { return r.variant == variant && r.repeat == repeat; });
+            if (had != earlier.end()) {
+                result.geometry_bytes = file.scene().geometry_bytes(had->report.form);
+                result.runs.push_back(*had);
+                continue;
+            }
+            if (hooks.stop && *hooks.stop) {
+                result.stopped = true;
+                continue;  // runs of later repeats may be there
+            }
             const SweepVariant& v = result.variants[variant];
-            say(fmt::format("{} of {}: {} at {}", repeat * result.variants.size() + variant + 1, settings.repeats * result.variants.size(),
-                            v.settings_name(), v.limit_name()));
+            const auto left = seconds_left(settings, known);
+            say(fmt::format("{} of {}{}: {} at {}", repeat * result.variants.size() + variant + 1, all,
+                            left ? fmt::format(", {} left", format_duration(*left)) : "", v.settings_name(), v.limit_name()));
             RenderOptions options = options_of(settings, v);
             options.keep_journal = repeat == 0;
+            const auto begin = std::chrono::steady_clock::now();
             auto run = run_one(file, options, result.reference.image);
             if (!run) return run.status().at(fmt::format("{} at {}", v.settings_name(), v.limit_name()));
+            if (!run->report.complete) {
+                result.stopped = true;
+                continue;
+            }
+            run->wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
             run->variant = variant;
             result.geometry_bytes = file.scene().geometry_bytes(run->report.form);
             run->repeat = repeat;
+            if (hooks.finished) RAYPAGER_TRY(hooks.finished(*run, v));
+            known.push_back(*run);
             result.runs.push_back(std::move(*run));
         }
     result.different_films = find_different_films(result.variants, result.runs);

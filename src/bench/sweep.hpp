@@ -2,9 +2,11 @@
 // interleaved (all variants once, then all again), so that a machine that gets slower in between slows all of them.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,6 +66,7 @@ struct SweepRun {
     uint32_t repeat = 0;
     RenderReport report;
     double seconds = 0;                         // report.seconds.render without snapshots
+    double wall_seconds = 0;                    // that the run took with everything around it
     std::vector<ConvergencePoint> convergence;  // the last one is the finished picture
     // When blocks came and went; kept for the first repeat only.
     std::vector<PagingEvent> journal;
@@ -73,6 +76,7 @@ struct SweepRun {
 struct SweepResult {
     std::vector<SweepVariant> variants;
     std::vector<SweepRun> runs;  // repeat by repeat
+    bool stopped = false;        // before all of them were done
     Reference reference;
     uint64_t geometry_bytes = 0;
     std::vector<std::string> different_films;  // one line each; runs whose film must be the same as an earlier one's and is not
@@ -80,8 +84,18 @@ struct SweepResult {
 
 // Every combination once. A baseline that fixes a setting is not repeated over it.
 std::vector<SweepVariant> sweep_variants(const SweepSettings& settings);
-// note: what is being done, a line each; may be empty.
-Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& settings, const std::function<void(const std::string&)>& note);
+// How many runs that makes.
+size_t run_count(const SweepSettings& settings);
+// Seconds for the runs that are still to come, by what those of the same variant took, or all of them on average; nothing before there is one.
+std::optional<double> seconds_left(const SweepSettings& settings, const std::vector<SweepRun>& done);
+
+struct SweepHooks {
+    std::function<void(const std::string&)> note;                          // what is being done, a line each; may be empty
+    std::function<Status(const SweepRun&, const SweepVariant&)> finished;  // after each run that was made; may be empty; an error ends the sweep
+    const std::atomic<bool>* stop = nullptr;                               // the run under way is given up soon after it becomes true
+};
+// earlier: runs that need not be made again.
+Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& settings, const std::vector<SweepRun>& earlier, const SweepHooks& hooks);
 
 // Films of runs with the same connection rule and number of samples must have the same hash. A line for each that differs.
 std::vector<std::string> find_different_films(const std::vector<SweepVariant>& variants, const std::vector<SweepRun>& runs);

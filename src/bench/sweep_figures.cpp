@@ -7,6 +7,7 @@
 
 #include "base/check.hpp"
 #include "base/hash.hpp"
+#include "base/words.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -44,13 +45,6 @@ size_t roomiest(const SweepResult& result, size_t variant) {
 
 std::string csv_settings(const SweepVariant& v) {
     return fmt::format("{},{},{},{}", v.limit_name(), v.policy.name(), v.paths.name(), v.connection == Connection::queue ? "queue" : "roulette");
-}
-
-std::string human_bytes(double bytes) {
-    const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
-    int unit = 0;
-    for (; bytes >= 1000 && unit < 4; unit++) bytes /= 1024;
-    return fmt::format("{:.{}f} {}", bytes, bytes < 100 && unit > 0 ? 1 : 0, units[unit]);
 }
 
 }  // namespace
@@ -146,8 +140,9 @@ std::string sweep_table(const SweepResult& result) {
         const VariantFigures& f = figures[i];
         text += fmt::format("{:>9}  {:<{}} {:>9.3f} {:>8.3f} {:>6.1f}% {:>9.2f} {:>11} {:>8.2f} {:>8.2f} {:>10.4g} {:>10}\n",
                             result.variants[i].limit_name(), result.variants[i].settings_name(), widest, f.seconds, f.slow_down, 100 * f.stall_share,
-                            f.rays_per_second * 1e-6, human_bytes(f.bytes_loaded), ratio(f.bytes_loaded, double(result.geometry_bytes)),
-                            f.bytes_per_ray, f.rmse, f.seconds_to_rmse ? fmt::format("{:.3f}", *f.seconds_to_rmse) : "-");
+                            f.rays_per_second * 1e-6, format_bytes(static_cast<uint64_t>(f.bytes_loaded)),
+                            ratio(f.bytes_loaded, double(result.geometry_bytes)), f.bytes_per_ray, f.rmse,
+                            f.seconds_to_rmse ? fmt::format("{:.3f}", *f.seconds_to_rmse) : "-");
     }
     return text;
 }

@@ -118,7 +118,7 @@ std::string timelines(const SweepResult& result, uint32_t block_count) {
 
 std::string figures_table(const SweepResult& result, const std::vector<VariantFigures>& figures) {
     std::string html =
-        "<table><tr><th>resident<th class=l>settings<th>seconds<th>× roomiest<th>stall<th>Mrays/s<th>MiB moved<th>× scene<th>bytes a ray<th>rounds"
+        "<table><tr><th>resident<th class=l>settings<th>seconds<th>× roomiest<th>stall<th>Mrays/s<th>MiB moved<th>× scene<th>bytes per ray<th>rounds"
         "<th>RMSE<th>s to common RMSE</tr>\n";
     for (size_t i = 0; i < figures.size(); i++) {
         const VariantFigures& f = figures[i];
@@ -140,7 +140,7 @@ std::string film_verdict(const SweepResult& result) {
     }
     std::vector<std::string> hashes;
     for (const SweepRun& run : result.runs) {
-        const std::string hash = fmt::format("{} at {} samples a pixel: {}", run.report.connection, run.report.spp, hex64(run.report.film_hash));
+        const std::string hash = fmt::format("{} at {} samples per pixel: {}", run.report.connection, run.report.spp, hex64(run.report.film_hash));
         if (std::find(hashes.begin(), hashes.end(), hash) == hashes.end()) hashes.push_back(hash);
     }
     std::string html =
@@ -152,9 +152,10 @@ std::string film_verdict(const SweepResult& result) {
 std::string conditions(const SweepResult& result, const SweepPageFacts& facts) {
     const RenderReport& r = result.runs.front().report;
     return fmt::format(
-        "<p>{}, {}, {}x{} pixels, {} samples a pixel, at most {} scattering events, seed {}.<br>Device: {} ({}, driver {}).<br>"
+        "<p>{}, {}, {}x{} pixels, {} samples per pixel, at most {} scattering events, seed {}.<br>Device: {} ({}, driver {}).<br>"
         "raypager {}, {}. Command: <code>{}</code></p>\n"
-        "<p>Error is the root mean square over pixels and channels against a reference of {} samples a pixel with another seed ({}), whose own error "
+        "<p>Error is the root mean square over pixels and channels against a reference of {} samples per pixel with another seed ({}), whose own "
+        "error "
         "is at most about {:.2g} of that of the finished pictures. Time is that of rendering, without the snapshots that the curves are made of. "
         "Repeats "
         "were "

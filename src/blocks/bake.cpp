@@ -8,6 +8,7 @@
 #include <new>
 
 #include "base/memory.hpp"
+#include "base/words.hpp"
 #include "blocks/bake_memory.hpp"
 #include "blocks/build_blocks.hpp"
 #include "blocks/distribute.hpp"
@@ -30,9 +31,10 @@ uint64_t automatic_block_bytes(uint64_t scene_bytes, uint64_t host_limit) {
 
 Status check_options(const BakeOptions& options) {
     if (options.block_bytes != 0 && (options.block_bytes < least_block_bytes || options.block_bytes > RP_MAX_BLOCK_BYTES))
-        return Status::usage(fmt::format("block size {}: must be from {} to {} bytes", options.block_bytes, least_block_bytes, RP_MAX_BLOCK_BYTES));
+        return Status::usage(fmt::format("block size {}: must be from {} to {}", format_bytes(options.block_bytes), format_bytes(least_block_bytes),
+                                         format_bytes(RP_MAX_BLOCK_BYTES)));
     if (options.sub_boxes < 1 || options.sub_boxes > RP_MAX_SUB_BOXES)
-        return Status::usage(fmt::format("{} sub-boxes a block: must be from 1 to {}", options.sub_boxes, RP_MAX_SUB_BOXES));
+        return Status::usage(fmt::format("{} sub-boxes per block: must be from 1 to {}", options.sub_boxes, RP_MAX_SUB_BOXES));
     if (options.position_error != 0 && !(options.position_error >= least_position_error && options.position_error <= largest_position_error))
         return Status::usage(
             fmt::format("position error {}: must be from {} to {}", options.position_error, least_position_error, largest_position_error));
@@ -62,7 +64,9 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
 class Bake {
 public:
     Bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output) : scene_(scene), options_(options), output_(output) {
-        if (options_.host_limit == 0) options_.host_limit = std::max(available_memory() / 2, BakeMemory::smallest_limit(options_.block_bytes));
+        if (options_.host_limit != 0) return;
+        limit_ = default_limit(total_memory() / 2, available_memory());
+        options_.host_limit = std::max(limit_.bytes, BakeMemory::smallest_limit(options_.block_bytes));
     }
 
     Result<BakeSummary> run() {
@@ -96,6 +100,7 @@ public:
         baked.portal_paths = std::move(top.paths);
         RAYPAGER_TRY(writer->finish(baked));
 
+        if (gathered->spilled && limit_.reduced()) summary.reduced_limit = limit_;
         summary.triangles = baked.triangles;
         summary.spheres = baked.spheres;
         summary.blocks = baked.blocks.size();
@@ -174,6 +179,7 @@ private:
 
     const Scene& scene_;
     BakeOptions options_;
+    DefaultLimit limit_;  // where none was given
     const std::filesystem::path& output_;
 };
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "base/memory.hpp"
 #include "blocks/point_cloud.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -23,8 +24,8 @@ struct BakeOptions {
     // Vertices of meshes may move by so much along each axis, and by the rounding to floats, onto a grid that all share, so that they take fewer
     // bytes; 0: they stay where they are. least_position_error .. largest_position_error
     float position_error = 0;
-    uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what is available
-    const std::atomic<bool>* stop = nullptr;  // the bake fails soon after it becomes true
+    uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what there is
+    const std::atomic<bool>* stop = nullptr;  // the bake ends soon after it becomes true
     std::function<void(const char* stage, double fraction)> progress;  // may be empty
 };
 
@@ -34,6 +35,7 @@ struct BakeSummary {
     uint64_t buckets = 0;  // that it was baked in; 0: all in memory
     MeshIssues issues;
     double seconds = 0;
+    DefaultLimit reduced_limit;  // if the bake went over the disk because less memory than usual is free
 };
 
 // The least host_limit for blocks of block_bytes at most; 0: of a size that the limit decides.

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "base/parallel.hpp"
+#include "base/words.hpp"
 #include "blocks/records.hpp"
 
 namespace raypager {
@@ -34,8 +35,8 @@ uint64_t BakeMemory::largest_block(uint64_t limit) {
 Result<BakeMemory> BakeMemory::plan(uint64_t limit, uint64_t block_bytes) {
     const uint64_t smallest = smallest_limit(block_bytes);
     if (limit < smallest)
-        return Status::usage(fmt::format("a host limit of {} bytes is too small to bake blocks of up to {} bytes; the smallest that would do is {}",
-                                         limit, block_bytes, smallest));
+        return Status::usage(fmt::format("a host limit of {} is too small to bake blocks of up to {}; the smallest that would do is {}",
+                                         format_bytes(limit), format_bytes(block_bytes), format_exact_bytes(smallest)));
     BakeMemory memory;
     memory.limit = limit;
     memory.builders = static_cast<size_t>(std::clamp<uint64_t>(limit / builders_share / (builder_bytes_of_block * block_bytes), 1, worker_count()));

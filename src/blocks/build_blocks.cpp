@@ -57,7 +57,7 @@ private:
             waiting_.erase(due);
             progress_(static_cast<double>(parts_[next_++].end) / static_cast<double>(order_.size()));
         }
-        if (builder_.options_.stop && *builder_.options_.stop) status_ = Status::failed("stopped by a signal");
+        if (builder_.options_.stop && *builder_.options_.stop) status_ = Status::interrupted("stopped by a signal; nothing was written");
         written_.notify_all();
     }
 

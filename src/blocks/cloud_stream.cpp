@@ -64,7 +64,7 @@ public:
 private:
     uint64_t most_in_unit() const { return std::clamp<uint64_t>(stream_.memory.limit / 4 / (units_at_once() * unit_bytes), 1 << 10, largest_unit); }
     static size_t units_at_once() { return 4 * worker_count(); }
-    Status check_stop() const { return stream_.stop && *stream_.stop ? Status::failed("stopped by a signal") : Status(); }
+    Status check_stop() const { return stream_.stop && *stream_.stop ? Status::interrupted("stopped by a signal; nothing was written") : Status(); }
 
     // Of the whole work, what has been done when each part of it begins.
     static constexpr double taking = 0.15, sorting = 0.4, looking = 0.55, numbering = 0.85;

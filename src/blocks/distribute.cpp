@@ -99,7 +99,8 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
     uint64_t done = 0;
     if (auto status = bucket.for_each_piece(at_once, true,
                                             [&](RecordKind kind, std::span<const std::byte> records) -> Status {
-                                                if (settings.stop && *settings.stop) return Status::failed("stopped by a signal");
+                                                if (settings.stop && *settings.stop)
+                                                    return Status::interrupted("stopped by a signal; nothing was written");
                                                 RAYPAGER_TRY(distributor.take(kind, records));
                                                 done += records.size() / record_bytes[kind];
                                                 settings.progress(static_cast<double>(done) / static_cast<double>(all));

@@ -298,7 +298,7 @@ private:
 
     // Whether a mesh of so many bytes may stay in memory. For its sake the world may have to leave it.
     Result<bool> fits(uint64_t mesh_bytes) {
-        if (limits_.stop && *limits_.stop) return Status::failed("stopped by a signal");
+        if (limits_.stop && *limits_.stop) return Status::interrupted("stopped by a signal; nothing was written");
         if (!spiller_ && mesh_bytes + store_.memory_bytes(mesh_bytes) <= room_ && store_.can_number(mesh_bytes)) return true;
         if (!spiller_) RAYPAGER_TRY(begin_spilling());
         return mesh_bytes <= room_ / 2;

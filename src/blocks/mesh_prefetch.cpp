@@ -43,7 +43,7 @@ public:
 
 private:
     Status check(uint64_t vertices, uint64_t triangles) {
-        if (stop_ && *stop_) return Status::failed("stopped by a signal");
+        if (stop_ && *stop_) return Status::interrupted("stopped by a signal; nothing was written");
         if (MeshIntake::memory_bytes(vertices, triangles, {.normals = true, .colors = !mesh_.colors.empty()}) <= limit_ - buffer_bytes()) return {};
         too_large_ = true;
         return Status::failed("too large to be read ahead");

@@ -88,7 +88,7 @@ Result<SortedPoints> PointSorter::sort(const std::atomic<bool>* stop, const std:
     BucketWriter sorted(std::move(*file), largest_range_buffer);
     std::vector<std::vector<PointRecord>> records(at_once_);
     for (size_t first = 0; first < ranges.size(); first += at_once_) {
-        if (stop && *stop) return Status::failed("stopped by a signal");
+        if (stop && *stop) return Status::interrupted("stopped by a signal; nothing was written");
         const size_t count = std::min(at_once_, ranges.size() - first);
         if (auto status = parallel_try(count, 1, [&](size_t i, size_t) { return sort_range(ranges[first + i], records[i]); }); !status.ok())
             return status;

@@ -9,6 +9,7 @@
 #include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
+#include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "cli/view.hpp"
@@ -51,23 +52,23 @@ Status run_bake(const Arguments& arguments) {
                         "are framed, lit and given a ground.");
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), names);
     parser.option("output,o", "FILE.rpb", "the block file to write", into_path(output));
-    parser.option("block-size", "SIZE", "bytes a block at most, in device memory: 16K to 32M (default: for about a thousand blocks, 128K to 4M)",
+    parser.option("block-size", "SIZE", "bytes per block at most, in device memory: 16K to 32M (default: for about a thousand blocks, 128K to 4M)",
                   into(options.block_bytes, parse_block_size));
     add_view_options(parser, view.width, view.height, view.camera);
     add_look_options(parser, look, texts);
     add_point_options(parser, options.points);
     parser.option("position-error", "E",
                   "vertices of meshes (not spheres and points) may move by E along each axis, in the scene's units, onto a grid that all share, "
-                  "without cracks: fewer bytes a triangle, slower to trace on GPUs (default: they stay where they are, to the bit)",
+                  "without cracks: fewer bytes per triangle, slower to trace on GPUs (default: they stay where they are, to the bit)",
                   into(options.position_error, parse_position_error));
     parser.option("sub-boxes", "N",
-                  "boxes a block at most that tell in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
+                  "boxes per block at most that say in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
                   into_count(options.sub_boxes, 1, RP_MAX_SUB_BOXES));
-    parser.option(
-        "host-limit", "SIZE",
-        "main memory for the work, besides the program itself; what does not fit goes over the disk, beside FILE.rpb (default: half of what is free)",
-        into(options.host_limit, parse_size));
-    parser.flag("progress", "show progress even if stderr is no terminal", progress);
+    parser.option("host-limit", "SIZE",
+                  "main memory for the work, besides the program itself; what does not fit goes over the disk, beside FILE.rpb (default: half of "
+                  "what there is, or less if less is free)",
+                  into(options.host_limit, parse_size));
+    parser.flag("progress", "show progress even if stderr is not a terminal", progress);
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();
     if (*outcome == OptionParser::Outcome::help_shown) return {};
@@ -81,6 +82,7 @@ Status run_bake(const Arguments& arguments) {
     RAYPAGER_TRY(check_look_options(parser, look, inputs));
     look.width = view.width;
     look.height = view.height;
+    const StopSignal signal(StopMode::leave);
     auto scene = import_with_warnings(inputs, options.host_limit, look, options.points.columns);
     if (!scene) return scene.status();
     RAYPAGER_TRY(set_view(view, *scene));

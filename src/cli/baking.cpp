@@ -6,6 +6,7 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
+#include "cli/report.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "import/import.hpp"
@@ -47,6 +48,13 @@ void print_warnings(const std::vector<std::string>& warnings) {
     if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
 }
 
+uint64_t ground_triangles(const Scene& scene) {
+    uint64_t count = 0;
+    for (const Shape& shape : scene.shapes)
+        if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get()); mesh && shape.backdrop) count += mesh->mesh().triangles.size();
+    return count;
+}
+
 Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const BareLook& look,
                                    const PointColumns& columns) {
     const uint64_t keep_bytes = host_limit ? std::min(default_keep_bytes, host_limit / 8) : default_keep_bytes;
@@ -57,20 +65,23 @@ Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inp
 
 Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, const std::filesystem::path& output, bool show_progress) {
     if (show_progress) options.progress = progress_printer();
-    const StopSignal stop;
-    options.stop = &stop.flag();
+    const StopSignal signal(StopMode::finish);
+    options.stop = &signal.stop();
     auto summary = bake(scene, options, output);
     forget_unpacked_files();
     progress_line("");
     if (!summary) return summary;
     print_issues(summary->issues);
-    const std::string spheres = summary->spheres ? fmt::format(" and {} spheres and points", format_count(summary->spheres)) : "";
+    if (summary->reduced_limit.reduced())
+        log_note(fmt::format("only {} of main memory are free for the bake, not {} as usual: it went over the disk",
+                             format_bytes(summary->reduced_limit.bytes), format_bytes(summary->reduced_limit.usual)));
     if (summary->points_culled || summary->points_merged)
-        log_note(fmt::format("{} points left out that the camera does not see, {} that share a pixel with others",
-                             format_count(summary->points_culled), format_count(summary->points_merged)));
-    const std::string detour = summary->buckets ? fmt::format(" over the disk in {} buckets", summary->buckets) : "";
-    log_note(fmt::format("baked {} triangles{} into {} blocks, {},{} in {}: {}", format_count(summary->triangles), spheres, summary->blocks,
-                         format_bytes(summary->stored_bytes), detour, format_duration(summary->seconds), output.string()));
+        log_note(fmt::format("left out: {} that the camera does not see, {} that share a pixel with others", counted(summary->points_culled, "point"),
+                             format_count(summary->points_merged)));
+    const std::string detour = summary->buckets ? fmt::format(" over the disk in {}", counted(summary->buckets, "bucket")) : "";
+    log_note(fmt::format("baked {} into {}, {},{} in {}: {}", primitives_text(summary->triangles, summary->spheres, ground_triangles(scene)),
+                         counted(summary->blocks, "block"), format_bytes(summary->stored_bytes), detour, format_duration(summary->seconds),
+                         output.string()));
     return summary;
 }
 

@@ -16,6 +16,8 @@ namespace raypager {
 // columns: of text clouds; empty: the files tell.
 Result<Scene> import_with_warnings(const std::vector<std::filesystem::path>& inputs, uint64_t host_limit, const BareLook& look,
                                    const PointColumns& columns);
+// Triangles of the ground that bare meshes and clouds are given to stand on.
+uint64_t ground_triangles(const Scene& scene);
 void print_warnings(const std::vector<std::string>& warnings);
 
 // Bakes, shows progress if asked to, and says in one line what was made. A failed bake leaves output as it was.

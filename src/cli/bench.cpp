@@ -19,14 +19,16 @@ struct Measurement {
 
 // In the order in which the help lists them.
 constexpr Measurement measurements[] = {
-    {"export", "no measurement: writes a baked scene for Mitsuba 3, to be compared with it", run_bench_export},
-    {"traverse", "rays a second of the engine's own kernels on a baked scene", run_bench_traverse},
-    {"sweep", "renders a scene at many limits, policies and path counts; writes tables and a page with plots", run_bench_sweep},
-    {"policy", "replays a recorded demand trace under other policies and limits, without a device", run_bench_policy},
+    {"export", "writes a baked scene for Mitsuba 3, to compare with it", run_bench_export},
+    {"traverse", "rays per second of the engine's own kernels on a baked scene", run_bench_traverse},
+    {"sweep", "renders at many limits, policies and path counts: tables, plots", run_bench_sweep},
+    {"policy", "replays a recorded demand trace under other policies and limits", run_bench_policy},
 };
 
 std::string usage() {
-    std::string text = "Usage: raypager bench MEASUREMENT ...\n\nMeasures the program itself; each has its own --help.\n\nMeasurements:\n";
+    std::string text =
+        "Usage: raypager bench MEASUREMENT ...\n\nMeasures the program itself. 'raypager help bench MEASUREMENT' shows the options\nof "
+        "one.\n\nMeasurements:\n";
     for (const Measurement& m : measurements) text += fmt::format("  {:<10} {}\n", m.name, m.about);
     return text;
 }
@@ -34,7 +36,7 @@ std::string usage() {
 }  // namespace
 
 Status run_bench(const Arguments& arguments) {
-    if (arguments.empty()) return Status::usage("bench: the measurement is missing; see raypager bench --help");
+    if (arguments.empty()) return Status::usage("bench: the measurement is missing; see 'raypager help bench'");
     if (arguments.front() == "--help" || arguments.front() == "-h") {
         std::fputs(usage().c_str(), stdout);
         return {};
@@ -42,7 +44,7 @@ Status run_bench(const Arguments& arguments) {
     const auto* found =
         std::find_if(std::begin(measurements), std::end(measurements), [&](const Measurement& m) { return arguments.front() == m.name; });
     if (found == std::end(measurements))
-        return Status::usage(fmt::format("bench: '{}' is no measurement; see raypager bench --help", arguments.front()));
+        return Status::usage(fmt::format("bench: '{}' is not a measurement; see 'raypager help bench'", arguments.front()));
     return found->run(Arguments(arguments.begin() + 1, arguments.end()));
 }
 

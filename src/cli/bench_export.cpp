@@ -35,8 +35,8 @@ Status run_bench_export(const Arguments& arguments) {
     });
     progress_line("");
     if (!made) return made.status();
-    std::fputs(fmt::format("{}: {} triangles, {} spheres, {}\n", (directory / "scene.xml").string(), format_count(made->triangles),
-                           format_count(made->spheres), format_bytes(made->bytes))
+    std::fputs(fmt::format("{}: {}, {}, {}\n", (directory / "scene.xml").string(), counted(made->triangles, "triangle"),
+                           counted(made->spheres, "sphere"), format_bytes(made->bytes))
                    .c_str(),
                stdout);
     return {};

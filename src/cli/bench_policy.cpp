@@ -41,9 +41,9 @@ Result<OptionParser::Outcome> parse(const Arguments& arguments, PolicySettingsGi
                   into(given.bench.slots, [](const std::string& text) { return parse_count(text, 1, uint64_t{1} << 30); }));
     parser.option("loads-in-flight", "N", "as for render (default: by pool and blocks)", into_count(given.bench.loads_in_flight, 1, 1024));
     parser.option("hold", "PERCENT", "as for render (default: by policy)", into(given.bench.hold_above_ready, parse_share));
-    parser.option("bandwidth", "SIZE", "bytes a second to the device (default: what was asked for after one round is there after the next)",
+    parser.option("bandwidth", "SIZE", "bytes per second to the device (default: what was asked for after one round is there after the next)",
                   into(given.bench.bandwidth, parse_size));
-    parser.option("ray-rate", "N", "rays a second with everything resident, for the model of time (default: as recorded)",
+    parser.option("ray-rate", "N", "rays per second with everything resident, for the model of time (default: as recorded)",
                   into(given.bench.ray_rate, [](const std::string& text) { return parse_count(text, 1, uint64_t{1} << 50); }));
     parser.option("report", "FILE.json", "every figure, for scripts", [&given](const std::string& text) {
         given.report.emplace();

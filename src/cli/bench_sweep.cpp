@@ -16,6 +16,8 @@
 #include "cli/render_settings.hpp"
 #include "cli/report.hpp"
 #include "cli/scene_cache.hpp"
+#include "cli/stop_signal.hpp"
+#include "cli/sweep_state.hpp"
 #include "cli/values.hpp"
 
 namespace raypager {
@@ -35,6 +37,7 @@ struct SweepGiven {
     RenderSettings render;
     bench::SweepSettings sweep;
     std::string command;
+    bool resume = false;
 };
 
 Result<SweepPolicy> parse_sweep_policy(const std::string& text) {
@@ -49,7 +52,7 @@ Result<bench::SweepPaths> parse_sweep_paths(const std::string& text) {
     if (text == "auto") return bench::SweepPaths();
     const bool per_pixel = text.ends_with('x');
     const auto count = parse_count(per_pixel ? text.substr(0, text.size() - 1) : text, 1, uint64_t{1} << 30);
-    if (!count) return Status::usage(count.status().message() + ", with an x behind it for so many a pixel, or auto");
+    if (!count) return Status::usage(count.status().message() + ", with an x after it for that many per pixel, or auto");
     const auto number = static_cast<uint32_t>(*count);
     return per_pixel ? bench::SweepPaths{0, number} : bench::SweepPaths{number, 0};
 }
@@ -78,7 +81,7 @@ Result<OptionParser::Outcome> parse(const Arguments& arguments, SweepGiven& give
     parser.option("connections", "LIST", "queue, roulette (default: queue)",
                   into_list(sweep.connections, [](const std::string& text) { return parse_connection(text); }));
     parser.option("repeats", "N", "times that everything is done, interleaved (default: 3)", into_count(sweep.repeats, 1, 1000));
-    parser.option("reference-spp", "N", "samples a pixel of the reference (default: 16 times --spp, 1024 with --time alone)",
+    parser.option("reference-spp", "N", "samples per pixel of the reference (default: 16 times --spp, 1024 with --time alone)",
                   into_count(sweep.reference.spp, 1, 65535));
     parser.option("snapshots", "SECONDS", "when the convergence curve has its first point; later ones are farther apart (default: 0.05)",
                   into(sweep.first_snapshot, parse_seconds));
@@ -87,6 +90,7 @@ Result<OptionParser::Outcome> parse(const Arguments& arguments, SweepGiven& give
                       given.render.cache_directory.emplace();
                       return into_path(*given.render.cache_directory)(text);
                   });
+    parser.flag("resume", "go on with a sweep that was stopped: finished runs, kept in DIR/sweep.runs, are not made again", given.resume);
     add_picture_options(parser, given.render);
     add_device_options(parser, given.render);
     add_tuning_options(parser, given.render);
@@ -186,13 +190,23 @@ Status write_results(const SweepGiven& given, const bench::SweepResult& result, 
     facts.scene = std::filesystem::path(given.inputs.front()).filename().string();
     facts.command = given.command;
     facts.date = date;
-    facts.primitives = fmt::format("{} primitives in {} blocks, {}", format_count(scene.triangles + scene.spheres), format_count(scene.blocks.size()),
+    facts.primitives = fmt::format("{} in {}, {}", primitives_text(scene.triangles, scene.spheres), counted(scene.blocks.size(), "block"),
                                    format_bytes(result.geometry_bytes));
     facts.block_count = static_cast<uint32_t>(scene.blocks.size());
     RAYPAGER_TRY(write_text(given.folder / "sweep.csv", bench::runs_csv(result)));
     RAYPAGER_TRY(write_text(given.folder / "convergence.csv", bench::convergence_csv(result)));
     RAYPAGER_TRY(write_text(given.folder / "sweep.json", json_text(sweep_json(given, result, scene, date))));
     return write_text(given.folder / "sweep.html", bench::sweep_page(result, facts));
+}
+
+// Tables of what there is; the page with its plots needs every run.
+Status stopped_early(const SweepGiven& given, const bench::SweepResult& result) {
+    if (!result.runs.empty()) {
+        RAYPAGER_TRY(write_text(given.folder / "sweep.csv", bench::runs_csv(result)));
+        RAYPAGER_TRY(write_text(given.folder / "convergence.csv", bench::convergence_csv(result)));
+    }
+    return Status::interrupted(fmt::format("stopped by a signal after {} of {}, which are kept in {}; go on with --resume",
+                                           format_count(result.runs.size()), counted(bench::run_count(given.sweep), "run"), given.folder.string()));
 }
 
 }  // namespace
@@ -219,9 +233,20 @@ Status run_bench_sweep(const Arguments& arguments) {
         if (const auto difference = bench::paper_bake_difference(scene); difference && policy.baseline == SweepPolicy::Baseline::paper)
             log_note(*difference);
 
-    const auto result = bench::run_sweep(*opened->file, given.sweep, [](const std::string& text) { progress_line("sweep: " + text); });
+    auto state = SweepState::open(given.folder, given.sweep, scene, given.resume);
+    if (!state) return state.status();
+    if (!state->earlier().empty())
+        log_note(fmt::format("going on with {} of {}", format_count(state->earlier().size()), counted(bench::run_count(given.sweep), "run")));
+    const StopSignal signal(StopMode::finish);
+    bench::SweepHooks hooks;
+    hooks.note = [](const std::string& text) { progress_line("sweep: " + text); };
+    hooks.finished = [&state](const bench::SweepRun& run, const bench::SweepVariant& variant) { return state->add(run, variant); };
+    hooks.stop = &signal.stop();
+    const auto result = bench::run_sweep(*opened->file, given.sweep, state->earlier(), hooks);
     progress_line("");
     if (!result) return result.status();
+    if (result->stopped) return stopped_early(given, *result);
+    RAYPAGER_TRY(state->finish());
     RAYPAGER_TRY(write_results(given, *result, scene));
     std::fputs(bench::sweep_table(*result).c_str(), stdout);
     log_note(fmt::format("results: {}", (given.folder / "sweep.html").string()));

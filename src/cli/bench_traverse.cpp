@@ -16,7 +16,7 @@ constexpr const char* about_traverse =
     "miss the scene have a bounce and a shadow ray, too.";
 
 std::string table(const bench::TraverseResult& result) {
-    std::string text = fmt::format("{}, {:.1f} bytes a primitive\n{:<10} {:>12} {:>12} {:>10}\n", result.device, result.bytes_per_primitive, "rays",
+    std::string text = fmt::format("{}, {:.1f} bytes per primitive\n{:<10} {:>12} {:>12} {:>10}\n", result.device, result.bytes_per_primitive, "rays",
                                    "number", "that hit", "Mrays/s");
     for (const bench::RaySetResult& set : result.sets)
         text +=

@@ -115,16 +115,16 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
     const double bytes_each = primitives > 0 ? double(scene.geometry_bytes(BlockForm::stored)) / double(primitives) : 0;
     std::string text = fmt::format("{}: {}\n", file.path().string(), format_bytes(file.file_bytes()));
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<12} {}\n", name, value); };
-    line("primitives", fmt::format("{} triangles, {} spheres", format_count(scene.triangles), format_count(scene.spheres)));
+    line("primitives", primitives_text(scene.triangles, scene.spheres));
     line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
-    line("geometry", fmt::format("{}, {:.2f} bytes a primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
-    line("", fmt::format("{}, {:.2f} bytes a primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
+    line("geometry", fmt::format("{}, {:.2f} bytes per primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
+    line("", fmt::format("{}, {:.2f} bytes per primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
     if (scene.position_cell > 0)
         line("positions", fmt::format("multiples of {:.6g}: moved by {:.6g} at most along each axis, beyond rounding", scene.position_cell,
                                       scene.position_cell / 2));
-    line("top tree", fmt::format("{} portals, {} nodes, depth {}", format_count(top.portals), format_count(top.nodes), top.depth));
-    line("shading", fmt::format("{} materials, {} lights", format_count(scene.materials.size()), format_count(scene.lights.size())));
+    line("top tree", fmt::format("{}, {}, depth {}", counted(top.portals, "portal"), counted(top.nodes, "node"), top.depth));
+    line("shading", fmt::format("{}, {}", counted(scene.materials.size(), "material"), counted(scene.lights.size(), "light")));
     const auto point = [](const float(&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
     line("bounds", fmt::format("{} to {}", point(scene.lower), point(scene.upper)));
     const std::string camera = camera_string(scene.camera, scene.width, scene.height, center_of(scene));
@@ -134,7 +134,7 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
     for (const NamedPart& part : named_parts) {
         const uint64_t bytes = parts.*part.bytes;
         const double each = primitives > 0 ? double(bytes) / double(primitives) : 0;
-        text += fmt::format("    {:<10} {:>5.1f} %  {:>6.2f} bytes a primitive\n", part.name, 100 * share(bytes, parts), each);
+        text += fmt::format("    {:<10} {:>5.1f} %  {:>6.2f} bytes per primitive\n", part.name, 100 * share(bytes, parts), each);
     }
     if (verified) text += "  every block was read and checked: all is well\n";
     return text;
@@ -146,7 +146,7 @@ Status run_inspect(const Arguments& arguments) {
     std::vector<std::string> names;
     bool json = false, verify = false;
     OptionParser parser("inspect", "FILE.rpb [--json] [--verify]",
-                        "Says what is in a block file: sizes, bytes a primitive, shares of the parts, tree figures.");
+                        "Says what is in a block file: sizes, bytes per primitive, shares of the parts, figures of the trees.");
     parser.inputs("FILE.rpb", 1, 1, names);
     parser.flag("json", "print one JSON object", json);
     parser.flag("verify", "check the contents of every block, not only its checksum; name the first bad one", verify);

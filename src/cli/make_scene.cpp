@@ -22,12 +22,12 @@ constexpr uint64_t most_primitives = 4000000000;  // they are numbered in 32 bit
 Result<PointFormat> parse_point_format(const std::string& text) {
     if (text == "las") return PointFormat::las;
     if (text == "ply") return PointFormat::ply;
-    return Status::usage(fmt::format("'{}' is no format of points; use las or ply", text));
+    return Status::usage(fmt::format("'{}' is not a format of points; use las or ply", text));
 }
 
 Status check_kind(const OptionParser& parser, const MakeSceneOptions& options) {
     if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter" && options.kind != "points")
-        return parser.wrong(fmt::format("'{}' is no kind of scene; use cornell, terrain, clutter or points", options.kind));
+        return parser.wrong(fmt::format("'{}' is not a kind of scene; use cornell, terrain, clutter or points", options.kind));
     if (options.heightmap && options.kind != "terrain") return parser.wrong("--heightmap: is for terrain only; leave it out");
     if (options.triangles && options.kind == "points") return parser.wrong("--triangles: there are none in points; use --points");
     if (options.points && options.kind != "points")
@@ -45,9 +45,9 @@ Status run_make_scene(const Arguments& arguments) {
     OptionParser parser("make-scene", "KIND -o DIR [options]", about_make_scene);
     parser.inputs("the kind of scene", 1, 1, kinds);
     parser.option("output,o", "DIR", "directory to write to; made if absent", into_path(options.directory));
-    parser.option("triangles", "N", "about so many triangles, 1K to 4G in thousands (default: the kind's own)",
+    parser.option("triangles", "N", "about how many triangles, 1K to 4G (default: the kind's own)",
                   into(options.triangles, [](const std::string& text) { return parse_count(text, 1000, most_primitives); }));
-    parser.option("points", "N", "points only: about so many, 1K to 4G in thousands (default: 10M)",
+    parser.option("points", "N", "points only: about how many, 1K to 4G (default: 10M)",
                   into(options.points, [](const std::string& text) { return parse_count(text, 1000, most_primitives); }));
     parser.option("format", "NAME", "points only: las (LAS 1.4) or ply (default: las)", into(options.format, parse_point_format));
     parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
@@ -63,8 +63,8 @@ Status run_make_scene(const Arguments& arguments) {
     const auto made = make_scene(options);
     if (!made) return made.status();
     const bool points = made->points > 0;
-    std::fputs(fmt::format("{}: {} {}, {}\n", made->scene_file.string(), format_count(points ? made->points : made->triangles),
-                           points ? "points" : "triangles", format_bytes(made->bytes))
+    std::fputs(fmt::format("{}: {}, {}\n", made->scene_file.string(), points ? counted(made->points, "point") : counted(made->triangles, "triangle"),
+                           format_bytes(made->bytes))
                    .c_str(),
                stdout);
     return {};

@@ -14,10 +14,12 @@ namespace {
 
 namespace options = boost::program_options;
 
+constexpr unsigned help_columns = 80;
+
 constexpr const char* inputs_key = "(inputs)";  // no option can be called so
 
 options::options_description describe(const auto& declared) {
-    options::options_description visible("Options", 110, 55);
+    options::options_description visible("Options", help_columns, 50);
     for (const auto& entry : declared) {
         if (entry.value.empty())
             visible.add_options()(entry.name.c_str(), entry.help.c_str());
@@ -26,6 +28,20 @@ options::options_description describe(const auto& declared) {
     }
     visible.add_options()("help,h", "show this text");
     return visible;
+}
+
+// Words in lines of help_columns characters at most, whatever line ends stand between them.
+std::string wrapped(const std::string& text) {
+    std::istringstream words(text);
+    std::string result, line;
+    for (std::string word; words >> word;) {
+        if (!line.empty() && line.size() + 1 + word.size() > help_columns) {
+            result += line + '\n';
+            line.clear();
+        }
+        line += (line.empty() ? "" : " ") + word;
+    }
+    return result + line;
 }
 
 std::string long_name(const std::string& name) { return name.substr(0, name.find(',')); }
@@ -57,7 +73,7 @@ Status OptionParser::wrong(const std::string& message) const { return Status::us
 
 std::string OptionParser::help_text() const {
     std::ostringstream text;
-    text << "Usage: raypager " << verb_ << ' ' << usage_ << "\n\n" << about_ << "\n\n" << describe(declared_);
+    text << "Usage: raypager " << verb_ << ' ' << usage_ << "\n\n" << wrapped(about_) << "\n\n" << describe(declared_);
     return text.str();
 }
 
@@ -67,7 +83,7 @@ Status OptionParser::apply(const std::string& key, const std::string& text) cons
         const Status status = entry.set(text);
         return status ? status : wrong(fmt::format("--{}: {}", key, status.message()));
     }
-    return wrong(fmt::format("--{}: is no option", key));
+    return wrong(fmt::format("--{}: is not an option", key));
 }
 
 Result<OptionParser::Outcome> OptionParser::parse(const Arguments& arguments) const {

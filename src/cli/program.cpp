@@ -35,9 +35,13 @@ std::string help_text() {
     std::string text = "raypager path-traces scenes many times larger than the device's memory.\n\nUsage: raypager VERB ...\n\n";
     for (const Verb& verb : verbs) text += fmt::format("  {:<12}{}\n", verb.name, verb.about);
     return text +
-           "\n'raypager VERB --help' shows the options of a verb with defaults and units. '--version' shows the version.\n"
-           "Sizes take K, M, G (binary). Exit status: 0 done, 1 the work failed, 2 bad usage,\n"
-           "3 stopped by a signal, go on with --resume.\n";
+           "\n'raypager help VERB' shows the options of a verb with defaults and units. '--version' shows the version.\n\n"
+           "Sizes take a unit: 512K, 1.5G, 8GB, 8GiB (all binary). Numbers of things do, too: 2.5M (decimal).\n\n"
+           "Exit status:\n"
+           "  0  done\n"
+           "  1  the work failed; one line on stderr says what, where and what to do\n"
+           "  2  bad usage\n"
+           "  3  stopped by Ctrl-C (SIGINT) or SIGTERM; what there is was written\n";
 }
 
 std::string verb_names() {
@@ -46,20 +50,35 @@ std::string verb_names() {
     return names;
 }
 
-Status dispatch(const Arguments& arguments) {
-    if (arguments.empty()) return Status::usage(fmt::format("no verb is given; use one of {}, or --help", verb_names()));
-    const std::string& first = arguments.front();
-    if (first == "--help" || first == "-h" || first == "help") {
+Result<const Verb*> find_verb(const std::string& name) {
+    const auto* verb = std::find_if(verbs.begin(), verbs.end(), [&](const Verb& candidate) { return candidate.name == name; });
+    if (verb == verbs.end()) return Status::usage(fmt::format("'{}' is not a verb; use one of {}, or help", name, verb_names()));
+    return verb;
+}
+
+// of: a verb, and for bench a measurement, as in 'raypager help bench sweep'; or nothing.
+Status show_help(const Arguments& of) {
+    if (of.empty() || of.front().starts_with("-")) {
         std::fputs(help_text().c_str(), stdout);
         return {};
     }
+    const auto verb = find_verb(of.front());
+    if (!verb) return verb.status();
+    Arguments rest(of.begin() + 1, of.end());
+    rest.emplace_back("--help");
+    return (*verb)->run(rest);
+}
+
+Status dispatch(const Arguments& arguments) {
+    if (arguments.empty()) return Status::usage(fmt::format("no verb is given; use one of {}, or help", verb_names()));
+    const std::string& first = arguments.front();
+    if (first == "--help" || first == "-h" || first == "help") return show_help({arguments.begin() + 1, arguments.end()});
     if (first == "--version") {
         std::fputs("raypager " RAYPAGER_VERSION "\n", stdout);
         return {};
     }
-    const auto* verb = std::find_if(verbs.begin(), verbs.end(), [&](const Verb& candidate) { return candidate.name == first; });
-    if (verb == verbs.end()) return Status::usage(fmt::format("'{}' is no verb; use one of {}, or --help", first, verb_names()));
-    return verb->run({arguments.begin() + 1, arguments.end()});
+    const auto verb = find_verb(first);
+    return verb ? (*verb)->run({arguments.begin() + 1, arguments.end()}) : verb.status();
 }
 
 // What was printed may still fail to arrive, on a full disk for instance.

@@ -55,23 +55,30 @@ Status write_results(const RenderSettings& settings, const RenderOptions& effect
 }
 
 void print_summary(const RenderSettings& settings, const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds,
-                   std::optional<double> rmse) {
-    std::fputs(summary_text(scene, report, seconds).c_str(), stderr);
+                   std::optional<double> rmse, uint64_t ground) {
+    std::fputs(summary_text(scene, report, seconds, ground).c_str(), stderr);
     if (rmse) log_note(fmt::format("RMSE against {}: {:.6g}", settings.reference->string(), *rmse));
     if (settings.report) log_note(fmt::format("report: {}", settings.report->string()));
     log_note(fmt::format("picture: {}", settings.output.string()));
 }
 
-// The checkpoint matters most then: without a new one the work is lost, whatever the picture shows.
-Status stopped_early(const RenderReport& report) {
-    const std::string what = fmt::format("stopped by a signal; the picture has {:.1f} samples a pixel; ", report.average_spp);
-    if (report.checkpoint.advice.empty()) return Status::failed(what + "no checkpoint could be written");
-    return Status::interrupted(what + report.checkpoint.advice);
+// What a render that was stopped before its time has to say for itself.
+Status stopped_early(const RenderSettings& settings, const RenderReport& report) {
+    std::string what = fmt::format("stopped by a signal; the picture has {:.1f} samples per pixel", report.average_spp);
+    const double pixels = static_cast<double>(report.width) * report.height;
+    if (report.unsampled > 0)
+        what += fmt::format(", and {} of its pixels, which have none yet, are filled in from those around them",
+                            format_share(static_cast<double>(report.unsampled) / pixels));
+    if (settings.options.checkpoint.file.empty()) return Status::interrupted(what);
+    // The checkpoint matters most then: without a new one the work is lost, whatever the picture shows.
+    if (report.checkpoint.advice.empty()) return Status::failed(what + "; no checkpoint could be written");
+    return Status::interrupted(what + "; " + report.checkpoint.advice);
 }
 
 Status render_to_files(const RenderSettings& settings) {
     const auto begin = std::chrono::steady_clock::now();
     RAYPAGER_TRY(check_outputs(settings));
+    const StopSignal signal(StopMode::leave);
     auto reference = read_reference(settings);
     if (!reference) return reference.status();
     const bool show_progress = settings.progress || stderr_is_terminal();
@@ -89,25 +96,24 @@ Status render_to_files(const RenderSettings& settings) {
     auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
     if (!monitor) return monitor.status();
 
-    const StopSignal stop;
-    options->stop = &stop.flag();
-    const RenderCallbacks callbacks = monitor->callbacks(*options);
+    options->stop = &signal.stop();
+    options->stop_now = &signal.stop_now();
+    RenderCallbacks callbacks = monitor->callbacks(*options);
+    callbacks.begins = [&signal] { signal.set_mode(StopMode::keep); };
     auto result = render(*opened->file, *options, callbacks);
     progress_line("");
     if (!result) return result.status();
     expose(result->image, settings.exposure);
     const bool complete = result->report.complete;
-    if (stop.flag() && complete)
-        log_note(result->report.region == 0 ? "stopped by a signal; the picture holds the samples taken so far"
-                                            : "stopped by a signal; the picture went region by region, so some pixels have many samples and others "
-                                              "one: --region 0 renders evenly");
-
+    // An empty picture must not take the place of an older one.
+    if (!complete && result->report.average_spp == 0 && settings.options.checkpoint.file.empty())
+        return Status::interrupted("stopped by a signal before any sample was complete; no picture was written");
     const Status logged = monitor->finish(result->image, result->report);
     const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds};
     RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
     RAYPAGER_TRY(logged);
-    print_summary(settings, scene, result->report, seconds, monitor->final_rmse());
-    return complete ? Status() : stopped_early(result->report);
+    print_summary(settings, scene, result->report, seconds, monitor->final_rmse(), opened->ground_triangles);
+    return complete ? Status() : stopped_early(settings, result->report);
 }
 
 }  // namespace

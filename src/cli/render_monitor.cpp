@@ -30,12 +30,25 @@ bool goes_on_from_checkpoint(const RenderSettings& settings) {
 }  // namespace
 
 std::string progress_text(const RenderProgress& progress, uint32_t spp) {
-    std::string left;
+    struct Part {
+        std::string text;
+        int rank;  // those with the highest are left out first where room is short
+    };
+    std::vector<Part> parts;
+    const double rate = progress.rays_per_second / 1e6;
+    parts.push_back({spp > 0 ? fmt::format("spp {:.1f}/{}", progress.spp, spp) : fmt::format("spp {:.1f}", progress.spp), 0});
+    parts.push_back({fmt::format("{:.{}f} Mrays/s", rate, rate < 10 ? 2 : rate < 100 ? 1 : 0), 2});
+    if (progress.geometry_bytes > 0)
+        parts.push_back({fmt::format("{:.0f} % resident", 100 * static_cast<double>(progress.resident_bytes) / double(progress.geometry_bytes)), 3});
+    parts.push_back({counted(progress.loads, "load"), 4});
     if (progress.fraction > 0.001 && progress.fraction < 1)
-        left = fmt::format(" | {} left", format_duration(progress.seconds * (1 - progress.fraction) / progress.fraction));
-    const std::string total = spp > 0 ? fmt::format("/{}", spp) : "";
-    return fmt::format("spp {:.1f}{} | {:.2f} Mrays/s | resident {} of {} | {} loads{}", progress.spp, total, progress.rays_per_second / 1e6,
-                       format_bytes(progress.resident_bytes), format_bytes(progress.geometry_bytes), progress.loads, left);
+        parts.push_back({format_duration(progress.seconds * (1 - progress.fraction) / progress.fraction) + " left", 1});
+    for (int most = 4;; most--) {
+        std::string line;
+        for (const Part& part : parts)
+            if (part.rank <= most) line += (line.empty() ? "" : " | ") + part.text;
+        if (most == 0 || line.size() <= progress_columns) return line;
+    }
 }
 
 Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, const RenderOptions& effective, std::optional<Image> reference) {

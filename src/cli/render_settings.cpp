@@ -40,7 +40,7 @@ Result<Background> parse_background(const std::string& text) {
 Result<PoolPlace> parse_pool(const std::string& text) {
     if (text == "device") return PoolPlace::device;
     if (text == "host") return PoolPlace::host;
-    return Status::usage(fmt::format("'{}' is no place for the pool; use device or host", text));
+    return Status::usage(fmt::format("'{}' is not a place for the pool; use device or host", text));
 }
 
 OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& target) {
@@ -80,10 +80,10 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
 void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("preset", "NAME",
-                  "paper: the settings of the paper (4 paths a pixel, roulette connection, one swap a round that is waited for, most wanted "
+                  "paper: the settings of the paper (4 paths per pixel, roulette connection, one swap per round that is waited for, most wanted "
                   "in, least bounced out); options behind this one override it",
                   [&settings](const std::string& text) -> Status {
-                      if (text != "paper") return Status::usage(fmt::format("'{}' is no preset; there is one, paper", text));
+                      if (text != "paper") return Status::usage(fmt::format("'{}' is not a preset; there is one, paper", text));
                       const uint32_t paths = settings.options.paths;
                       bench::use_paper_settings(settings.options, 0, 0);
                       settings.options.paths = paths;  // the default follows from the size of the picture
@@ -95,7 +95,7 @@ void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
                   "(default: device)",
                   into(options.pool_place, parse_pool));
     parser.option("record-trace", "FILE", "record which blocks paths enter, for 'raypager bench policy'", into_optional_path(settings.record_trace));
-    parser.option("trace-paths", "N", "record about so many of all paths, spread evenly (default: 500K)",
+    parser.option("trace-paths", "N", "about how many of all paths to record, spread evenly (default: 500K)",
                   into(options.record_paths, [](const std::string& text) { return parse_count(text, 1, most_paths); }));
 }
 
@@ -118,31 +118,32 @@ void add_developing_options(OptionParser& parser, RenderSettings& settings) {
 }
 
 void add_output_options(OptionParser& parser, RenderSettings& settings) {
-    parser.option("snapshots", "SECONDS", "rewrite the picture so often while rendering (default: never)",
+    parser.option("snapshots", "SECONDS", "how often to rewrite the picture while rendering (default: never)",
                   into(settings.snapshot_seconds, parse_seconds));
     parser.option("log", "FILE.csv",
-                  "convergence log: seconds, spp, rmse, loads, bytes loaded, rays; a row a snapshot, or a second without "
-                  "--snapshots",
+                  "convergence log: seconds, spp, rmse, loads, bytes loaded, rays; a row for each snapshot, or every second "
+                  "without --snapshots",
                   into_optional_path(settings.log));
     parser.option("reference", "FILE", "picture of the same size to compare with: fills the log's rmse", into_optional_path(settings.reference));
     parser.option("report", "FILE.json", "what was done, with every figure, for scripts", into_optional_path(settings.report));
     parser.option("cache-dir", "DIR", "folder for baked scenes (default: beside the input; if not writable, the user's cache folder)",
                   into_optional_path(settings.cache_directory));
     add_point_options(parser, settings.bake.points);
-    parser.flag("progress", "show progress even if stderr is no terminal", settings.progress);
+    parser.flag("progress", "show progress even if stderr is not a terminal", settings.progress);
 }
 
 void add_checkpoint_options(OptionParser& parser, RenderSettings& settings) {
     CheckpointOptions& checkpoint = settings.options.checkpoint;
     parser.option("checkpoint", "FILE",
-                  "keep all work in this file: every so often, when the render is stopped (then at once), and at its end; it must not exist "
-                  "yet, but for --resume",
+                  "keep all work in this file: at intervals, when the render is stopped, and at its end; it must not exist "
+                  "yet, except with --resume",
                   into_path(checkpoint.file));
-    parser.option("checkpoint-every", "SECONDS", "how often (default: 60)", into(checkpoint.every_seconds, parse_seconds));
-    parser.flag("resume",
-                "go on from the checkpoint, or start anew if there is none yet; scene and picture options must be the same, but --spp may be "
-                "larger; limits, policy and paths may differ",
-                checkpoint.resume);
+    parser.option("checkpoint-every", "SECONDS", "how often to write the checkpoint (default: 60)", into(checkpoint.every_seconds, parse_seconds));
+    parser.flag(
+        "resume",
+        "go on from the checkpoint, or start from the beginning if there is none yet; scene and picture options must be the same, but --spp may be "
+        "larger; limits, policy and paths may differ",
+        checkpoint.resume);
 }
 
 // No file may be written twice, nor over something that is read.
@@ -191,7 +192,7 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
         return parser.wrong(
             fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
     if (settings.record_trace && options.spp == 0 && options.time_seconds > 0)
-        return parser.wrong("--record-trace: needs --spp beside --time, for the share of paths to record follows from how many there can be");
+        return parser.wrong("--record-trace: needs --spp as well as --time: the share of paths to record follows from how many there can be");
     if (options.record_paths && !settings.record_trace)
         return parser.wrong("--trace-paths: says how much to record; name a file with --record-trace");
     return check_distinct_files(parser, settings);
@@ -202,9 +203,9 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
 void add_picture_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     add_view_options(parser, options.width, options.height, settings.camera);
-    parser.option("spp", "N", "samples a pixel, 1 to 65535 (default: as the scene says; with --time: until then)",
+    parser.option("spp", "N", "samples per pixel, 1 to 65535 (default: as the scene says; with --time: until then)",
                   into_count(options.spp, 1, most_samples));
-    parser.option("time", "SECONDS", "stop after about so long (default: no limit)", into(options.time_seconds, parse_seconds));
+    parser.option("time", "SECONDS", "stop after about this long (default: no limit)", into(options.time_seconds, parse_seconds));
     parser.option("max-depth", "N", "scattering events of a path at most; 0 shows only what shines itself (default: as the scene says)",
                   into(options.max_depth, [](const std::string& text) { return parse_count(text, 0, deepest); }));
     parser.option("seed", "N", "seed of the random numbers, 0 to 2^32 - 1 (default: 0)", into_count(options.seed, 0, 0xffffffffu));
@@ -217,10 +218,13 @@ void add_device_options(OptionParser& parser, RenderSettings& settings) {
                       if (text.empty()) return Status::usage("is empty; give a number or part of a name");
                       return text;
                   }));
-    parser.option("memory-limit", "SIZE", "device memory of the whole process at most (default: three quarters of what the device has)",
-                  into(options.memory_limit, parse_size));
+    parser.option(
+        "memory-limit", "SIZE",
+        "device memory of the whole process at most (default: three quarters of what the device has, or less if a CPU has less that is free)",
+        into(options.memory_limit, parse_size));
     parser.option("host-limit", "SIZE",
-                  "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what is free)",
+                  "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what there is, or "
+                  "less if less is free)",
                   into(options.host_limit, parse_size));
 }
 
@@ -233,14 +237,14 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
                   "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 40% or 100%)",
                   into(options.hold_above_ready, parse_share));
     parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.wait_for_loads);
-    parser.option("tile", "PIXELS", "camera paths start in tiles of so many pixels a side (default: 16)", into_count(options.tile_size, 1, 1024));
+    parser.option("tile", "PIXELS", "camera paths start in tiles of this many pixels a side (default: 16)", into_count(options.tile_size, 1, 1024));
     parser.option("together", "N",
                   "samples of a pixel that are begun one after the other, 1 to 64 (default: up to 16; 1 with --time, --snapshots, --log or "
                   "--checkpoint, and in bench sweep); a resumed render keeps its order",
                   into_count(options.together, 1, 64));
     parser.option("region", "PIXELS",
-                  "so many pixels get all their samples, up to 1024 of each, before the next ones begin; 0: all pixels at once (default: by path "
-                  "slots in long renders without --time, --snapshots, --log and --checkpoint, in others 0); a resumed render keeps its order",
+                  "this many pixels get most of their samples before the next ones begin; 0: all pixels at once (default: by path slots in "
+                  "long renders without --time, --snapshots, --log and --checkpoint, 0 in others); a resumed render keeps its order",
                   into(options.region, [](const std::string& text) { return parse_count(text, 0, uint64_t{1} << 31); }));
 }
 

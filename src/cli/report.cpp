@@ -92,20 +92,21 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
 
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
-std::string paging_table(const BakedScene& scene, const RenderReport& report) {
+std::string paging_table(const BakedScene& scene, const RenderReport& report, uint64_t ground) {
     const uint64_t geometry = scene.geometry_bytes(report.form);
     const uint64_t resident = std::min(report.limits.geometry_bytes, geometry);
     const auto& paging = report.paging;
     std::string text;
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<16} {}\n", name, value); };
-    line("scene",
-         fmt::format("{} primitives in {} blocks, {}", format_count(scene.triangles + scene.spheres), scene.blocks.size(), format_bytes(geometry)));
+    line("device", fmt::format("{}, {:.2f} Mrays/s", report.device.name, ratio(double(report.rays.total()), report.seconds.render) / 1e6));
+    line("scene", fmt::format("{} in {}, {}", primitives_text(scene.triangles, scene.spheres, ground), counted(scene.blocks.size(), "block"),
+                              format_bytes(geometry)));
     line("resident limit", fmt::format("{}, {:.1f} % of the scene", format_bytes(report.limits.geometry_bytes),
                                        geometry ? 100 * ratio(double(resident), double(geometry)) : 100.0));
-    line("loads", fmt::format("{} blocks ({:.1f} times all of them), {} evicted", format_count(paging.loads),
-                              ratio(double(paging.loads), double(scene.blocks.size())), format_count(paging.evictions)));
+    line("loads", fmt::format("{}, {} evicted", counted(paging.loads, "block"), format_count(paging.evictions)));
     line("loaded",
-         fmt::format("{}, {:.1f} bytes a ray", format_bytes(paging.bytes_loaded), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
+         fmt::format("{}, {:.1f} times the scene, {:.1f} bytes per ray", format_bytes(paging.bytes_loaded),
+                     ratio(double(paging.bytes_loaded), double(geometry)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
     line("stalled", fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(report.seconds.stall),
                                 100 * ratio(report.seconds.stall, report.seconds.render)));
     line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));
@@ -198,13 +199,21 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
 
 std::string json_text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds) {
-    std::string text = fmt::format("raypager: {}x{}, {} spp in {} (baking {}, rendering {}), {:.2f} Mrays/s on {}\n", report.width, report.height,
-                                   report.spp, format_duration(seconds.total), format_duration(seconds.bake), format_duration(report.seconds.render),
-                                   ratio(double(report.rays.total()), report.seconds.render) / 1e6, report.device.name);
-    text += paging_table(scene, report);
+std::string primitives_text(uint64_t triangles, uint64_t spheres, uint64_t ground) {
+    std::string text;
+    if (triangles > 0 || spheres == 0) text = counted(triangles, "triangle");
+    if (ground > 0) text += fmt::format(" ({} of them ground)", format_count(ground));
+    if (spheres > 0) text += (text.empty() ? "" : " and ") + counted(spheres, "sphere or point", "spheres and points");
+    return text;
+}
+
+std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds, uint64_t ground) {
+    const std::string spp = report.complete ? std::to_string(report.spp) : fmt::format("{:.1f}", report.average_spp);
+    std::string text = fmt::format("raypager: {}x{}, {} spp in {} (baking {}, rendering {})\n", report.width, report.height, spp,
+                                   format_duration(seconds.total), format_duration(seconds.bake), format_duration(report.seconds.render));
+    text += paging_table(scene, report, ground);
     if (report.clamped_samples > 0)
-        text += fmt::format("raypager: warning: {} samples were too bright or not finite and were clamped\n", format_count(report.clamped_samples));
+        text += fmt::format("raypager: warning: too bright or not finite, and so clamped: {}\n", counted(report.clamped_samples, "sample"));
     return text;
 }
 

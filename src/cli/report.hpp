@@ -29,6 +29,9 @@ nlohmann::ordered_json report_json(const RenderSettings& settings, const RenderO
 std::string json_text(const nlohmann::ordered_json& json);
 
 // Time, rays, and a table of what was paged; several lines.
-std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds);
+// ground: so many of the triangles are nothing that the user brought.
+std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds, uint64_t ground = 0);
+// "99 triangles (98 of them ground) and 5 spheres and points"
+std::string primitives_text(uint64_t triangles, uint64_t spheres, uint64_t ground = 0);
 
 }  // namespace raypager

@@ -91,7 +91,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     if (inputs.size() == 1 && has_ending(inputs.front(), ".rpb")) {
         auto file = BlockFile::open(inputs.front());
         if (!file) return file.status();
-        return OpenedScene{*file, 0};
+        return OpenedScene{*file, 0, 0};
     }
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
@@ -110,7 +110,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
         if (auto file = open_cached(folder / name, *fingerprint, *scene)) {
             forget_unpacked_files();
             log_note(fmt::format("the scene is baked already: {}", (folder / name).string()));
-            return OpenedScene{std::move(file), seconds()};
+            return OpenedScene{std::move(file), seconds(), ground_triangles(*scene)};
         }
     const auto folder = first_writable(folders);
     if (!folder) return folder.status();
@@ -119,7 +119,7 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     remove_old(*folder, prefix, name);
     auto file = BlockFile::open(*folder / name);
     if (!file) return file.status();
-    return OpenedScene{*file, seconds()};
+    return OpenedScene{*file, seconds(), ground_triangles(*scene)};
 }
 
 }  // namespace raypager

@@ -16,7 +16,8 @@ namespace raypager {
 
 struct OpenedScene {
     std::shared_ptr<const BlockFile> file;
-    double bake_seconds = 0;  // import included; 0 if the block file was given
+    double bake_seconds = 0;        // import included; 0 if the block file was given
+    uint64_t ground_triangles = 0;  // that a bare input was given to stand on; 0 if the block file was given
 };
 
 struct BakeRequest {

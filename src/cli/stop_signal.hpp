@@ -1,18 +1,30 @@
-// Ctrl-C while baking or rendering: the first one asks for a clean end, of a render with a picture; the second one kills.
+// Ctrl-C (SIGINT) and SIGTERM: each is answered at once by a line on stderr that says what happens now, and what the next one would do.
 #pragma once
 
 #include <atomic>
 
 namespace raypager {
 
-// Catches SIGINT and SIGTERM as long as it lives. One at a time.
+// What a signal means at the moment.
+enum class StopMode {
+    leave,   // the program ends with exit status 3: there is nothing to keep yet
+    finish,  // stop() is set, for a clean end; the next signal kills
+    keep,    // the same, but the next one sets stop_now(), and only the third kills
+};
+
+// Catches signals as long as it lives; afterwards they do what they did before. Several may live at a time: the last one decides.
 class StopSignal {
 public:
-    StopSignal();
+    explicit StopSignal(StopMode mode);
     ~StopSignal();
     StopSignal(const StopSignal&) = delete;
     StopSignal& operator=(const StopSignal&) = delete;
-    const std::atomic<bool>& flag() const;
+    void set_mode(StopMode mode) const;
+    const std::atomic<bool>& stop() const;
+    const std::atomic<bool>& stop_now() const;
+
+private:
+    StopMode before_;
 };
 
 }  // namespace raypager

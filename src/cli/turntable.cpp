@@ -43,6 +43,8 @@ Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions op
     auto result = render(file, options, callbacks);
     progress_line("");
     if (!result) return result.status();
+    // An empty picture must not take the place of an older one.
+    if (!result->report.complete && result->report.average_spp == 0) return result;
     expose(result->image, settings.exposure);
     RAYPAGER_TRY(write_image(settings.output, result->image));
     log_note(fmt::format("picture {}: {}, {}", which, settings.output.string(), format_duration(result->report.seconds.total)));
@@ -67,13 +69,15 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
                         std::chrono::steady_clock::time_point begin) {
     const BakedScene& scene = opened.file->scene();
     const Turning turning = turning_of(settings, options, scene);
-    const StopSignal stop;
+    const StopSignal signal(StopMode::keep);
+    const std::atomic<bool>& stopped = signal.stop();
     RenderSettings one = settings;
     RenderOptions turned = options;
-    turned.stop = &stop.flag();
+    turned.stop = &stopped;
+    turned.stop_now = &signal.stop_now();
     Json pictures = Json::array();
     std::optional<RenderReport> last;
-    for (uint32_t i = 0; i < settings.turntable && !stop.flag(); i++) {
+    for (uint32_t i = 0; i < settings.turntable && !stopped; i++) {
         one.output = turntable_picture(settings.output, i, settings.turntable);
         turned.camera = turned_camera(turning.first, turning.center, turning.upright, static_cast<double>(i) / settings.turntable);
         if (i > 0) turned.camera = as_printed(*turned.camera, turned.width, turned.height);
@@ -88,7 +92,7 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
         report["turntable"] = pictures;
         RAYPAGER_TRY(write_text(*settings.report, json_text(report)));
     }
-    if (stop.flag()) return Status::interrupted(fmt::format("stopped by a signal; {} of {} pictures are there", pictures.size(), settings.turntable));
+    if (stopped) return Status::interrupted(fmt::format("stopped by a signal; {} of {} pictures are there", pictures.size(), settings.turntable));
     return {};
 }
 

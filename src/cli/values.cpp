@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -30,23 +31,52 @@ std::optional<double> whole_number_text(std::string_view text) {
     return parsed->first;
 }
 
-// What the suffix multiplies by: base^1 for K, base^2 for M, ...; nothing for anything else.
-std::optional<double> unit(std::string_view suffix, double base) {
-    if (suffix.empty()) return 1;
-    if (suffix.size() != 1) return std::nullopt;
-    const size_t power = std::string_view("KMGTkmgt").find(suffix[0]);
+// What a unit multiplies by: base^1 for K, base^2 for M, ...; nothing for anything else.
+std::optional<double> unit(std::string_view letter, double base) {
+    if (letter.empty()) return 1;
+    if (letter.size() != 1) return std::nullopt;
+    const size_t power = std::string_view("KMGTkmgt").find(letter[0]);
     if (power == std::string_view::npos) return std::nullopt;
     return std::pow(base, static_cast<double>(power % 4 + 1));
+}
+
+// What stands behind the number of a size: "M", "MB", "MiB", "mb", " GB", "B", "bytes".
+std::optional<double> size_unit(std::string_view text) {
+    if (text.starts_with(' ') && text.size() > 1) text.remove_prefix(1);
+    if (text == "bytes" || text == "byte" || text == "B" || text == "b") return 1;
+    if (text.size() > 1 && (text.back() == 'B' || text.back() == 'b')) {
+        text.remove_suffix(1);
+        if (text.size() > 1 && (text.back() == 'i' || text.back() == 'I')) text.remove_suffix(1);
+    }
+    return unit(text, 1024);
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// A whole number without the commas or underscores that part its thousands: 1,000,000. Any other text as it is.
+std::string without_separators(std::string_view text) {
+    const char mark = text.find('_') != std::string_view::npos ? '_' : ',';
+    const size_t first = text.find(mark), end = text.find_first_not_of("0123456789,_");
+    if (first == std::string_view::npos || first == 0 || first > 3 || end != std::string_view::npos) return std::string(text);
+    std::string digits(text.substr(0, first));
+    for (size_t at = first; at < text.size(); at += 4) {
+        const std::string_view group = text.substr(at, 4);
+        if (group.size() != 4 || group[0] != mark || !std::all_of(group.begin() + 1, group.end(), is_digit)) return std::string(text);
+        digits += group.substr(1);
+    }
+    return digits;
 }
 
 }  // namespace
 
 Result<uint64_t> parse_size(std::string_view text) {
-    const auto parsed = leading_number(text);
-    const auto factor = parsed ? unit(parsed->second, 1024) : std::nullopt;
+    const std::string number = without_separators(text);
+    const auto parsed = leading_number(number);
+    const auto factor = parsed ? size_unit(parsed->second) : std::nullopt;
     const double bytes = factor ? parsed->first * *factor : 0;
     if (!(bytes >= 1 && bytes <= largest_size))
-        return Status::usage(fmt::format("'{}' is not a size; give a positive number of bytes, with K, M, G or T behind it if you like", text));
+        return Status::usage(
+            fmt::format("'{}' is not a size; give bytes, or a number with a unit such as 512K, 1.5G, 8GB or 8GiB (all binary)", text));
     return static_cast<uint64_t>(bytes);
 }
 
@@ -71,22 +101,28 @@ Result<PolicyKind> parse_policy(std::string_view text) {
     if (const auto kind = policy_from_name(text)) return *kind;
     std::string names;
     for (const PolicyName& policy : policy_names) names += fmt::format("{}{}", names.empty() ? "" : ", ", policy.name);
-    return Status::usage(fmt::format("'{}' is no policy; use one of {}", text, names));
+    return Status::usage(fmt::format("'{}' is not a policy; use one of {}", text, names));
 }
 
 Result<Connection> parse_connection(std::string_view text) {
     if (text == "queue") return Connection::queue;
     if (text == "roulette") return Connection::roulette;
-    return Status::usage(fmt::format("'{}' is no way of connecting; use queue or roulette", text));
+    return Status::usage(fmt::format("'{}' is not a kind of connection; use queue or roulette", text));
 }
 
 Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest) {
-    const auto wrong = [&] { return Status::usage(fmt::format("'{}' is not a whole number from {} to {}", text, lowest, highest)); };
-    const auto parsed = leading_number(text);
-    const auto factor = parsed && parsed->second != "T" && parsed->second != "t" ? unit(parsed->second, 1000) : std::nullopt;
+    const auto wrong = [&] {
+        const char* hint = highest >= 1000 ? "; K, M and G may stand behind it, as in 2.5M" : "";
+        return Status::usage(fmt::format("'{}' is not a whole number from {} to {}{}", text, lowest, highest, hint));
+    };
+    const std::string number = without_separators(text);
+    const auto parsed = leading_number(number);
+    std::string_view suffix = parsed ? parsed->second : std::string_view();
+    if (suffix.size() == 2 && suffix.front() == ' ') suffix.remove_prefix(1);
+    const auto factor = parsed && suffix != "T" && suffix != "t" ? unit(suffix, 1000) : std::nullopt;
     if (!factor) return wrong();
     // A rounding error of the decimal fraction (1.1M) must not make the number a broken one.
-    const double count = parsed->second.empty() ? parsed->first : std::round(parsed->first * *factor * 1e3) / 1e3;
+    const double count = suffix.empty() ? parsed->first : std::round(parsed->first * *factor * 1e3) / 1e3;
     if (!(count >= double(lowest) && count <= double(highest)) || count != std::floor(count)) return wrong();
     return static_cast<uint64_t>(count);
 }
@@ -122,7 +158,7 @@ Result<ImageSize> parse_image_size(std::string_view text) {
 
 Result<Traversal> parse_traversal(const std::string& text) {
     if (const auto traversal = traversal_from_name(text)) return *traversal;
-    return Status::usage(fmt::format("'{}' is no way of tracing; use auto, ray or stream", text));
+    return Status::usage(fmt::format("'{}' is not a kind of traversal; use auto, ray or stream", text));
 }
 
 Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {
@@ -131,30 +167,6 @@ Result<std::pair<Float3, Float3>> parse_box(const std::string& text) {
     const int read = std::sscanf(text.c_str(), "%f,%f,%f,%f,%f,%f%n", &low.x, &low.y, &low.z, &high.x, &high.y, &high.z, &used);
     if (read != 6 || static_cast<size_t>(used) != text.size()) return Status::usage(fmt::format("'{}': six numbers x,y,z,X,Y,Z are expected", text));
     return std::pair(low, high);
-}
-
-std::string format_bytes(uint64_t bytes) {
-    constexpr std::array<const char*, 5> units = {"bytes", "KiB", "MiB", "GiB", "TiB"};
-    double value = static_cast<double>(bytes);
-    size_t index = 0;
-    for (; value >= 1000 && index + 1 < units.size(); ++index) value /= 1024;
-    const int digits = index == 0 || value >= 100 ? 0 : value >= 10 ? 1 : 2;
-    return fmt::format("{:.{}f} {}", value, digits, units[index]);
-}
-
-std::string format_count(uint64_t count) {
-    std::string text = std::to_string(count);
-    for (size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, 1, ',');
-    return text;
-}
-
-std::string format_duration(double seconds) {
-    if (!(seconds >= 0)) seconds = 0;
-    if (seconds < 10) return fmt::format("{:.2f} s", seconds);
-    if (seconds < 60) return fmt::format("{:.1f} s", seconds);
-    const auto whole = static_cast<uint64_t>(std::min(seconds, 1e12));
-    if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
-    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 }  // namespace raypager

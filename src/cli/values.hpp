@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/words.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "render/render.hpp"
@@ -14,7 +15,8 @@
 
 namespace raypager {
 
-// Bytes: a positive number with K, M, G or T (binary, either case) behind it or nothing: "4M", "1.5G", "65536".
+// Bytes: a positive number with a unit or without, as people write them: "4M", "1.5g", "8GB", "8 GiB", "512kb", "65536", "4096 bytes". Units are
+// binary whatever their spelling.
 Result<uint64_t> parse_size(std::string_view text);
 
 struct SizeOrPercent {
@@ -29,7 +31,8 @@ Result<double> parse_share(std::string_view text);  // "15%" -> 0.15; from 0% to
 Result<PolicyKind> parse_policy(std::string_view text);
 Result<Connection> parse_connection(std::string_view text);
 
-// How many: a whole number from lowest to highest. With K, M or G behind it: thousands, millions, billions ("2.5M" is 2500000).
+// How many: a whole number from lowest to highest. With K, M or G behind it: thousands, millions, billions ("2.5M" is 2500000). Its thousands may be
+// parted: "1,000,000", "1_000_000".
 Result<uint64_t> parse_count(std::string_view text, uint64_t lowest, uint64_t highest);
 // A number over 0, in seconds.
 Result<double> parse_seconds(std::string_view text);
@@ -49,9 +52,5 @@ Result<ImageSize> parse_image_size(std::string_view text);
 Result<Traversal> parse_traversal(const std::string& text);
 // "x,y,z,X,Y,Z": two corners of a box.
 Result<std::pair<Float3, Float3>> parse_box(const std::string& text);
-
-std::string format_bytes(uint64_t bytes);     // "12.3 MiB"
-std::string format_count(uint64_t count);     // "1,234,567"
-std::string format_duration(double seconds);  // "0.42 s", "12.3 s", "4:05", "1:02:03"
 
 }  // namespace raypager

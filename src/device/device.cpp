@@ -8,8 +8,8 @@
 
 #include "base/check.hpp"
 #include "base/huge_pages.hpp"
-#include "base/memory.hpp"
 #include "base/parallel.hpp"
+#include "base/words.hpp"
 #include "device/faults.hpp"
 #include "device/program_cache.hpp"
 #include "device/select.hpp"
@@ -201,10 +201,14 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     }
     device->uploads_.uploads_ = true;
     const uint64_t most = device->info_.memory_bytes;
-    if (memory_limit > most) return Status::usage(fmt::format("--memory-limit {}: {} has only {} bytes", memory_limit, device->info_.name, most));
+    if (memory_limit > most)
+        return Status::usage(
+            fmt::format("--memory-limit {}: {} has only {}", format_bytes(memory_limit), device->info_.name, format_exact_bytes(most)));
     // A CPU device has the memory that other programs have left; a GPU's driver does not tell how much that is.
-    const uint64_t free = device->info_.type == "CPU" ? std::min(most, available_memory()) : most;
-    device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : free / 4 * 3);
+    const bool shared = device->info_.type == "CPU";
+    device->default_limit_ =
+        raypager::default_limit((shared ? std::min(most, total_memory()) : most) / 4 * 3, shared ? available_memory() : UINT64_MAX);
+    device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : device->default_limit_.bytes);
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
     device->group_size_ = static_cast<uint32_t>(std::min<size_t>(64, std::max<size_t>(1, group)));
@@ -254,12 +258,12 @@ HostBuffer in_huge_pages(const cl::Context& context, size_t bytes, bool touched,
 Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     RAYPAGER_CHECK(bytes > 0);
     if (bytes > info_.max_allocation_bytes)
-        return Status::failed(
-            fmt::format("{}: {} bytes are more than {} allocates at once ({} bytes)", what, bytes, info_.name, info_.max_allocation_bytes));
+        return Status::failed(fmt::format("{}: {} are more than {} allocates at once ({})", what, format_bytes(bytes), info_.name,
+                                          format_bytes(info_.max_allocation_bytes)));
     if (!budget_->reserve(bytes))
-        return Status::failed(
-            fmt::format("{}: {} bytes more do not fit into the memory limit of {} bytes, of which {} are in use; at least {} are needed", what, bytes,
-                        budget_->limit(), budget_->used(), budget_->used() + bytes));
+        return Status::failed(fmt::format("{}: {} more do not fit into the memory limit of {}, of which {} are in use; at least {} are needed", what,
+                                          format_bytes(bytes), format_bytes(budget_->limit()), format_bytes(budget_->used()),
+                                          format_exact_bytes(budget_->used() + bytes)));
     Buffer buffer;
     buffer.bytes_ = bytes;
     buffer.reservation_ = std::shared_ptr<void>(nullptr, [budget = budget_, bytes](void*) { budget->release(bytes); });
@@ -281,7 +285,7 @@ Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
 Status Device::refused(uint64_t bytes, std::string_view what, cl_int code) {
     refused_memory_ = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY ||
                       code == CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST;
-    return cl_failed(fmt::format("allocating {} bytes for {}", bytes, what), code);
+    return cl_failed(fmt::format("allocating {} for {}", format_bytes(bytes), what), code);
 }
 
 Result<Buffer> Device::upload(std::span<const std::byte> contents, std::string_view what) {
@@ -294,12 +298,12 @@ Result<Buffer> Device::upload(std::span<const std::byte> contents, std::string_v
 Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
     std::atomic<int64_t>& fail_in = device_faults().fail_pinned_in;
     if (fail_in.load(std::memory_order_relaxed) > 0 && fail_in.fetch_sub(1) == 1)
-        return cl_failed(fmt::format("allocating {} bytes of pinned host memory", bytes), CL_OUT_OF_HOST_MEMORY);
+        return cl_failed(fmt::format("allocating {} of pinned host memory", format_bytes(bytes)), CL_OUT_OF_HOST_MEMORY);
     // A driver pins 4 KiB of new memory in 2 us (H100), and launches nothing meanwhile; large pages that are there already, 20 times as fast.
     PinnedBuffer pinned;
     cl_int code = CL_SUCCESS;
     HostBuffer made = in_huge_pages(context_, bytes, info_.type != "CPU", &code);
-    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes of pinned host memory", bytes), code);
+    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} of pinned host memory", format_bytes(bytes)), code);
     pinned.handle_ = std::move(made.buffer);
     pinned.bytes_ = made.memory;
     return pinned;
@@ -310,7 +314,7 @@ Result<Buffer> Device::allocate_mapped(uint64_t bytes, std::string_view what) {
     buffer.bytes_ = bytes;
     cl_int code = CL_SUCCESS;
     buffer.handle_ = cl::Buffer(context_, CL_MEM_ALLOC_HOST_PTR | CL_MEM_READ_ONLY, bytes, nullptr, &code);
-    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} bytes of mapped host memory for {}", bytes, what), code);
+    if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} of mapped host memory for {}", format_bytes(bytes), what), code);
     return buffer;
 }
 

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory.hpp"
 #include "device/device_list.hpp"
 #include "raypager/status.hpp"
 
@@ -139,11 +140,13 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 
 class Device {
 public:
-    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: three quarters of its memory.
+    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: three quarters of its memory, or less if a CPU
+    // has less that is free.
     static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit);
 
     const DeviceInfo& info() const { return info_; }
     const MemoryBudget& budget() const { return *budget_; }
+    const DefaultLimit& default_limit() const { return default_limit_; }  // of memory; what the budget has where none was given
     // Whether an allocation within the limit has failed because the device had no more memory to give.
     bool refused_memory() const { return refused_memory_; }
     Queue& kernels() { return kernels_; }
@@ -194,6 +197,7 @@ private:
     Queue kernels_, uploads_, beside_;
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
+    DefaultLimit default_limit_;
     bool refused_memory_ = false;
     bool persistent_threads_ = false;
     std::map<std::string, cl::Program> programs_;

@@ -4,6 +4,7 @@
 
 #include "base/check.hpp"
 #include "base/hash.hpp"
+#include "film/fill.hpp"
 
 namespace raypager {
 namespace {
@@ -86,6 +87,11 @@ FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& 
 void FilmResolver::add(std::span<const uint32_t> words) {
     for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
         append_mean(pixel, response_, image_.channels == 4, image_.values);
+        if (finished_samples(pixel) == 0) {
+            unsampled_.resize(pixels_);
+            unsampled_[image_.values.size() / image_.channels - 1] = true;
+            unsampled_count_++;
+        }
         samples_ += finished_samples(pixel);
         clamped_ += pixel[RP_FILM_CLAMPED];
     });
@@ -96,6 +102,7 @@ void FilmResolver::add(std::span<const uint32_t> words) {
 
 Image FilmResolver::take_image() {
     RAYPAGER_CHECK(added_ == pixels_);
+    if (unsampled_count_ > 0) fill_unsampled(image_, unsampled_);
     return std::move(image_);
 }
 

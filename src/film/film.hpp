@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "base/hash.hpp"
 #include "image/image.hpp"
@@ -30,14 +31,16 @@ public:
     FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false);
     void add(std::span<const uint32_t> words);  // whole pixels
     // REQUIRES from here on: every pixel was added.
-    Image take_image();
+    Image take_image();  // pixels without samples have the colours around them (fill.hpp)
     uint64_t hash() const;
     uint64_t samples() const { return samples_; }  // finished, in all pixels together
     uint64_t clamped() const { return clamped_; }
+    uint64_t unsampled() const { return unsampled_count_; }  // pixels without a finished sample
 
 private:
     std::array<double, 9> response_;
-    uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0;
+    uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0, unsampled_count_ = 0;
+    std::vector<bool> unsampled_;  // empty while there are none
     Image image_;
     Hash64Stream hash_;
 };

@@ -94,7 +94,7 @@ Status write_checkpoint(const std::filesystem::path& path, const CheckpointState
 }
 
 Status CheckpointFile::damaged(const std::string& what) const {
-    return Status::failed(fmt::format("{}: {}; the checkpoint is damaged, remove it to start anew", file_.path().string(), what));
+    return Status::failed(fmt::format("{}: {}; the checkpoint is damaged, remove it to start over", file_.path().string(), what));
 }
 
 namespace {
@@ -103,14 +103,14 @@ namespace {
 Status check_header(const InputFile& file, const Header& header) {
     const std::string path = file.path().string();
     if (std::memcmp(header.magic, magic, sizeof magic) != 0)
-        return Status::failed(fmt::format("{}: is no checkpoint: it does not begin with \"RAYPCKPT\"", path));
+        return Status::failed(fmt::format("{}: is not a checkpoint: it does not begin with \"RAYPCKPT\"", path));
     if (header.version != version || header.endian_mark != endian_mark)
         return Status::failed(
             fmt::format("{}: has checkpoint version {}, but this program reads version {}; finish the render with the program that "
-                        "wrote it, or remove it to start anew",
+                        "wrote it, or remove it to start over",
                         path, header.version, version));
     const auto damaged = [&](const char* what) {
-        return Status::failed(fmt::format("{}: header: {}; the checkpoint is damaged, remove it to start anew", path, what));
+        return Status::failed(fmt::format("{}: header: {}; the checkpoint is damaged, remove it to start over", path, what));
     };
     if (header.checksum != header_checksum(header)) return damaged("the checksum is wrong");
     const uint64_t pixels = pixels_of(header.identity);
@@ -120,7 +120,7 @@ Status check_header(const InputFile& file, const Header& header) {
         return damaged("the number of samples is wrong");
     if (header.file_bytes != film_offset(header.sample_count) + header.film_words * sizeof(uint32_t)) return damaged("the size is wrong");
     if (header.file_bytes != file.size())
-        return Status::failed(fmt::format("{}: has {} bytes but should have {}; the checkpoint is truncated or damaged, remove it to start anew",
+        return Status::failed(fmt::format("{}: has {} bytes but should have {}; the checkpoint is truncated or damaged, remove it to start over",
                                           path, file.size(), header.file_bytes));
     return {};
 }
@@ -133,7 +133,7 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
     if (!file) return file.status();
     opened.file_ = std::move(*file);
     if (opened.file_.size() < page)
-        return Status::failed(fmt::format("{}: is no checkpoint: it has only {} bytes", path.string(), opened.file_.size()));
+        return Status::failed(fmt::format("{}: is not a checkpoint: it has only {} bytes", path.string(), opened.file_.size()));
     Header header;
     RAYPAGER_TRY(opened.file_.read(0, std::as_writable_bytes(std::span(&header, 1))));
     RAYPAGER_TRY(check_header(opened.file_, header));
@@ -147,7 +147,7 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
     if (const std::string program = load_text(header.program); program != RAYPAGER_VERSION)
         return Status::failed(
             fmt::format("{}: was written by raypager {}, this is raypager {}, whose picture may differ; finish the render with that "
-                        "version, or remove the checkpoint to start anew",
+                        "version, or remove the checkpoint to start over",
                         path.string(), program, RAYPAGER_VERSION));
     state.samples.resize(header.sample_count);
     RAYPAGER_TRY(opened.file_.read(page, std::as_writable_bytes(std::span(state.samples))));
@@ -183,8 +183,8 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     using CameraWords = std::array<uint32_t, sizeof(rp_camera) / sizeof(uint32_t)>;
     if (std::bit_cast<CameraWords>(mine.camera) != std::bit_cast<CameraWords>(identity.camera)) return differs("its --camera is another one");
     if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
-    const uint64_t pixels = pixels_of(mine), begun = passes_begun(state_.order, state_.next_sample, pixels);
-    if (begun > spp) return differs(fmt::format("some of its pixels have {} samples already, or are about to, more than --spp {}", begun, spp));
+    const uint64_t pixels = pixels_of(mine), fewest = fewest_passes(state_.order, state_.next_sample, pixels);
+    if (fewest > spp) return differs(fmt::format("it was begun for more samples per pixel than --spp {}; give --spp {} or more", spp, fewest));
     return {};
 }
 

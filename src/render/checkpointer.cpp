@@ -14,10 +14,10 @@ Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, cons
     std::error_code ignored;
     const bool there = std::filesystem::exists(options.file, ignored);
     if (there && !options.resume)
-        return Status::failed(fmt::format("{}: is there already, and may hold hours of work; go on from it with --resume, or remove it to start anew",
-                                          options.file.string()));
+        return Status::failed(
+            fmt::format("{}: exists, and may hold hours of work; go on from it with --resume, or remove it to start over", options.file.string()));
     if (!there) {
-        if (options.resume) log_note(fmt::format("{}: there is no such checkpoint yet; the render starts anew", options.file.string()));
+        if (options.resume) log_note(fmt::format("{}: no such checkpoint yet; the render starts from the beginning", options.file.string()));
         return checkpointer;
     }
     auto file = CheckpointFile::open(options.file);
@@ -61,7 +61,7 @@ Status Checkpointer::write(Wavefront& wavefront, uint64_t next_sample, const Wor
 std::string Checkpointer::advice() const {
     if (!kept_samples_) return {};
     const double pixels = static_cast<double>(identity_.width) * identity_.height;
-    return fmt::format("go on with --resume: {} has {:.1f} of {} samples a pixel", options_.file.string(),
+    return fmt::format("go on with --resume: {} has {:.1f} of {} samples per pixel", options_.file.string(),
                        static_cast<double>(*kept_samples_) / pixels, spp_);
 }
 

@@ -35,7 +35,7 @@ public:
     Status write(Wavefront& wavefront, uint64_t next_sample, const WorkDone& work);
     uint32_t written() const { return written_; }
     double seconds() const { return seconds_; }  // spent on writing
-    // What the file holds, for the end of a sentence: "go on with --resume: FILE has 12.3 samples a pixel"; empty if there is none.
+    // What the file holds, for the end of a sentence: "go on with --resume: FILE has 12.3 samples per pixel"; empty if there is none.
     std::string advice() const;
 
 private:

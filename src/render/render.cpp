@@ -7,6 +7,7 @@
 
 #include "base/check.hpp"
 #include "base/log.hpp"
+#include "base/words.hpp"
 #include "device/device.hpp"
 #include "film/film.hpp"
 #include "render/checkpointer.hpp"
@@ -40,6 +41,7 @@ public:
 
 private:
     Status render_rounds() {
+        if (callbacks_.begins) callbacks_.begins();
         while (!finished() && !stopped_) {
             while (rounds_under_way() < rounds_wanted()) RAYPAGER_TRY(start_round());
             RAYPAGER_TRY(finish_round());
@@ -56,6 +58,7 @@ private:
 
     Status prepare();
     Status make_device_state(rp_render_params params, uint64_t memory_limit);
+    void note_reduced_limit(const rp_render_params& params) const;
     Status create_residency(uint64_t pool_bytes);
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t rounds_under_way() const { return started_ - ended_; }
@@ -69,13 +72,14 @@ private:
     void fill_by_waits();
     Status settle();
     uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
-    uint64_t samples_begun() const { return counters_.next_sample() + renumbered_; }
-    uint64_t samples_to_begin() const { return wavefront_->params().sample_limit + renumbered_; }
+    uint64_t samples_begun() const { return counters_.next_sample(); }
+    uint64_t samples_to_begin() const { return wavefront_->params().sample_limit + coarse_; }
     bool finished() const { return counters_.idle_slots() == slots(); }
     // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
     Status wait_for_block();
     Status end_early();
+    Status begin_fewer(bool stop);
     Status keep_checkpoint();
     Status tell();
     Status snapshot(double now);
@@ -102,10 +106,12 @@ private:
     WorkDone earlier_;  // by runs before this one
     uint64_t pixels_ = 0, host_limit_ = 0, planned_bytes_ = 0;
     BlockForm form_ = BlockForm::stored;
-    uint32_t started_ = 0, ended_ = 0;       // rounds, numbered from 1
-    bool ending_ = false, stopped_ = false;  // few samples begin any more; none
-    rp_sample_order order_ = {};             // as the render began with it
-    uint64_t renumbered_ = 0;                // by so much is the number of the next sample less than how many have begun (early_end)
+    uint32_t started_ = 0, ended_ = 0;  // rounds, numbered from 1
+    bool late_ = false;                 // time is up: few samples begin any more
+    std::optional<double> stop_began_;  // the same, because of a stop from outside
+    bool shortened_ = false;            // which takes samples from the picture
+    bool stopped_ = false;              // here and now
+    uint64_t coarse_ = 0;               // samples that are begun in an order of their own then
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
     RenderRecorder recorder_;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
@@ -127,10 +133,6 @@ Status Renderer::prepare() {
     if (!checkpointer) return checkpointer.status();
     checkpointer_ = std::move(*checkpointer);
     if (checkpointer_->other_device()) warn("the checkpoint was written on another device or driver: the last bits of the picture may differ");
-    if (checkpointer_->enabled() && checkpointer_->order().region != 0 && options_.time_seconds > 0)
-        return Status::usage(
-            "--time cannot end a render that has --region and --checkpoint: pixels of later regions would stay without samples; leave "
-            "one of them out, or stop it by hand and go on with --resume");
     params->first_sample = checkpointer_->first_sample();
     params->order = checkpointer_->order();
     earlier_ = checkpointer_->earlier_work();
@@ -142,11 +144,12 @@ Status Renderer::prepare() {
     while (!made && device_ && device_->refused_memory()) {
         refused = planned_bytes_;
         const uint64_t less = refused / 8 * 7;
-        warn(fmt::format("{}; trying with {} bytes of device memory", made.message(), less));
+        warn(fmt::format("{}; trying with {} of device memory", made.message(), format_bytes(less)));
         made = make_device_state(*params, less);
     }
-    if (!made && refused > 0) return Status::failed(fmt::format("the device refused {} bytes; with less, {}", refused, made.message()));
+    if (!made && refused > 0) return Status::failed(fmt::format("the device refused {}; with less, {}", format_bytes(refused), made.message()));
     RAYPAGER_TRY(made);
+    note_reduced_limit(*params);
     RAYPAGER_TRY(checkpointer_->restore(*wavefront_));
     const auto told = [this](const std::string& text) { warn(text); };
     watchdog_ = std::make_unique<Watchdog>(
@@ -175,7 +178,6 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     if (!plan) return plan.status();
     params.slot_count = static_cast<uint32_t>(plan->slots);
     if (chooses_region(options_)) params.order.region = chosen_region(params.order, *plan, needs, pixels_);
-    order_ = params.order;
     planned_bytes_ = needs.fixed + plan->slots * needs.per_slot + plan->pool_bytes;
     RAYPAGER_TRY(create_residency(plan->pool_bytes));
     const uint32_t slots_together = filled_together(params.order, *plan, needs);
@@ -185,6 +187,17 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     if (!wavefront) return wavefront.status();
     wavefront_ = std::move(*wavefront);
     return {};
+}
+
+// The default limit is the same every time, unless less memory is free; who compares two renders should know, if that made a difference.
+void Renderer::note_reduced_limit(const rp_render_params& params) const {
+    const DefaultLimit& limit = device_->default_limit();
+    if (options_.memory_limit || !limit.reduced()) return;
+    const VisitLogSettings visits = visit_log_settings(scene_, options_, params, device_->info());
+    const auto usual = plan_memory(memory_needs(scene_, form_, options_, params, visits, device_->info(), limit.usual));
+    if (!usual || (usual->slots == slots() && usual->pool_bytes == residency_->pool_bytes())) return;
+    warn(fmt::format("other programs hold much of the memory: the memory limit is {} instead of {}; --memory-limit sets another",
+                     format_bytes(device_->budget().limit()), format_bytes(limit.usual)));
 }
 
 Status Renderer::create_residency(uint64_t pool_bytes) {
@@ -197,8 +210,8 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
     settings.journal = options_.keep_journal;
     host_limit_ = host_limit(options_, device_->info(), planned_bytes_);
     if (mapped && settings.pool_bytes > host_limit_)
-        return Status::failed(fmt::format("--pool host: the geometry takes {} bytes of host memory, the limit is {}; give a larger --host-limit",
-                                          settings.pool_bytes, host_limit_));
+        return Status::failed(fmt::format("--pool host: the geometry takes {} of host memory, the limit is {}; give a larger --host-limit",
+                                          format_exact_bytes(settings.pool_bytes), format_bytes(host_limit_)));
     settings.host_limit = mapped ? host_limit_ - settings.pool_bytes : host_limit_;
     settings.loader_threads = options_.loader_threads;
     settings.read_ahead_threads = options_.read_ahead_threads;
@@ -248,20 +261,38 @@ Status Renderer::wait_for_block() {
         fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_, describe(round_state())));
 }
 
-// With a checkpoint, a stop from outside ends the render here and now. Otherwise it ends as it does when time is up: few camera paths begin any
-// more (wavefront/sample_order.hpp), all paths finish.
+// When time is up, or a stop is asked for, few camera paths begin any more (wavefront/sample_order.hpp), and all paths finish; but after a stop they
+// do not get long for it, and with a checkpoint, which keeps them, no time at all.
 Status Renderer::end_early() {
-    const bool stop = options_.stop && options_.stop->load();
-    stopped_ = stop && checkpointer_->enabled() && !finished();
-    const bool late = options_.time_seconds > 0 && seconds_since(render_start_) >= options_.time_seconds;
-    if (ending_ || stopped_ || !(stop || late)) return {};
-    ending_ = true;
+    const auto is_set = [](const std::atomic<bool>* flag) { return flag != nullptr && flag->load(); };
+    if (finished()) return {};
+    const double now = seconds_since(render_start_);
+    const bool stop = is_set(options_.stop) || is_set(options_.stop_now), first = stop && !stop_began_;
+    if (first) stop_began_ = now;
+    stopped_ = stop && (checkpointer_->enabled() || is_set(options_.stop_now) || now - *stop_began_ >= options_.stop_seconds);
+    shortened_ = shortened_ || stopped_;
+    const bool late = !late_ && options_.time_seconds > 0 && now >= options_.time_seconds;
+    late_ = late_ || late;
+    return !stopped_ && (first || late) ? begin_fewer(stop) : Status();
+}
+
+Status Renderer::begin_fewer(bool stop) {
     RAYPAGER_TRY(settle());
     const rp_render_params& params = wavefront_->params();
-    const uint64_t begun = counters_.next_sample();
-    const EarlyEnd end = early_end(params.order, begun, params.sample_limit, pixels_, checkpointer_->enabled());
-    renumbered_ = begun - end.next_sample;
-    return wavefront_->set_samples(end, counters_);
+    const uint64_t begun = counters_.next_sample(), before = params.sample_limit;
+    uint64_t limit = early_limit(params.order, begun, before, pixels_, !stop);
+    shortened_ = shortened_ || (stop && limit < before);
+    // Where there is no time for the whole first pass, the rest of the picture becomes a coarse one.
+    const double each = begun > 0 ? seconds_since(render_start_) / static_cast<double>(begun) : 1e-6;
+    if (stop && !wavefront_->begins_again() && begun<limit&& static_cast<double>(limit - begun) * each> options_.stop_seconds / 2) {
+        constexpr double most = 1 << 22;
+        const double in_time = std::clamp(options_.stop_seconds / each, 4096.0, most);
+        auto samples = coarse_samples(params.order, begun, params.width, params.height, static_cast<uint64_t>(in_time));
+        limit = begun;
+        coarse_ = samples.size();
+        wavefront_->begin_with(std::move(samples));
+    }
+    return wavefront_->set_sample_limit(limit);
 }
 
 // A checkpoint that cannot be written is no reason to end: the disk may have room again the next time.
@@ -376,15 +407,16 @@ Result<RenderResult> Renderer::result() {
     report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
     report.width = params.width;
     report.height = params.height;
-    report.complete = film->samples() == samples_to_begin();
+    report.complete = !shortened_;
+    report.unsampled = film->unsampled();
     report.average_spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
     report.spp = static_cast<uint32_t>(film->samples() / pixels_);
     report.max_depth = params.max_depth;
     report.paths = params.slot_count;
     report.seed = params.seed;
-    report.tile_size = order_.tile_size;
-    report.together = order_.together;
-    report.region = order_.region;
+    report.tile_size = params.order.tile_size;
+    report.together = params.order.together;
+    report.region = params.order.region;
     report.policy = policy_name(options_.policy);
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = form_;
@@ -404,7 +436,7 @@ Result<RenderResult> Renderer::result() {
     report.rays = {done.camera_rays, done.bounce_rays, done.shadow_rays};
     report.paging = {done.loads, done.evictions, done.bytes_loaded, done.rounds, done.wants_without_hit};
     // Every sample that was begun has ended up in the film.
-    if (!stopped_ && !report.complete)
+    if (!stopped_ && film->samples() != samples_to_begin())
         return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin()));
     recorder_.finish(scene_, *residency_, wavefront_->params(), result);
     return result;

@@ -36,11 +36,11 @@ struct CheckpointOptions {
 };
 
 struct RenderOptions {
-    std::string device;                       // index or part of a name; empty: the default device
-    uint64_t memory_limit = 0;                // all device memory of the process, in bytes; 0: three quarters of what the device has
-    uint64_t geometry_limit = 0;              // the pool, in bytes; 0: no limit of its own
-    double geometry_limit_percent = 0;        // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
-    uint64_t host_limit = 0;                  // cache of stored blocks in host memory; 0: half of the free memory
+    std::string device;                 // index or part of a name; empty: the default device
+    uint64_t memory_limit = 0;          // all device memory of the process, in bytes; 0: three quarters of what the device has, if so much is free
+    uint64_t geometry_limit = 0;        // the pool, in bytes; 0: no limit of its own
+    double geometry_limit_percent = 0;  // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
+    uint64_t host_limit = 0;            // cache of stored blocks in host memory; 0: half of the memory, if so much is free
     uint32_t spp = 0, width = 0, height = 0;  // 0: as the scene says
     std::optional<uint32_t> max_depth;
     double time_seconds = 0;  // stop after about so long, at the end of a pass or a group of them; 0: no limit
@@ -76,8 +76,11 @@ struct RenderOptions {
     std::optional<uint32_t> evict_ahead;         // for tests: as PolicySettings has it
     CheckpointOptions checkpoint;
     double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never
-    // Set from outside: with a checkpoint, end after the round under way; without, after the passes under way, so that no work is lost.
-    const std::atomic<bool>* stop = nullptr;
+    // Set from outside. stop: end soon, with an even picture. Few more samples begin, so that every pixel gets one, and paths under way may finish
+    // for stop_seconds; with a checkpoint, which keeps all work, the render ends after the round under way. stop_now: end after that round in any
+    // case.
+    const std::atomic<bool>*stop = nullptr, *stop_now = nullptr;
+    double stop_seconds = 1.5;
 };
 
 // Counts and seconds include those of the runs before a checkpoint that the render went on from.
@@ -105,8 +108,9 @@ struct RenderReport {
     std::string policy, connection;
     BlockForm form = BlockForm::stored;  // of the blocks on the device
     uint64_t film_hash = 0;
-    bool complete = true;    // false: stopped before its time, and pixels may have different numbers of samples; then
-    double average_spp = 0;  // ... spp is this rounded down
+    bool complete = true;    // false: stopped from outside before its time, and pixels may have different numbers of samples; then
+    double average_spp = 0;  // ... spp is this rounded down, ...
+    uint64_t unsampled = 0;  // ... and so many pixels have none: they show what is around them
     struct Checkpoint {
         uint64_t runs = 1;     // that the picture took
         uint32_t written = 0;  // by this run
@@ -142,6 +146,7 @@ struct RenderCallbacks {
     std::function<void(const RenderProgress&)> progress;            // may be empty
     std::function<Status(Image&, const RenderProgress&)> snapshot;  // may be empty, may change the picture; an error ends the render
     std::function<void(const std::string&)> warning;                // a line for the user, from any thread; empty: to stderr
+    std::function<void()> begins;                                   // before the first round: from now on there is work to lose; may be empty
 };
 
 Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks);

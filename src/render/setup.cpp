@@ -7,6 +7,7 @@
 
 #include "base/hash.hpp"
 #include "base/memory.hpp"
+#include "base/words.hpp"
 #include "device/faults.hpp"
 #include "device/kernel_sources.hpp"
 #include "raypager/abi/film.h"
@@ -106,7 +107,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     const uint32_t together = options.together ? options.together : is_seen_growing(options) ? 1 : default_together(pixels);
     params.order = make_order(options.tile_size, together, params.spp, pixels, options.region.value_or(0));
     if (options.record_paths && !options.spp && options.time_seconds > 0)
-        return Status::usage("--record-trace needs --spp beside --time: the share of paths to record follows from how many there can be");
+        return Status::usage("--record-trace needs --spp as well as --time: the share of paths to record follows from how many there can be");
     if (options.record_paths && options.checkpoint.resume)
         return Status::usage("--record-trace: a render that goes on from a checkpoint cannot be recorded whole; leave --resume out");
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
@@ -134,14 +135,14 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
     const uint64_t pixels = uint64_t{params.width} * params.height;
     const uint64_t film = pixels * RP_FILM_WORDS * sizeof(uint32_t), most = device.max_allocation_bytes;
     if (film > most)
-        return Status::failed(
-            fmt::format("--size {}x{}: the film needs {} bytes at once, but {} allocates at most {}; at most {} pixels are possible there",
-                        params.width, params.height, film, device.name, most, most / RP_FILM_WORDS / sizeof(uint32_t)));
+        return Status::failed(fmt::format(
+            "--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width, params.height,
+            format_exact_bytes(film), device.name, format_bytes(most), format_count(most / RP_FILM_WORDS / sizeof(uint32_t))));
     const uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
     const uint64_t picture = pixels * channels * sizeof(float), free = available_memory();
     if (picture > free)
-        return Status::failed(fmt::format("--size {}x{}: the picture needs {} bytes of main memory, of which {} are free; render a smaller one",
-                                          params.width, params.height, picture, free));
+        return Status::failed(fmt::format("--size {}x{}: the picture needs {} of main memory, of which {} are free; render a smaller one",
+                                          params.width, params.height, format_bytes(picture), format_bytes(free)));
     return {};
 }
 
@@ -228,8 +229,10 @@ uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceI
 
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {
     if (options.host_limit) return options.host_limit;
-    const uint64_t available = available_memory(), taken = device.type == "CPU" ? planned_bytes : 0;
-    return available > taken ? (available - taken) / 2 : 0;
+    // What a CPU device takes comes out of the same memory.
+    const uint64_t taken = device.type == "CPU" ? planned_bytes : 0;
+    const auto left = [taken](uint64_t memory) { return memory - std::min(memory, taken); };
+    return default_limit(left(total_memory()) / 2, left(available_memory())).bytes;
 }
 
 }  // namespace raypager

@@ -39,7 +39,7 @@ BlockNotes block_notes(PolicyKind policy);
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device);
 // Of a pool that holds all geometry, and what slabs leave over at their ends.
 uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device);
-// The user's, or half of the memory that is free now, for the cache of blocks. planned_bytes: of device memory, which a CPU takes out of it.
+// The user's, or half of all memory, for the cache of blocks; less if less is free. planned_bytes: of device memory, which a CPU takes out of it.
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes);
 
 }  // namespace raypager

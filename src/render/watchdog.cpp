@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/words.hpp"
+
 namespace raypager {
 
 RoundState make_round_state(uint32_t round, const RoundCounters& counters, const Residency& residency) {
@@ -33,10 +35,10 @@ RoundState make_round_state(uint32_t round, const RoundCounters& counters, const
 std::string describe(const RoundState& state) {
     std::string wants;
     for (const RoundState::Want& want : state.most_wanted)
-        wants += fmt::format("{}block {} by {} rays since round {}{}", wants.empty() ? "; most wanted: " : ", ", want.block, want.rays,
+        wants += fmt::format("{}block {} by {} since round {}{}", wants.empty() ? "; most wanted: " : ", ", want.block, counted(want.rays, "ray"),
                              want.since_round, want.loading ? ", loading" : "");
-    return fmt::format("{} rays were ready, {} wait for {} blocks{}; pool: {} of {} bytes in use", state.ready_rays, state.waiting_rays,
-                       state.wanted_blocks, wants, state.resident_bytes, state.pool_bytes);
+    return fmt::format("ready: {}; waiting: {} for {}{}; pool: {} of {} in use", counted(state.ready_rays, "ray"), counted(state.waiting_rays, "ray"),
+                       counted(state.wanted_blocks, "block"), wants, format_bytes(state.resident_bytes), format_bytes(state.pool_bytes));
 }
 
 Watchdog::Watchdog(double seconds, std::function<std::string()> loader, std::function<void(const std::string&)> report)

@@ -195,7 +195,7 @@ private:
 };
 
 Status check_header(const Header& header, const std::string& bytes) {
-    if (std::memcmp(header.magic, magic, sizeof magic) != 0) return Status::failed("is no demand trace of raypager");
+    if (std::memcmp(header.magic, magic, sizeof magic) != 0) return Status::failed("is not a demand trace of raypager");
     if (header.version != format_version || header.header_bytes != sizeof(Header))
         return Status::failed(fmt::format("has version {}, this program reads version {}; record it again", header.version, format_version));
     if (header.file_bytes != bytes.size())
@@ -215,7 +215,7 @@ Status check_header(const Header& header, const std::string& bytes) {
 
 Result<DemandTrace> unpack(const std::string& bytes) {
     Header header;
-    if (bytes.size() < sizeof header) return Status::failed(fmt::format("has only {} bytes and is no demand trace", bytes.size()));
+    if (bytes.size() < sizeof header) return Status::failed(fmt::format("has only {} bytes and is not a demand trace", bytes.size()));
     std::memcpy(&header, bytes.data(), sizeof header);
     RAYPAGER_TRY(check_header(header, bytes));
     Unpacker from(std::string_view(bytes).substr(sizeof header));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/check.hpp"
+#include "base/words.hpp"
 #include "raypager/abi/path.h"
 
 namespace raypager {
@@ -46,8 +47,8 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
     const uint64_t slab = whole_slab(max_slab_bytes);
     pool_bytes = pool_bytes / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
     if (largest_block > slab)
-        return Status::failed(fmt::format(
-            "the largest block has {} bytes, but the device allocates at most {} at once; bake with a smaller --block-size", largest_block, slab));
+        return Status::failed(fmt::format("the largest block has {}, but the device allocates at most {} at once; bake with a smaller --block-size",
+                                          format_bytes(largest_block), format_bytes(slab)));
     std::vector<uint64_t> sizes;
     // A last slab that might not take every block is left out.
     while (pool_bytes >= std::max<uint64_t>(1, largest_block) && sizes.size() < RP_MAX_SLABS) {

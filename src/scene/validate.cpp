@@ -31,7 +31,7 @@ Status check_camera(const Scene& scene) {
     for (const uint32_t side : {scene.width, scene.height})
         if (side == 0 || side > largest_side)
             return Status::failed(fmt::format("picture: {} x {} pixels; each side must be 1 to {}", scene.width, scene.height, largest_side));
-    if (scene.spp == 0) return Status::failed("picture: 0 samples a pixel; at least 1 is needed");
+    if (scene.spp == 0) return Status::failed("picture: 0 samples per pixel; at least 1 is needed");
     return {};
 }
 

@@ -17,10 +17,11 @@ using namespace format;
 
 Status read_header(const InputFile& file, Header& header) {
     const std::string path = file.path().string();
-    if (file.size() < page) return Status::failed(fmt::format("{}: is no block file: it has only {} bytes; bake the scene again", path, file.size()));
+    if (file.size() < page)
+        return Status::failed(fmt::format("{}: is not a block file: it has only {} bytes; bake the scene again", path, file.size()));
     RAYPAGER_TRY(file.read(0, std::as_writable_bytes(std::span(&header, 1))));
     if (std::memcmp(header.magic, magic, sizeof magic) != 0)
-        return Status::failed(fmt::format("{}: is no block file: it does not begin with \"RAYPAGER\"", path));
+        return Status::failed(fmt::format("{}: is not a block file: it does not begin with \"RAYPAGER\"", path));
     if (header.endian_mark != endian_mark)
         return Status::failed(fmt::format("{}: header: the byte order mark is wrong; the file is damaged, bake the scene again", path));
     if (header.version != version)

@@ -8,23 +8,32 @@ namespace {
 // Kernels number the samples of a group with 32 bits.
 uint32_t most_numbered(uint64_t pixels) { return static_cast<uint32_t>(std::clamp<uint64_t>(UINT32_MAX / pixels, 1, most_together)); }
 
-// So many of the grouped passes are done in one region after the other.
-uint32_t stretch_passes(const rp_sample_order& order) {
-    return order.region == 0 ? order.together : RP_STRETCH_PASSES / order.together * order.together;
+// The part of the grouped passes that one lies in, and how many of them form a group there.
+struct Stretch {
+    uint64_t first, passes, together;
+};
+
+Stretch stretch_of(const rp_sample_order& order, uint64_t pass) {
+    uint64_t end = order.grouped_passes, first = (end + RP_LAST_STRETCH - 1) / RP_LAST_STRETCH;
+    for (; first > pass; first = (first + 1) / 2) end = first;
+    const uint64_t passes = end - first, groups = (passes + order.together - 1) / order.together;
+    return {first, passes, (passes + groups - 1) / groups};
 }
 
-// That regions of this order get, if it is to have some, before the next region's turn.
-uint64_t passes_of_regions(rp_sample_order order) {
-    order.region = 1;
-    return std::min(stretch_passes(order), order.grouped_passes);
+bool is_grouped(const rp_sample_order& order, uint64_t pass) { return pass >= 1 && pass < order.grouped_passes; }
+
+// Samples follow each other pass by pass, whatever grouped_passes says.
+bool is_plain(const rp_sample_order& order) { return order.together == 1 && order.region == 0; }
+
+// Of the last stretch, which is by far the longest.
+uint64_t passes_of_regions(const rp_sample_order& order) {
+    return order.grouped_passes < 2 ? order.grouped_passes : stretch_of(order, order.grouped_passes - 1).passes;
 }
 
 }  // namespace
 
 rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels, uint32_t region) {
-    const uint32_t most = std::clamp<uint32_t>(together, 1, most_numbered(pixels)), groups = (spp + most - 1) / most;
-    const uint32_t each = std::max<uint32_t>(1, spp / std::max<uint32_t>(groups, 1));
-    return {tile_size, each, spp / each * each, region < pixels ? region : 0};
+    return {tile_size, std::clamp<uint32_t>(together, 1, most_numbered(pixels)), spp, region < pixels ? region : 0};
 }
 
 uint32_t default_together(uint64_t pixels) {
@@ -43,47 +52,51 @@ uint32_t default_region(const rp_sample_order& order, uint64_t slots, uint64_t p
     return static_cast<uint32_t>((region_paths_per_slot * slots + passes - 1) / passes);
 }
 
-EarlyEnd early_end(const rp_sample_order& order, uint64_t begun, uint64_t sample_limit, uint64_t pixels, bool keep_order) {
-    const uint64_t begins = std::max<uint64_t>(begun, 1);  // a render that has not begun yet makes one pass
-    const uint64_t stretch = std::min(stretch_passes(order), order.grouped_passes);
-    const bool grouped = stretch > 1 && begins < order.grouped_passes * pixels;
-    if (grouped && begins >= stretch * pixels) return {order, begun, std::min(sample_limit, begun)};
-    if (grouped && !keep_order) {
-        // Pixels before this place have all samples of the first stretch, or some. The others get their first one: a pass whose beginning has been.
-        const uint64_t region = order.region ? order.region : pixels, first = begun / (region * stretch) * region;
-        const uint64_t in_region = begun - first * stretch;
-        const uint64_t place = std::min({first + (in_region + order.together - 1) / order.together, first + region, pixels});
-        return {{order.tile_size, 1, 0, 0}, place, std::min(sample_limit, pixels)};
-    }
-    return {order, begun, std::min(sample_limit, passes_begun(order, begins, pixels) * pixels)};
+uint64_t early_limit(const rp_sample_order& order, uint64_t begun, uint64_t sample_limit, uint64_t pixels, bool whole_passes) {
+    if (begun < pixels) return std::min(sample_limit, pixels);
+    if (!whole_passes || (!is_plain(order) && is_grouped(order, begun / pixels))) return std::min(sample_limit, begun);
+    return std::min(sample_limit, (begun + pixels - 1) / pixels * pixels);
+}
+
+std::vector<rp_path_sample> coarse_samples(const rp_sample_order& order, uint64_t begun, uint32_t width, uint32_t height, uint64_t most) {
+    constexpr uint32_t coarsest = 64;
+    std::vector<rp_path_sample> samples;
+    const uint32_t first_row = static_cast<uint32_t>(begun / width / order.tile_size * order.tile_size);  // those before it have begun
+    for (uint32_t step = coarsest; step > 0; step /= 2)
+        for (uint32_t y = (first_row + step - 1) / step * step; y < height; y += step)
+            for (uint32_t x = 0; x < width; x += step) {
+                if (samples.size() >= most) return samples;
+                const bool before = step < coarsest && (x | y) % (2 * step) == 0;
+                if (!before && place_in_tiles(x, y, width, height, order.tile_size) >= begun) samples.push_back({y * width + x, 0});
+            }
+    return samples;
 }
 
 rp_sample_order continue_order(rp_sample_order order, uint64_t begun, uint32_t spp, uint64_t pixels) {
-    // Passes behind the groups come one by one; where none of them has begun yet, there can be as many groups as the new number allows. But regions
-    // get as many passes as they would have got.
-    const uint32_t stretch = stretch_passes(order);
-    if (begun <= order.grouped_passes / stretch * stretch * pixels) order.grouped_passes = spp / order.together * order.together;
+    // Where the stretches begin follows from how many passes there are: that stays as it is once the second one has begun.
+    if (begun <= pixels || is_plain(order)) order.grouped_passes = spp;
     return order;
 }
 
 bool valid_order(const rp_sample_order& order, uint64_t pixels) {
     return order.tile_size >= 1 && order.tile_size <= largest_tile && order.together >= 1 && order.together <= most_numbered(pixels) &&
-           order.grouped_passes % order.together == 0;
+           order.grouped_passes <= most_passes;
 }
 
 uint64_t sample_number(const rp_sample_order& order, uint32_t width, uint32_t height, uint32_t pixel, uint32_t sample) {
     const uint64_t pixels = uint64_t{width} * height, place = place_in_tiles(pixel % width, pixel / width, width, height, order.tile_size);
-    if (sample >= order.grouped_passes) return sample * pixels + place;
-    const uint64_t stretch = stretch_passes(order), earlier = sample / stretch * stretch;
-    const uint64_t passes = std::min(stretch, order.grouped_passes - earlier), in_stretch = sample - earlier, in_group = in_stretch % order.together;
+    if (!is_grouped(order, sample)) return sample * pixels + place;
+    const Stretch stretch = stretch_of(order, sample);
+    const uint64_t in_stretch = sample - stretch.first, group = in_stretch / stretch.together * stretch.together;
+    const uint64_t together = std::min(stretch.together, stretch.passes - group);
     const uint64_t region = order.region ? order.region : pixels, first = place / region * region, size = std::min(region, pixels - first);
-    return earlier * pixels + first * passes + (in_stretch - in_group) * size + (place - first) * order.together + in_group;
+    return stretch.first * pixels + first * stretch.passes + group * size + (place - first) * together + (in_stretch - group);
 }
 
-uint64_t passes_begun(const rp_sample_order& order, uint64_t next_sample, uint64_t pixels) {
-    const auto passes = [&](uint64_t samples, uint64_t each) { return (samples / (each * pixels) + (samples % (each * pixels) != 0)) * each; };
-    return next_sample <= order.grouped_passes * pixels ? std::min<uint64_t>(passes(next_sample, stretch_passes(order)), order.grouped_passes)
-                                                        : passes(next_sample, 1);
+uint64_t fewest_passes(const rp_sample_order& order, uint64_t next_sample, uint64_t pixels) {
+    if (next_sample == 0) return 0;
+    const uint64_t last = (next_sample - 1) / pixels;
+    return is_plain(order) || !is_grouped(order, last) ? last + 1 : order.grouped_passes;
 }
 
 uint64_t place_in_tiles(uint32_t x, uint32_t y, uint32_t width, uint32_t height, uint32_t tile_size) {

@@ -325,14 +325,10 @@ Status Wavefront::read_visits(std::vector<uint32_t>& words) {
     return device_.kernels().read_now(visits_, RP_VISIT_HEADER * sizeof(uint32_t), std::as_writable_bytes(std::span(words)));
 }
 
-Status Wavefront::set_samples(const EarlyEnd& end, RoundCounters& counters) {
+Status Wavefront::set_sample_limit(uint64_t limit) {
     RAYPAGER_CHECK(started_ == finished_);
-    params_.order = end.order;
-    params_.sample_limit = end.sample_limit;
-    counters.words[RP_COUNT_NEXT_SAMPLE] = static_cast<uint32_t>(end.next_sample);
-    counters.words[RP_COUNT_NEXT_SAMPLE + 1] = static_cast<uint32_t>(end.next_sample >> 32);
-    RAYPAGER_TRY(device_.kernels().write_now(params_buffer_, 0, bytes_of_one(params_)));
-    return device_.kernels().write_now(counters_, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), bytes_of_one(end.next_sample));
+    params_.sample_limit = limit;
+    return device_.kernels().write_now(params_buffer_, 0, bytes_of_one(params_));
 }
 
 }  // namespace raypager

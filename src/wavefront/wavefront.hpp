@@ -91,8 +91,8 @@ public:
     static constexpr uint32_t most_rounds = 2;
     // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
     Status read_visits(std::vector<uint32_t>& words);
-    // Goes on with other samples. counters: of the round that has ended last. REQUIRES: no other is under way.
-    Status set_samples(const EarlyEnd& end, RoundCounters& counters);
+    // Begins no samples from this number on. REQUIRES: no round is under way.
+    Status set_sample_limit(uint64_t limit);
 
     // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
     // number of the next sample. A render that starts with these three ends in the same film as the one that they were taken from.
@@ -101,8 +101,11 @@ public:
     Status read_film(uint64_t first_word, std::span<uint32_t> words);
     Status write_film(uint64_t first_word, std::span<const uint32_t> words);
     Status read_samples_under_way(std::vector<rp_path_sample>& samples);
-    // Before the first round: samples that come before those from params.first_sample on.
-    void begin_with(std::vector<rp_path_sample> samples) { again_list_ = std::move(samples); }
+    // Samples that come before the next ones by number. REQUIRES: no round is under way, and none that were given before are left.
+    void begin_with(std::vector<rp_path_sample> samples) {
+        again_list_ = std::move(samples);
+        begun_again_ = 0;
+    }
     // Whether some of them are still to be begun. Then only one round may be under way: how many it begins is known when it has ended.
     bool begins_again() const { return begun_again_ < again_list_.size(); }
 

@@ -169,7 +169,7 @@ TEST_F(BakeProcesses, leave_nothing_when_stopped) {
         ChildResult result;
         if (!interrupt(number, result)) continue;  // a fast machine
         EXPECT_EQ(result.signal, 0) << "ended by the signal itself";
-        EXPECT_EQ(result.exit_code, 1);
+        EXPECT_EQ(result.exit_code, 3);
         EXPECT_NE(read("stderr").find("stopped by a signal"), std::string::npos) << read("stderr");
         EXPECT_EQ(left(), std::vector<std::string>());
     }

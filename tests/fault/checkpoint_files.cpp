@@ -142,7 +142,7 @@ TEST_F(CheckpointFiles, with_absurd_headers_are_refused) {
     ASSERT_TRUE(put("RAYPCKPT").ok());
     expect_refused(options_, "8 bytes");
     ASSERT_TRUE(put(std::string(10000, 'x')).ok());
-    expect_refused(options_, "is no checkpoint");
+    expect_refused(options_, "is not a checkpoint");
 }
 
 // Every flipped bit is found, or lies in the padding.

@@ -90,6 +90,20 @@ TEST_F(CliProgram, HelpAndVersionSucceed) {
     }
 }
 
+TEST_F(CliProgram, HelpOfAVerb) {
+    for (const char* verb : {"devices", "make-scene", "bake", "inspect", "render", "compare", "bench", "bench sweep"}) {
+        const Outcome by_name = run(fmt::format("help {}", verb)), by_option = run(fmt::format("{} --help", verb));
+        EXPECT_EQ(by_name.status, 0) << verb;
+        EXPECT_EQ(by_name.output, by_option.output) << verb;
+        EXPECT_EQ(by_name.output.find(fmt::format("Usage: raypager {}", verb)), 0u) << by_name.output;
+        std::istringstream lines(by_name.output);
+        for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+    }
+    EXPECT_EQ(run("help").output, run("--help").output);
+    EXPECT_NE(run("help").output.find("3  stopped by Ctrl-C"), std::string::npos);
+    expect_error("help paint", 2, "'paint'");
+}
+
 TEST_F(CliProgram, BadUsage) {
     expect_error("", 2, "no verb");
     expect_error("paint", 2, "'paint'");
@@ -189,7 +203,7 @@ TEST_F(CliProgramOnDevice, UnknownDeviceAndTooSmallLimits) {
     ASSERT_EQ(run("bake scene.pbrt -o scene.rpb --block-size 16K").status, 0);
     expect_error("render scene.rpb -o a.pfm --device no-such-device", 2, "no-such-device");
     // The message must say what would do: in bytes, so a number of at least four digits.
-    for (const char* limit : {"--memory-limit 900", "--geometry-limit 100"}) {
+    for (const char* limit : {"--memory-limit 900", "--geometry-limit 100B"}) {
         const Outcome outcome = run(fmt::format("render scene.rpb -o a.pfm {}", limit));
         EXPECT_EQ(outcome.status, 1) << limit << ": " << outcome.errors;
         EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << outcome.errors;

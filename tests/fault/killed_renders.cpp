@@ -1,6 +1,7 @@
 // The program, killed and stopped from outside while it renders. RAYPAGER_KILLS=50 kills it more often than CI has time for.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -122,6 +123,69 @@ TEST_F(KilledRenders, stopped_by_a_signal_write_picture_and_checkpoint) {
         EXPECT_EQ(report["image"]["complete"], false);
         EXPECT_LT(report["image"]["average_spp"], 20000);
     }
+}
+
+// The same without a checkpoint: within two seconds, with a picture, and a line at once that says what is going on.
+TEST_F(KilledRenders, stopped_by_a_signal_write_a_picture_soon) {
+    for (const bool twice : {false, true}) {
+        std::filesystem::remove(folder_.path() / "stopped.pfm");
+        ChildProcess child(RAYPAGER_PROGRAM, command({"-o", "stopped.pfm", "--log", "log.csv", "--report", "stop.json"}, "20000"), folder_.path());
+        ChildResult result;
+        bool ended = false;
+        // A row of the log: rounds are under way.
+        for (int i = 0; i < 12000 && !ended && (!exists("log.csv") || std::ranges::count(text("log.csv"), '\n') < 2); i++)
+            ended = child.wait(0.01, result);
+        ASSERT_FALSE(ended) << errors();
+        child.signal(SIGINT);
+        ended = child.wait(0.1, result);
+        EXPECT_NE(errors().find("stopping"), std::string::npos) << errors();
+        if (twice && !ended) child.signal(SIGINT);
+        ASSERT_TRUE(ended || child.wait(patience, result));
+        EXPECT_EQ(result.signal, 0);
+        EXPECT_EQ(result.exit_code, 3) << errors();
+        EXPECT_TRUE(exists("stopped.pfm"));
+        EXPECT_NE(errors().find("stopped by a signal; the picture has"), std::string::npos) << errors();
+        const auto report = nlohmann::json::parse(text("stop.json"), nullptr, false);
+        ASSERT_TRUE(report.is_object());
+        EXPECT_EQ(report["image"]["complete"], false);
+        EXPECT_LT(report["image"]["average_spp"], 20000);
+        std::filesystem::remove(folder_.path() / "log.csv");
+    }
+}
+
+// What a sweep has finished is not made again.
+TEST_F(KilledRenders, stopped_sweeps_go_on) {
+    const std::vector<std::string> sweep = {"bench", "sweep", "scene.rpb", "-o",    "sweep",           "--limits", "100%,50%", "--repeats", "3",
+                                            "--spp", "64",    "--size",    "96x64", "--reference-spp", "16",       "--paths",  "4096"};
+    const auto rows = [&](const char* name) { return std::ranges::count(text(name), '\n'); };
+    ChildProcess child(RAYPAGER_PROGRAM, sweep, folder_.path());
+    ChildResult result;
+    bool ended = false;
+    for (int i = 0; i < 12000 && !ended && (!exists("sweep/sweep.runs") || rows("sweep/sweep.runs") < 2); i++) ended = child.wait(0.01, result);
+    ASSERT_FALSE(ended) << errors();
+    child.signal(SIGINT);
+    ASSERT_TRUE(child.wait(patience, result));
+    EXPECT_EQ(result.exit_code, 3) << errors();
+    EXPECT_NE(errors().find("--resume"), std::string::npos) << errors();
+    const auto kept = rows("sweep/sweep.runs");
+    EXPECT_EQ(rows("sweep/sweep.csv"), kept) << "a row for each run behind the one with names";
+    const std::string before = text("sweep/sweep.csv");
+    const auto again = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words = sweep;
+        words.insert(words.end(), more.begin(), more.end());
+        ChildProcess second(RAYPAGER_PROGRAM, words, folder_.path());
+        EXPECT_TRUE(second.wait(patience, result));
+        return result.exit_code;
+    };
+    EXPECT_EQ(again({}), 1) << "would lose what there is";
+    EXPECT_NE(errors().find("--resume"), std::string::npos) << errors();
+    EXPECT_EQ(again({"--resume", "--max-depth", "2"}), 2) << errors();
+    EXPECT_EQ(again({"--resume"}), 0) << errors();
+    EXPECT_EQ(rows("sweep/sweep.csv"), 7);
+    const auto json = nlohmann::json::parse(text("sweep/sweep.json"), nullptr, false);
+    ASSERT_TRUE(json.is_object());
+    EXPECT_EQ(json["runs"].size(), 6u);
+    EXPECT_EQ(json["same_films"], true);
 }
 
 TEST_F(KilledRenders, without_a_platform_there_is_one_clear_line) {

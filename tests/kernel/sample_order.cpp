@@ -54,8 +54,8 @@ TEST(SampleOrder, of_large_pictures_too) {
     auto out = (*device)->allocate(count * sizeof(rp_path_sample), "samples");
     ASSERT_TRUE(out.ok());
     const std::array<cl_uint, 4> words = {order.tile_size, order.together, order.grouped_passes, order.region};
-    const uint64_t group = 3 * uint64_t{width} * height;
-    for (const uint64_t first : {group - count, group, 2 * group - count}) {
+    const uint64_t pass = uint64_t{width} * height;  // one, and five in groups of three and two
+    for (const uint64_t first : {pass - count / 2, 4 * pass - count / 2, 6 * pass - count}) {
         ASSERT_TRUE(kernel->set(words, width, height, cl_ulong{first}, count, *out).ok());
         ASSERT_TRUE((*device)->kernels().launch(*kernel, count, 1).ok());
         ASSERT_TRUE((*device)->kernels().read_now(*out, 0, std::as_writable_bytes(std::span(samples))).ok());
@@ -64,9 +64,9 @@ TEST(SampleOrder, of_large_pictures_too) {
     // Numbers, stretches and regions of more than 32 bits.
     const rp_sample_order regions = make_order(16, 64, 3000, uint64_t{width} * height, 500'000'000);
     const std::array<cl_uint, 4> region_words = {regions.tile_size, regions.together, regions.grouped_passes, regions.region};
-    const uint64_t pixels = uint64_t{width} * height, stretch = 1023 * pixels, region = 1023 * uint64_t{regions.region};
+    const uint64_t pixels = uint64_t{width} * height, stretch = 375 * pixels, region = 2625 * uint64_t{regions.region};  // 3000 / 8, and what follows
     for (const uint64_t first :
-         {region - count / 2, 2 * region - count / 2, stretch - count / 2, 2 * stretch + 2 * 954 * uint64_t{regions.region} - 500}) {
+         {188 * pixels - count / 2, stretch - count / 2, stretch + region - count / 2, stretch + 2 * region - count / 2, 3000 * pixels - count}) {
         ASSERT_TRUE(kernel->set(region_words, width, height, cl_ulong{first}, count, *out).ok());
         ASSERT_TRUE((*device)->kernels().launch(*kernel, count, 1).ok());
         ASSERT_TRUE((*device)->kernels().read_now(*out, 0, std::as_writable_bytes(std::span(samples))).ok());

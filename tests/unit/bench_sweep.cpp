@@ -180,5 +180,30 @@ TEST(ResidencyRaster, thousands_of_blocks_stay_small) {
     EXPECT_EQ(svg.find("nan"), std::string::npos);
 }
 
+TEST(Sweep, estimates_the_time_left_by_variant) {
+    SweepSettings settings;
+    settings.limits = {{0, 100}, {0, 25}, {0, 3}};
+    settings.policies = {{}};
+    settings.paths = {{}};
+    settings.connections = {Connection::queue};
+    settings.repeats = 2;
+    EXPECT_EQ(run_count(settings), 6u);
+    EXPECT_FALSE(seconds_left(settings, {}).has_value());
+    std::vector<SweepRun> done(2);
+    done[0].wall_seconds = 10;
+    done[1].variant = 1;
+    done[1].wall_seconds = 20;
+    EXPECT_DOUBLE_EQ(*seconds_left(settings, done), 10 + 20 + 2 * 15);
+    for (size_t variant = 0; variant < 3; variant++)
+        for (uint32_t repeat = 0; repeat < 2; repeat++) {
+            SweepRun run;
+            run.variant = variant;
+            run.repeat = repeat;
+            run.wall_seconds = 1;
+            done.push_back(run);
+        }
+    EXPECT_DOUBLE_EQ(*seconds_left(settings, {done.begin() + 2, done.end()}), 0);
+}
+
 }  // namespace
 }  // namespace raypager::bench

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/log.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/report.hpp"
 
@@ -103,20 +104,60 @@ TEST(CliReport, EmptySceneDividesByNothing) {
     EXPECT_EQ(summary_text(BakedScene(), RenderReport(), {}).find("nan"), std::string::npos);
 }
 
-TEST(CliReport, ProgressFitsATerminalLine) {
+TEST(CliReport, ProgressFitsSixtyColumns) {
     RenderProgress progress;
-    progress.seconds = 40000;
-    progress.spp = 12345.6;
+    progress.seconds = 40;
+    progress.spp = 12.34;
     progress.fraction = 0.25;
-    progress.rays_per_second = 1234.5e6;
+    progress.rays_per_second = 12.34e6;
+    progress.loads = 1;
+    progress.resident_bytes = 1;
+    progress.geometry_bytes = 4;
+    EXPECT_EQ(progress_text(progress, 64), "spp 12.3/64 | 12.3 Mrays/s | 25 % resident | 1 load | 2:00 left");
     progress.loads = 1234567;
-    progress.resident_bytes = uint64_t{700} << 20;
-    progress.geometry_bytes = uint64_t{31} << 30;
-    const std::string text = progress_text(progress, 65536);
-    EXPECT_LT(text.size(), 120u) << text;
-    for (const char* part : {"spp 12345.6/65536", "1234.50 Mrays/s", "700 MiB of 31.0 GiB", "1234567 loads", "33:20:00 left"})
-        EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_EQ(progress_text(progress, 64), "spp 12.3/64 | 12.3 Mrays/s | 25 % resident | 2:00 left") << "what matters least goes first";
+    progress.seconds = 4e8;
+    progress.spp = 12345.6;
+    progress.rays_per_second = 123456e6;
+    const std::string text = progress_text(progress, 65535);
+    EXPECT_LE(text.size(), progress_columns) << text;
+    for (const char* part : {"spp 12345.6/65535", " left"}) EXPECT_NE(text.find(part), std::string::npos) << text;
     EXPECT_TRUE(progress_text(progress, 0).starts_with("spp 12345.6 | ")) << progress_text(progress, 0);
+}
+
+TEST(CliReport, CountsThingsAsPeopleDo) {
+    EXPECT_EQ(primitives_text(0, 0), "0 triangles");
+    EXPECT_EQ(primitives_text(1, 0), "1 triangle");
+    EXPECT_EQ(primitives_text(99, 0, 98), "99 triangles (98 of them ground)");
+    EXPECT_EQ(primitives_text(0, 1), "1 sphere or point");
+    EXPECT_EQ(primitives_text(98, 1234, 98), "98 triangles (98 of them ground) and 1,234 spheres and points");
+    EXPECT_EQ(counted(2, "box", "boxes"), "2 boxes");
+    EXPECT_EQ(format_bytes(0), "0 bytes");
+    EXPECT_EQ(format_bytes(1), "1 byte");
+    EXPECT_EQ(format_bytes(7340032), "7.00 MiB");
+    EXPECT_EQ(format_exact_bytes(7340032), "7340032 bytes (7.00 MiB)");
+    EXPECT_EQ(format_share(0), "0.0 %");
+    EXPECT_EQ(format_share(1e-6), "less than 0.1 %");
+    EXPECT_EQ(format_share(0.9999), "more than 99.9 %");
+    EXPECT_EQ(format_share(0.123), "12.3 %");
+    EXPECT_EQ(shortened("abcdefgh", 8), "abcdefgh");
+    EXPECT_EQ(shortened("abcdefghi", 8), "abcde...");
+}
+
+// The same figure is the same everywhere: times the scene in bytes, to one decimal.
+TEST(CliReport, SaysHowOftenTheSceneWentThroughThePool) {
+    RenderReport report = sample_report();
+    report.paging.bytes_loaded = 14464;  // 5.65 times 2560
+    report.complete = false;
+    report.average_spp = 3.96;
+    const std::string text = summary_text(small_scene(), report, {});
+    EXPECT_NE(text.find("5.7 times the scene"), std::string::npos) << text;
+    EXPECT_NE(text.find("4.0 spp"), std::string::npos) << "of a render that was stopped, the average: " << text;
+    for (size_t begin = 0; begin < text.size();) {
+        const size_t end = text.find('\n', begin);
+        EXPECT_LE(end - begin, 80u) << text.substr(begin, end - begin);
+        begin = end + 1;
+    }
 }
 
 }  // namespace

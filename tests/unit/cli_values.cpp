@@ -21,11 +21,19 @@ TEST(CliValues, SizesAreBinary) {
     EXPECT_EQ(*parse_size("3M"), 3u << 20);
     EXPECT_EQ(*parse_size("1.5G"), uint64_t{3} << 29);
     EXPECT_EQ(*parse_size("2T"), uint64_t{2} << 40);
+    for (const char* text : {"8G", "8g", "8GB", "8gb", "8GiB", "8gib", "8 GB", "8 GiB", "8Gib"})
+        EXPECT_EQ(*parse_size(text), uint64_t{8} << 30) << text;
+    for (const char* text : {"10m", "10MB", "10 MiB", "10.0 MiB", "10485760", "10485760B", "10485760 bytes", "10,485,760", "10_485_760"})
+        EXPECT_EQ(*parse_size(text), uint64_t{10} << 20) << text;
+    EXPECT_EQ(*parse_size("512kb"), 512u << 10);
+    EXPECT_EQ(*parse_size("4096B"), 4096u);
+    for (const uint64_t bytes : {uint64_t{1}, uint64_t{7340032}, uint64_t{5} << 33})
+        EXPECT_EQ(*parse_size(format_bytes(bytes)), bytes) << "as printed";
 }
 
 TEST(CliValues, WrongSizesAreRefused) {
-    for (const char* text :
-         {"", " ", "0", "0K", "-1", "-4M", "abc", "4X", "4MB", "M", "4M ", " 4M", "nan", "inf", "infM", "1e30", "0x10", "25%", "4,5M", "+4"})
+    for (const char* text : {"",      " ", "0",  "0K",  "-1",  "-4M",  "1,5", "1,50,000", ",000", "1,000K", "1,000_000", "abc", "4X",   "4MX", "4iB",
+                             "4MiBB", "M", "MB", "4M ", " 4M", "4  M", "nan", "inf",      "infM", "1e30",   "0x10",      "25%", "4,5M", "+4"})
         expect_usage_error(parse_size(text).status(), text);
 }
 
@@ -46,8 +54,10 @@ TEST(CliValues, CountsAreDecimal) {
     EXPECT_EQ(*parse_count("1.1M", 1, 1u << 30), 1100000u);
     EXPECT_EQ(*parse_count("1K", 1000, 2000), 1000u);
     EXPECT_EQ(*parse_count("0", 0, 10), 0u);
+    for (const char* text : {"1M", "1m", "1 M", "1000K", "1,000,000", "1_000_000"}) EXPECT_EQ(*parse_count(text, 1, 1u << 30), 1000000u) << text;
     EXPECT_EQ(*parse_count("4294967295", 0, 0xffffffffu), 0xffffffffu);
-    for (const char* text : {"", "0", "65537", "-1", "-3", "1.5", "1.0005K", "1e9", "sixty", "6 4", "nan", "4294967297"})
+    for (const char* text :
+         {"", "0", "65537", "-1", "-3", "1,00", "1,000K", "1  K", "1KB", "1.5", "1.0005K", "1e9", "sixty", "6 4", "nan", "4294967297"})
         expect_usage_error(parse_count(text, 1, 65536).status(), text);
 }
 

@@ -145,18 +145,18 @@ TEST(FilmResolve, AlphaComesFromTheSamplesThatMetNothing) {
     for (int i = 0; i < 3; i++) add_sample(first, {1, 2, 4});
     add_sample(first, {0, 0, 0});
     words[RP_FILM_COUNT] += 1u << RP_FILM_MISSES_SHIFT;
-    const Image image = resolve_film(words, 2, 1, true);
+    const Image image = resolve_film(words, 2, 1, {}, true);
     ASSERT_EQ(image.channels, 4u);
     EXPECT_EQ(image.values, (std::vector<float>{0.75f, 1.5f, 3, 0.75f, 0, 0, 0, 0}));
     EXPECT_EQ(resolve_film(words, 2, 1).values, (std::vector<float>{0.75f, 1.5f, 3, 0, 0, 0}));
     EXPECT_EQ(average_samples(words), 2);
     // As many as there can be.
     words[RP_FILM_COUNT] = 65535u | 65535u << RP_FILM_MISSES_SHIFT;
-    EXPECT_EQ(resolve_film(words, 2, 1, true).values[3], 0);
-    FilmResolver resolver(2, 1, true);
+    EXPECT_EQ(resolve_film(words, 2, 1, {}, true).values[3], 0);
+    FilmResolver resolver(2, 1, {}, true);
     resolver.add(words);
     EXPECT_EQ(resolver.samples(), 65535u);
-    EXPECT_EQ(resolver.take_image().values, resolve_film(words, 2, 1, true).values);
+    EXPECT_EQ(resolver.take_image().values, resolve_film(words, 2, 1, {}, true).values);
 }
 
 }  // namespace

@@ -24,39 +24,36 @@ TEST(SampleOrder, numbers_every_sample_once) {
 }
 
 TEST(SampleOrder, the_samples_of_a_pixel_follow_each_other_in_a_group) {
-    const rp_sample_order order = make_order(4, 4, 10, 64);  // three groups of three passes, and one pass
-    EXPECT_EQ(order.together, 3u);
-    EXPECT_EQ(order.grouped_passes, 9u);
+    const rp_sample_order order = make_order(4, 4, 10, 64);  // one pass, another one, and eight in two groups
     EXPECT_EQ(sample_number(order, 8, 8, 0, 0), 0u);
-    EXPECT_EQ(sample_number(order, 8, 8, 0, 2), 2u);
-    EXPECT_EQ(sample_number(order, 8, 8, 1, 0), 3u);
-    EXPECT_EQ(sample_number(order, 8, 8, 8, 0), 4 * 3u) << "the second row of the first tile";
-    EXPECT_EQ(sample_number(order, 8, 8, 0, 3), 3 * 64u) << "the second group";
-    EXPECT_EQ(sample_number(order, 8, 8, 1, 9), 9 * 64u + 1) << "a pass of its own";
+    EXPECT_EQ(sample_number(order, 8, 8, 8, 0), 4u) << "the second row of the first tile";
+    EXPECT_EQ(sample_number(order, 8, 8, 1, 1), 64u + 1) << "the second stretch has one pass";
+    EXPECT_EQ(sample_number(order, 8, 8, 0, 2), 2 * 64u);
+    EXPECT_EQ(sample_number(order, 8, 8, 0, 5), 2 * 64u + 3);
+    EXPECT_EQ(sample_number(order, 8, 8, 1, 2), 2 * 64u + 4);
+    EXPECT_EQ(sample_number(order, 8, 8, 0, 6), 6 * 64u) << "the second group";
+    EXPECT_EQ(sample_number(make_order(4, 4, 9, 64), 8, 8, 1, 7), 6 * 64u + 3 + 1) << "seven passes: a group of four and one of three";
+    rp_sample_order longer = order;
+    longer.grouped_passes = 8;
+    EXPECT_EQ(sample_number(longer, 8, 8, 1, 9), 9 * 64u + 1) << "passes behind the groups come one by one";
 }
 
-TEST(SampleOrder, regions_get_their_samples_one_after_the_other) {
-    const rp_sample_order order = make_order(4, 4, 10, 64, 24);  // of 24, 24 and 16 pixels: nine passes, and for all of them one more
+TEST(SampleOrder, regions_get_the_samples_of_a_stretch_one_after_the_other) {
+    const rp_sample_order order = make_order(4, 4, 10, 64, 24);  // of 24, 24 and 16 pixels
     EXPECT_EQ(order.region, 24u);
-    EXPECT_EQ(sample_number(order, 8, 8, 1, 0), 3u);
-    EXPECT_EQ(sample_number(order, 8, 8, 0, 3), 3 * 24u) << "the second group of the first region";
-    EXPECT_EQ(sample_number(order, 8, 8, 20, 0), 9 * 24u) << "place 24: the second region";
-    EXPECT_EQ(sample_number(order, 8, 8, 36, 8), 9 * 48u + 6 * 16 + 2) << "place 48: the third, a smaller one";
-    EXPECT_EQ(sample_number(order, 8, 8, 1, 9), 9 * 64u + 1) << "a pass of its own";
-    // Of many passes, a stretch at a time.
-    const rp_sample_order many = make_order(4, 10, 3000, 64, 24);
-    EXPECT_EQ(sample_number(many, 8, 8, 0, 1019), 1010 * 24u + 9);
-    EXPECT_EQ(sample_number(many, 8, 8, 0, 1020), 1020 * 64u) << "the second stretch";
-    EXPECT_EQ(sample_number(many, 8, 8, 20, 2040), 2040 * 64u + 960 * 24) << "the last, which has less passes";
+    EXPECT_EQ(sample_number(order, 8, 8, 63, 0), 63u) << "every pixel gets its first sample before any gets another";
+    EXPECT_EQ(sample_number(order, 8, 8, 1, 2), 2 * 64u + 4);
+    EXPECT_EQ(sample_number(order, 8, 8, 0, 6), 2 * 64u + 4 * 24) << "the second group of the first region";
+    EXPECT_EQ(sample_number(order, 8, 8, 20, 2), 2 * 64u + 8 * 24) << "place 24: the second region";
+    EXPECT_EQ(sample_number(order, 8, 8, 36, 9), 2 * 64u + 8 * 48 + 4 * 16 + 3) << "place 48: the third, a smaller one";
     EXPECT_EQ(make_order(4, 4, 10, 64, 64).region, 0u) << "the whole picture";
 }
 
 TEST(SampleOrder, long_renders_have_regions) {
-    const rp_sample_order order = make_order(16, 16, 64, 640 * 360);
-    EXPECT_EQ(default_region(order, 500'000, 640 * 360), 3 * 500'000u / 64 + 1);
-    EXPECT_EQ(default_region(order, 1'000'000, 640 * 360), 0u) << "only five";
-    EXPECT_EQ(default_region(make_order(16, 16, 4096, 640 * 360), 1'000'000, 640 * 360), 3'000'000u / 1024 + 1)
-        << "of no more passes than are in a stretch";
+    const rp_sample_order order = make_order(16, 16, 64, 640 * 360);  // the last stretch has 56 passes
+    EXPECT_EQ(default_region(order, 500'000, 640 * 360), 3 * 500'000u / 56 + 1);
+    EXPECT_EQ(default_region(order, 1'000'000, 640 * 360), 0u) << "fewer than six";
+    EXPECT_EQ(default_region(make_order(16, 16, 4096, 640 * 360), 1'000'000, 640 * 360), 3'000'000u / 3584 + 1);
     EXPECT_EQ(default_region(make_order(16, 16, 1, 100), 1024, 100), 0u);
     for (const uint32_t spp : {1u, 17u, 64u, 1000u, 4096u, 65535u}) {
         const rp_sample_order each = make_order(16, 8, spp, 640 * 360);
@@ -67,39 +64,51 @@ TEST(SampleOrder, long_renders_have_regions) {
     }
 }
 
-TEST(SampleOrder, groups_are_of_equal_size) {
-    struct Case {
-        uint32_t spp, together, each, grouped;
-    };
-    for (const Case& c : {Case{1, 16, 1, 1}, Case{15, 16, 15, 15}, Case{16, 16, 16, 16}, Case{17, 16, 8, 16}, Case{20, 16, 10, 20},
-                          Case{64, 16, 16, 64}, Case{100, 16, 14, 98}, Case{100, 1, 1, 100}, Case{8, 0, 1, 8}, Case{200, 1000, 50, 200}}) {
-        const rp_sample_order order = make_order(16, c.together, c.spp, 1000);
-        EXPECT_EQ(order.together, c.each) << c.spp;
-        EXPECT_EQ(order.grouped_passes, c.grouped) << c.spp;
-        EXPECT_TRUE(valid_order(order, 1000));
-    }
+TEST(SampleOrder, groups_are_no_larger_than_asked_for) {
+    EXPECT_EQ(make_order(16, 0, 8, 1000).together, 1u);
+    EXPECT_EQ(make_order(16, 1000, 200, 1000).together, 64u);
+    EXPECT_EQ(make_order(16, 16, 100, 1000).grouped_passes, 100u);
     EXPECT_EQ(default_together(1920 * 1080), 16u);
     EXPECT_EQ(default_together(uint64_t{1} << 24), 2u);
     EXPECT_EQ(default_together(uint64_t{1} << 31), 1u);
     EXPECT_EQ(make_order(16, 64, 64, uint64_t{1} << 31).together, 1u) << "numbers in a group have 32 bits";
 }
 
-TEST(SampleOrder, passes_of_a_group_begin_together) {
-    const rp_sample_order order = {16, 4, 8, 0};  // then one by one
-    EXPECT_EQ(passes_begun(order, 0, 10), 0u);
-    EXPECT_EQ(passes_begun(order, 1, 10), 4u);
-    EXPECT_EQ(passes_begun(order, 40, 10), 4u);
-    EXPECT_EQ(passes_begun(order, 41, 10), 8u);
-    EXPECT_EQ(passes_begun(order, 80, 10), 8u);
-    EXPECT_EQ(passes_begun(order, 81, 10), 9u);
-    EXPECT_EQ(passes_begun(order, 90, 10), 9u);
-    EXPECT_EQ(passes_begun(order, UINT64_MAX, 10), UINT64_MAX / 10 + 1) << "what a damaged file says";
-    const rp_sample_order regions = {16, 4, 1028, 5};  // two stretches
-    EXPECT_EQ(passes_begun(regions, 0, 10), 0u);
-    EXPECT_EQ(passes_begun(regions, 1, 10), 1024u);
-    EXPECT_EQ(passes_begun(regions, 10240, 10), 1024u);
-    EXPECT_EQ(passes_begun(regions, 10241, 10), 1028u);
-    EXPECT_EQ(passes_begun(regions, 10281, 10), 1029u);
+// Wherever a render stops, what has begun is even.
+TEST(SampleOrder, no_pixel_has_more_than_eight_times_the_samples_of_another) {
+    constexpr uint32_t width = 7, height = 5;
+    for (const uint32_t spp : {2u, 7u, 16u, 61u, 200u})
+        for (const uint32_t together : {1u, 5u, 16u})
+            for (const uint32_t region : {0u, 1u, 10u}) {
+                const rp_sample_order order = make_order(2, together, spp, width * height, region);
+                std::vector<uint32_t> pixel_of(uint64_t{spp} * width * height);
+                for (uint32_t pixel = 0; pixel < width * height; pixel++)
+                    for (uint32_t sample = 0; sample < spp; sample++) pixel_of[sample_number(order, width, height, pixel, sample)] = pixel;
+                std::vector<uint32_t> samples(width * height);
+                for (uint64_t begun = 0; begun < pixel_of.size(); begun++) {
+                    samples[pixel_of[begun]]++;
+                    if (begun + 1 < width * height) continue;
+                    const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
+                    ASSERT_GE(*least, 1u);
+                    ASSERT_LE(*most, 8 * *least) << spp << " samples, groups of " << together << ", regions of " << region << ", after " << begun;
+                }
+            }
+}
+
+TEST(SampleOrder, a_render_goes_on_to_no_fewer_samples_than_its_order_is_made_for) {
+    const rp_sample_order plain = {16, 1, 8, 0};
+    EXPECT_EQ(fewest_passes(plain, 0, 10), 0u);
+    EXPECT_EQ(fewest_passes(plain, 1, 10), 1u);
+    EXPECT_EQ(fewest_passes(plain, 20, 10), 2u);
+    EXPECT_EQ(fewest_passes(plain, 21, 10), 3u);
+    EXPECT_EQ(fewest_passes(plain, UINT64_MAX, 10), UINT64_MAX / 10 + 1) << "what a damaged file says";
+    for (const rp_sample_order& order : {rp_sample_order{16, 4, 8, 0}, rp_sample_order{16, 1, 8, 5}}) {
+        EXPECT_EQ(fewest_passes(order, 0, 10), 0u);
+        EXPECT_EQ(fewest_passes(order, 10, 10), 1u) << "the first pass is the same in all of them";
+        EXPECT_EQ(fewest_passes(order, 11, 10), 8u);
+        EXPECT_EQ(fewest_passes(order, 80, 10), 8u);
+        EXPECT_EQ(fewest_passes(order, 81, 10), 9u);
+    }
 }
 
 // Whatever number of samples it is to have then, a render that goes on takes those before `begun` for the same ones.
@@ -117,7 +126,7 @@ TEST(SampleOrder, goes_on_as_it_began) {
         for (uint64_t begun = 0; begun <= c.spp * pixels; begun += c.step) stops.push_back(begun);
         for (const uint32_t later_spp : c.later)
             for (const uint64_t begun : stops) {
-                if (begun > c.spp * pixels || passes_begun(first, begun, pixels) > later_spp) continue;  // refused
+                if (begun > c.spp * pixels || fewest_passes(first, begun, pixels) > later_spp) continue;  // refused
                 const rp_sample_order later = continue_order(first, begun, later_spp, pixels);
                 EXPECT_TRUE(valid_order(later, pixels));
                 std::set<uint64_t> numbers;
@@ -135,50 +144,40 @@ TEST(SampleOrder, goes_on_as_it_began) {
     }
 }
 
-// However a render ends before its time: no sample is taken twice, every pixel has one, and no more are begun than that asks for.
 TEST(SampleOrder, ends_early_with_every_pixel_seen) {
-    struct Case {
-        uint32_t spp, together, region, step;
-    };
-    constexpr uint64_t pixels = 35;
-    for (const Case& c : {Case{11, 1, 0, 1}, Case{11, 2, 0, 1}, Case{11, 4, 0, 1}, Case{11, 16, 0, 1}, Case{11, 1, 10, 1}, Case{11, 4, 10, 1},
-                          Case{11, 4, 34, 1}, Case{11, 16, 1, 1}, Case{1100, 16, 10, 487}})
-        for (const bool keep_order : {false, true}) {
-            const rp_sample_order order = make_order(2, c.together, c.spp, pixels, c.region);
-            const uint64_t all = c.spp * pixels;
-            // So many passes are begun one pixel or region after the other.
-            const uint64_t stretch = c.region ? std::min<uint64_t>(1024 / order.together * order.together, order.grouped_passes) : order.together;
-            for (uint64_t begun = 0; begun <= all; begun += c.step) {
-                const EarlyEnd end = early_end(order, begun, all, pixels, keep_order);
-                ASSERT_TRUE(valid_order(end.order, pixels));
-                ASSERT_GE(end.sample_limit, end.next_sample);
-                const uint64_t more = end.sample_limit - end.next_sample;
-                std::vector<uint32_t> of_pixel(pixels);
-                uint64_t taken = 0;
-                for (uint32_t pixel = 0; pixel < pixels; pixel++)
-                    for (uint32_t sample = 0; sample < c.spp; sample++) {
-                        const bool before = sample_number(order, 7, 5, pixel, sample) < begun;
-                        const uint64_t number = sample_number(end.order, 7, 5, pixel, sample);
-                        const bool after = number >= end.next_sample && number < end.sample_limit;
-                        ASSERT_FALSE(before && after) << "twice: groups of " << order.together << ", stopped at " << begun;
-                        of_pixel[pixel] += before || after;
-                        taken += before || after;
-                    }
-                ASSERT_EQ(taken, begun + more);
-                ASSERT_GE(*std::min_element(of_pixel.begin(), of_pixel.end()), 1u)
-                    << "groups of " << order.together << ", regions of " << c.region << ", stopped at " << begun;
-                if (keep_order) {
-                    ASSERT_EQ(end.order.together, order.together);
-                    ASSERT_EQ(end.order.region, order.region);
-                    ASSERT_EQ(end.next_sample, begun);
-                } else {
-                    ASSERT_LE(more, pixels) << "a pass at most";
-                }
-                if (stretch > 1 && begun >= stretch * pixels && begun < order.grouped_passes * pixels) {
-                    ASSERT_EQ(more, 0u);
-                }
-            }
+    constexpr uint64_t pixels = 35, all = 11 * pixels;
+    const rp_sample_order plain = make_order(2, 1, 11, pixels), grouped = make_order(2, 4, 11, pixels), regions = make_order(2, 1, 11, pixels, 10);
+    for (const rp_sample_order& order : {plain, grouped, regions})
+        for (const bool whole_passes : {false, true}) {
+            EXPECT_EQ(early_limit(order, 0, all, pixels, whole_passes), pixels);
+            EXPECT_EQ(early_limit(order, 17, all, pixels, whole_passes), pixels);
+            EXPECT_EQ(early_limit(order, 17, 20, pixels, whole_passes), 20u) << "no more than there are";
+            EXPECT_EQ(early_limit(order, all, all, pixels, whole_passes), all);
         }
+    EXPECT_EQ(early_limit(plain, 3 * pixels + 1, all, pixels, true), 4 * pixels);
+    EXPECT_EQ(early_limit(plain, 3 * pixels, all, pixels, true), 3 * pixels);
+    EXPECT_EQ(early_limit(plain, 3 * pixels + 1, all, pixels, false), 3 * pixels + 1);
+    EXPECT_EQ(early_limit(grouped, 3 * pixels + 1, all, pixels, true), 3 * pixels + 1);
+    EXPECT_EQ(early_limit(regions, 3 * pixels + 1, all, pixels, true), 3 * pixels + 1);
+}
+
+TEST(SampleOrder, what_is_left_of_the_first_pass_is_seen_coarsely_first) {
+    constexpr uint32_t width = 200, height = 130;
+    const rp_sample_order order = make_order(16, 1, 4, width * height);
+    constexpr uint64_t begun = 5000;
+    const auto rest = coarse_samples(order, begun, width, height, UINT64_MAX);
+    ASSERT_EQ(rest.size(), width * height - begun) << "each of them, once";
+    std::set<uint32_t> seen;
+    for (const rp_path_sample& s : rest) {
+        EXPECT_EQ(s.sample, 0u);
+        EXPECT_GE(sample_number(order, width, height, s.pixel, 0), begun);
+        seen.insert(s.pixel);
+    }
+    EXPECT_EQ(seen.size(), rest.size());
+    // A sixteenth of them, at every fourth pixel of every fourth row.
+    const auto few = coarse_samples(order, begun, width, height, rest.size() / 16 - 60);
+    EXPECT_EQ(few.size(), rest.size() / 16 - 60);
+    for (const rp_path_sample& s : few) EXPECT_TRUE(s.pixel % width % 4 == 0 && s.pixel / width % 4 == 0) << s.pixel;
 }
 
 TEST(SampleOrder, that_cannot_be_is_told_apart) {
@@ -186,7 +185,7 @@ TEST(SampleOrder, that_cannot_be_is_told_apart) {
     EXPECT_FALSE(valid_order({2000, 1, 1, 0}, 10));
     EXPECT_FALSE(valid_order({16, 0, 0, 0}, 10));
     EXPECT_FALSE(valid_order({16, 65, 65, 0}, 10));
-    EXPECT_FALSE(valid_order({16, 4, 6, 0}, 10));
+    EXPECT_FALSE(valid_order({16, 4, 65536, 0}, 10));
     EXPECT_FALSE(valid_order({16, 4, 8, 0}, uint64_t{1} << 31));
     EXPECT_TRUE(valid_order({16, 4, 8, 0}, 10));
 }

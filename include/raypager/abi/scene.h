@@ -58,12 +58,13 @@ typedef struct rp_camera {
 } rp_camera;
 
 // The samples of a picture are numbered in the order in which they are begun. Passes, each one sample of each pixel, go tile by tile of tile_size
-// x tile_size pixels. Of the first grouped_passes passes, `together` at a time form one, in which the samples of a pixel follow each other: rays
-// that begin together then meet more of the same. With regions, so many pixels of that order get the samples of all these passes before those
-// that follow begin, so that their rays meet the same blocks for long; of no more than RP_STRETCH_PASSES passes at a time, so that what has been
-// begun is not too uneven. The passes behind grouped_passes come one by one. grouped_passes is a multiple of `together`, and
-// together * pixels < 2^32.
-#define RP_STRETCH_PASSES 1024u
+// x tile_size pixels. The first pass comes by itself, so that every pixel is seen soon. Those behind it, up to grouped_passes, come in stretches: the
+// last one begins behind an eighth of them (1 / RP_LAST_STRETCH, rounded up), the one before it behind half of that, and so on. Within a stretch
+// `together` passes at a time (or fewer, so that groups are even) form one, in which the samples of a pixel follow each other: rays that begin
+// together then meet more of the same. With regions, so many pixels of that order get the samples of the whole stretch before those that follow
+// begin, so that their rays meet the same blocks for long. However long that takes, no pixel ever has more than eight times the samples of another.
+// The passes behind grouped_passes come one by one. together * pixels < 2^32.
+#define RP_LAST_STRETCH 8u
 typedef struct rp_sample_order {
     rp_u32 tile_size, together, grouped_passes;
     rp_u32 region;  // pixels; 0: the whole picture
