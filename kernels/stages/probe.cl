@@ -5,6 +5,7 @@
 #include "lib/sample_order.cl"
 #include "lib/surface.cl"
 #include "raypager/abi/film.h"
+#include "raypager/abi/light_tree.h"
 #include "raypager/abi/wide.h"
 
 #define RP_ANY_HIT 0
@@ -65,6 +66,7 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[14] = sizeof(rp_wide_header);
     sizes[15] = sizeof(rp_wide_portal);
     sizes[16] = sizeof(rp_page_changes);
+    sizes[17] = sizeof(rp_light_node);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.
@@ -110,6 +112,29 @@ __kernel void rp_probe_light_choice(const __global uint* restrict steps, uint li
     const uint light = rp_choose_light(steps, lights, numbers[i], fine[i], &rest);
     results[i] = (uint2)(light, as_uint(rest));
 }
+
+#ifdef RP_LIGHT_TREE
+// For tests of the choice by a tree. results: which light numbers i choose at place i, and the rest; its probability, and the same found by its way
+// (0 for a light without a place).
+__kernel void rp_probe_light_tree(const __global uint* restrict tree, const __global rp_light* restrict lights, const __global float4* restrict places,
+                                  const __global uint2* restrict numbers, uint count, __global uint4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    float rest, chance;
+    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, numbers[i].x, numbers[i].y, &rest, &chance);
+    const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
+    results[i] = (uint4)(light, as_uint(rest), as_uint(chance), as_uint(placed ? rp_light_chance(tree, places[i].xyz, light) : 0.0f));
+}
+// Of all lights, place by place; 0 for those without one.
+__kernel void rp_probe_light_chances(const __global uint* restrict tree, const __global rp_light* restrict lights, uint light_count,
+                                     const __global float4* restrict places, uint count, __global float* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    const uint light = i % light_count;
+    const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
+    results[i] = placed ? rp_light_chance(tree, places[i / light_count].xyz, light) : 0.0f;
+}
+#endif
 
 #ifdef RP_PERSISTENT
 // Takes rays as stages/extend.cl does, and counts for each place in a queue of `count` how often it was taken.

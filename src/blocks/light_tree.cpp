@@ -188,21 +188,23 @@ private:
         const Vector size = middles.upper - middles.lower;
         const double longest_size = *std::max_element(size.begin(), size.end());
         const double padding = longest_size / (4 * light_bins);  // rows and points take room, too
+        std::array<std::array<LightBin, light_bins>, 3> bins;
+        if (depth < deepest_by_cost && longest_size > 0)
+            for (const PlacedLight& item : items)
+                for (size_t axis = 0; axis < 3; axis++)
+                    if (size[axis] > 0) bins[axis][bin_of(item, middles, axis)].add(item);
         double best = std::numeric_limits<double>::infinity();
         size_t best_axis = 3, best_bin = 0;
-        for (size_t axis = 0; axis < 3 && depth < deepest_by_cost; axis++) {
-            if (!(size[axis] > 0)) continue;
-            std::array<LightBin, light_bins> bins;
-            for (const PlacedLight& item : items) bins[bin_of(item, middles, axis)].add(item);
+        for (size_t axis = 0; axis < 3; axis++) {
             std::array<double, light_bins> above = {};
             LightBin sum;
             for (size_t b = light_bins; b-- > 1;) {
-                sum.add(bins[b]);
+                sum.add(bins[axis][b]);
                 above[b] = sum.cost(padding);
             }
             sum = {};
             for (size_t b = 1; b < light_bins; b++) {
-                sum.add(bins[b - 1]);
+                sum.add(bins[axis][b - 1]);
                 if (sum.count == 0 || sum.count == count) continue;
                 // Thin parts are no better than thick ones: their sides are what the place is long.
                 const double cost = (sum.cost(padding) + above[b]) * longest_size / size[axis];

@@ -4,6 +4,7 @@
 #include "device/device.hpp"
 #include "device/program_cache.hpp"
 #include "raypager/abi/block.h"
+#include "raypager/abi/light_tree.h"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/abi/wide.h"
@@ -17,10 +18,10 @@ TEST(Layout, struct_sizes_agree) {
     auto kernel = (*device)->kernel("probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     const std::vector<uint32_t> expected = {
-        sizeof(rp_node),          sizeof(rp_leaf),        sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
-        sizeof(rp_page),          sizeof(rp_material),    sizeof(rp_light),        sizeof(rp_primitive_range), sizeof(rp_camera),
-        sizeof(rp_render_params), sizeof(rp_path_sample), sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header),
-        sizeof(rp_wide_portal),   sizeof(rp_page_changes)};
+        sizeof(rp_node),          sizeof(rp_leaf),         sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
+        sizeof(rp_page),          sizeof(rp_material),     sizeof(rp_light),        sizeof(rp_primitive_range), sizeof(rp_camera),
+        sizeof(rp_render_params), sizeof(rp_path_sample),  sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header),
+        sizeof(rp_wide_portal),   sizeof(rp_page_changes), sizeof(rp_light_node)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());
