@@ -21,7 +21,7 @@ struct PointOptions {
     bool cull_to_camera = false;       // leave out what the scene's camera does not see
     float cull_margin = 0.1f;          // beyond the picture's border, as a share of half the picture's sides
     bool filter_to_image = false;      // keep about one point a pixel of the scene's camera
-    PointColumns columns;              // of text clouds; for the import, which takes them as the files tell where there are none
+    PointColumns columns = {};         // of text clouds; for the import, which takes them as the files tell where there are none
 };
 
 // What becomes of the points of a shape, one by one. REQUIRES: shape.points; the three live as long.

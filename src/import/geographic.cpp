@@ -7,11 +7,11 @@ namespace raypager {
 namespace {
 
 constexpr double least_slope = 200, largest_angle = 180;
-constexpr size_t least_points = 4;
+constexpr size_t least_points = 5;
 
-// Without the percent at either end, where there are many.
+// Without a tenth of them at either end: a few strays make no needle.
 double extent(std::vector<double>& values) {
-    const auto spare = static_cast<ptrdiff_t>(values.size() / 100);
+    const auto spare = static_cast<ptrdiff_t>((values.size() + 9) / 10);
     std::nth_element(values.begin(), values.begin() + spare, values.end());
     const double low = values[static_cast<size_t>(spare)];
     std::nth_element(values.begin(), values.end() - 1 - spare, values.end());

@@ -130,7 +130,7 @@ private:
         if (header_.count > there)
             return bad(fmt::format("the header promises {} points of {} bytes, but only {} are there; the file is truncated or damaged",
                                    header_.count, header_.record_bytes, there));
-        return {};
+        return header_.count > 0 ? Status() : bad("has no points");
     }
 
     // How many points lie between where they begin and the extended records or the end of the file; nothing if that is not a whole number.

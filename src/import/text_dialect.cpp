@@ -24,20 +24,18 @@ std::optional<double> parse_rewritten(std::string_view word, bool decimal_comma)
 }  // namespace
 
 void DialectFinder::add(std::string_view line) {
-    size_t words = 0, commas = 0;
-    bool in_word = false, points = false, decimal = true, others = false;
+    size_t words = 0, commas = 0, commas_of_word = 0, within_quotes = 0;
+    bool in_word = false, points = false, decimal = true, decimal_in_quotes = true, others = false, separating = false;
     char quote = 0;
-    size_t commas_of_word = 0;
     for (size_t i = 0; i < line.size(); ++i) {
-        const char c = line[i];
-        const char before = i > 0 ? line[i - 1] : ' ', behind = i + 1 < line.size() ? line[i + 1] : ' ';
-        if (is_quote(c) && (quote == 0 || c == quote)) {
+        const char c = line[i], before = i > 0 ? line[i - 1] : ' ', behind = i + 1 < line.size() ? line[i + 1] : ' ';
+        if (is_quote(c) && (quote ? c == quote : !in_word)) {
             quote = quote ? 0 : c;
-            quotes_ = true;
-            others = true;
+            quotes_ = others = true;
         }
-        const bool between_quotes = c == ',' && quote == 0 && (is_quote(before) || is_quote(behind));
-        if (is_blank(c) || c == ';' || between_quotes) {
+        const bool beside_quotes = c == ',' && quote == 0 && (is_quote(before) || is_quote(behind));
+        separating = separating || beside_quotes;
+        if (is_blank(c) || c == ';' || beside_quotes) {
             others = others || c == ';' || c == '\t';
             in_word = false;
             continue;
@@ -46,12 +44,21 @@ void DialectFinder::add(std::string_view line) {
         in_word = true;
         points = points || (c == '.' && (is_digit(before) || is_digit(behind)));
         if (c != ',') continue;
+        const bool good = ++commas_of_word == 1 && is_digit(behind) && !is_blank(before) && before != ',';
         ++commas;
-        decimal = decimal && ++commas_of_word == 1 && is_digit(behind) && !is_blank(before) && before != ',';
+        decimal = decimal && good;
+        within_quotes += quote != 0;
+        decimal_in_quotes = decimal_in_quotes && (good || quote == 0);
     }
-    if (commas == 0) return;
-    commas_ = true;
-    decimal_ = decimal_ && decimal && !points && words >= (others ? size_t{2} : size_t{3});
+    separating_ = separating_ || separating;
+    if (separating ? within_quotes == 0 : commas == 0) return;
+    const bool enough = separating || words >= (others ? size_t{2} : size_t{3});
+    ++(!points && enough && (separating ? decimal_in_quotes : decimal) ? decimal_ : other_);
+}
+
+TextDialect DialectFinder::found() const {
+    const bool decimal = decimal_ > 0 && decimal_ >= 9 * other_;
+    return {.decimal_comma = decimal, .quotes = quotes_, .comma_separates = separating_ || !decimal};
 }
 
 size_t split_fields(std::string_view line, const TextDialect& dialect, std::span<std::string_view> words) {
@@ -69,13 +76,13 @@ size_t split_fields(std::string_view line, const TextDialect& dialect, std::span
             while (begin < end && is_blank(line[begin])) ++begin;
             while (begin < end && is_blank(line[end - 1])) --end;
         } else {
-            while (at < line.size() && !is_blank(line[at]) && line[at] != ';' && (dialect.decimal_comma || line[at] != ',')) ++at;
+            while (at < line.size() && !is_blank(line[at]) && line[at] != ';' && (!dialect.comma_separates || line[at] != ',')) ++at;
             end = at;
         }
         if (count < words.size()) words[count] = line.substr(begin, end - begin);
         ++count;
         while (at < line.size() && is_blank(line[at])) ++at;
-        if (at < line.size() && (line[at] == ';' || (line[at] == ',' && (quoted || !dialect.decimal_comma)))) ++at;
+        if (at < line.size() && (line[at] == ';' || (line[at] == ',' && (quoted || dialect.comma_separates)))) ++at;
     }
 }
 

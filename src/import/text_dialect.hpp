@@ -9,20 +9,23 @@
 namespace raypager {
 
 struct TextDialect {
-    bool decimal_comma = false;  // "1,5;2,5"; otherwise a comma separates numbers
-    bool quotes = false;         // "1.5","2.5"
+    bool decimal_comma = false;   // "1,5;2,5"; otherwise a comma separates numbers
+    bool quotes = false;          // "1.5","2.5"
+    bool comma_separates = true;  // outside of quotes
     bool plain() const { return !decimal_comma && !quotes; }
 };
 
-// Told by looking at lines. Commas are decimal if every one of them stands between digits, no number has two of them, none has a point, and
-// something else separates at least three words: "1,5 2,5 3,5", but not "1,5,2" or "1, 2, 3".
+// Told by looking at lines. The commas of a line are decimal if every one of them stands between digits, no number has two of them, none has a
+// point, and something else separates at least three words: "1,5 2,5 3,5", but not "1,5,2" or "1, 2, 3". Where commas stand beside quotes they
+// separate, and only those within quotes may be decimal. What nine in ten of the lines with commas have holds for the file.
 class DialectFinder {
 public:
     void add(std::string_view line);
-    TextDialect found() const { return {commas_ && decimal_, quotes_}; }
+    TextDialect found() const;
 
 private:
-    bool commas_ = false, decimal_ = true, quotes_ = false;
+    size_t decimal_ = 0, other_ = 0;  // lines with commas
+    bool quotes_ = false, separating_ = false;
 };
 
 // As split_numbers() does it, but in a dialect. A word in quotes comes without them, blanks and separators in it included.

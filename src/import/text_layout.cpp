@@ -14,7 +14,7 @@ namespace {
 constexpr size_t most_lines = 1000, most_bytes = size_t{1} << 20;  // that are looked at from the start
 constexpr uint64_t spread_parts = 16;                              // of the file, from each of which some lines more are looked at
 constexpr size_t spread_lines = 32;
-constexpr size_t most_comments = 100;
+constexpr size_t most_comments = 100, longest_names = 4096;
 
 struct Line {
     std::string text;
@@ -118,6 +118,7 @@ private:
     // Whether the words of a line name the columns, whatever stands between them. In a comment, which may be anything, all words must be known
     // unless something other than blanks separates them.
     bool names_in(std::string_view text, bool header) {
+        if (text.size() > longest_names) return false;
         text.remove_prefix(std::min(text.find_first_not_of("#/; \t%"), text.size()));
         if (const size_t colon = text.find(':'); !header && colon != std::string_view::npos && !find_point_column(text.substr(0, colon)))
             text.remove_prefix(colon + 1);
@@ -177,6 +178,7 @@ private:
 
     void warn_of_header() {
         const Line& line = lines_[*header_];
+        if (line.text.size() > longest_names) return;
         size_t coordinates = 0;
         for (const char separator : {';', '\t', ',', ' '}) {
             size_t found = 0;

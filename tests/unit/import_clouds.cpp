@@ -259,6 +259,7 @@ TEST_F(ImportClouds, DegreesAreNoMetres) {
     EXPECT_EQ(warning("b.las", to_las(file)), "");
     EXPECT_EQ(warning("mast.xyz", mast), "");
     EXPECT_EQ(warning("grid.xyz", grid), "");
+    EXPECT_EQ(warning("stray.xyz", "0.5 0.25 0.1\n0.1 0.3 0.2\n0.7 0.2 0.9\n0.4 0.5 0.6\n0.3 0.9 0.8\n0.2 0.1 900\n"), "");
     // By what the file says of its coordinates: GTModelTypeGeoKey 1024 = 2, or a text.
     const auto keys = [](uint16_t model) {
         std::string bytes;
