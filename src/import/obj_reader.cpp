@@ -17,11 +17,11 @@ namespace raypager {
 namespace {
 
 // Statements of the format that say nothing about vertices, faces and materials.
-constexpr std::string_view passed_over[] = {"vt",    "vp",   "vc",       "g",        "o",      "s",   "mg",         "usemap",   "maplib",
-                                            "bevel", "lod",  "c_interp", "d_interp", "cstype", "deg", "bmat",       "step",     "parm",
-                                            "trim",  "hole", "scrv",     "sp",       "end",    "con", "call",       "csh",      "ctech",
-                                            "stech", "cdc",  "cdp",      "bzp",      "bsp",    "res", "shadow_obj", "trace_obj"};
-constexpr std::string_view not_drawn[] = {"p", "l", "curv", "curv2", "surf"};
+constexpr std::string_view ignored_statements[] = {"vt",    "vp",   "vc",       "g",        "o",      "s",   "mg",         "usemap",   "maplib",
+                                                   "bevel", "lod",  "c_interp", "d_interp", "cstype", "deg", "bmat",       "step",     "parm",
+                                                   "trim",  "hole", "scrv",     "sp",       "end",    "con", "call",       "csh",      "ctech",
+                                                   "stech", "cdc",  "cdp",      "bzp",      "bsp",    "res", "shadow_obj", "trace_obj"};
+constexpr std::string_view undrawn_statements[] = {"p", "l", "curv", "curv2", "surf"};
 
 constexpr uint64_t most_vertices = 0xfffffffe;
 
@@ -79,9 +79,9 @@ private:
         if (keyword == "f" || keyword == "fo") return face();
         if (keyword == "usemtl") return use_material(rest_of(text)), Status();
         if (keyword == "mtllib") return name_library(rest_of(line)), Status();
-        if (is_one_of(keyword, not_drawn))
+        if (is_one_of(keyword, undrawn_statements))
             note(not_drawn_, fmt::format("\"{}\" is no face", keyword));
-        else if (!is_one_of(keyword, passed_over))
+        else if (!is_one_of(keyword, ignored_statements))
             note(unknown_, fmt::format("\"{}\" is no statement of an OBJ file", clipped(keyword)));
         return {};
     }

@@ -306,7 +306,7 @@ TEST(ImportMeshes, StlErrorsNameTheLine) {
     const std::string good = test::to_stl_text(make_box());
     expect_error(load_text("a.stl", good.substr(0, good.size() / 2 + 20)), "a.stl:");
     expect_warning(load_text("a.stl", good.substr(0, good.size() - 14)), "ends without endsolid");
-    expect_error(load_text("a.stl", good.substr(0, good.size() - 30)), "expected endloop instead of \"endl\"");
+    expect_error(load_text("a.stl", good.substr(0, good.size() - 30)), "expected endloop instead of \"en\"");
     expect_error(load_text("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendfacet\n"),
                  "a.stl:5: expected vertex instead of \"endfacet\"");
     expect_error(load_text("a.stl", "solid nothing\nendsolid\n"), "no triangles");

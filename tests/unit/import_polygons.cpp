@@ -34,12 +34,12 @@ struct Outline {
     size_t triangles;
 };
 const std::vector<Outline> outlines = {
-    {"an L from a corner that makes a fan leave it", {{1, 1}, {2, 1}, {2, 0}, {0, 0}, {0, 2}, {1, 2}}, -3, 4},
-    {"an arrow head", {{0, 0}, {2, 1}, {0, 2}, {1, 1}}, 2, 2},
+    {"an L from a corner that makes a fan leave it", {{1, 1}, {3, 1}, {3, 0}, {0, 0}, {0, 2}, {1, 2}}, -4, 4},
+    {"an arrow head", {{0, 0}, {2, 1}, {0, 2}, {1, 1}}, 1, 2},
     {"a comb", {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {5, 1}, {5, 3}, {4, 3}, {4, 1}, {3, 1}, {3, 3}, {0, 3}}, 17, 10},
     {"a square with a hole that a cut joins to it", {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 3}, {3, 3}, {3, 1}, {1, 1}}, 12, 8},
-    {"an arrow head with a corner twice", {{0, 0}, {2, 1}, {2, 1}, {0, 2}, {1, 1}}, 2, 2},
-    {"an arrow head with a corner within an edge", {{0, 0}, {2, 1}, {0, 2}, {1, 1}, {0, 0}}, 2, 2},
+    {"an arrow head with a corner twice", {{0, 0}, {2, 1}, {2, 1}, {0, 2}, {1, 1}}, 1, 2},
+    {"an arrow head that is closed", {{0, 0}, {2, 1}, {0, 2}, {1, 1}, {0, 0}}, 1, 2},
 };
 
 std::string obj_of(const Outline& outline) {
