@@ -120,6 +120,12 @@ const char* given_look_option(const BareLook& look) {
                                                        : nullptr;
 }
 
+// Block files, and scenes, packed ones as well.
+bool says_its_looks(const std::filesystem::path& input) {
+    const std::filesystem::path unpacked = has_ending(input, ".gz") ? input.stem() : input;
+    return has_ending(unpacked, ".rpb") || has_ending(unpacked, ".pbrt");
+}
+
 bool names_a_file(const std::string& text) {
     const std::string ending = std::filesystem::path(text).extension().string();
     std::error_code ignored;
@@ -214,7 +220,7 @@ Status check_look_options(const OptionParser& parser, const BareLook& look, cons
     const char* given = given_look_option(look);
     if (given == nullptr) return {};
     for (const auto& input : inputs)
-        if (has_ending(input, ".rpb") || has_ending(input, ".pbrt"))
+        if (says_its_looks(input))
             return parser.wrong(fmt::format("--{}: is for bare meshes and point clouds; '{}' says itself what it looks like", given, input.string()));
     return {};
 }

@@ -1,6 +1,8 @@
 // What the camera sees where nothing is: the sky, another colour, or nothing, which alpha tells. All else is lit as ever.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"

@@ -248,7 +248,7 @@ TEST(CliLook, OptionsOfARender) {
 }
 
 TEST(CliLook, WhatDoesNotGoTogetherIsRefused) {
-    for (const std::string input : {"a.rpb", "a.pbrt"})
+    for (const std::string input : {"a.rpb", "a.pbrt", "a.PBRT.gz"})
         for (const Arguments& option : {Arguments{"--material", "gold"}, {"--sky", "none"}, {"--light", "key"}, {"--no-ground"}}) {
             Arguments arguments = {input, "-o", "a.pfm"};
             arguments.insert(arguments.end(), option.begin(), option.end());
