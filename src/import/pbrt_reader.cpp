@@ -293,52 +293,49 @@ const char* PbrtReader::scope_name(Scope scope) {
 
 Status PbrtReader::push(const Directive& directive, Scope scope) {
     if (saved_.size() >= deepest_state) return error(directive, fmt::format("nested more than {} deep", deepest_state));
-    saved_.push_back({state_, scope, directive.place});
+    saved_.push_back({state_, scope, directive.place, scope != Scope::transform});
     return {};
 }
 
-Status PbrtReader::end_transform(const Directive& directive) {
-    if (saved_.empty()) {
-        warn(directive.place, fmt::format("{} without TransformBegin is ignored", directive.name));
-        return {};
-    }
-    const SavedState& open = saved_.back();
-    if (open.scope != Scope::transform)
-        return error(directive, fmt::format("before the end of the {}Begin in {}", scope_name(open.scope), open.place.with_line()));
-    state_.transform = open.state.transform;
-    saved_.pop_back();
-    return {};
-}
-
-// pbrt-v3 does not ask whether the state was saved by an attribute or an object: the end of either brings back what was saved last. Transforms
-// lie on a stack of their own.
-void PbrtReader::end_attributes(const Directive& directive) {
-    const auto open = std::find_if(saved_.rbegin(), saved_.rend(), [](const SavedState& s) { return s.scope != Scope::transform; });
-    if (open == saved_.rend()) {
+// Version 4 has one stack of states. Version 3 has one of transforms, and one of the rest that transforms have no part in; neither version 3 nor
+// what is done here for version 4 asks whether an attribute or an object began what ends.
+void PbrtReader::pop(const Directive& directive, Scope scope) {
+    const auto last = [&](bool SavedState::*holds) {
+        const auto found = std::find_if(saved_.rbegin(), saved_.rend(), [&](const SavedState& s) { return s.*holds; });
+        return found == saved_.rend() ? nullptr : &*found;
+    };
+    SavedState* const transform = version_ == 3 ? last(&SavedState::holds_transform) : saved_.empty() ? nullptr : &saved_.back();
+    SavedState* const rest = version_ == 3 ? scope == Scope::transform ? nullptr : last(&SavedState::holds_rest) : transform;
+    if (scope == Scope::transform && version_ == 3 ? !transform : !rest) {
         warn(directive.place, fmt::format("{} without a beginning is ignored", directive.name));
         return;
     }
-    const bool expected = directive.name == "ObjectEnd" ? open->scope == Scope::object : open->scope == Scope::attribute;
-    if ((open != saved_.rbegin() || !expected) && !odd_nesting_) {
-        const SavedState& inner = saved_.back();
+    if (((rest ? rest->scope : scope) == Scope::object) != (scope == Scope::object) && !odd_nesting_) {
         odd_nesting_ = fmt::format("{} before the end of the {}Begin in line {}; it is taken as pbrt-v3 would", directive.name,
-                                   scope_name(inner.scope), inner.place.line);
+                                   scope_name(rest->scope), rest->place.line);
         odd_nesting_place_ = directive.place;
     }
-    const Transform transform = saved_.back().state.transform;
-    state_ = open->state;
-    state_.transform = transform;
-    open->scope = Scope::transform;
-    saved_.pop_back();
+    const Transform before = transform ? transform->state.transform : state_.transform;
+    if (rest) {
+        state_ = rest->state;
+        rest->holds_rest = false;
+    }
+    state_.transform = before;
+    if (transform) transform->holds_transform = false;
+    if (version_ != 3) saved_.pop_back();
+    while (!saved_.empty() && !saved_.back().holds_transform && !saved_.back().holds_rest) saved_.pop_back();
 }
 
 Status PbrtReader::attribute_begin(const Directive& directive) { return push(directive, Scope::attribute); }
 Status PbrtReader::attribute_end(const Directive& directive) {
-    end_attributes(directive);
+    pop(directive, Scope::attribute);
     return {};
 }
 Status PbrtReader::transform_begin(const Directive& directive) { return push(directive, Scope::transform); }
-Status PbrtReader::transform_end(const Directive& directive) { return end_transform(directive); }
+Status PbrtReader::transform_end(const Directive& directive) {
+    pop(directive, Scope::transform);
+    return {};
+}
 
 Status PbrtReader::reverse_orientation(const Directive&) {
     state_.reverse_orientation = !state_.reverse_orientation;

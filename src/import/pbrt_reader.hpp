@@ -43,7 +43,8 @@ private:
     struct SavedState {
         GraphicsState state;
         Scope scope;
-        PbrtPlace place;  // of the Begin
+        PbrtPlace place;                                 // of the Begin
+        bool holds_rest = true, holds_transform = true;  // what has not been brought back yet
     };
     struct OpenFile {
         std::filesystem::path path, canonical;
@@ -97,8 +98,7 @@ private:
     Status transform_end(const Directive& directive);
     Status reverse_orientation(const Directive& directive);
     Status push(const Directive& directive, Scope scope);
-    Status end_transform(const Directive& directive);
-    void end_attributes(const Directive& directive);  // or an object
+    void pop(const Directive& directive, Scope scope);
     static const char* scope_name(Scope scope);
 
     // pbrt_transforms.cpp

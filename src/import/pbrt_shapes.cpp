@@ -163,7 +163,8 @@ Status PbrtReader::find_shape_file(const Directive& directive, const PbrtParamet
 
 namespace {
 
-// A PLY file without vertices or faces: sound, but with nothing to be seen. Whatever else may be wrong is not found here.
+// A PLY file whose mesh has no vertices or faces: sound, but with nothing to be seen. Whatever else may be wrong is not found here, and one that
+// knows no faces is a cloud.
 bool is_empty_ply(const std::filesystem::path& path) {
     const auto file = InputFile::open(path);
     if (!file) return false;
@@ -171,11 +172,14 @@ bool is_empty_ply(const std::filesystem::path& path) {
     const auto header = read_ply_header(*file);
     if (!header) return false;
     uint64_t vertices = 0, faces = 0;
+    bool is_mesh = false;
     for (const PlyElement& element : header->elements) {
         if (element.name == "vertex") vertices += element.count;
-        if (element.name == "face" || element.name == "tristrips") faces += element.count;
+        if (element.name != "face" && element.name != "tristrips") continue;
+        faces += element.count;
+        is_mesh = true;
     }
-    return vertices == 0 || faces == 0;
+    return vertices == 0 || (is_mesh && faces == 0);
 }
 
 }  // namespace
@@ -302,7 +306,7 @@ Status PbrtReader::object_begin(const Directive& directive) {
 
 Status PbrtReader::object_end(const Directive& directive) {
     if (!object_) return error(directive, "without ObjectBegin");
-    end_attributes(directive);
+    pop(directive, Scope::object);
     object_ = nullptr;
     return {};
 }

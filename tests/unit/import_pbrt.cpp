@@ -333,7 +333,6 @@ TEST_F(ImportPbrt, SyntaxErrorsNameLineAndColumn) {
     expect_error("Camera \"perspective\" \"float fov\" 180", "field of view");
     expect_error("Film \"rgb\" \"integer xresolution\" -4", "expected a whole number");
     expect_error("Film \"rgb\" \"integer xresolution\" 1e9", "expected a whole number");
-    expect_error("WorldBegin AttributeBegin TransformEnd", "before the end of the AttributeBegin");
     expect_error("WorldBegin\nAttributeBegin\n" + one_triangle, "scene.pbrt:2: AttributeBegin without AttributeEnd");
     expect_error("LookAt 0 0 0 0 0 0 0 1 0", "LookAt: eye and target coincide");
     expect_error("Transform [1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1]", "projective");

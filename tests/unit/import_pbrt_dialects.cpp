@@ -110,8 +110,15 @@ WorldEnd)");
     EXPECT_EQ(crossed.shapes[0].to_world.point(0, 0, 0), (std::array<double, 3>{1, 0, 0}));
     EXPECT_EQ(crossed.shapes[0].material, 0u);
     EXPECT_EQ(crossed.shapes[1].to_world.point(0, 0, 0), (std::array<double, 3>{0, 0, 0}));
+    // Version 4 takes TransformBegin for AttributeBegin.
+    const std::string kept = "TransformBegin Translate 1 0 0 AttributeBegin TransformEnd AttributeEnd TransformBegin Material ";
+    const Scene red_3 = expect_silence("WorldBegin " + kept + "\"matte\" \"rgb Kd\" [1 0 0] TransformEnd" + ball);
+    const Scene grey_4 = expect_silence("WorldBegin " + kept + "\"diffuse\" \"rgb reflectance\" [1 0 0] TransformEnd" + ball);
+    EXPECT_EQ(material_of(red_3).color[1], 0);
+    EXPECT_EQ(material_of(grey_4).color[1], 0.5f);
+    EXPECT_EQ(grey_4.shapes[0].to_world.point(0, 0, 0)[0], 0);
     expect_warning("WorldBegin\nAttributeEnd" + std::string(ball), "scene.pbrt:2: AttributeEnd without a beginning is ignored");
-    expect_warning("WorldBegin\nTransformEnd" + std::string(ball), "scene.pbrt:2: TransformEnd without TransformBegin is ignored");
+    expect_warning("WorldBegin\nTransformEnd" + std::string(ball), "scene.pbrt:2: TransformEnd without a beginning is ignored");
     expect_warning("WorldBegin\nAttributeBegin" + std::string(ball) + "WorldEnd", "scene.pbrt:2: AttributeBegin without AttributeEnd");
     expect_error("WorldBegin\nAttributeBegin" + std::string(ball), "scene.pbrt:2: AttributeBegin without AttributeEnd; the file is truncated");
 }
