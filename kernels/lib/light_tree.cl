@@ -12,18 +12,20 @@
 // At least 0; exactly 0 only where none of the lights of a node gives anything.
 static inline float rp_light_importance(const __global uint* node, float3 place) {
     const uint4 sphere = vload4(0, node), lights = vload4(1, node);
-    const float3 to = place - as_float3(sphere.xyz);
-    const float squared = dot(to, to), radius = as_float(sphere.w), squared_radius = radius * radius;
-    const float most = as_float(lights.x) / fmax(fmax(squared, RP_LIGHT_NEAREST * squared_radius), 1e-30f);
+    const float x = place.x - as_float(sphere.x), y = place.y - as_float(sphere.y), z = place.z - as_float(sphere.z), radius = as_float(sphere.w);
+    const float squared = x * x + y * y + z * z, squared_radius = radius * radius, nearest = rp_max(RP_LIGHT_NEAREST * squared_radius, 1e-30f);
+    const float inverse = 1.0f / sqrt(rp_max(squared, nearest)), most = as_float(lights.x) * inverse * inverse;
     if (squared <= squared_radius) return most;
-    const int3 axis = as_int3((uint3)(lights.y << 22, lights.y << 12, lights.y << 2)) >> 22;
-    const float inverse = 1.0f / sqrt(squared), cosine = clamp(dot(convert_float3(axis), to) * (inverse * (1.0f / 511.0f)), -1.0f, 1.0f);
+    const int axis = (int)lights.y;
+    const float along = (float)(axis << 22 >> 22) * x + (float)(axis << 12 >> 22) * y + (float)(axis << 2 >> 22) * z;
+    const float cosine = along * (inverse * (1.0f / 511.0f));
     // The spread of axes, and that of directions from a point of the sphere to the place, at most: their sum.
-    const float spread = (float)(short)(lights.z & 0xffffu) * (1.0f / 32767.0f), spread_sine = (float)(lights.z >> 16) * (1.0f / 65535.0f);
-    const float within_sine = radius * inverse, within = sqrt(fmax(0.0f, 1.0f - within_sine * within_sine));
+    const float spread = (float)((int)lights.z << 16 >> 16) * (1.0f / 32767.0f), spread_sine = (float)(lights.z >> 16) * (1.0f / 65535.0f);
+    const float within_sine = rp_min(1.0f, radius * inverse), within = sqrt(1.0f - within_sine * within_sine);
     const float both = spread * within - spread_sine * within_sine, both_sine = spread_sine * within + spread * within_sine;
     if (cosine >= both || (both_sine <= 0.0f && spread < 0.0f)) return most;
-    return most * fmax(0.0f, cosine * both + sqrt(1.0f - cosine * cosine) * both_sine);
+    const float turned = cosine * both + sqrt(rp_max(0.0f, 1.0f - cosine * cosine)) * both_sine;
+    return most * rp_max(0.0f, turned);
 }
 
 // How many of `width` numbers choose the first of two nodes. Both sides are left some, unless they give nothing.
@@ -63,7 +65,7 @@ static inline uint rp_choose_light_at(const __global uint* tree, const __global 
         width = second ? width - split : split;
         next = pair[second ? 15u : 7u];
     }
-    *rest = fmin((float)number / (float)width, 0x1.fffffep-1f);
+    *rest = rp_min((float)number / (float)width, 0x1.fffffep-1f);
     *chance = (float)width * 0x1p-64f;
     return next & ~RP_LIGHT_LEAF;
 }

@@ -237,12 +237,12 @@ private:
 }  // namespace
 
 double light_strength(const rp_light& light) {
-    const double y = 0.2126 * light.radiance[0] + 0.7152 * light.radiance[1] + 0.0722 * light.radiance[2];
+    const double y = std::max(0.0, 0.2126 * light.radiance[0] + 0.7152 * light.radiance[1] + 0.0722 * light.radiance[2]);
     switch (light.kind) {
         case RP_LIGHT_TRIANGLE:
-            return y * light.area;
+            return y * std::max(0.0f, light.area);
         case RP_LIGHT_SPHERE:
-            return y * light.area / 4;  // of a disk as large
+            return y * std::max(0.0f, light.area) / 4;  // of a disk as large
         default:
             return y;
     }

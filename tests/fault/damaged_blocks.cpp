@@ -197,6 +197,9 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_material>(materials, 0, [](rp_material& m) { m.kind = 17; }), "material 0");
     expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.kind = 17; }), "light 0");
     expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.probability = 0.5f; }), "probabilities");
+    expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.flags = 4; }), "light 0");
+    expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.flags |= RP_LIGHT_UNSEEN; }), "lights of another kind");
+    expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.kind = RP_LIGHT_POINT; }), "lights of another kind");
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.first_primitive = 1; }), "range 0");
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.material = 1; }), "material");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.first_light = 1; }), "lights");
