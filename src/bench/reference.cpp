@@ -60,7 +60,7 @@ Result<Reference> find_or_make_reference(const BlockFile& file, const RenderOpti
     }
     auto result = render(file, reference_options(options, settings), {});
     if (!result) return result.status().at("the reference");
-    if (!result->report.complete) return Status::interrupted("stopped by a signal before the reference was complete; nothing was kept");
+    if (!result->report.complete) return Status::interrupted("stopped by a signal before the reference was complete");
     RAYPAGER_TRY(write_image(reference.path, result->image));
     reference.image = std::move(result->image);
     return reference;

@@ -153,16 +153,17 @@ Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& given,
     const auto say = [&hooks](const std::string& text) {
         if (hooks.note) hooks.note(text);
     };
+    const auto is_stopped = [&hooks] { return hooks.stop && *hooks.stop; };
     SweepSettings settings = given;
     settings.base.stop = settings.base.stop_now = hooks.stop;
     SweepResult result;
     result.variants = sweep_variants(settings);
     say(fmt::format("reference, {} samples per pixel", settings.reference.spp));
     auto reference = find_or_make_reference(file, settings.base, settings.reference);
-    if (!reference) return reference.status();
+    if (!reference) return is_stopped() ? Status::interrupted("stopped by a signal before the reference was complete") : reference.status();
     result.reference = std::move(*reference);
     const size_t all = run_count(settings);
-    if (earlier.size() < all) RAYPAGER_TRY(warm_up(file, settings));
+    if (const Status warm = earlier.size() < all ? warm_up(file, settings) : Status(); !warm && !is_stopped()) return warm;
     std::vector<SweepRun> known = earlier;
     for (uint32_t repeat = 0; repeat < settings.repeats; repeat++)
         for (size_t variant = 0; variant < result.variants.size(); variant++) {
@@ -173,10 +174,8 @@ Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& given,
                 result.runs.push_back(*had);
                 continue;
             }
-            if (hooks.stop && *hooks.stop) {
-                result.stopped = true;
-                continue;  // runs of later repeats may be there
-            }
+            result.stopped = result.stopped || is_stopped();
+            if (result.stopped) continue;  // runs of later repeats may be there
             const SweepVariant& v = result.variants[variant];
             const auto left = seconds_left(settings, known);
             say(fmt::format("{} of {}{}: {} at {}", repeat * result.variants.size() + variant + 1, all,
@@ -185,11 +184,10 @@ Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& given,
             options.keep_journal = repeat == 0;
             const auto begin = std::chrono::steady_clock::now();
             auto run = run_one(file, options, result.reference.image);
+            // A signal also ends the work of compilers: that fails, then.
+            result.stopped = result.stopped || (run ? !run->report.complete : is_stopped());
+            if (result.stopped) continue;
             if (!run) return run.status().at(fmt::format("{} at {}", v.settings_name(), v.limit_name()));
-            if (!run->report.complete) {
-                result.stopped = true;
-                continue;
-            }
             run->wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
             run->variant = variant;
             result.geometry_bytes = file.scene().geometry_bytes(run->report.form);

@@ -17,7 +17,7 @@ namespace raypager::bench {
 
 struct TraverseOptions {
     std::string device;
-    uint64_t memory_limit = 0;  // 0: three quarters of the device's memory
+    uint64_t memory_limit = 0;  // 0: Device::default_limit
     uint32_t width = 1024, height = 1024;
     std::optional<Camera> camera;                      // default: the scene's
     std::optional<std::pair<Float3, Float3>> light;    // box that shadow rays end in; default: above the scene

@@ -52,8 +52,7 @@ Status run_bench_traverse(const Arguments& arguments) {
     add_traverse_options(parser, settings);
     parser.option("device", "D", "number or part of the name, as 'raypager devices' lists them (default: its default)",
                   [&](const std::string& text) { return settings.options.device = text, Status(); });
-    parser.option("memory-limit", "SIZE", "all device memory (default: three quarters of the device's)",
-                  into(settings.options.memory_limit, parse_size));
+    parser.option("memory-limit", "SIZE", "all device memory (default: as in render)", into(settings.options.memory_limit, parse_size));
     parser.option("report", "FILE", "write the figures as JSON", into_path(report));
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();

@@ -218,10 +218,10 @@ void add_device_options(OptionParser& parser, RenderSettings& settings) {
                       if (text.empty()) return Status::usage("is empty; give a number or part of a name");
                       return text;
                   }));
-    parser.option(
-        "memory-limit", "SIZE",
-        "device memory of the whole process at most (default: three quarters of what the device has, or less if a CPU has less that is free)",
-        into(options.memory_limit, parse_size));
+    parser.option("memory-limit", "SIZE",
+                  "device memory of the whole process at most (default: three quarters of what the device has; on a CPU half of main memory, or less "
+                  "if less is free)",
+                  into(options.memory_limit, parse_size));
     parser.option("host-limit", "SIZE",
                   "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what there is, or "
                   "less if less is free)",

@@ -204,10 +204,11 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     if (memory_limit > most)
         return Status::usage(
             fmt::format("--memory-limit {}: {} has only {}", format_bytes(memory_limit), device->info_.name, format_exact_bytes(most)));
-    // A CPU device has the memory that other programs have left; a GPU's driver does not tell how much that is.
+    // A CPU device has the memory that other programs have left, and may say that it has less than there is; a GPU's driver does not tell how much
+    // is left.
     const bool shared = device->info_.type == "CPU";
-    device->default_limit_ =
-        raypager::default_limit((shared ? std::min(most, total_memory()) : most) / 4 * 3, shared ? available_memory() : UINT64_MAX);
+    device->default_limit_ = shared ? raypager::default_limit(total_memory() / 2, available_memory()) : DefaultLimit{most / 4 * 3, most / 4 * 3};
+    device->default_limit_.bytes = std::min(device->default_limit_.bytes, most);
     device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : device->default_limit_.bytes);
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);

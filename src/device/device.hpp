@@ -140,13 +140,12 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 
 class Device {
 public:
-    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: three quarters of its memory, or less if a CPU
-    // has less that is free.
+    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: default_limit().
     static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit);
 
     const DeviceInfo& info() const { return info_; }
     const MemoryBudget& budget() const { return *budget_; }
-    const DefaultLimit& default_limit() const { return default_limit_; }  // of memory; what the budget has where none was given
+    const DefaultLimit& default_limit() const { return default_limit_; }  // three quarters of its memory; on a CPU half of main memory
     // Whether an allocation within the limit has failed because the device had no more memory to give.
     bool refused_memory() const { return refused_memory_; }
     Queue& kernels() { return kernels_; }

@@ -184,7 +184,7 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     if (std::bit_cast<CameraWords>(mine.camera) != std::bit_cast<CameraWords>(identity.camera)) return differs("its --camera is another one");
     if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
     const uint64_t pixels = pixels_of(mine), fewest = fewest_passes(state_.order, state_.next_sample, pixels);
-    if (fewest > spp) return differs(fmt::format("it was begun for more samples per pixel than --spp {}; give --spp {} or more", spp, fewest));
+    if (fewest > spp) return differs(fmt::format("it was begun for {} samples per pixel at least, more than --spp {}", fewest, spp));
     return {};
 }
 

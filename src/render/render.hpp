@@ -36,11 +36,11 @@ struct CheckpointOptions {
 };
 
 struct RenderOptions {
-    std::string device;                 // index or part of a name; empty: the default device
-    uint64_t memory_limit = 0;          // all device memory of the process, in bytes; 0: three quarters of what the device has, if so much is free
-    uint64_t geometry_limit = 0;        // the pool, in bytes; 0: no limit of its own
-    double geometry_limit_percent = 0;  // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
-    uint64_t host_limit = 0;            // cache of stored blocks in host memory; 0: half of the memory, if so much is free
+    std::string device;                       // index or part of a name; empty: the default device
+    uint64_t memory_limit = 0;                // all device memory of the process, in bytes; 0: Device::default_limit
+    uint64_t geometry_limit = 0;              // the pool, in bytes; 0: no limit of its own
+    double geometry_limit_percent = 0;        // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
+    uint64_t host_limit = 0;                  // cache of stored blocks in host memory; 0: half of the memory, if so much is free
     uint32_t spp = 0, width = 0, height = 0;  // 0: as the scene says
     std::optional<uint32_t> max_depth;
     double time_seconds = 0;  // stop after about so long, at the end of a pass or a group of them; 0: no limit

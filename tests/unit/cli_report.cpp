@@ -111,9 +111,9 @@ TEST(CliReport, ProgressFitsSixtyColumns) {
     progress.fraction = 0.25;
     progress.rays_per_second = 12.34e6;
     progress.loads = 1;
+    EXPECT_EQ(progress_text(progress, 64), "spp 12.3/64 | 12.3 Mrays/s | 1 load | 2:00 left");
     progress.resident_bytes = 1;
     progress.geometry_bytes = 4;
-    EXPECT_EQ(progress_text(progress, 64), "spp 12.3/64 | 12.3 Mrays/s | 25 % resident | 1 load | 2:00 left");
     progress.loads = 1234567;
     EXPECT_EQ(progress_text(progress, 64), "spp 12.3/64 | 12.3 Mrays/s | 25 % resident | 2:00 left") << "what matters least goes first";
     progress.seconds = 4e8;

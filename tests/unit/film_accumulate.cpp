@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "film/fill.hpp"
 #include "film/film.hpp"
 
 namespace raypager {
@@ -135,7 +136,11 @@ TEST(FilmResolver, AgreesWithTheWholeFilm) {
     EXPECT_EQ(resolver.hash(), film_hash(words, 3, 2));
     EXPECT_EQ(resolver.samples(), 15u);
     EXPECT_EQ(resolver.clamped(), clamped_samples(words));
-    EXPECT_EQ(resolver.take_image().values, resolve_film(words, 3, 2).values);
+    EXPECT_EQ(resolver.unsampled(), 1u);
+    // The pixel without samples shows what is around it, where the whole film leaves it black.
+    Image whole = resolve_film(words, 3, 2);
+    fill_unsampled(whole, {false, false, false, false, false, true});
+    EXPECT_EQ(resolver.take_image().values, whole.values);
 }
 
 // The number of samples shares its word with how many of them met nothing.

@@ -59,8 +59,9 @@ TEST(Watchdog, TellsWhatARenderHangsOn) {
     const size_t before = reports.texts().size();
     ASSERT_TRUE(reports.wait_for(before + 2)) << "one report is not enough for a render that hangs on";
     const std::string text = reports.texts()[before + 1];
-    for (const char* part : {"no progress for", "waiting for a block", "round 17", "1234 wait for 2 blocks",
-                             "block 5 by 1000 rays since round 12, loading", "block 7 by 234 rays since round 16;", "4096 of 8192 bytes", "asleep"})
+    for (const char* part :
+         {"no progress for", "waiting for a block", "round 17", "1,234 rays for 2 blocks", "block 5 by 1,000 rays since round 12, loading",
+          "block 7 by 234 rays since round 16;", "4.00 KiB of 8.00 KiB", "asleep"})
         EXPECT_NE(text.find(part), std::string::npos) << "no '" << part << "' in: " << text;
 }
 
