@@ -5,6 +5,7 @@
 
 #include "base/log.hpp"
 #include "cli/render_monitor.hpp"
+#include "base/words.hpp"
 #include "cli/report.hpp"
 
 namespace raypager {

@@ -47,7 +47,7 @@ protected:
     Scene frame(const std::vector<TriangleMesh>& meshes, const BareLook& look = {}) {
         std::vector<std::filesystem::path> paths;
         for (size_t i = 0; i < meshes.size(); ++i) paths.push_back(folder.write(std::to_string(i) + ".ply", test::to_ply_binary(meshes[i])));
-        auto scene = import_scene(paths, {.look = look});
+        auto scene = import_scene(paths, {default_keep_bytes, look, {}});
         EXPECT_TRUE(scene.ok()) << scene.status().message();
         return scene.ok() ? std::move(*scene) : Scene();
     }

@@ -194,7 +194,7 @@ TEST_F(ImportTextClouds, ColumnsTellBakesApart) {
     const auto path = folder.write("a.xyz", xyzrgb());
     const auto fingerprint = [&](const char* columns) {
         const auto named = std::string(columns).empty() ? PointColumns() : *parse_point_columns(columns);
-        const auto scene = import_scene({path}, {.columns = named});
+        const auto scene = import_scene({path}, {default_keep_bytes, {}, named});
         EXPECT_TRUE(scene.ok()) << scene.status().message();
         const auto value = bake_fingerprint(*scene, {});
         EXPECT_TRUE(value.ok());
