@@ -40,7 +40,8 @@ public:
 
 private:
     void statement(std::string_view line) {
-        const std::string_view key = words_[0];
+        std::string key(words_[0]);  // some writers care little about capitals
+        std::transform(key.begin(), key.end(), key.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
         if (key == "newmtl") {
             if (out_.materials.size() < most_materials) out_.materials.emplace_back().name = rest_of(line);
             named_ = true;
@@ -48,20 +49,20 @@ private:
         }
         if (!named_) return bad();
         ObjMaterial& m = out_.materials.back();
-        if (key == "Kd") return color(m.diffuse);
-        if (key == "Ks") return color(m.specular);
-        if (key == "Ke") return color(m.emission);
-        if (key == "Ns") return number(m.shininess);
-        if (key == "Ni") return number(m.ior);
+        if (key == "kd") return color(m.diffuse);
+        if (key == "ks") return color(m.specular);
+        if (key == "ke") return color(m.emission);
+        if (key == "ns") return number(m.shininess);
+        if (key == "ni") return number(m.ior);
         if (key == "d") return number(m.opacity, words_.size() > 1 && words_[1] == "-halo" ? 2 : 1);
-        if (key == "Tr") {
+        if (key == "tr") {
             double transparency = 1 - m.opacity;
             number(transparency);
             m.opacity = 1 - transparency;
             return;
         }
-        if (key == "Pr") return number(m.roughness.emplace(0.5));
-        if (key == "Pm") return number(m.metallic.emplace(0));
+        if (key == "pr") return number(m.roughness.emplace(0.5));
+        if (key == "pm") return number(m.metallic.emplace(0));
         if (key == "illum") {
             double model = -1;
             number(model);
@@ -69,7 +70,7 @@ private:
             return;
         }
         if (key.starts_with("map_") || key == "bump" || key == "disp" || key == "decal" || key == "refl" || key == "norm") {
-            m.has_image = m.has_image || key == "map_Kd";
+            m.has_image = m.has_image || key == "map_kd";
             if (images_++ == 0) first_image_ = clipped(words_.back());
         }
         // All others say nothing that is used.

@@ -63,7 +63,7 @@ private:
     // Whether the line goes on in the next one. Comments do not.
     static bool take_backslash(std::string_view& line) {
         const size_t last = line.find_last_not_of(" \t\r\v\f");
-        if (last == std::string_view::npos || line[last] != '\\' || line[line.find_first_not_of(" \t")] == '#') return false;
+        if (last == std::string_view::npos || line[last] != '\\' || without_comment(line).size() <= last) return false;
         line = line.substr(0, last);
         return true;
     }

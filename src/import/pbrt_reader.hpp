@@ -161,6 +161,7 @@ private:
     Status object_end(const Directive& directive);
     Status object_instance(const Directive& directive);
     // Makes what a directive says of a shape but for its place and looks. Left without a source and without a radius: there is nothing to be seen.
+    std::optional<double> constant_alpha(const PbrtParameter* alpha) const;
     Status make_shape(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape);
     Status find_shape_file(const Directive& directive, const PbrtParameters& parameters, std::filesystem::path& path, bool& exists);
     Status triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -199,7 +200,7 @@ private:
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtPlace object_place_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
-    bool has_noted_colors_ = false;  // of meshes
+    bool has_noted_colors_ = false;                                                                          // of meshes
     std::map<std::pair<std::filesystem::path, std::string>, std::shared_ptr<const CloudFile>> cloud_files_;  // by name and columns
     const PointColumns columns_;
     std::shared_ptr<const MeshSource> ball_;  // a unit sphere of triangles, if one was needed

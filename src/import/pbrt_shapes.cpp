@@ -54,14 +54,24 @@ Status PbrtReader::make_shape(const Directive& directive, const std::string& typ
     return {};
 }
 
+// Of a number or a texture that is the same everywhere; nothing if it varies or is not there. Beyond 0 and 1, alpha means what it means there.
+std::optional<double> PbrtReader::constant_alpha(const PbrtParameter* alpha) const {
+    if (!alpha) return std::nullopt;
+    if (alpha->type == "float" && alpha->numbers.size() == 1) return std::clamp(alpha->numbers[0], 0.0, 1.0);
+    if (alpha->type != "texture" || alpha->strings.size() != 1) return std::nullopt;
+    const auto texture = textures_.floats.find(alpha->strings[0]);
+    if (texture == textures_.floats.end() || !texture->second.approximated.empty()) return std::nullopt;
+    return std::clamp(texture->second.value, 0.0, 1.0);
+}
+
 Status PbrtReader::shape(const Directive& directive) {
     std::string type;
     PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     if (!is_in_world(directive, type)) return {};
     const PbrtParameter* alpha = parameters.find("alpha");
-    const bool number = alpha && alpha->type == "float" && alpha->numbers.size() == 1;
-    const bool unseen = number && alpha->numbers[0] == 0, opaque = number && alpha->numbers[0] == 1;
+    const std::optional<double> everywhere = constant_alpha(alpha);
+    const bool unseen = everywhere == 0.0, opaque = everywhere == 1.0;
     if (unseen && !state_.area_light) return {};  // rays pass it: nothing to be seen
     if (!unseen && !opaque) warn_if_present(parameters, {"alpha"}, "the surface is opaque");
     Shape shape;

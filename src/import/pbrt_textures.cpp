@@ -31,7 +31,8 @@ Status read_spectrum_file(const std::filesystem::path& path, std::vector<double>
     auto text = read_text(path, largest_spectrum_file);
     if (!text) return text.status();
     size_t line_number = 0;
-    for (size_t at = 0; at < text->size(); ++line_number) {
+    const size_t begin = text->starts_with("\xef\xbb\xbf") ? 3 : 0;  // a byte order mark
+    for (size_t at = begin; at < text->size(); ++line_number) {
         const size_t end = std::min(text->find_first_of("\r\n", at), text->size());
         std::string_view line = std::string_view(*text).substr(at, end - at);
         for (const std::string_view word : split_words(line.substr(0, line.find('#')))) {

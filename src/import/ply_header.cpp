@@ -151,6 +151,10 @@ bool PlyElement::has_list() const {
 std::optional<size_t> PlyElement::find(std::string_view property) const {
     for (size_t i = 0; i < properties.size(); ++i)
         if (properties[i].name == property) return i;
+    // Some writers care little about capitals: Red, X.
+    const auto same = [](char a, char b) { return a == b || (a >= 'A' && a <= 'Z' && a + 32 == b); };
+    for (size_t i = 0; i < properties.size(); ++i)
+        if (std::equal(properties[i].name.begin(), properties[i].name.end(), property.begin(), property.end(), same)) return i;
     return std::nullopt;
 }
 
@@ -171,12 +175,14 @@ Result<PlyHeader> read_ply_header(const InputFile& file) {
     size_t at = text.starts_with("\xef\xbb\xbf") ? 3 : 0;
     // The first line says how lines end: binary data that look like another line end may follow the last one.
     const size_t first_end = text.find_first_of("\r\n", at);
-    const bool carriage_returns = first_end != std::string::npos && text[first_end] == '\r' && text.substr(first_end + 1, 1) != "\n";
+    const bool carriage_returns =
+        first_end != std::string::npos && text[first_end] == '\r' && text.substr(first_end + 1, 1) != "\n" && text.substr(first_end + 1, 2) != "\r\n";
     while (!parser.ended) {
         const size_t end = text.find(carriage_returns ? '\r' : '\n', at);
         const bool last = end == std::string::npos;
         // A first line without end may be a megabyte of anything: look at its start only.
-        if (!last || parser.header.lines == 0) RAYPAGER_TRY(parser.line(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at))));
+        if (!last || parser.header.lines == 0)
+            RAYPAGER_TRY(parser.line(trim_line_end(trim_line_end(std::string_view(text).substr(at, last ? 256 : end - at)))));
         if (last) return Status::failed(file.path().string() + ": ends within its PLY header; it is truncated or no PLY file");
         at = end + 1;
     }

@@ -85,7 +85,8 @@ static std::optional<double> parse_unusual_number(std::string_view word) {
         const auto begins = [&](std::string_view name) { return word.substr(mark + 2).starts_with(name); };
         if (word.substr(0, mark) != "1") return std::nullopt;
         if (begins("INF")) return minus ? -INFINITY : INFINITY;
-        return begins("QNAN") || begins("SNAN") || begins("IND") ? std::optional<double>(NAN) : std::nullopt;
+        // Printed with few digits, their names are rounded: INF and IND to J, QNAN to R.
+        return begins("QNAN") || begins("SNAN") || begins("IND") || begins("J") || begins("R") ? std::optional<double>(NAN) : std::nullopt;
     }
     std::string copy(word);
     const size_t exponent = copy.find_first_of("dD");
@@ -108,11 +109,16 @@ std::optional<double> parse_number(std::string_view word) {
     return value;
 }
 
+// 1.#J and 1.#R: see parse_unusual_number.
+static bool is_rounded(std::string_view name) {
+    return (name.starts_with('J') || name.starts_with('R')) && (name.size() == 1 || is_blank(name[1]) || name[1] == '0');
+}
+
 std::string_view without_comment(std::string_view line) {
     for (size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1)) {
         // Not the # of 1.#QNAN.
         const std::string_view behind = line.substr(at + 1, 4);
-        const bool number = at > 0 && line[at - 1] == '.' && (behind.starts_with("IN") || behind == "QNAN" || behind == "SNAN");
+        const bool number = at > 0 && line[at - 1] == '.' && (behind.starts_with("IN") || behind == "QNAN" || behind == "SNAN" || is_rounded(behind));
         if (!number) return line.substr(0, at);
     }
     return line;

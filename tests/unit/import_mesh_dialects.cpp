@@ -160,5 +160,29 @@ TEST(ImportMeshDialects, ObjNumbersAndLines) {
     EXPECT_EQ(load_text("a.obj", good + "f 1 2\nf 1\nf\n").issues.few_corners, 3u);
 }
 
+TEST(ImportMeshDialects, BackslashesInCommentsContinueNothing) { expect_box("a.obj", with(test::to_obj(make_box()), "\nf ", " # from C:\\\nf ")); }
+
+TEST(ImportMeshDialects, RoundedNamesOfNan) {
+    const std::string box = test::to_obj(make_box());
+    for (const char* odd : {"1.#J", "-1.#J", "1.#R", "1.#J0"}) expect_box("a.obj", box + "vn " + odd + " 0 1\n");
+}
+
+TEST(ImportMeshDialects, PlyHeadersConvertedTwice) {
+    const std::string text = test::to_ply_text(make_box());
+    const size_t data = text.find("end_header\n") + 11;
+    expect_box("a.ply", with(text.substr(0, data), "\n", "\r\r\n") + text.substr(data));
+}
+
+TEST(ImportMeshDialects, PlyNamesInCapitals) {
+    const std::string header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float X\nproperty float Y\nproperty float Z\n";
+    const std::string colors = "property uchar Red\nproperty uchar Green\nproperty uchar Blue\n";
+    const Loaded loaded = load_text("a.ply", header + colors +
+                                                 "element face 1\nproperty list uchar int Vertex_Indices\nend_header\n"
+                                                 "0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n");
+    ASSERT_TRUE(loaded.status.ok()) << loaded.status.message();
+    ASSERT_EQ(loaded.mesh.colors.size(), 3u);
+    EXPECT_EQ(loaded.mesh.colors[0], 0x030201u);
+}
+
 }  // namespace
 }  // namespace raypager

@@ -100,5 +100,14 @@ TEST(ImportObjMaterials, BecomeWhatTheEngineHas) {
     EXPECT_FALSE(emitted_radiance(material("Kd 1 1 1\nKe 0 0 0\n")));
 }
 
+TEST(ImportObjMaterials, CapitalsOfKeywordsDoNotMatter) {
+    const TemporaryFolder folder;
+    folder.write("a.mtl", "NEWMTL red\nkd 0.5 0.1 0.1\n");
+    const ObjLibraries found = read_obj_libraries(folder.write("a.obj", ""), {"a.mtl"});
+    ASSERT_EQ(found.materials.size(), 1u);
+    ASSERT_TRUE(found.materials[0].diffuse);
+    EXPECT_EQ(found.materials[0].diffuse->x, 0.5f);
+}
+
 }  // namespace
 }  // namespace raypager

@@ -56,5 +56,20 @@ TEST_F(ImportUnseen, HalfOfItIsSaidToBeOpaque) {
     EXPECT_NE(s.warnings[0].find("alpha"), std::string::npos) << s.warnings[0];
 }
 
+TEST_F(ImportUnseen, AlphaOfAConstantTextureIsANumber) {
+    const std::string textures =
+        "Texture \"none\" \"float\" \"constant\" \"float value\" 0\nTexture \"all\" \"float\" \"scale\" \"float tex\" 2 \"float scale\" .5\n";
+    const Scene s = scene(lit_world + textures + "Shape \"sphere\" \"texture alpha\" \"none\"\nShape \"sphere\" \"texture alpha\" \"all\"\n");
+    ASSERT_EQ(s.shapes.size(), 2u);
+    EXPECT_TRUE(s.shapes[0].unseen);
+    EXPECT_FALSE(s.shapes[1].unseen);
+    EXPECT_TRUE(s.warnings.empty()) << s.warnings[0];
+}
+
+TEST_F(ImportUnseen, AlphaBeyondItsRangeIsThatOfTheNearerEnd) {
+    const Scene s = scene("WorldBegin\nShape \"sphere\" \"float alpha\" -1\nShape \"sphere\" \"float alpha\" 2\n");
+    EXPECT_EQ(s.shapes.size(), 1u);
+}
+
 }  // namespace
 }  // namespace raypager
