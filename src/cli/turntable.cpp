@@ -107,6 +107,7 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
         if (!same_place(*turned.camera, options.camera.value_or(scene.camera)))
             turned.camera = as_printed(*turned.camera, turned.width, turned.height);
         const auto result = render_one(one, turned, *opened.file, fmt::format("{} of {}", i + 1, settings.turntable));
+        if (!result && stopped) break;  // compilers of kernels, too, end at signals, as if there were an error
         if (!result) return result.status();
         if (!result->report.complete && result->report.average_spp == 0) break;  // of which there is no picture
         finished += result->report.complete;
