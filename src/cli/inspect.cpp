@@ -145,8 +145,10 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
 Status run_inspect(const Arguments& arguments) {
     std::vector<std::string> names;
     bool json = false, verify = false;
-    OptionParser parser("inspect", "FILE.rpb [--json] [--verify]",
-                        "Says what is in a block file: sizes, bytes per primitive, shares of the parts, figures of the trees.");
+    OptionParser parser(
+        "inspect", "FILE.rpb [--json] [--verify]",
+        "Says what is in a block file: sizes, bytes per primitive, shares of the parts, figures of the trees, the bounds of what it shows, and "
+        "its camera as --camera takes it.");
     parser.inputs("FILE.rpb", 1, 1, names);
     parser.flag("json", "print one JSON object", json);
     parser.flag("verify", "check the contents of every block, not only its checksum; name the first bad one", verify);

@@ -11,11 +11,11 @@ namespace raypager {
 namespace {
 
 constexpr const char* about_make_scene =
-    "Writes a procedural scene: DIR/scene.pbrt and its meshes. The same seed gives the same scene. KIND is one of\n"
-    "  cornell   a Cornell box with three complex models (default: about 1 GB of geometry)\n"
+    "Writes a procedural scene: DIR/scene.pbrt and its meshes or points. The same seed gives the same scene. KIND is one of\n"
+    "  cornell   a Cornell box with three complex models (default: about 1 GB)\n"
     "  terrain   a fractal landscape, or one from an elevation image\n"
-    "  clutter   many thousand small parts of very uneven density with overlapping bounds\n"
-    "  points    a city as an airborne laser scanner sees it: a point cloud with colours and classes, DIR/points.las";
+    "  clutter   thousands of small parts, unevenly dense, with overlapping bounds\n"
+    "  points    a city under an airborne laser scanner: coloured points, with classes";
 
 constexpr uint64_t most_primitives = 4000000000;  // they are numbered in 32 bits
 

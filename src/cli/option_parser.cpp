@@ -31,7 +31,7 @@ options::options_description describe(const auto& declared) {
 }
 
 // Words in lines of help_columns characters at most, whatever line ends stand between them.
-std::string wrapped(const std::string& text) {
+std::string wrapped_paragraph(const std::string& text) {
     std::istringstream words(text);
     std::string result, line;
     for (std::string word; words >> word;) {
@@ -42,6 +42,27 @@ std::string wrapped(const std::string& text) {
         line += (line.empty() ? "" : " ") + word;
     }
     return result + line;
+}
+
+// Lines that begin with a blank are rows of a list, and stay as they are.
+std::string wrapped(const std::string& text) {
+    std::istringstream lines(text);
+    std::string result, paragraph;
+    const auto end_paragraph = [&] {
+        if (!paragraph.empty()) result += wrapped_paragraph(paragraph) + '\n';
+        paragraph.clear();
+    };
+    for (std::string line; std::getline(lines, line);) {
+        if (line.starts_with(' ')) {
+            end_paragraph();
+            result += line + '\n';
+        } else {
+            paragraph += line + ' ';
+        }
+    }
+    end_paragraph();
+    if (!result.empty()) result.pop_back();
+    return result;
 }
 
 std::string long_name(const std::string& name) { return name.substr(0, name.find(',')); }
@@ -73,7 +94,7 @@ Status OptionParser::wrong(const std::string& message) const { return Status::us
 
 std::string OptionParser::help_text() const {
     std::ostringstream text;
-    text << "Usage: raypager " << verb_ << ' ' << usage_ << "\n\n" << wrapped(about_) << "\n\n" << describe(declared_);
+    text << "Usage: raypager " << verb_ << (usage_.empty() ? "" : " ") << usage_ << "\n\n" << wrapped(about_) << "\n\n" << describe(declared_);
     return text.str();
 }
 

@@ -23,12 +23,34 @@ struct Turning {
     std::array<double, 3> center, upright;
 };
 
-Turning turning_of(const RenderSettings& settings, const RenderOptions& options, const BakedScene& scene) {
-    const Camera camera = options.camera.value_or(scene.camera);
-    return {camera, center_of(scene), settings.camera ? settings.camera->up : upright_axis(camera)};
+// What the scene shows, without what of it is backdrop.
+std::vector<Box> shown_boxes(const BakedScene& scene) {
+    std::vector<Box> boxes;
+    for (const BlockRecord& block : scene.blocks) {
+        Box box;
+        bool empty = false;
+        for (size_t a = 0; a < 3; a++) {
+            box.lower[a] = std::max(block.lower[a], scene.lower[a]);
+            box.upper[a] = std::min(block.upper[a], scene.upper[a]);
+            empty = empty || box.lower[a] > box.upper[a];
+        }
+        if (!empty) boxes.push_back(box);
+    }
+    return boxes;
 }
 
-// Turning rounds; the camera is to be one that the report can name to the last bit.
+// A camera that was given stays where it is; any other one moves back, if the scene would not fit into the pictures from all around.
+Turning turning_of(const RenderSettings& settings, const RenderOptions& options, const BakedScene& scene) {
+    const Camera camera = options.camera.value_or(scene.camera);
+    const auto center = center_of(scene);
+    if (settings.camera) return {camera, center, settings.camera->up};
+    const auto upright = upright_axis(camera);
+    return {stand_back_for_turns(camera, center, upright, settings.turntable, shown_boxes(scene)), center, upright};
+}
+
+bool same_place(const Camera& a, const Camera& b) { return a.eye == b.eye && a.forward == b.forward; }
+
+// Turning and moving round; the camera is to be one that the report can name to the last bit.
 Camera as_printed(const Camera& camera, uint32_t width, uint32_t height) {
     const auto text = describe_camera(camera, width, height);
     const auto made = text ? make_camera(*text, width, height) : std::nullopt;
@@ -47,7 +69,8 @@ Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions op
     if (!result->report.complete && result->report.average_spp == 0) return result;
     expose(result->image, settings.exposure);
     RAYPAGER_TRY(write_image(settings.output, result->image));
-    log_note(fmt::format("picture {}: {}, {}", which, settings.output.string(), format_duration(result->report.seconds.total)));
+    const std::string unfinished = result->report.complete ? "" : fmt::format(", stopped at {:.1f} samples per pixel", result->report.average_spp);
+    log_note(fmt::format("picture {}: {}, {}{}", which, settings.output.string(), format_duration(result->report.seconds.total), unfinished));
     return result;
 }
 
@@ -77,12 +100,17 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
     turned.stop_now = &signal.stop_now();
     Json pictures = Json::array();
     std::optional<RenderReport> last;
+    uint32_t finished = 0;
     for (uint32_t i = 0; i < settings.turntable && !stopped; i++) {
         one.output = turntable_picture(settings.output, i, settings.turntable);
         turned.camera = turned_camera(turning.first, turning.center, turning.upright, static_cast<double>(i) / settings.turntable);
-        if (i > 0) turned.camera = as_printed(*turned.camera, turned.width, turned.height);
+        if (!same_place(*turned.camera, options.camera.value_or(scene.camera)))
+            turned.camera = as_printed(*turned.camera, turned.width, turned.height);
         const auto result = render_one(one, turned, *opened.file, fmt::format("{} of {}", i + 1, settings.turntable));
+        if (!result && stopped) break;  // compilers of kernels, too, end at signals, as if there were an error
         if (!result) return result.status();
+        if (!result->report.complete && result->report.average_spp == 0) break;  // of which there is no picture
+        finished += result->report.complete;
         last = result->report;
         pictures.push_back(picture_json(one, turned, scene, *last));
     }
@@ -92,8 +120,9 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
         report["turntable"] = pictures;
         RAYPAGER_TRY(write_text(*settings.report, json_text(report)));
     }
-    if (stopped) return Status::interrupted(fmt::format("stopped by a signal; {} of {} pictures are there", pictures.size(), settings.turntable));
-    return {};
+    if (finished == settings.turntable) return {};
+    return Status::interrupted(fmt::format("stopped by a signal after {} of {} pictures{}", finished, settings.turntable,
+                                           pictures.size() > finished ? fmt::format("; {} is not finished", one.output.string()) : ""));
 }
 
 }  // namespace raypager

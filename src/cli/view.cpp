@@ -29,6 +29,23 @@ Vector rotated(const Vector& v, const Vector& axis, double angle) {
     return c * v + s * cross(axis, v) + (1 - c) * dot(axis, v) * axis;
 }
 
+// Where a point is in a picture: how far from its middle, 1 being the nearer border, as a share of how far ahead.
+struct Sighting {
+    double aside, ahead;
+};
+
+Sighting sighting(const Camera& camera, const Vector& point) {
+    const auto along = [&](const Float3& axis) { return dot(point - vector(camera.eye), vector(axis)) / dot(vector(axis), vector(axis)); };
+    return {std::max(std::abs(along(camera.right)), std::abs(along(camera.up))), along(camera.forward)};
+}
+
+template <typename Do>
+void for_each_corner(std::span<const Box> boxes, const Do& with) {
+    for (const Box& box : boxes)
+        for (int corner = 0; corner < 8; corner++)
+            with(Vector{(corner & 1 ? box.upper : box.lower)[0], (corner & 2 ? box.upper : box.lower)[1], (corner & 4 ? box.upper : box.lower)[2]});
+}
+
 }  // namespace
 
 void add_view_options(OptionParser& parser, uint32_t& width, uint32_t& height, std::optional<CameraText>& camera) {
@@ -70,6 +87,28 @@ Camera turned_camera(const Camera& camera, const std::array<double, 3>& center, 
     const auto turned = [&](const Float3& v) { return float3(rotated(vector(v), axis, 2 * std::numbers::pi * turns)); };
     const Vector eye = center + rotated(vector(camera.eye) - center, axis, 2 * std::numbers::pi * turns);
     return {float3(eye), turned(camera.right), turned(camera.up), turned(camera.forward)};
+}
+
+Camera stand_back_for_turns(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, uint32_t count,
+                            std::span<const Box> boxes) {
+    double border = 1;  // boxes are larger than what is in them, so the first picture need not hold all of their corners
+    for_each_corner(boxes, [&](const Vector& p) {
+        const Sighting seen = sighting(camera, p);
+        border = std::max(border, seen.ahead > 0 ? seen.aside / seen.ahead : INFINITY);
+    });
+    if (!std::isfinite(border)) return camera;
+    const uint32_t views = std::min(count, 72u);  // between them nothing changes much
+    double step = 0;
+    for (uint32_t i = 1; i < views; i++) {
+        const Camera turned = turned_camera(camera, center, upright, static_cast<double>(i) / views);
+        for_each_corner(boxes, [&](const Vector& p) {
+            const Sighting seen = sighting(turned, p);
+            step = std::max(step, seen.aside / border - seen.ahead);
+        });
+    }
+    Camera moved = camera;
+    moved.eye = float3(vector(camera.eye) - step * vector(camera.forward));
+    return moved;
 }
 
 std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center) {

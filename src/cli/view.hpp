@@ -2,11 +2,13 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "cli/camera_text.hpp"
 #include "cli/option_parser.hpp"
 #include "raypager/scene.hpp"
+#include "scene/box.hpp"
 
 namespace raypager {
 
@@ -29,6 +31,11 @@ Status set_view(const View& view, Scene& scene);
 
 // A camera on a circle around something, `turns` of a whole turn on; upright: the axis.
 Camera turned_camera(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, double turns);
+
+// The camera moved back so far that none of `count` pictures all around shows less of these boxes than its own picture or all of them do. It stays
+// where it is if some of them is behind it.
+Camera stand_back_for_turns(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, uint32_t count,
+                            std::span<const Box> boxes);
 
 // What --camera takes to look as this one does at something around center; empty if no text describes it.
 std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center);

@@ -21,7 +21,8 @@ Result<Scene> with_precision_checked(Result<Scene> scene) {
 }  // namespace
 
 Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, const ImportOptions& options) {
-    if (inputs.empty()) return Status::usage("no input; name a .pbrt scene, meshes (.ply .obj .stl .off) or point clouds (.las .ply .xyz .pts .txt)");
+    if (inputs.empty())
+        return Status::usage("no input; name a .pbrt scene, meshes (.ply .obj .stl .off) or point clouds (.las .ply .xyz .pts .txt .asc .csv)");
     try {
         const auto pbrt = std::find_if(inputs.begin(), inputs.end(), [](const auto& path) { return format_ending(path) == ".pbrt"; });
         if (pbrt != inputs.end()) {
@@ -30,7 +31,8 @@ Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, con
         }
         for (const auto& path : inputs)
             if (!mesh_format(path) && !is_cloud_file(path))
-                return Status::failed(path.string() + ": of no kind that can be read; .pbrt, .ply, .obj, .stl, .off, .las, .xyz, .pts and .txt can");
+                return Status::failed(path.string() +
+                                      ": of no kind that can be read; .pbrt, .ply, .obj, .stl, .off, .las, .xyz, .pts, .txt, .asc and .csv can");
         return with_precision_checked(import_bare(inputs, options));
     } catch (const std::bad_alloc&) {
         return Status::failed(inputs.front().string() + ": not enough memory to import it");

@@ -90,7 +90,8 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
         return Status::failed(path.string() + ": has no shape, so there is nothing to be seen");
     }
     scene_.warnings = warnings_.lines();
-    if (scene_.lights.empty() && scene_.area_lights.empty())
+    // An area light of which every shape was left out shines on nothing.
+    if (scene_.lights.empty() && std::ranges::none_of(scene_.shapes, [](const Shape& shape) { return shape.area_light.has_value(); }))
         scene_.warnings.push_back(path.string() + ": there is no light; the picture will be black");
     if (const Status valid = validate(scene_); !valid.ok()) return valid.at(path.string());
     return std::move(scene_);

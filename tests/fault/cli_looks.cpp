@@ -112,9 +112,14 @@ TEST_F(CliLooks, TurntablesWriteAllTheirPictures) {
     for (const char* name : {"turn_000.pfm", "turn_001.pfm", "turn_002.pfm"}) EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
     EXPECT_FALSE(std::filesystem::exists(folder_ / "turn.pfm"));
     EXPECT_EQ(report["turntable"][1]["output"], "turn_001.pfm");
-    EXPECT_EQ(film("wedge.off -o a.pfm --spp 2 --size 24x16"), report["turntable"][0]["film_hash"]);
-    const std::string camera = report["turntable"][2]["camera"];
-    EXPECT_EQ(film("wedge.off -o a.pfm --spp 2 --size 24x16 --camera " + camera), report["turntable"][2]["film_hash"]);
+    for (const size_t i : {0u, 2u}) {
+        const std::string camera = report["turntable"][i]["camera"];
+        EXPECT_EQ(film("wedge.off -o a.pfm --spp 2 --size 24x16 --camera " + camera), report["turntable"][i]["film_hash"]) << i;
+    }
+    // A camera that is given stays.
+    const std::string given = "3,-4,3,1,0.7,0.5,0,0,1,30";
+    const auto turned = render("wedge.off -o turn.pfm --spp 2 --size 24x16 --turntable 2 --camera " + given);
+    EXPECT_EQ(film("wedge.off -o a.pfm --spp 2 --size 24x16 --camera " + given), turned["turntable"][0]["film_hash"]);
 }
 
 // Twice the light, to the last bit; the film itself is as it was.

@@ -1,4 +1,5 @@
 // The program, killed and stopped from outside while it renders. RAYPAGER_KILLS=50 kills it more often than CI has time for.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -151,6 +152,23 @@ TEST_F(KilledRenders, stopped_by_a_signal_write_a_picture_soon) {
         EXPECT_LT(report["image"]["average_spp"], 20000);
         std::filesystem::remove(folder_.path() / "log.csv");
     }
+}
+
+// The count is that of whole pictures; one that is not is named.
+TEST_F(KilledRenders, stopped_turntables_count_their_pictures) {
+    ChildProcess child(RAYPAGER_PROGRAM, command({"-o", "turn.pfm", "--turntable", "900"}, "64"), folder_.path());
+    ChildResult result;
+    bool ended = false;
+    for (int i = 0; i < 12000 && !ended && !exists("turn_001.pfm"); i++) ended = child.wait(0.01, result);
+    ASSERT_FALSE(ended) << errors();
+    child.signal(SIGINT);
+    ASSERT_TRUE(child.wait(patience, result));
+    EXPECT_EQ(result.exit_code, 3) << errors();
+    int there = 0;
+    while (exists(fmt::format("turn_{:03}.pfm", there).c_str())) there++;
+    const bool unfinished = errors().find("is not finished") != std::string::npos;
+    EXPECT_EQ(errors().find(", stopped at ") != std::string::npos, unfinished) << errors();
+    EXPECT_NE(errors().find(fmt::format("stopped by a signal after {} of 900 pictures", there - unfinished)), std::string::npos) << errors();
 }
 
 // What a sweep has finished is not made again.

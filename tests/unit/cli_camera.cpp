@@ -120,5 +120,33 @@ TEST(CliCamera, TurntablesGoAroundTheUprightAxis) {
     EXPECT_NEAR(again.eye.y, own.eye.y, 1e-4);
 }
 
+double farthest_aside(const Camera& camera, const Box& box) {
+    double most = 0;
+    for (int corner = 0; corner < 8; corner++) {
+        const Vector p = {(corner & 1 ? box.upper : box.lower)[0], (corner & 2 ? box.upper : box.lower)[1], (corner & 4 ? box.upper : box.lower)[2]};
+        const auto along = [&](const Float3& axis) { return dot(p - vector(camera.eye), vector(axis)) / dot(vector(axis), vector(axis)); };
+        EXPECT_GT(along(camera.forward), 0);
+        most = std::max(most, std::max(std::abs(along(camera.right)), std::abs(along(camera.up))) / along(camera.forward));
+    }
+    return most;
+}
+
+TEST(CliCamera, TurntablesStandBackWhereALongThingWouldNotFit) {
+    // Seen end on, it fills the picture.
+    const Box plank = {{-1, -10, -1}, {1, 10, 1}};
+    const Camera own = *make_camera(*parse_camera("0,-14,0,0,0,0,0,0,1,40"), 4, 4);
+    const Camera back = stand_back_for_turns(own, {0, 0, 0}, {0, 0, 1}, 8, {&plank, 1});
+    double most = 0;
+    for (int i = 0; i < 8; i++) most = std::max(most, farthest_aside(turned_camera(back, {0, 0, 0}, {0, 0, 1}, i / 8.0), plank));
+    EXPECT_NEAR(most, 1, 1e-5) << "as far as it must, and no farther";
+    EXPECT_LT(back.eye.y, own.eye.y);
+    EXPECT_EQ(back.eye.x, 0);
+
+    const Box ball = {{-1, -1, -1}, {1, 1, 1}};
+    EXPECT_TRUE(same(stand_back_for_turns(own, {0, 0, 0}, {0, 0, 1}, 8, {&ball, 1}), own)) << "fits as it is";
+    const Box room = {{-20, -20, -5}, {20, 20, 5}};
+    EXPECT_TRUE(same(stand_back_for_turns(own, {0, 0, 0}, {0, 0, 1}, 8, {&room, 1}), own)) << "from within";
+}
+
 }  // namespace
 }  // namespace raypager

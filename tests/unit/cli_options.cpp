@@ -281,6 +281,14 @@ TEST(CliOptions, HelpComesBeforeComplaints) {
         EXPECT_NE(help.find(option), std::string::npos) << option << " is missing in:\n" << help;
 }
 
+TEST(CliOptions, ListsInHelpKeepTheirLines) {
+    const OptionParser parser("devices", "", "One\ntwo.\n  a  first\n  b  second");
+    testing::internal::CaptureStdout();
+    EXPECT_TRUE(parser.parse({"--help"}).ok());
+    const std::string help = testing::internal::GetCapturedStdout();
+    EXPECT_TRUE(help.starts_with("Usage: raypager devices\n\nOne two.\n  a  first\n  b  second\n\nOptions")) << help;
+}
+
 TEST(CliOptions, VerbsWithoutInputsRefuseThem) {
     const OptionParser parser("devices", "", "");
     const auto outcome = parser.parse({"stray"});

@@ -292,6 +292,7 @@ TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
     expect_warning("WorldBegin\nShape \"curve\" Shape \"curve\"\nShape \"curve\" " + one_triangle,
                    "scene.pbrt:2: Shape \"curve\" is not supported; it is left out (and 2 more of the same)");
     expect_warning("WorldBegin " + one_triangle, "there is no light");
+    expect_warning("WorldBegin " + one_triangle + " AreaLightSource \"diffuse\" Shape \"nonesuch\"", "there is no light");
     expect_error("WorldBegin LightSource \"point\"", "scene.pbrt: has no shape");
 }
 
