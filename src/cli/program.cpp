@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -111,6 +112,10 @@ void print_error(std::string message) {
 }  // namespace
 
 int run_program(const Arguments& arguments) noexcept {
+#ifdef SIGXFSZ
+    // A file that may not grow any further is an error like a full disk.
+    (void)std::signal(SIGXFSZ, SIG_IGN);
+#endif
     try {
         const Status status = run_guarded(arguments);
         if (!status) print_error(status.message());

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "base/check.hpp"
@@ -84,7 +85,10 @@ void expose(Image& image, double stops) {
     if (stops == 0) return;
     const auto factor = static_cast<float>(std::exp2(stops));
     for (size_t i = 0; i < image.values.size(); i++)
-        if (image.channels != 4 || i % 4 != 3) image.values[i] *= factor;
+        if (image.channels != 4 || i % 4 != 3) {
+            constexpr float largest = std::numeric_limits<float>::max();
+            image.values[i] = std::clamp(image.values[i] * factor, -largest, largest);
+        }
 }
 
 Status check_writable_image(const std::filesystem::path& path) {

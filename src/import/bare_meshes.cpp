@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
+#include <unordered_map>
 
 #include "import/cloud_file.hpp"
 #include "import/mesh_colors.hpp"
@@ -60,18 +62,19 @@ public:
         : file_(file), libraries_(read_obj_libraries(file.path, model.libraries)), out_(out) {
         out.files.insert(out.files.end(), libraries_.files.begin(), libraries_.files.end());
         out.warnings.insert(out.warnings.end(), libraries_.warnings.begin(), libraries_.warnings.end());
+        for (const ObjMaterial& material : libraries_.materials) by_name_.emplace(material.name, &material);
     }
 
     void add(std::shared_ptr<const MeshSource> source, const std::string& name) {
         BareMesh& mesh = out_.meshes.emplace_back(BareMesh{std::move(source), file_.origin(), std::nullopt, std::nullopt});
-        const auto& all = libraries_.materials;
-        const auto found = std::find_if(all.begin(), all.end(), [&](const ObjMaterial& m) { return m.name == name; });
-        if (found == all.end()) {
-            if (!all.empty() && !name.empty()) unknown_.push_back(name);
+        auto found = by_name_.find(name);
+        if (found == by_name_.end()) found = by_name_.find(split_off_comment(name));
+        if (found == by_name_.end()) {
+            if (!by_name_.empty() && !name.empty()) unknown_.push_back(name);
             return;
         }
-        mesh.material = engine_material(*found);
-        mesh.radiance = emitted_radiance(*found);
+        mesh.material = engine_material(*found->second);
+        mesh.radiance = emitted_radiance(*found->second);
     }
 
     void say_unknown() {
@@ -82,8 +85,16 @@ public:
     }
 
 private:
+    // "#" may belong to a name; if there is none of that name, it begins a comment.
+    static std::string_view split_off_comment(std::string_view name) {
+        name = without_comment(name);
+        while (!name.empty() && is_blank(name.back())) name.remove_suffix(1);
+        return name;
+    }
+
     const BareMeshFile& file_;
     const ObjLibraries libraries_;
+    std::unordered_map<std::string_view, const ObjMaterial*> by_name_;  // the first of each name
     BareMeshes& out_;
     std::vector<std::string> unknown_;
 };

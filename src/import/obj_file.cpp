@@ -87,9 +87,7 @@ void ObjFile::part_is_loaded(uint32_t material) const {
 
 std::shared_ptr<const MeshSource> ObjFile::part(const ObjModel& model, uint32_t material) const {
     uint64_t mine = 0;
-    for (size_t i = 0; i < model.runs.size(); ++i)
-        if (model.runs[i].material == material)
-            mine += (i + 1 < model.runs.size() ? model.runs[i + 1].first : model.mesh.triangles.size()) - model.runs[i].first;
+    for (const uint64_t run : model.runs_of(material)) mine += model.end_of_run(run) - model.runs[run].first;
     std::error_code error;
     const uint64_t bytes = std::filesystem::file_size(path_, error);
     const double share = static_cast<double>(mine) / static_cast<double>(std::max<size_t>(1, model.mesh.triangles.size()));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "import/line_reader.hpp"
 #include "import/materials.hpp"
@@ -43,8 +44,9 @@ private:
         std::string key(words_[0]);  // some writers care little about capitals
         std::transform(key.begin(), key.end(), key.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
         if (key == "newmtl") {
-            if (out_.materials.size() < most_materials) out_.materials.emplace_back().name = rest_of(line);
-            named_ = true;
+            named_ = out_.materials.size() < most_materials;
+            if (!named_) return bad();
+            out_.materials.emplace_back().name = name_behind_keyword(line);
             return;
         }
         if (!named_) return bad();
@@ -74,13 +76,6 @@ private:
             if (images_++ == 0) first_image_ = clipped(words_.back());
         }
         // All others say nothing that is used.
-    }
-
-    std::string rest_of(std::string_view line) const {
-        std::string_view rest = line.substr(static_cast<size_t>(words_[0].data() + words_[0].size() - line.data()));
-        while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
-        while (!rest.empty() && is_blank(rest.back())) rest.remove_suffix(1);
-        return std::string(rest);
     }
 
     void bad() {
@@ -155,9 +150,11 @@ bool is_dark(const std::optional<Float3>& c) { return !c || largest(*c) < 0.05f;
 ObjLibraries read_obj_libraries(const std::filesystem::path& model, const std::vector<std::string>& libraries) {
     ObjLibraries out;
     std::vector<std::string> missing;
+    std::set<std::string> read;  // whatever they are called
     for (const std::string& names : libraries)
         for (const auto& path : split_names(model.parent_path(), names, missing)) {
-            if (std::find(out.files.begin(), out.files.end(), path.string()) != out.files.end()) continue;
+            std::error_code error;
+            if (!read.insert(std::filesystem::weakly_canonical(path, error).string()).second) continue;
             const auto file = InputFile::open(path);
             const Status status = file ? LibraryReader(*file, out).read() : file.status();
             if (!status.ok()) out.warnings.push_back(status.message() + "; the rest of its materials is left out");

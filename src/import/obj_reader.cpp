@@ -6,6 +6,8 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <numeric>
+#include <unordered_map>
 
 #include "import/index_table.hpp"
 #include "import/line_reader.hpp"
@@ -77,21 +79,13 @@ private:
         if (keyword == "v") return vertex();
         if (keyword == "vn") return normal();
         if (keyword == "f" || keyword == "fo") return face();
-        if (keyword == "usemtl") return use_material(rest_of(text)), Status();
-        if (keyword == "mtllib") return name_library(rest_of(line)), Status();
+        if (keyword == "usemtl") return use_material(std::string(name_behind_keyword(line))), Status();
+        if (keyword == "mtllib") return name_library(std::string(name_behind_keyword(line))), Status();
         if (is_one_of(keyword, undrawn_statements))
             note(not_drawn_, fmt::format("\"{}\" is no face", keyword));
         else if (!is_one_of(keyword, ignored_statements))
             note(unknown_, fmt::format("\"{}\" is no statement of an OBJ file", clipped(keyword)));
         return {};
-    }
-
-    // What follows the first word.
-    std::string rest_of(std::string_view line) const {
-        std::string_view rest = line.substr(static_cast<size_t>(words_[0].data() + words_[0].size() - line.data()));
-        while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
-        while (!rest.empty() && is_blank(rest.back())) rest.remove_suffix(1);
-        return std::string(rest);
     }
 
     Status numbers(std::array<double, 3>& values) const {
@@ -234,6 +228,7 @@ private:
             model_.issues.warn("obj not drawn", say(not_drawn_, "skipped: points, lines and free-form surfaces cannot be drawn"));
         polygons_.cut_concave();
         color_vertices();
+        model_.sort_runs();
         if (polygons_.attributes().empty()) return;
         number_normals(polygons_.attributes());
         const SplitVertices split = split_vertices(mesh_.triangles, polygons_.attributes(), mesh_.positions.size());
@@ -298,7 +293,43 @@ private:
     std::vector<uint32_t> corners_, corner_normals_;
 };
 
+// Numbers the vertices of a part in the order in which they come: by a table of all between the least and the most, but where the part has few of
+// them. Of many parts the tables would take time without bound.
+class PartNumbers {
+public:
+    PartNumbers(uint32_t least, uint32_t most, uint64_t triangles) : least_(least) {
+        if (least <= most && most - least <= 64 * triangles) table_.assign(size_t{most} - least + 1, RP_NONE);
+    }
+    // next: its number if it is new.
+    uint32_t of(uint32_t vertex, uint32_t next) {
+        uint32_t& number = table_.empty() ? few_.try_emplace(vertex, RP_NONE).first->second : table_[vertex - least_];
+        if (number == RP_NONE) number = next;
+        return number;
+    }
+
+private:
+    uint32_t least_;
+    std::vector<uint32_t> table_;
+    std::unordered_map<uint32_t, uint32_t> few_;
+};
+
 }  // namespace
+
+void ObjModel::sort_runs() {
+    runs_by_material_.resize(runs.size());
+    std::iota(runs_by_material_.begin(), runs_by_material_.end(), uint64_t{0});
+    std::stable_sort(runs_by_material_.begin(), runs_by_material_.end(),
+                     [this](uint64_t a, uint64_t b) { return runs[a].material < runs[b].material; });
+}
+
+std::span<const uint64_t> ObjModel::runs_of(uint32_t material) const {
+    const auto first =
+        std::partition_point(runs_by_material_.begin(), runs_by_material_.end(), [&](uint64_t run) { return runs[run].material < material; });
+    const auto end = std::partition_point(first, runs_by_material_.end(), [&](uint64_t run) { return runs[run].material == material; });
+    return {first, end};
+}
+
+uint64_t ObjModel::end_of_run(uint64_t run) const { return run + 1 < runs.size() ? runs[run + 1].first : mesh.triangles.size(); }
 
 uint64_t ObjModel::bytes() const {
     return mesh.positions.size() * sizeof(Float3) + mesh.normals.size() * sizeof(Float3) + mesh.colors.size() * 4 +
@@ -310,11 +341,8 @@ Status read_obj(const InputFile& file, const std::array<double, 3>& origin, ObjM
 TriangleMesh part_of_obj(const ObjModel& model, uint32_t material, uint32_t plain) {
     TriangleMesh part;
     const auto each_triangle = [&](const auto& visit) {
-        for (size_t i = 0; i < model.runs.size(); ++i) {
-            if (model.runs[i].material != material) continue;
-            const uint64_t end = i + 1 < model.runs.size() ? model.runs[i + 1].first : model.mesh.triangles.size();
-            for (uint64_t t = model.runs[i].first; t < end; ++t) visit(model.mesh.triangles[t]);
-        }
+        for (const uint64_t run : model.runs_of(material))
+            for (uint64_t t = model.runs[run].first; t < model.end_of_run(run); ++t) visit(model.mesh.triangles[t]);
     };
     uint32_t least = RP_NONE, most = 0;
     uint64_t count = 0;
@@ -327,15 +355,15 @@ TriangleMesh part_of_obj(const ObjModel& model, uint32_t material, uint32_t plai
         }
     });
     part.triangles.reserve(count);
-    std::vector<uint32_t> numbers(least <= most ? size_t{most} - least + 1 : 0, RP_NONE);
+    PartNumbers numbers(least, most, count);
     bool colored = false;
     each_triangle([&](const Triangle& t) {
         Triangle& mine = part.triangles.emplace_back(Triangle{RP_NONE, RP_NONE, RP_NONE});
         for (size_t k = 0; k < 3; ++k) {
             if (t[k] >= model.mesh.positions.size()) continue;
-            uint32_t& number = numbers[t[k] - least];
-            if (number == RP_NONE) {
-                number = static_cast<uint32_t>(part.positions.size());
+            const auto next = static_cast<uint32_t>(part.positions.size());
+            const uint32_t number = numbers.of(t[k], next);
+            if (number == next) {
                 part.positions.push_back(model.mesh.positions[t[k]]);
                 if (!model.mesh.normals.empty()) part.normals.push_back(model.mesh.normals[t[k]]);
                 if (!model.mesh.colors.empty()) part.colors.push_back(model.mesh.colors[t[k]]);

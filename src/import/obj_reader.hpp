@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,15 @@ struct ObjModel {
     std::vector<std::string> libraries;  // what follows "mtllib", one or several file names, which may hold blanks
     MeshIssues issues;
 
+    // Numbers of the runs that have this material. Known from sort_runs() on, which read_obj() calls.
+    std::span<const uint64_t> runs_of(uint32_t material) const;
+    void sort_runs();
+    uint64_t end_of_run(uint64_t run) const;  // its first triangle that is not in it any more
+
     uint64_t bytes() const;
+
+private:
+    std::vector<uint64_t> runs_by_material_;
 };
 
 // Coordinates are relative to origin. An error if there are no faces.

@@ -66,6 +66,8 @@ Status PbrtReader::set_film_response() {
         return Status::failed(fmt::format("{}: the film's exposure of {} cannot be computed with", film_.place.with_line(), exposure));
     scene_.film.max_luminance = static_cast<float>(film_.max_luminance);
     scene_.film.max_xyz = static_cast<float>(film_.max_component / ratio);
+    if (!(scene_.film.max_luminance > 0) || !(scene_.film.max_xyz > 0))
+        return Status::failed(fmt::format("{}: the film's limit of samples is too small to compute with", film_.place.with_line()));
     if (film_.white_balance != 0) scene_.film.color_matrix = white_balance_matrix(film_.white_balance);
     return {};
 }

@@ -60,7 +60,7 @@ bool same(std::string_view word, std::string_view keyword) {
 class StlText {
 public:
     StlText(const InputFile& file, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues)
-        : name_(file.path().string()), lines_(file), corners_(origin, mesh), mesh_(mesh), issues_(issues), polygons_(mesh, issues) {}
+        : name_(file.path().string()), lines_(file), corners_(origin, mesh), issues_(issues), polygons_(mesh, issues) {}
 
     Status read() {
         while (true) {
@@ -165,7 +165,6 @@ private:
     const std::string name_;
     LineReader lines_;
     CornerMerger corners_;
-    TriangleMesh& mesh_;
     MeshIssues& issues_;
     PolygonBuilder polygons_;
     bool ended_ = false, in_solid_ = false, any_facets_ = false;

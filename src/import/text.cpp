@@ -124,4 +124,19 @@ std::string_view without_comment(std::string_view line) {
     return line;
 }
 
+std::string_view name_behind_keyword(std::string_view line) {
+    size_t at = 0;
+    while (at < line.size() && is_blank(line[at])) ++at;
+    while (at < line.size() && !is_blank(line[at])) ++at;
+    std::string_view rest = line.substr(at);
+    for (size_t mark = rest.find('#'); mark != std::string_view::npos; mark = rest.find('#', mark + 1)) {
+        if (!is_blank(rest[mark - 1]) || (mark + 1 < rest.size() && !is_blank(rest[mark + 1]))) continue;
+        rest = rest.substr(0, mark);
+        break;
+    }
+    while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
+    while (!rest.empty() && is_blank(rest.back())) rest.remove_suffix(1);
+    return rest;
+}
+
 }  // namespace raypager

@@ -24,6 +24,8 @@ std::string clipped(std::string_view text);
 
 // What comes before the "#" of a comment.
 std::string_view without_comment(std::string_view line);
+// The name that follows the first word of a line, which may hold blanks, and a "#" as in "Material #25": that of a comment stands between blanks.
+std::string_view name_behind_keyword(std::string_view line);
 
 // As a double, whole word; with sign "+" too. "nan" and "inf" count, in Microsoft's spelling, too; so do Fortran's
 // exponents (1.5D+03). What is too large for a double is infinite. Nothing if it is none.

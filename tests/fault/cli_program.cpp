@@ -44,6 +44,14 @@ protected:
         return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, read_file(folder_ / ".stdout"), read_file(folder_ / ".stderr")};
     }
 
+    // setup: shell commands that come first.
+    Outcome run_after(const std::string& setup, const std::string& arguments) const {
+        const std::string command =
+            fmt::format("cd '{}' && {} && '{}' >.stdout 2>.stderr </dev/null {}", folder_.string(), setup, RAYPAGER_PROGRAM, arguments);
+        const int raw = std::system(command.c_str());
+        return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, read_file(folder_ / ".stdout"), read_file(folder_ / ".stderr")};
+    }
+
     // The command must fail with this status and say why in one line that contains what is named.
     void expect_error(const std::string& arguments, int status, const std::string& named) const {
         const Outcome outcome = run(arguments);
@@ -79,6 +87,13 @@ protected:
     const support::TemporaryFolder temporary_;
     const std::filesystem::path folder_ = temporary_.path();
 };
+
+// The system's signal for it would end the program without a word.
+TEST_F(CliProgram, AFileThatMayNotGrowIsAnError) {
+    const Outcome outcome = run_after("ulimit -f 64", "make-scene clutter -o clutter --triangles 100k");
+    EXPECT_EQ(outcome.status, 1) << outcome.errors;
+    EXPECT_NE(outcome.errors.find("File too large"), std::string::npos) << outcome.errors;
+}
 
 TEST_F(CliProgram, HelpAndVersionSucceed) {
     EXPECT_EQ(run("--version").output.substr(0, 9), "raypager ");

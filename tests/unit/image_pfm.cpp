@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "base/files.hpp"
@@ -94,6 +95,17 @@ TEST(ImageWritable, SaysNoBeforeTheWorkIsDone) {
     std::filesystem::create_directory(folder / "taken.pfm");
     EXPECT_FALSE(check_writable_image(folder / "taken.pfm").ok());
     EXPECT_FALSE(check_writable_image(folder / "x.exr").ok()) << "without a library for pictures";
+}
+
+TEST(ImageExposure, StaysFinite) {
+    Image image;
+    image.width = image.height = 1;
+    image.channels = 3;
+    image.values = {1, 1e30f, 0};
+    expose(image, 64);
+    EXPECT_EQ(image.values[0], std::exp2(64.0f));
+    EXPECT_EQ(image.values[1], std::numeric_limits<float>::max());
+    EXPECT_EQ(image.values[2], 0);
 }
 
 TEST(ImageSrgb, EncodesAsTheStandardSays) {

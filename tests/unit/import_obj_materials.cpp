@@ -1,6 +1,8 @@
 // Materials of OBJ files, and what becomes of them in a bare scene.
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "import/import.hpp"
 #include "import/obj_materials.hpp"
 #include "support/temporary_folder.hpp"
@@ -55,6 +57,53 @@ TEST(ImportObjMaterials, OfOneMaterialThroughout) {
     ASSERT_TRUE(scene.ok()) << scene.status().message();
     ASSERT_EQ(scene->shapes.size(), 2u);
     EXPECT_EQ(scene->materials[scene->shapes[0].material].color[2], 0.75f);
+}
+
+// As 3ds Max writes them.
+TEST(ImportObjMaterials, NamesMayHoldTheSignOfComments) {
+    const TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl Material #25\nKd 0.25 0 0\nnewmtl Material #26 # of the roof\nKd 0.5 0 0\nnewmtl b\nKd 0.75 0 0\n");
+    const auto scene = import_scene({folder.write(
+        "a.obj", "mtllib a.mtl # all\n" + two_triangles + "usemtl Material #25\nf 1 2 3\nusemtl Material #26\nf 1 2 3\nusemtl b #1\nf 2 4 3\n")});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_TRUE(scene->warnings.empty()) << joined(scene->warnings);
+    ASSERT_EQ(scene->shapes.size(), 4u);
+    for (size_t i = 0; i < 3; ++i) EXPECT_EQ(scene->materials[scene->shapes[i].material].color[0], 0.25f * static_cast<float>(i + 1)) << i;
+}
+
+TEST(ImportObjMaterials, ALibraryIsReadOnceWhateverItIsCalled) {
+    const TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl a\nKd 0.25 0.5 0.75\n");
+    const auto scene =
+        import_scene({folder.write("a.obj", "mtllib a.mtl\nmtllib ./a.mtl\nmtllib ././a.mtl\nusemtl a\n" + two_triangles + "f 1 2 3\n")});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_EQ(scene->files.size(), 1u);
+}
+
+// In time that grows with their number, not with its square: this takes a second at most, and would take minutes.
+TEST(ImportObjMaterials, ManyMaterials) {
+    const TemporaryFolder folder;
+    constexpr int count = 100000;
+    std::string library, model = "mtllib a.mtl\n" + two_triangles;
+    for (int i = 0; i < count; ++i) {
+        library += "newmtl m" + std::to_string(i) + "\nKd 0.5 0.5 0.5\n";
+        model += "v " + std::to_string(i) + " 5 5\nusemtl m" + std::to_string(i) + "\nf 1 2 -1\n";
+    }
+    folder.write("a.mtl", library);
+    const auto begin = std::chrono::steady_clock::now();
+    const auto scene = import_scene({folder.write("a.obj", model)});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    ASSERT_EQ(scene->shapes.size(), count + 1u);
+    uint64_t triangles = 0;
+    for (int i = 0; i < count; ++i) {
+        TriangleMesh mesh;
+        MeshIssues issues;
+        ASSERT_TRUE(scene->shapes[static_cast<size_t>(i)].mesh->load(mesh, issues).ok());
+        ASSERT_EQ(mesh.positions.size(), 3u);
+        triangles += mesh.triangles.size();
+    }
+    EXPECT_EQ(triangles, uint64_t{count});
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
 }
 
 TEST(ImportObjMaterials, WhatIsMissingIsSaidOnce) {

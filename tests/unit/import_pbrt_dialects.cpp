@@ -266,6 +266,8 @@ TEST_F(ImportPbrtDialects, FilmOfVersion4) {
                    "the sensor \"canon_eos_100d\" is not supported");
     expect_error("Film \"rgb\" \"float iso\" 0 WorldBegin" + std::string(ball), "must be more than 0");
     expect_error("Film \"rgb\" \"float maxcomponentvalue\" -1 WorldBegin" + std::string(ball), "a limit of samples");
+    // It would be 0 in single precision, and so would the picture.
+    expect_error("Film \"rgb\" \"float iso\" 1e30 \"float maxcomponentvalue\" 1e-30 WorldBegin" + std::string(ball), "too small to compute with");
     expect_error("Film \"rgb\" \"float whitebalance\" 3 WorldBegin" + std::string(ball), "whitebalance");
 }
 
