@@ -426,10 +426,8 @@ Result<RenderResult> Renderer::result() {
     report.checkpoint = {done.runs, checkpointer_->written(), checkpointer_->seconds(), checkpointer_->advice()};
     report.seconds.total = seconds_since(start_);
     report.seconds.render = done.render_seconds;
-    for (size_t i = 0; i < report.seconds.stages.size(); i++) {
-        report.seconds.stages[i] = done.stage_seconds[i];
-        report.seconds.trace += done.stage_seconds[i];
-    }
+    std::copy_n(done.stage_seconds, report.seconds.stages.size(), report.seconds.stages.begin());
+    for (const double seconds : done.stage_seconds) report.seconds.trace += seconds;
     report.seconds.trace -= static_cast<double>(wavefront_->beside_nanoseconds()) * 1e-9;
     report.seconds.stall = done.stall_seconds;
     report.seconds.snapshots = snapshot_seconds_;
