@@ -45,6 +45,7 @@ Status MeshIntake::vertices(const MeshVertices& vertices) {
         if (!in_memory) return in_memory.status();
         if (*in_memory) {
             if (!normals.empty()) reserve_huge(mesh_.normals, mesh_.positions.capacity());
+            if (!colors.empty()) reserve_huge(mesh_.colors, mesh_.positions.capacity());
             mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
             mesh_.normals.insert(mesh_.normals.end(), normals.begin(), normals.end());
             mesh_.colors.insert(mesh_.colors.end(), colors.begin(), colors.end());

@@ -32,6 +32,28 @@ T load_ply(const std::byte* from, bool swap) {
     if (swap) std::reverse(bytes.begin(), bytes.end());
     return std::bit_cast<T>(bytes);
 }
+// The same as a number, whatever its type.
+inline double load_ply_number(const std::byte* from, PlyType type, bool swap) {
+    switch (type) {
+        case PlyType::int8:
+            return load_ply<int8_t>(from, swap);
+        case PlyType::uint8:
+            return load_ply<uint8_t>(from, swap);
+        case PlyType::int16:
+            return load_ply<int16_t>(from, swap);
+        case PlyType::uint16:
+            return load_ply<uint16_t>(from, swap);
+        case PlyType::int32:
+            return load_ply<int32_t>(from, swap);
+        case PlyType::uint32:
+            return load_ply<uint32_t>(from, swap);
+        case PlyType::float32:
+            return load_ply<float>(from, swap);
+        case PlyType::float64:
+            return load_ply<double>(from, swap);
+    }
+    return 0;
+}
 
 struct PlyProperty {
     std::string name;

@@ -2,28 +2,6 @@
 
 namespace raypager {
 
-double load_ply_number(const std::byte* from, PlyType type, bool swap) {
-    switch (type) {
-        case PlyType::int8:
-            return load_ply<int8_t>(from, swap);
-        case PlyType::uint8:
-            return load_ply<uint8_t>(from, swap);
-        case PlyType::int16:
-            return load_ply<int16_t>(from, swap);
-        case PlyType::uint16:
-            return load_ply<uint16_t>(from, swap);
-        case PlyType::int32:
-            return load_ply<int32_t>(from, swap);
-        case PlyType::uint32:
-            return load_ply<uint32_t>(from, swap);
-        case PlyType::float32:
-            return load_ply<float>(from, swap);
-        case PlyType::float64:
-            return load_ply<double>(from, swap);
-    }
-    return 0;
-}
-
 double ply_color_scale(PlyType type) {
     if (!ply_type_is_integer(type)) return 1;
     return type == PlyType::uint16 ? 65535 : 255;
@@ -75,8 +53,8 @@ void PlyMesh::add_strip() {
         const uint32_t a = vertex_number(corners_[i - 2]), b = vertex_number(corners_[i - 1]), c = vertex_number(corners_[i]);
         // Vertices that come twice join strips, and no triangles are lost without those.
         if (a == b || b == c || c == a) continue;
-        // Every other triangle is turned around.
-        vertices_ = length % 2 == 1 ? std::vector<uint32_t>{a, b, c} : std::vector<uint32_t>{b, a, c};
+        const bool turned = length % 2 == 0;  // every other triangle is
+        vertices_.assign({turned ? b : a, turned ? a : b, c});
         polygons_.add(vertices_);
     }
 }

@@ -11,8 +11,6 @@
 
 namespace raypager {
 
-// A number as a binary PLY stores it.
-double load_ply_number(const std::byte* from, PlyType type, bool swap);
 // What stands for all of a primary: in faces by type alone, in vertices their file's view knows better.
 double ply_color_scale(PlyType type);
 

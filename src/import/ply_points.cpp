@@ -10,28 +10,6 @@
 namespace raypager {
 namespace {
 
-double load_number(const std::byte* from, PlyType type, bool swap) {
-    switch (type) {
-        case PlyType::int8:
-            return load_ply<int8_t>(from, swap);
-        case PlyType::uint8:
-            return load_ply<uint8_t>(from, swap);
-        case PlyType::int16:
-            return load_ply<int16_t>(from, swap);
-        case PlyType::uint16:
-            return load_ply<uint16_t>(from, swap);
-        case PlyType::int32:
-            return load_ply<int32_t>(from, swap);
-        case PlyType::uint32:
-            return load_ply<uint32_t>(from, swap);
-        case PlyType::float32:
-            return load_ply<float>(from, swap);
-        case PlyType::float64:
-            return load_ply<double>(from, swap);
-    }
-    return 0;
-}
-
 // Where a point is among the properties of a vertex.
 struct PointLayout {
     PlyElement vertex;
@@ -100,7 +78,7 @@ public:
 
 private:
     void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const {
-        const auto value = [&](size_t p) { return load_number(record + offsets_[p], layout_.vertex.properties[p].type, swap_); };
+        const auto value = [&](size_t p) { return load_ply_number(record + offsets_[p], layout_.vertex.properties[p].type, swap_); };
         for (size_t i = 0; i < count; ++i, record += records_.stride) points.push_back(layout_.point(value));
     }
 

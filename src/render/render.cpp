@@ -284,7 +284,8 @@ Status Renderer::begin_fewer(bool stop) {
     shortened_ = shortened_ || (stop && limit < before);
     // Where there is no time for the whole first pass, the rest of the picture becomes a coarse one.
     const double each = begun > 0 ? seconds_since(render_start_) / static_cast<double>(begun) : 1e-6;
-    if (stop && !wavefront_->begins_again() && begun<limit&& static_cast<double>(limit - begun) * each> options_.stop_seconds / 2) {
+    const bool takes_long = begun<limit&& static_cast<double>(limit - begun) * each> options_.stop_seconds / 2;
+    if (stop && takes_long && !wavefront_->begins_again()) {
         constexpr double most = 1 << 22;
         const double in_time = std::clamp(options_.stop_seconds / each, 4096.0, most);
         auto samples = coarse_samples(params.order, begun, params.width, params.height, static_cast<uint64_t>(in_time));
@@ -425,10 +426,8 @@ Result<RenderResult> Renderer::result() {
     report.checkpoint = {done.runs, checkpointer_->written(), checkpointer_->seconds(), checkpointer_->advice()};
     report.seconds.total = seconds_since(start_);
     report.seconds.render = done.render_seconds;
-    for (size_t i = 0; i < report.seconds.stages.size(); i++) {
-        report.seconds.stages[i] = done.stage_seconds[i];
-        report.seconds.trace += done.stage_seconds[i];
-    }
+    std::copy_n(done.stage_seconds, report.seconds.stages.size(), report.seconds.stages.begin());
+    for (const double seconds : done.stage_seconds) report.seconds.trace += seconds;
     report.seconds.trace -= static_cast<double>(wavefront_->beside_nanoseconds()) * 1e-9;
     report.seconds.stall = done.stall_seconds;
     report.seconds.snapshots = snapshot_seconds_;
