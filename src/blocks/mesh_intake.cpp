@@ -103,7 +103,7 @@ Status MeshIntake::append_to_file(const MeshVertices& vertices) {
         for (size_t i = 0; i < bits.size(); i++)
             bits[i] = {positions[first + i], normals.empty() ? RP_NONE : placement_.normal(normals[first + i]),
                        colors.empty() ? RP_NONE : point_color_code(colors[first + i])};
-        RAYPAGER_TRY(file_->append(bits));
+        RAYPAGER_TRY(file_->append(bits, attributes_.colors));
     }
     return {};
 }

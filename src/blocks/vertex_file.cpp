@@ -1,6 +1,8 @@
 #include "blocks/vertex_file.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <vector>
 
 #include "base/check.hpp"
@@ -9,7 +11,8 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t page_vertices = 4096;  // 64 KiB
+constexpr uint32_t page_vertices = 4096;  // 64 to 80 KiB
+constexpr size_t colorless = offsetof(VertexBits, color);
 
 // The corners filed under the page of their vertex: those of page p are corners[first[p]] .. corners[first[p + 1] - 1].
 struct CornersByPage {
@@ -35,10 +38,14 @@ Result<VertexFile> VertexFile::create(const std::filesystem::path& beside) {
     return vertices;
 }
 
-Status VertexFile::append(std::span<const VertexBits> vertices) {
-    const auto offset = file_->append(std::as_bytes(vertices));
+Status VertexFile::append(std::span<const VertexBits> vertices, bool colors) {
+    if (count_ == 0) stride_ = colors ? sizeof(VertexBits) : colorless;
+    RAYPAGER_CHECK(stride_ == (colors ? sizeof(VertexBits) : colorless));
+    packed_.resize(vertices.size() * stride_);
+    for (size_t i = 0; i < vertices.size(); i++) std::memcpy(&packed_[i * stride_], &vertices[i], stride_);
+    const auto offset = file_->append(packed_);
     if (!offset) return offset.status();
-    RAYPAGER_CHECK(*offset == count_ * sizeof(VertexBits));
+    RAYPAGER_CHECK(*offset == count_ * stride_);
     count_ += vertices.size();
     return {};
 }
@@ -48,14 +55,17 @@ Status VertexFile::fetch(std::span<const Triangle> triangles, std::span<VertexBi
     const size_t pages = (count_ + page_vertices - 1) / page_vertices;
     const CornersByPage filed(triangles, pages);
     return parallel_try(pages, 16, [&](size_t begin, size_t end) -> Status {
-        std::vector<VertexBits> page;
+        std::vector<std::byte> page;
         for (size_t p = begin; p < end; p++) {
             const uint64_t first = uint64_t{p} * page_vertices;
             const auto uses = std::span(filed.corners).subspan(filed.first[p], filed.first[p + 1] - filed.first[p]);
             if (uses.empty()) continue;
-            page.resize(std::min<uint64_t>(page_vertices, count_ - first));
-            RAYPAGER_TRY(file_->read(first * sizeof(VertexBits), std::as_writable_bytes(std::span(page))));
-            for (const uint32_t corner : uses) corners[corner] = page[triangles[corner / 3][corner % 3] - first];
+            page.resize(std::min<uint64_t>(page_vertices, count_ - first) * stride_);
+            RAYPAGER_TRY(file_->read(first * stride_, page));
+            for (const uint32_t corner : uses) {
+                corners[corner] = {};
+                std::memcpy(&corners[corner], &page[(triangles[corner / 3][corner % 3] - first) * stride_], stride_);
+            }
         }
         return {};
     });

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "base/files.hpp"
 #include "blocks/vertex_table.hpp"
@@ -14,7 +15,8 @@ class VertexFile {
 public:
     // In the folder of `beside`.
     static Result<VertexFile> create(const std::filesystem::path& beside);
-    Status append(std::span<const VertexBits> vertices);
+    // colors: whether any vertex has one; the same in every call.
+    Status append(std::span<const VertexBits> vertices, bool colors);
     uint64_t size() const { return count_; }
     // The three corners of each triangle. Every page of the file that holds any of them is read once, in order, whatever the order of the
     // triangles: a scanned mesh, whose triangles use vertices that lie together, reads little more than what it uses.
@@ -24,6 +26,8 @@ public:
 private:
     std::shared_ptr<SpillFile> file_;
     uint64_t count_ = 0;
+    size_t stride_ = 0;  // bytes of a vertex: most meshes have no colours, which then take no room
+    std::vector<std::byte> packed_;
 };
 
 }  // namespace raypager

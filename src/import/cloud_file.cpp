@@ -9,17 +9,20 @@
 #include "import/endings.hpp"
 #include "import/geographic.hpp"
 #include "import/origin.hpp"
+#include "import/vertex_points.hpp"
 
 namespace raypager {
 namespace {
 
-enum class CloudFormat { las, laz, ply, text };
+enum class CloudFormat { las, laz, ply, off, obj, text };
 
 std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
     const std::string ending = format_ending(path);
     if (ending == ".las") return CloudFormat::las;
     if (ending == ".laz") return CloudFormat::laz;
     if (ending == ".ply") return CloudFormat::ply;
+    if (ending == ".off") return CloudFormat::off;
+    if (ending == ".obj") return CloudFormat::obj;
     if (ending == ".xyz" || ending == ".pts" || ending == ".txt" || ending == ".asc" || ending == ".csv" || ending == ".xyzrgb")
         return CloudFormat::text;
     return std::nullopt;
@@ -45,6 +48,8 @@ Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFor
     const std::string name = file.path().string();
     if (file.size() == 0) return Status::failed(name + ": is empty");
     if (format == CloudFormat::las) return open_las(file);
+    if (format == CloudFormat::off) return open_off_points(file);
+    if (format == CloudFormat::obj) return open_obj_points(file);
     if (format == CloudFormat::text) return open_text_points(file, columns);
     if (format == CloudFormat::laz)
         return Status::failed(name + ": compressed points (LAZ) cannot be read; unpack them, for instance with: laszip -i FILE.laz -o FILE.las");
@@ -114,9 +119,11 @@ Result<std::vector<CloudPoint>> CloudFile::sample() const {
 
 bool is_cloud_file(const std::filesystem::path& path) {
     const auto format = cloud_format(path);
-    if (format != CloudFormat::ply) return format.has_value();
+    if (format != CloudFormat::ply && format != CloudFormat::off && format != CloudFormat::obj) return format.has_value();
     const auto file = InputFile::open(path);
     if (!file) return false;
+    if (format == CloudFormat::off) return is_point_off(*file);
+    if (format == CloudFormat::obj) return is_point_obj(*file);
     const auto header = read_ply_header(*file);
     return header && is_point_ply(*header);
 }

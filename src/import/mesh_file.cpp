@@ -30,6 +30,7 @@ Status read_mesh(const InputFile& file, MeshFormat format, const MeshView& view,
     if (format == MeshFormat::stl) return read_stl(file, view.origin, mesh, issues);
     const auto header = read_ply_header(file);
     if (!header) return header.status();
+    for (const std::string& warning : header->warnings) issues.warn("ply header", warning);
     return header->encoding == PlyEncoding::ascii ? read_ply_text(file, *header, view, mesh, issues)
                                                   : read_ply_binary(file, *header, view, mesh, issues);
 }
@@ -95,6 +96,7 @@ Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
             const auto header = read_ply_header(*file);
             if (!header) return header.status();
             if (header->encoding != PlyEncoding::ascii) {
+                for (const std::string& warning : header->warnings) found.warn("ply header", warning);
                 const Status status = stream_ply_binary(*file, *header, look_.view, sink, found);
                 warn(found);
                 issues.add(found);

@@ -36,7 +36,8 @@ public:
         for (; vertices_ < vertex_count_; ++vertices_) RAYPAGER_TRY(vertex());
         for (; faces_ < face_count_; ++faces_) RAYPAGER_TRY(face());
         RAYPAGER_TRY(more(1, true));
-        if (at_ < words_.size()) return lines_.bad("text after the last face; counts and data do not match");
+        if (at_ < words_.size())
+            issues_.warn("off tail", lines_.bad("text after the last face is passed over; counts and data may not match").message());
         finish();
         return {};
     }

@@ -45,7 +45,12 @@ public:
         if (words[0] == "format") return format(words);
         if (words[0] == "element") return element(words);
         if (words[0] == "property") return property(words);
-        if (words[0] != "end_header" || words.size() != 1) return bad(fmt::format("\"{}\" is no line of a PLY header", clipped(text)));
+        if (words[0] != "end_header" || words.size() != 1) {
+            // A comment whose keyword a writer forgot. Were it a damaged element or property, the data would no longer fit.
+            if (header.warnings.empty())
+                header.warnings.push_back(fmt::format("{}:{}: \"{}\" is no line of a PLY header; it is passed over", name_, header.lines, clipped(text)));
+            return {};
+        }
         if (!has_format_) return bad("the header has no format line");
         ended = true;
         return {};

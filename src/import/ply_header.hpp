@@ -74,6 +74,7 @@ struct PlyHeader {
     std::vector<PlyElement> elements;
     uint64_t bytes = 0;  // where the data start
     uint64_t lines = 0;
+    std::vector<std::string> warnings;
     const PlyElement* find(std::string_view element) const;
 };
 

@@ -249,6 +249,7 @@ Result<std::unique_ptr<PointReader>> open_ply_points(const InputFile& file, PlyH
     if (!is_point_ply(header)) return Status::failed(name + ": has faces, or no vertices; it is no point cloud");
     auto layout = find_point_layout(header, name);
     if (!layout) return layout.status();
+    layout->warnings.insert(layout->warnings.end(), header.warnings.begin(), header.warnings.end());
     if (header.encoding == PlyEncoding::ascii) return open_text(file, header, std::move(*layout));
     const auto before = fixed_bytes(header, header.find("vertex")), all = fixed_bytes(header, nullptr);
     if (!before) return Status::failed(name + ": elements with lists come before its points, which cannot be read; put them behind");

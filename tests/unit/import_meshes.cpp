@@ -278,7 +278,7 @@ TEST(ImportMeshes, OffWithCommentsColoursAndPolygons) {
     expect_error(load_text("a.off", "OFF\n3000000000 1 0\n"), "a.off:2: 3000000000 vertices");
     expect_error(load_text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n"), "ends after 2 of 3 vertices");
     expect_error(load_text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n"), "a.off:6: a face of 4000000000 corners cannot be in");
-    expect_error(load_text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n"), "after the last face");
+    expect_warning(load_text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n"), "after the last face");
 }
 
 TEST(ImportMeshes, TextPlyOfAnyLayout) {
