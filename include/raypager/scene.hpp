@@ -176,9 +176,9 @@ struct Shape {
     std::string name;  // for messages
     Transform to_world;
     bool reverse_orientation = false;
-    uint32_t material = 0;               // index into Scene::materials
-    std::optional<uint32_t> area_light;  // index into Scene::area_lights
-    bool unseen = false;                 // shines, but no ray meets it; of a cloud: must be false
+    uint32_t material = 0;                      // index into Scene::materials
+    std::optional<uint32_t> area_light;         // index into Scene::area_lights
+    bool unseen = false;                        // shines, but no ray meets it; of a cloud: must be false
     std::shared_ptr<const MeshSource> mesh;     // or, if null:
     std::shared_ptr<const PointSource> points;  // or, if null:
     SpherePrimitive sphere;

@@ -15,7 +15,7 @@ constexpr const char* about_make_scene =
     "  cornell   a Cornell box with three complex models (default: about 1 GB)\n"
     "  terrain   a fractal landscape, or one from an elevation image\n"
     "  clutter   thousands of small parts, unevenly dense, with overlapping bounds\n"
-    "  points    a city under an airborne laser scanner: coloured points, with classes";
+    "  points    a city under an airborne laser scanner: points with colours, classes";
 
 constexpr uint64_t most_primitives = 4000000000;  // they are numbered in 32 bits
 

@@ -208,6 +208,8 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     // is left.
     const bool shared = device->info_.type == "CPU";
     device->default_limit_ = shared ? raypager::default_limit(total_memory() / 2, available_memory()) : DefaultLimit{most / 4 * 3, most / 4 * 3};
+    // What the device itself does not have is not held by other programs.
+    if (!device->default_limit_.reduced()) device->default_limit_.usual = std::min(device->default_limit_.usual, most);
     device->default_limit_.bytes = std::min(device->default_limit_.bytes, most);
     device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : device->default_limit_.bytes);
     size_t group = 0;

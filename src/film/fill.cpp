@@ -53,7 +53,8 @@ Color between(const Level& half, size_t x, size_t y) {
     Color sum = {};
     for (size_t j = 0; j < 2; j++)
         for (size_t i = 0; i < 2; i++)
-            for (size_t c = 0; c < std::tuple_size_v<Color>; c++) sum[c] += weights[i] * weights[j] * half.colors[rows[j] * half.width + columns[i]][c];
+            for (size_t c = 0; c < std::tuple_size_v<Color>; c++)
+                sum[c] += weights[i] * weights[j] * half.colors[rows[j] * half.width + columns[i]][c];
     return sum;
 }
 

@@ -35,6 +35,14 @@ std::optional<LineReader::LineEnd> LineReader::find_end(size_t& searched) const 
 
 Status LineReader::next(std::string_view& line, bool& end) {
     size_t searched = at_;
+    // Nearly all lines.
+    if (const size_t stop = carriage_returns_ || zeros_ ? std::string::npos : buffer_.find('\n', at_); stop != std::string::npos) {
+        line = std::string_view(buffer_).substr(at_, stop - at_);
+        at_ = stop + 1;
+        end = false;
+        ++line_;
+        return {};
+    }
     while (true) {
         if (const auto found = find_end(searched)) {
             line = std::string_view(buffer_).substr(at_, found->stop - at_);

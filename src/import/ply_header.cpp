@@ -48,7 +48,8 @@ public:
         if (words[0] != "end_header" || words.size() != 1) {
             // A comment whose keyword a writer forgot. Were it a damaged element or property, the data would no longer fit.
             if (header.warnings.empty())
-                header.warnings.push_back(fmt::format("{}:{}: \"{}\" is no line of a PLY header; it is passed over", name_, header.lines, clipped(text)));
+                header.warnings.push_back(
+                    fmt::format("{}:{}: \"{}\" is no line of a PLY header; it is passed over", name_, header.lines, clipped(text)));
             return {};
         }
         if (!has_format_) return bad("the header has no format line");

@@ -204,7 +204,8 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.material = 1; }), "material");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.first_light = 1; }), "lights");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = 4; }), "flags");
-    expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR; }), "flags");
+    expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR; }),
+                   "flags");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].ref = 0; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_LEAF; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); }), "top tree");

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "base/log.hpp"
-#include "cli/render_monitor.hpp"
 #include "base/words.hpp"
+#include "cli/render_monitor.hpp"
 #include "cli/report.hpp"
 
 namespace raypager {
