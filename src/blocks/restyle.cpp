@@ -1,7 +1,9 @@
 #include "blocks/restyle.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <array>
+#include <bit>
+#include <cstddef>
 
 #include "blocks/lights.hpp"
 
@@ -40,7 +42,8 @@ Result<std::vector<rp_light>> lights_of(const Scene& scene, const BakedScene& ba
 bool same_lights(const std::vector<rp_light>& a, const std::vector<rp_light>& b) {
     return std::ranges::equal(a, b, [](rp_light x, rp_light y) {
         x.probability = y.probability = 0;
-        return std::memcmp(&x, &y, sizeof x) == 0;
+        using Bits = std::array<std::byte, sizeof(rp_light)>;
+        return std::bit_cast<Bits>(x) == std::bit_cast<Bits>(y);
     });
 }
 

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <span>
 
@@ -148,7 +149,7 @@ void encode_with_alpha(std::span<const float> values, std::span<uint8_t> bytes) 
     for (size_t i = 0; i + 3 < values.size(); i += 4) {
         const float alpha = values[i + 3];
         for (size_t channel = 0; channel < 3; channel++) bytes[i + channel] = alpha > 0 ? encode_srgb8(values[i + channel] / alpha) : uint8_t{0};
-        bytes[i + 3] = static_cast<uint8_t>(std::clamp(alpha, 0.0f, 1.0f) * 255 + 0.5f);
+        bytes[i + 3] = static_cast<uint8_t>(std::lround(std::clamp(alpha, 0.0f, 1.0f) * 255));
     }
 }
 

@@ -42,14 +42,13 @@ Status parse_value(PbrtTokens& tokens, Values values, PbrtParameter& parameter) 
     if (values == Values::anything) values = Values::booleans;
     const bool numbers = values == Values::numbers || values == Values::spectrum, strings = values == Values::strings || values == Values::spectrum;
     const bool boolean = token->text == "true" || token->text == "false";
-    if (numbers && token->kind == PbrtTokenKind::number && parameter.strings.empty()) {
+    const bool zero_or_one = token->kind == PbrtTokenKind::number && (token->number == 0 || token->number == 1);
+    if ((numbers && token->kind == PbrtTokenKind::number && parameter.strings.empty()) || (values == Values::booleans && zero_or_one)) {
         parameter.numbers.push_back(token->number);
     } else if (strings && token->kind == PbrtTokenKind::string && parameter.numbers.empty()) {
         parameter.strings.push_back(token->text);
     } else if (values == Values::booleans && boolean && (token->kind == PbrtTokenKind::string || token->kind == PbrtTokenKind::word)) {
         parameter.numbers.push_back(token->text == "true");
-    } else if (values == Values::booleans && token->kind == PbrtTokenKind::number && (token->number == 0 || token->number == 1)) {
-        parameter.numbers.push_back(token->number);
     } else {
         constexpr const char* wanted[] = {"a number", "a string", "true or false", "numbers or a name"};
         return tokens.error(*token, fmt::format("expected {} for \"{} {}\" instead of {}", wanted[static_cast<size_t>(values)], parameter.type,

@@ -92,9 +92,9 @@ bool WideLeaf::add(const StoredBlock& block, rp_u32 ref) {
 
 uint32_t WideLeaf::number(const Vertex& vertex) {
     // Bits, not values: -0 and 0 stay apart, as they do in the stored block.
-    const auto bits = [](const Vertex& v) { return std::bit_cast<std::array<uint32_t, 5>>(v); };
-    const std::array<uint32_t, 5> wanted = bits(vertex);
-    const auto same = [&](const Vertex& other) { return std::memcmp(&other, &wanted, sizeof wanted) == 0; };
+    using Bits = std::array<uint32_t, 5>;
+    const auto wanted = std::bit_cast<Bits>(vertex);
+    const auto same = [&](const Vertex& other) { return std::bit_cast<Bits>(other) == wanted; };
     const auto end = vertices_.begin() + size_.vertices;
     const auto found = std::find_if(vertices_.begin(), end, same);
     if (found == end && size_.vertices < RP_WIDE_LEAF_VERTICES) vertices_[size_.vertices++] = vertex;
