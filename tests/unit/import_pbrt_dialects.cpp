@@ -238,7 +238,8 @@ TEST_F(ImportPbrtDialects, SpectrumFiles) {
 // A black body of 2800 K shines mostly in the infrared, where version 3 has its 1.
 TEST_F(ImportPbrtDialects, BlackBodiesOfBothVersions) {
     const auto luminance = [&](const std::string& values) {
-        const auto& c = scene("WorldBegin LightSource \"infinite\" \"blackbody L\" [" + values + "]" + ball).lights.at(0).radiance;
+        const Scene s = scene("WorldBegin LightSource \"infinite\" \"blackbody L\" [" + values + "]" + ball);
+        const auto& c = s.lights.at(0).radiance;
         return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
     };
     EXPECT_NEAR(luminance("2800"), 1, 1e-5);
