@@ -13,6 +13,7 @@
 #include "blocks/build_blocks.hpp"
 #include "blocks/distribute.hpp"
 #include "blocks/gather.hpp"
+#include "blocks/restyle.hpp"
 #include "blocks/top_tree.hpp"
 #include "blocks/world_cut.hpp"
 #include "scene/block_coding.hpp"
@@ -43,13 +44,7 @@ Status check_options(const BakeOptions& options) {
 
 BakedScene describe(const Scene& scene, Gathered& gathered) {
     BakedScene baked;
-    baked.camera = scene.camera;
-    baked.width = scene.width;
-    baked.height = scene.height;
-    baked.spp = scene.spp;
-    baked.max_depth = scene.max_depth;
-    baked.film = scene.film;
-    baked.materials = scene.materials;
+    take_settings(scene, baked);
     baked.lights = std::move(gathered.lights);
     baked.ranges = std::move(gathered.ranges);
     baked.spheres = gathered.spheres;

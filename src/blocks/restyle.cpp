@@ -49,10 +49,7 @@ bool same_lights(const std::vector<rp_light>& a, const std::vector<rp_light>& b)
 
 }  // namespace
 
-Result<bool> restyle(const Scene& scene, BakedScene& baked) {
-    if (!all_lights_known(scene, baked)) return false;
-    auto lights = lights_of(scene, baked);
-    if (!lights) return lights.status();
+void take_settings(const Scene& scene, BakedScene& baked) {
     baked.camera = scene.camera;
     baked.width = scene.width;
     baked.height = scene.height;
@@ -60,6 +57,13 @@ Result<bool> restyle(const Scene& scene, BakedScene& baked) {
     baked.max_depth = scene.max_depth;
     baked.film = scene.film;
     baked.materials = scene.materials;
+}
+
+Result<bool> restyle(const Scene& scene, BakedScene& baked) {
+    if (!all_lights_known(scene, baked)) return false;
+    auto lights = lights_of(scene, baked);
+    if (!lights) return lights.status();
+    take_settings(scene, baked);
     if (same_lights(*lights, baked.lights)) return true;
     baked.lights = std::move(*lights);
     const bool empty = baked.triangles + baked.spheres == 0;

@@ -8,6 +8,9 @@
 
 namespace raypager {
 
+// Copies all that neither geometry nor lights decide: camera, film, size, samples, depth and materials.
+void take_settings(const Scene& scene, BakedScene& baked);
+
 // Afterwards `baked` is what baking `scene` anew would have made of it, to the bit.
 // REQUIRES: both have the same bake_fingerprint.
 // False where that cannot be done: beyond 2^24 - 2 area lights a range does not know its own. An error if a mesh that shines unseen cannot be read.

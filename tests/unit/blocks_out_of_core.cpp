@@ -11,7 +11,6 @@
 #include "blocks/bake_memory.hpp"
 #include "blocks/distribute.hpp"
 #include "blocks/gather.hpp"
-#include "blocks/vertex_file.hpp"
 #include "unit/blocks_scenes.hpp"
 
 namespace raypager {
@@ -315,31 +314,6 @@ TEST(OutOfCore, SortsRecordsAlikeWithAnyNumberOfThreads) {
 }
 
 // Vertices that lie anywhere, asked for in any order.
-TEST(OutOfCore, VertexFileFindsEveryCorner) {
-    constexpr uint32_t seed = 3, count = 20000;
-    std::mt19937 random(seed);
-    const TemporaryFolder folder;
-    for (const bool colors : {false, true}) {
-        auto file = VertexFile::create(folder / "mesh");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        std::vector<VertexBits> vertices(count);
-        for (uint32_t i = 0; i < count; i++) vertices[i] = {{float(i), float(random()), 3}, i * 7, colors ? i : RP_NONE};
-        for (size_t first = 0; first < count; first += 777)
-            ASSERT_TRUE(file->append(std::span(vertices).subspan(first, std::min<size_t>(777, count - first)), colors).ok());
-        ASSERT_EQ(file->size(), count);
-        std::vector<Triangle> triangles(30000);
-        for (Triangle& t : triangles) t = {uint32_t(random() % count), uint32_t(random() % count), uint32_t(random() % 5)};
-        triangles.back() = {count - 1, 0, count - 1};
-        std::vector<VertexBits> corners(3 * triangles.size());
-        ASSERT_TRUE(file->fetch(triangles, corners).ok());
-        for (size_t i = 0; i < corners.size(); i++) {
-            const VertexBits& expected = vertices[triangles[i / 3][i % 3]];
-            ASSERT_TRUE(corners[i].position == expected.position && corners[i].normal == expected.normal && corners[i].color == expected.color)
-                << "seed " << seed << ", corner " << i;
-        }
-    }
-}
-
 // Through the whole bake, at the smallest limit: a scene too large for it, so that it takes several buckets.
 class BakeOutOfCore : public testing::Test {
 protected:
