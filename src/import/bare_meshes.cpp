@@ -59,7 +59,7 @@ std::vector<uint32_t> used_materials(const ObjModel& model) {
 class ObjLook {
 public:
     ObjLook(const BareMeshFile& file, const ObjModel& model, BareMeshes& out)
-        : file_(file), libraries_(read_obj_libraries(file.path, model.libraries)), out_(out) {
+        : file_(file), names_libraries_(!model.libraries.empty()), libraries_(read_obj_libraries(file.path, model.libraries)), out_(out) {
         out.files.insert(out.files.end(), libraries_.files.begin(), libraries_.files.end());
         out.warnings.insert(out.warnings.end(), libraries_.warnings.begin(), libraries_.warnings.end());
         for (const ObjMaterial& material : libraries_.materials) by_name_.emplace(material.name, &material);
@@ -70,7 +70,8 @@ public:
         auto found = by_name_.find(name);
         if (found == by_name_.end()) found = by_name_.find(split_off_comment(name));
         if (found == by_name_.end()) {
-            if (!by_name_.empty() && !name.empty()) unknown_.push_back(name);
+            // Libraries that cannot be read have been named.
+            if (!name.empty() && (!by_name_.empty() || !names_libraries_)) unknown_.push_back(name);
             return;
         }
         mesh.material = engine_material(*found->second);
@@ -80,8 +81,9 @@ public:
     void say_unknown() {
         if (unknown_.empty()) return;
         const std::string more = unknown_.size() > 1 ? fmt::format(" and {} more", unknown_.size() - 1) : "";
-        out_.warnings.push_back(fmt::format("{}: material \"{}\"{} {} in none of its libraries; clay is used", file_.path.string(), unknown_.front(),
-                                            more, unknown_.size() > 1 ? "are" : "is"));
+        out_.warnings.push_back(fmt::format("{}: material \"{}\"{} {} in {}; clay is used", file_.path.string(), unknown_.front(), more,
+                                            unknown_.size() > 1 ? "are" : "is",
+                                            names_libraries_ ? "none of its libraries" : "no library, since it names none (mtllib)"));
     }
 
 private:
@@ -93,6 +95,7 @@ private:
     }
 
     const BareMeshFile& file_;
+    const bool names_libraries_;
     const ObjLibraries libraries_;
     std::unordered_map<std::string_view, const ObjMaterial*> by_name_;  // the first of each name
     BareMeshes& out_;

@@ -183,8 +183,7 @@ Status look_at_ply(const InputFile& file, Sample& sample, MeshLook& look, bool& 
     if (!layout->vertex_color) return {};
     const PlyType type = layout->vertices->properties[(*layout->vertex_color)[0]].type;
     // Those who write more than a byte do not always mean its whole range.
-    look.view.color_scale = ply_type_bytes(type) == 1 ? 255 : color_scale(sample.largest_color);
-    if (ply_type_is_integer(type)) look.view.color_scale = std::max(look.view.color_scale, 255.0);
+    look.view.color_scale = ply_color_scale(type, sample.largest_color);
     return {};
 }
 

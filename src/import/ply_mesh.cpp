@@ -2,9 +2,9 @@
 
 namespace raypager {
 
-double ply_color_scale(PlyType type) {
-    if (!ply_type_is_integer(type)) return 1;
-    return type == PlyType::uint16 ? 65535 : 255;
+double ply_color_scale(PlyType type, double largest) {
+    if (ply_type_bytes(type) == 1) return 255;
+    return ply_type_is_integer(type) ? std::max(color_scale(largest), 255.0) : color_scale(largest);
 }
 
 void PlyMesh::add_vertex() {
@@ -21,20 +21,14 @@ void PlyMesh::add_face() {
     vertices_.clear();
     for (const int64_t corner : corners_) vertices_.push_back(vertex_number(corner));
     colors_.clear();
-    // Numbers beyond the scale of their type are those of bytes.
-    const auto packed = [](double scale, const double* c) {
-        if (scale == 1 && std::max({c[0], c[1], c[2]}) > 1) scale = 255;
-        return pack_color(c[0] / scale, c[1] / scale, c[2] / scale);
-    };
     if (layout_.wedge_colors && wedges_.size() >= 3 * vertices_.size() && !vertices_.empty()) {
         // Three or four numbers a corner.
         const size_t stride = wedges_.size() / vertices_.size();
-        const double scale = ply_color_scale(layout_.faces->properties[*layout_.wedge_colors].type);
-        for (size_t i = 0; i < vertices_.size(); ++i) colors_.push_back(packed(scale, &wedges_[i * stride]));
+        for (size_t i = 0; i < vertices_.size(); ++i) colors_.push_back(of_wedges_.add(&wedges_[i * stride]));
     } else if (layout_.face_color) {
         const auto& properties = *layout_.face_color;
         const double color[3] = {numbers_[properties[0]], numbers_[properties[1]], numbers_[properties[2]]};
-        colors_.assign(vertices_.size(), packed(ply_color_scale(layout_.faces->properties[properties[0]].type), color));
+        colors_.assign(vertices_.size(), of_faces_.add(color) | face_bit);
     }
     polygons_.add(vertices_, colors_);
 }
@@ -59,8 +53,28 @@ void PlyMesh::add_strip() {
     }
 }
 
+uint32_t PlyMesh::Colors::add(const double* color) {
+    const std::array<float, 3> c = {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
+    if (numbers.empty() || numbers.back() != c) numbers.push_back(c);
+    largest = std::max<double>({largest, c[0], c[1], c[2]});
+    return static_cast<uint32_t>(numbers.size() - 1) & ~face_bit;
+}
+
+uint32_t PlyMesh::Colors::packed(uint32_t index, PlyType type) const {
+    const double scale = ply_color_scale(type, largest);
+    const auto& c = numbers[index];
+    return pack_color(c[0] / scale, c[1] / scale, c[2] / scale);
+}
+
 void PlyMesh::finish() {
     polygons_.cut_concave();
+    const auto type = [&](size_t property) { return layout_.faces->properties[property].type; };
+    for (Triangle& corners : polygons_.attributes())
+        for (uint32_t& color : corners) {
+            if (color == RP_NONE) continue;
+            color = color & face_bit ? of_faces_.packed(color & ~face_bit, type((*layout_.face_color)[0]))
+                                     : of_wedges_.packed(color, type(*layout_.wedge_colors));
+        }
     color_corners(mesh_, polygons_);
 }
 

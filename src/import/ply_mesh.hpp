@@ -1,6 +1,7 @@
 // From the values of PLY items, whether they are text or binary, to a mesh.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,8 +12,8 @@
 
 namespace raypager {
 
-// What stands for all of a primary: in faces by type alone, in vertices their file's view knows better.
-double ply_color_scale(PlyType type);
+// The number that stands for full brightness: 255 in bytes, else the smallest usual one that is not below the largest that occurs.
+double ply_color_scale(PlyType type, double largest);
 
 class PlyMesh {
 public:
@@ -79,6 +80,16 @@ private:
     std::vector<int64_t> corners_;
     PlyType last_type_ = PlyType::int32;
     std::vector<uint32_t> vertices_, colors_;
+    // As the file has them: what number stands for full brightness is known when the largest is. Until then attributes of corners are their places
+    // here, with face_bit for those of whole faces.
+    struct Colors {
+        std::vector<std::array<float, 3>> numbers;
+        double largest = 0;
+        uint32_t add(const double* color);
+        uint32_t packed(uint32_t index, PlyType type) const;
+    };
+    static constexpr uint32_t face_bit = 0x80000000u;
+    Colors of_faces_, of_wedges_;
 };
 
 }  // namespace raypager

@@ -93,6 +93,15 @@ TEST(ImportMeshColors, PlyFacesAndWedges) {
                                                  "3 0 1 2 6 0 0 0 0 0 0 9 1 0 0 0 1 0 0 0 1\n3 0 2 3 6 0 0 0 0 0 0 9 1 0 0 0 0 1 0 1 0\n");
     ASSERT_TRUE(wedges.status.ok()) << wedges.status.message();
     EXPECT_EQ(wedges.mesh.colors, (Colors{red, green, blue, green}));
+    // In types wider than a byte, colours may be those of bytes all the same.
+    for (const char* type : {"ushort", "int", "float"}) {
+        const std::string t = type;
+        const Loaded wide = load_text("a.ply", start + "property " + t + " red\nproperty " + t + " green\nproperty " + t + " blue\n" + vertices +
+                                                   "3 0 1 2 255 0 0\n3 0 2 3 1 0 0\n");
+        ASSERT_TRUE(wide.status.ok()) << wide.status.message();
+        for (size_t i = 0; i < 2; ++i)
+            for (const uint32_t v : wide.mesh.triangles[i]) EXPECT_EQ(wide.mesh.colors[v], i == 0 ? red : 1u) << type;
+    }
 }
 
 TEST(ImportMeshColors, OffVerticesAndFaces) {

@@ -50,6 +50,14 @@ TEST(ImportObjMaterials, OneShapeAMaterial) {
     EXPECT_EQ(scene->files, std::vector<std::string>{(folder / "my colours.mtl").string()});
 }
 
+TEST(ImportObjMaterials, NamesWithoutAnyLibraryAreSaid) {
+    const TemporaryFolder folder;
+    const auto scene = import_scene({folder.write("a.obj", "usemtl red\n" + two_triangles + "f 1 2 3\nf 2 4 3\n")});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    ASSERT_EQ(scene->warnings.size(), 1u) << joined(scene->warnings);
+    EXPECT_NE(scene->warnings[0].find("material \"red\" is in no library"), std::string::npos) << scene->warnings[0];
+}
+
 TEST(ImportObjMaterials, OfOneMaterialThroughout) {
     const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl m\nKd 0.25 0.5 0.75\n");
