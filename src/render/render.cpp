@@ -109,7 +109,7 @@ private:
     uint32_t started_ = 0, ended_ = 0;  // rounds, numbered from 1
     bool late_ = false;                 // time is up: few samples begin any more
     std::optional<double> stop_began_;  // the same, because of a stop from outside
-    bool shortened_ = false;            // which takes samples from the picture
+    bool shortened_ = false;            // by a stop, which takes samples from the picture
     bool stopped_ = false;              // here and now
     uint64_t coarse_ = 0;               // samples that are begun in an order of their own then
     double stall_seconds_ = 0, snapshot_seconds_ = 0, snapshot_interval_ = 0;
@@ -270,7 +270,6 @@ Status Renderer::end_early() {
     const bool stop = is_set(options_.stop) || is_set(options_.stop_now), first = stop && !stop_began_;
     if (first) stop_began_ = now;
     stopped_ = stop && (checkpointer_->enabled() || is_set(options_.stop_now) || now - *stop_began_ >= options_.stop_seconds);
-    shortened_ = shortened_ || stopped_;
     const bool late = !late_ && options_.time_seconds > 0 && now >= options_.time_seconds;
     late_ = late_ || late;
     return !stopped_ && (first || late) ? begin_fewer(stop) : Status();
@@ -408,7 +407,9 @@ Result<RenderResult> Renderer::result() {
     report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
     report.width = params.width;
     report.height = params.height;
-    report.complete = !shortened_;
+    // A stop may find nothing left to do but the rounds under way, which have ended since.
+    const bool holds_all_begun = film->samples() == samples_to_begin();
+    report.complete = !shortened_ && holds_all_begun;
     report.unsampled = film->unsampled();
     report.average_spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
     report.spp = static_cast<uint32_t>(film->samples() / pixels_);
@@ -435,7 +436,7 @@ Result<RenderResult> Renderer::result() {
     report.rays = {done.camera_rays, done.bounce_rays, done.shadow_rays};
     report.paging = {done.loads, done.evictions, done.bytes_loaded, done.rounds, done.wants_without_hit};
     // Every sample that was begun has ended up in the film.
-    if (!stopped_ && film->samples() != samples_to_begin())
+    if (!stopped_ && !holds_all_begun)
         return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin()));
     recorder_.finish(scene_, *residency_, wavefront_->params(), result);
     return result;
