@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Every mesh and point cloud of some public suites: is it read, and are as many triangles and points in it as other readers find?
 
-    read_suites.py PROGRAM FOLDER [--keep-going]     FOLDER keeps the suites between runs
+    read_suites.py PROGRAM FOLDER     FOLDER keeps the suites between runs
 
 The suites are packages: assimp's test models, the data and examples of CGAL's demos (Debian), test files of laspy, meshio, pyvista and pyntcloud (PyPI).
 The other readers are trimesh, plyfile, laspy and numpy; they come into a virtual environment in FOLDER. Prints a line for each file that is refused
