@@ -6,6 +6,7 @@
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/recorded_films.hpp"
 
 namespace raypager {
 namespace {
@@ -89,6 +90,18 @@ protected:
     RenderOptions base_;
     uint64_t hash_ = 0, rays_ = 0;
 };
+
+// The other tests say that no option changes this film; this one, that no change of the code did without meaning to. Where one means to, record the
+// films again and say so in the commit (tests/golden/films.txt).
+TEST_P(SamePicture, is_the_recorded_one) {
+    const auto result = run(base_);
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    const RenderReport::DeviceFacts& device = result->report.device;
+    const std::string key = support::film_device(device.name, device.driver);
+    const std::optional<uint64_t> recorded = support::recorded_film(key, GetParam().name);
+    if (!recorded) GTEST_SKIP() << "tests/golden/films.txt has no film of this kind of device; it would be: " << support::film_line(key, GetParam().name, hash_);
+    EXPECT_EQ(hash_, *recorded) << "if the change is meant to change pictures, the line is now: " << support::film_line(key, GetParam().name, hash_);
+}
 
 TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
     for (const PolicyName& policy : policy_names)
