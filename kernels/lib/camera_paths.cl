@@ -2,13 +2,14 @@
 #ifndef RP_CAMERA_PATHS_CL
 #define RP_CAMERA_PATHS_CL
 
-#include "lib/path.cl"
+#include "lib/arithmetic.cl"
+#include "lib/path_state.cl"
 #include "lib/random.cl"
 #include "lib/sample_order.cl"
 
-// A new camera path in a slot.
-static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, __global uint4* paths) {
-    const uint slot_count = params->slot_count;
+// A new camera path in a slot. Its ray may come from fused operations: it is computed here alone.
+static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, const rp_paths* paths) {
+#pragma OPENCL FP_CONTRACT ON
     const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
     const rp_numbers_1 random = rp_random_bits_1(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
     const float u = ((float)xy.x + rp_unit_1(random.x)) / (float)params->width, v = ((float)xy.y + rp_unit_1(random.y)) / (float)params->height;
@@ -18,17 +19,7 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
     const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
     const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
     const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
-#ifdef RP_SHORT_STATES
-    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), pixel);
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), sample);
-#else
-    RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
-    RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
-    RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(pixel, 0u, sample, RP_NONE);
-    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
-    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)((uint3)(0u), pixel);
-#endif
+    rp_begin_camera_path(paths, slot, pixel, sample, eye, direction);
 }
 
 // What there is to be given out.
@@ -40,25 +31,21 @@ typedef struct rp_supply {
 
 // The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
 // written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
-static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, __global uint* status,
-                                  __global uint4* paths, __global uint* queue, const __global rp_path_sample* again, uint listed, uint later) {
+static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, const rp_paths* paths,
+                                  __global uint* queue, const __global rp_path_sample* again, uint listed, uint later) {
     rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u, 1u};
     for (uint i = get_global_id(0); i < supply->slots; i += get_global_size(0)) {
         const uint slot = free_list[i];
         const ulong number = supply->sample + (i - min(i, listed));
         if (i >= listed && number >= params->sample_limit) {
-            status[slot] = later != 0u ? RP_STATUS_FREE : RP_STATUS_IDLE;
+            if (later != 0u) rp_free_slot(paths, slot);
+            else rp_retire_slot(paths, slot);
             continue;
         }
         rp_path_sample taken;
         if (i < listed) taken = again[i];
         else taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
-#ifdef RP_SHORT_STATES
-        status[slot] = RP_STATUS_EXTEND | RP_STATUS_CAMERA;
-#else
-        status[slot] = RP_STATUS_EXTEND;
-#endif
         queue[supply->queued + i] = slot;
     }
 }

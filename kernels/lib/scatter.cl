@@ -5,6 +5,7 @@
 #define RP_SCATTER_CL
 
 #include "lib/bsdf.cl"
+#include "raypager/abi/path.h"
 
 // Russian roulette begins after so many scattering events; a path goes on with this times its throughput as probability (bench/results.md).
 #define RP_ROULETTE_DEPTH 2u

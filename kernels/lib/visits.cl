@@ -9,7 +9,7 @@
 #ifdef RP_RECORD
 
 #include "lib/geometry.cl"
-#include "lib/path.cl"
+#include "lib/path_state.cl"
 #include "raypager/abi/visits.h"
 
 // One pass of a ray.
@@ -57,20 +57,20 @@ static inline bool rp_visit_add(const rp_visit_log* log, uint kind, uint block) 
 
 // Begins a pass of the ray in a slot; kind: that of its first event. False if the log is full: then the ray must be left as it is, for the
 // next round. If it had waited for a block, which may be gone by then, it wants that again.
-static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* wants, uint slot_count,
-                                  uint slot, uint state, const __global uint4* paths, uint begin_kind, uint resume_kind) {
-    const uint4 surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
+static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* wants,
+                                  const rp_paths* paths, uint slot, uint begin_kind, uint resume_kind) {
+    const uint state = rp_state_of(paths, slot);
+    const rp_path_sample of = rp_sample_of(paths, slot, state);
     log->words = words;
-    const bool camera = (state & RP_STATUS_CAMERA) != 0u;
-    log->pixel = camera ? RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w : RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot).w;
-    log->sample = camera ? RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot).w : surface.z;
-    const bool resumed = (state & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS;
+    log->pixel = of.pixel;
+    log->sample = of.sample;
+    const bool resumed = rp_waits(state);
     log->kind = resumed ? resume_kind : begin_kind;
     log->stopped_by = RP_VISIT_NO_BLOCK;
     log->on = rp_path_hash(log->pixel, log->sample) <= words[RP_VISIT_THRESHOLD];
     log->head = log->on ? rp_visit_reserve(log) : 0u;
     if (log->head != RP_NONE) return true;
-    if (resumed) atomic_inc(wants + rp_portal_block(g, surface.w));
+    if (resumed) atomic_inc(wants + rp_portal_block(g, rp_portal_of(paths, slot)));
     return false;
 }
 

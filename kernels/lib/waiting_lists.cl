@@ -2,7 +2,7 @@
 #ifndef RP_WAITING_LISTS_CL
 #define RP_WAITING_LISTS_CL
 
-#include "lib/path.cl"
+#include "lib/path_state.cl"
 
 // The lists of a block's extension rays that wait, and behind them those of its shadow rays. demand: abi/path.h.
 static inline volatile __global uint* rp_lists_of(volatile __global uint* demand, uint block_count, uint block) {
@@ -27,33 +27,33 @@ static inline void rp_begin_chains(rp_chains* chains, uint stream, bool shadow) 
     for (uint k = 0u; k < RP_CHAINS; k++) chains->block[k] = RP_NONE, chains->count[k] = 0u;
 }
 
-static inline void rp_end_chain(rp_chains* chains, uint k, uint slot_count, __global uint* status, volatile __global uint* demand, uint block_count) {
+static inline void rp_end_chain(rp_chains* chains, uint k, const rp_paths* paths, volatile __global uint* demand, uint block_count) {
     if (chains->count[k] == 0u) return;
     const uint block = chains->block[k];
-    rp_set_place(status, slot_count, chains->tail[k], atomic_xchg(rp_lists_of(demand, block_count, block) + chains->list, chains->head[k]));
+    rp_set_wait_word(paths, chains->tail[k], atomic_xchg(rp_lists_of(demand, block_count, block) + chains->list, chains->head[k]));
     atomic_add(demand + RP_DEMAND_WANTS * block_count + block, chains->count[k]);
 }
 
 // Before this, rays that were put into chains are in no list, and nothing wants their blocks.
-static inline void rp_end_chains(rp_chains* chains, uint slot_count, __global uint* status, volatile __global uint* demand, uint block_count) {
-    for (uint k = 0u; k < RP_CHAINS; k++) rp_end_chain(chains, k, slot_count, status, demand, block_count);
+static inline void rp_end_chains(rp_chains* chains, const rp_paths* paths, volatile __global uint* demand, uint block_count) {
+    for (uint k = 0u; k < RP_CHAINS; k++) rp_end_chain(chains, k, paths, demand, block_count);
 }
 
-// The ray of a slot waits for a block, of which there is no RP_NONE. state: as for rp_wait_for.
-static inline void rp_wait_in_chain(rp_chains* chains, uint slot, uint block, uint state, uint slot_count, __global uint* status,
-                                    volatile __global uint* demand, uint block_count) {
-    status[slot] = state;
+// The ray of a slot waits for a block, of which there is no RP_NONE. waiting_state: as for rp_wait_for.
+static inline void rp_wait_in_chain(rp_chains* chains, const rp_paths* paths, uint slot, uint block, uint waiting_state, volatile __global uint* demand,
+                                    uint block_count) {
+    rp_set_state(paths, slot, waiting_state);
     uint k = 0u;
     while (k < RP_CHAINS && chains->block[k] != block) k++;
     if (k == RP_CHAINS) {
         k = chains->next;
         chains->next = (k + 1u) % RP_CHAINS;
-        rp_end_chain(chains, k, slot_count, status, demand, block_count);
+        rp_end_chain(chains, k, paths, demand, block_count);
         chains->block[k] = block;
         chains->tail[k] = slot;
         chains->count[k] = 0u;
     } else {
-        rp_set_place(status, slot_count, slot, chains->head[k]);
+        rp_set_wait_word(paths, slot, chains->head[k]);
     }
     chains->head[k] = slot + 1u;
     chains->count[k]++;

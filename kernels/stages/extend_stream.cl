@@ -1,7 +1,8 @@
 // On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render this is a part
 // of trace_stream.cl.
 #include "lib/apart.cl"
-#include "lib/connection.cl"
+#include "lib/path_state.cl"
+#include "lib/queue.cl"
 #include "lib/stream_slots.cl"
 #include "lib/stream_traverse.cl"
 #include "lib/waiting_lists.cl"
@@ -13,27 +14,23 @@ typedef struct rp_extend_rays {
     uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], state[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
 } rp_extend_rays;
 
-static inline void rp_load_extend_stream(const rp_geometry* g, const __global uint4* paths, const __global uint* status, uint slot_count,
-                                         const __global uint* queue, rp_stream* s, rp_extend_rays* e, const rp_share* share) {
+static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_extend_rays* e,
+                                         const rp_share* share) {
     const uint count = e->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
-    for (uint r = 0u; r < next_count; r++) rp_fetch_extension(paths, slot_count, rp_extend_entry(queue, next + r));
+    for (uint r = 0u; r < next_count; r++) rp_fetch_extension(paths, rp_extend_entry(queue, next + r));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         e->slot[r] = rp_extend_entry(queue, e->first + min(r, count - 1u));
-        e->state[r] = status[e->slot[r]];
+        e->state[r] = rp_state_of(paths, e->slot[r]);
     }
     for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
-        uint8 ray[8], hit[8], direction[3];
-        rp_read_slots(paths, RP_PLANE_ORIGIN, slot_count, e->slot + 8u * i, ray);
-        rp_read_slots(paths, RP_PLANE_HIT, slot_count, e->slot + 8u * i, hit);
-        const uint8 state = vload8(i, e->state);
-        const int8 connected = (state & RP_STATUS_CONNECTED) != 0u;
-        for (uint a = 0u; a < 3u; a++) direction[a] = connected ? hit[a] : ray[4u + a];
-        rp_set_stream_rays(s, i, ray, direction, connected ? as_uint8((float8)(INFINITY)) : ray[3], connected ? (uint8)(RP_NONE) : hit[3]);
-        vstore8(ray[7], i, e->density);
-        vstore8(hit[6], i, e->sample);
-        vstore8((state & RP_STATUS_RESUMED) != 0u ? hit[7] : (uint8)(RP_NONE), i, e->portal);
+        rp_extension_rays8 rays;
+        rp_extensions_of8(paths, e->slot + 8u * i, vload8(i, e->state), &rays);
+        rp_set_stream_rays(s, i, rays.origin, rays.direction, rays.t, rays.primitive);
+        vstore8(rays.density, i, e->density);
+        vstore8(rays.sample, i, e->sample);
+        vstore8(rays.portal, i, e->portal);
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
@@ -49,49 +46,39 @@ typedef struct rp_extend_counts {
     uint served, no_hit, waiting;
 } rp_extend_counts;
 
-// hit: if it has one, what its planes are to say of it: HIT and SURFACE, or, if the ray is CONNECTED and does not wait, ORIGIN and DIRECTION.
+// row: if it has a hit, what its planes are to say of it (rp_lay_out_hits8).
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
-                                       uint portal, uint8 hit, uint slot_count, uint block_count, volatile __global uint* demand,
-                                       __global uint* status, __global uint4* paths, rp_chains* chains, rp_extend_counts* counts) {
+                                       uint portal, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
+                                       rp_chains* chains, rp_extend_counts* counts) {
     const uint slot = e->slot[r], state = e->state[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
     const bool has_hit = rp_hit_in_launch(s, r);
-    uint offset_exponent = rp_state_offset(state), block = state & RP_STATUS_BLOCK_MASK, connected = state & (RP_STATUS_CONNECTED | RP_STATUS_LIT);
+    uint offset_exponent = rp_offset_exponent_of(state), last_block = rp_kept_last_block(state);
     if (has_hit) {
         offset_exponent = surfaces->offset_exponent[r];
 #ifdef RP_VERTEX_COLORS
-        rp_set_color(status, slot_count, slot, surfaces->color[r]);
+        rp_set_color(paths, slot, surfaces->color[r]);
 #endif
-        block = rp_block_state(rp_hit_leaf(s, r)->block);
-        if (connected != 0u && portal != RP_NONE) {
-            rp_settle_connection(slot, state, slot_count, paths);
-            connected = 0u;
-        }
-        if (connected == 0u) RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = as_uint(t);
-        vstore8(hit, 0, (__global uint*)&RP_PLANE(paths, connected != 0u ? RP_PLANE_ORIGIN : RP_PLANE_HIT, slot_count, slot));
-    } else if (portal != RP_NONE) {
-        rp_set_portal(slot, portal, slot_count, paths);
-    } else if (connected != 0u) {
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot).w = RP_NONE;
+        last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
     }
+    const uint kept = rp_store_stream_extension(paths, slot, state, has_hit, t, portal, row);
     if (waited_at != RP_NONE) {
         counts->served++;
         if (!has_hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
     }
-    const uint offset = offset_exponent << RP_STATUS_OFFSET_SHIFT;
     if (portal == RP_NONE) {
-        status[slot] = RP_STATUS_SHADE | offset | connected | block;
+        rp_finish_stream_extension(paths, slot, offset_exponent, kept, last_block);
 #ifdef RP_COUNT_BOUNCES
         if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
         counts->waiting++;
-        rp_wait_in_chain(chains, slot, rp_portal_block(g, portal), RP_STATUS_EXTEND_WAITS | offset | connected, slot_count, status, demand, block_count);
+        rp_wait_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
     }
 }
 
-static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, uint slot_count, uint block_count,
-                                          volatile __global uint* demand, __global uint* status, __global uint4* paths, rp_extend_counts* counts) {
+static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, uint block_count,
+                                          volatile __global uint* demand, const rp_paths* paths, rp_extend_counts* counts) {
     rp_wide_surfaces surfaces;
     rp_find_surfaces(s, &surfaces);
     rp_chains chains;
@@ -100,28 +87,27 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
         const uint i = first / 8u;
         uint portal[8];
         for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
-        const uint8 waits_at = vload8(0, portal);
-        const int8 stays_connected = ((vload8(i, e->state) & RP_STATUS_CONNECTED) != 0u) & (waits_at == RP_NONE);
         // Where there is no hit, nothing of this is used.
-        uint8 hit[8] = {as_uint8(vload8(i, surfaces.position[0])),
-                        as_uint8(vload8(i, surfaces.position[1])),
-                        as_uint8(vload8(i, surfaces.position[2])),
-                        vload8(i, (const uint*)s->primitive),
-                        vload8(i, surfaces.geometric_normal),
-                        vload8(i, surfaces.shading_normal),
-                        stays_connected ? as_uint8(vload8(i, (const float*)s->t)) : vload8(i, e->sample),
-                        stays_connected ? vload8(i, e->density) : waits_at};
-        rp_transpose8(hit);
+        const rp_hits8 hits = {{as_uint8(vload8(i, surfaces.position[0])), as_uint8(vload8(i, surfaces.position[1])), as_uint8(vload8(i, surfaces.position[2]))},
+                               vload8(i, (const uint*)s->primitive),
+                               vload8(i, surfaces.geometric_normal),
+                               vload8(i, surfaces.shading_normal),
+                               as_uint8(vload8(i, (const float*)s->t)),
+                               vload8(0, portal),
+                               vload8(i, e->density),
+                               vload8(i, e->sample)};
+        uint8 rows[8];
+        rp_lay_out_hits8(&hits, vload8(i, e->state), rows);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
-            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], hit[k], slot_count, block_count, demand, status, paths, &chains, counts);
+            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], rows[k], block_count, demand, paths, &chains, counts);
     }
-    rp_end_chains(&chains, slot_count, status, demand, block_count);
+    rp_end_chains(&chains, paths, demand, block_count);
 }
 
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
 static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
-                                       uint slot_count, const __global uint* restrict queue, volatile __global uint* demand,
-                                       __global uint* restrict status, __global uint4* restrict paths, volatile __global uint* restrict counters) {
+                                       const __global uint* restrict queue, volatile __global uint* demand, const rp_paths* paths,
+                                       volatile __global uint* restrict counters) {
     rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
@@ -135,12 +121,12 @@ static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, con
             continue;
         }
         if (rays[w].count != 0u)
-            rp_store_extend_stream(g, &walks[w].stream, &rays[w], slot_count, block_count, demand, status, paths, &counts);
+            rp_store_extend_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &counts);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_extend_stream(g, paths, status, slot_count, queue, &walks[w].stream, &rays[w], &share);
+            rp_load_extend_stream(g, paths, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
         }
     }
@@ -151,9 +137,10 @@ static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, con
 
 #ifndef RP_WITHOUT_KERNELS
 __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
-                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, &paths, counters);
 }
 #endif

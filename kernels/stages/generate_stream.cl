@@ -5,7 +5,7 @@
 static inline uint rp_read_counter(volatile __global uint* counter) { return atomic_add(counter, 0u); }
 
 __kernel void rp_generate_stream(__constant rp_render_params* restrict params, volatile __global uint* restrict counters,
-                                 const __global uint* restrict free_list, __global uint* restrict status, __global uint4* restrict paths,
+                                 const __global uint* restrict free_list, __global uint* restrict status, __global uint4* restrict planes,
                                  __global uint* restrict queue, const __global rp_path_sample* restrict again, uint listed, uint later) {
     __local uint found[4];
     if (get_local_id(0) == 0u) {
@@ -16,7 +16,8 @@ __kernel void rp_generate_stream(__constant rp_render_params* restrict params, v
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     const rp_supply supply = {found[0], (ulong)found[2] << 32 | found[1], found[3]};
-    rp_begin_paths(params, &supply, free_list, status, paths, queue, again, listed, later);
+    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
+    rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later);
     // What has been given out is accounted for by the last work-group: the others know by then how much there was. The fence keeps their reading before
     // their counting.
     mem_fence(CLK_GLOBAL_MEM_FENCE);

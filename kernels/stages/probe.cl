@@ -1,6 +1,6 @@
 // For tests: traces given rays through resident blocks, outside the wavefront; and reports the layout of shared structs.
 #include "lib/light.cl"
-#include "lib/path.cl"
+#include "lib/path_state.cl"
 #include "lib/random.cl"
 #include "lib/sample_order.cl"
 #include "lib/surface.cl"

@@ -2,7 +2,8 @@
 // ray on their way (lib/scatter.cl). With RP_SHADE_LANES = 16, for CPUs, vertices on diffuse surfaces are seen to sixteen at a time.
 #include "lib/apart.cl"
 #include "lib/film.cl"
-#include "lib/path.cl"
+#include "lib/path_state.cl"
+#include "lib/queue.cl"
 #include "lib/scatter.cl"
 #include "lib/surface.cl"
 
@@ -40,200 +41,134 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
 }
 
-static inline void rp_finish(__constant rp_render_params* params, __global uint* status, uint slot, __global uint* film, uint pixel, float3 radiance) {
+// A path ends here.
+static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel, float3 radiance) {
     rp_film_add(film, pixel, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
-    status[slot] = RP_STATUS_FREE;
+    rp_free_slot(paths, slot);
 }
 
-// What the planes hold at the end of an extension ray.
-typedef struct rp_arrival_planes {
-    uint4 origin, direction, throughput, radiance, hit, surface;
-#ifdef RP_VERTEX_COLORS
-    uint color;
-#endif
-} rp_arrival_planes;
-
-// A path that has come to a surface from which it may go on.
-typedef struct rp_arrival {
+// A path that has come to a surface from which it may go on. state: of its slot when it came.
+typedef struct rp_vertex_of_path {
     uint slot, state;
     const __global rp_material* material;
     float3 radiance;
     rp_vertex_1 vertex;
-} rp_arrival;
+} rp_vertex_of_path;
 
-#if defined(RP_SHORT_STATES) && RP_SHADE_LANES == 16
+#ifdef RP_SHORT_STATES
+#if RP_SHADE_LANES == 16
 #error "streams find surfaces themselves"
 #endif
-#ifdef RP_SHORT_STATES
-// Brings the planes of a path into the form that abi/path.h gives first, the surface at the hit included. state: of its slot.
-static inline void rp_unfold(const rp_geometry* geometry, __constant rp_camera* camera, rp_arrival_planes* p, uint* state) {
-    uint3 found = p->hit.xyz;
-    if (*state & RP_STATUS_CAMERA) {
-        p->throughput = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
-        p->radiance = (uint4)((uint3)(0u), p->origin.w);
-        p->surface = (uint4)(0u, 0u, p->direction.w, RP_NONE);
-        p->hit.w = RP_NONE;
-        p->direction.w = as_uint(0.0f);
-        found = p->origin.xyz;
-        p->origin.xyz = as_uint3((float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
-    } else if (*state & RP_STATUS_CONNECTED) {
-        if (*state & RP_STATUS_LIT) p->radiance.xyz = as_uint3(as_float3(p->radiance.xyz) + rp_light_in(p->hit, p->surface));
-        found = p->direction.xyz;
-        p->direction.xyz = p->hit.xyz;
-        p->hit.w = RP_NONE;
-    }
-    if (!(*state & RP_STATUS_FOUND)) return;
-    const rp_ray ray = rp_make_ray(as_float3(p->origin.xyz), as_float3(p->direction.xyz));
-    const rp_hit hit = {as_float(found.z), found.x, found.y};
+// Finds the surface at the hit of a path that has come there.
+static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
+    const rp_ray ray = rp_make_ray(a->origin, a->direction);
+    const rp_hit hit = {a->distance, a->leaf, a->block};
     const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
-    p->origin.w = found.z;
-    p->hit = (uint4)(as_uint3(s.position), rp_hit_primitive(geometry, &hit));
-    p->surface.xy = (uint2)(s.geometric_normal, s.shading_normal);
+    a->position = s.position;
+    a->primitive = rp_hit_primitive(geometry, &hit);
+    a->geometric_normal = s.geometric_normal;
+    a->shading_normal = s.shading_normal;
+    a->offset_exponent = s.offset_exponent;
 #ifdef RP_VERTEX_COLORS
-    p->color = s.color;
+    a->color = s.color;
 #endif
-    *state = RP_STATUS_SHADE | s.offset_exponent << RP_STATUS_OFFSET_SHIFT;
 }
 #define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
 #define RP_SHADE_GEOMETRY const rp_geometry* geometry,
 #define RP_SHADE_FROM &geometry,
-#define RP_SHADE_KEEPS 0u
-#define RP_SHADE_FIRST(depth) ((depth) == 0u ? RP_STATUS_FIRST : 0u)
 #else
-// Brings the planes of a ray that is CONNECTED, and was traced in a stream, into the form that abi/path.h gives first. state: of its slot.
-static inline void rp_unfold_connection(rp_arrival_planes* p, uint state) {
-    const float3 before = as_float3(p->radiance.xyz), after = before + rp_light_in(p->hit, p->surface);
-    p->radiance.xyz = as_uint3(state & RP_STATUS_LIT ? after : before);
-    const uint4 hit = p->origin, surface = p->direction;
-    p->origin.w = surface.z;
-    p->direction = (uint4)(p->hit.xyz, surface.w);
-    p->hit = hit;
-    p->surface.xy = surface.xy;
-}
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY
 #define RP_SHADE_FROM
-#define RP_SHADE_KEEPS RP_STATUS_BLOCK_MASK  // of the status word
-#define RP_SHADE_FIRST(depth) 0u
 #endif
 
 // Adds what shines at the end of a ray. False: the path has ended.
 static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
-                             const __global rp_light* lights, const __global uint* light_steps,
-                             const __global rp_primitive_range* ranges, uint slot, uint state, __global uint* status, __global uint4* paths,
-                             __global uint* film, rp_arrival* arrival) {
-    const uint slot_count = params->slot_count;
-    rp_arrival_planes p;
-    p.origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot);
-    p.direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot);
+                             const __global rp_light* lights, const __global uint* light_steps, const __global rp_primitive_range* ranges,
+                             const rp_paths* paths, uint slot, uint state, __global uint* film, rp_vertex_of_path* reached) {
 #ifdef RP_SHORT_STATES
-    p.throughput = p.radiance = p.hit = p.surface = (uint4)(0u);
-    if (!(state & RP_STATUS_CAMERA))
-#endif
-    {
-        p.throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot);
-        p.radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot);
-        p.hit = RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot);
-        p.surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot);
-    }
-#ifdef RP_VERTEX_COLORS
-    p.color = rp_color_of(status, slot_count, slot);
-#endif
-#ifdef RP_SHORT_STATES
-    rp_unfold(geometry, &params->camera, &p, &state);
+    __constant rp_camera* camera = &params->camera;
+    rp_arrival a = rp_arrival_of(paths, slot, state, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
+    if (a.block != RP_NONE) rp_find_surface(geometry, &a);
 #else
-    if (state & RP_STATUS_CONNECTED) rp_unfold_connection(&p, state);
+    const rp_arrival a = rp_arrival_of(paths, slot, state);
 #endif
-    const float3 direction = as_float3(p.direction.xyz), throughput = as_float3(p.throughput.xyz);
-    const float bsdf_density = as_float(p.direction.w);
-    float3 radiance = as_float3(p.radiance.xyz);
-    const uint flags = p.throughput.w, depth = flags & RP_PATH_DEPTH_MASK, pixel = p.radiance.w;
-    const bool full_emission = (flags & RP_PATH_SPECULAR) != 0u;
+    float3 radiance = a.radiance;
+    const uint depth = rp_depth_of(a.flags), pixel = a.pixel;
+    const bool full_emission = rp_was_specular(a.flags);
 
-    if (p.hit.w == RP_NONE) {
+    if (a.primitive == RP_NONE) {
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
             if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
-            rp_finish(params, status, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
+            rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
             return false;
         }
-        rp_finish(params, status, slot, film, pixel, radiance + throughput * rp_background(params, lights, bsdf_density, full_emission));
+        rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * rp_background(params, lights, a.bsdf_density, full_emission));
         return false;
     }
-    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, p.hit.w);
+    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, a.primitive);
     if (range->first_light != RP_NONE) {
-        const uint number = range->first_light + (p.hit.w - range->first_primitive);
-        radiance += throughput * rp_emission(lights, light_steps, number, as_float3(p.hit.xyz), rp_decode_normal(p.surface.x), direction,
-                                             as_float(p.origin.w), bsdf_density, full_emission);
+        const uint number = range->first_light + (a.primitive - range->first_primitive);
+        radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction, a.distance,
+                                               a.bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
-        rp_finish(params, status, slot, film, pixel, radiance);
+        rp_end_path(params, paths, slot, film, pixel, radiance);
         return false;
     }
     const __global rp_material* material = materials + range->material;
     const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u, plain = (material->flags & RP_MATERIAL_PLAIN) != 0u;
-    const float3 root = (float3)(p.surface.y >> 8 & 255u, p.surface.y >> 16 & 255u, p.surface.y >> 24) / 255.0f;
+    const float3 root = (float3)(a.shading_normal >> 8 & 255u, a.shading_normal >> 16 & 255u, a.shading_normal >> 24) / 255.0f;
     float3 reflectance = colored && !plain ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
 #ifdef RP_VERTEX_COLORS
-    if ((range->flags & RP_RANGE_VERTEX_COLOR) && !plain) reflectance = rp_blended_reflectance(p.color);
+    if ((range->flags & RP_RANGE_VERTEX_COLOR) && !plain) reflectance = rp_blended_reflectance(a.color);
 #endif
-    arrival->slot = slot;
-    arrival->state = state;
-    arrival->material = material;
-    arrival->radiance = radiance;
-    rp_vertex_1* vertex = &arrival->vertex;
-    vertex->direction = rp_vector_of(direction);
-    vertex->throughput = rp_vector_of(throughput);
-    vertex->position = rp_vector_of(as_float3(p.hit.xyz));
+    reached->slot = slot;
+    reached->state = state;
+    reached->material = material;
+    reached->radiance = radiance;
+    rp_vertex_1* vertex = &reached->vertex;
+    vertex->direction = rp_vector_of(a.direction);
+    vertex->throughput = rp_vector_of(a.throughput);
+    vertex->position = rp_vector_of(a.position);
     vertex->reflectance = rp_vector_of(reflectance);
-    vertex->offset = rp_offset_distance(rp_state_offset(state));
-    vertex->geometric_normal = p.surface.x;
-    vertex->shading_normal = colored ? p.surface.x : p.surface.y;
+    vertex->offset = rp_offset_distance(a.offset_exponent);
+    vertex->geometric_normal = a.geometric_normal;
+    vertex->shading_normal = colored ? a.geometric_normal : a.shading_normal;
     vertex->pixel = pixel;
-    vertex->sample = p.surface.z;
+    vertex->sample = a.sample;
     vertex->depth = depth;
-    vertex->refraction = (int)flags >> RP_PATH_REFRACTION_SHIFT;
+    vertex->refraction = rp_refraction_of(a.flags);
     return true;
 }
 
 // The rays that leave a vertex; the path ends if there is none. state: of the slot so far. mine: counts of bounce rays and shadow rays.
-static inline void rp_depart(__constant rp_render_params* params, uint slot, uint state, float3 radiance, uint pixel, uint sample, uint depth,
-                             const rp_departure_1* out, __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
-    const uint slot_count = params->slot_count;
+static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint state, float3 radiance, uint pixel, uint sample,
+                             uint depth, const rp_departure_1* out, __global uint* film, uint* mine) {
     if (!out->shadow && !out->go_on) {
-        rp_finish(params, status, slot, film, pixel, radiance);
+        rp_end_path(params, paths, slot, film, pixel, radiance);
         return;
     }
-    const uint3 start = as_uint3(rp_float3(out->start));
+    const bool specular = out->go_on && out->density == 0.0f;
     const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
-    const uint density = out->go_on ? as_uint(out->density) : 0u, specular = out->go_on && out->density == 0.0f ? RP_PATH_SPECULAR : 0u;
-    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot_count, slot) =
-        (uint4)(as_uint3(rp_float3(out->throughput)), (depth + 1u) | specular | (out->go_on ? (uint)out->refraction << RP_PATH_REFRACTION_SHIFT : 0u));
-    RP_PLANE(paths, RP_PLANE_RADIANCE, slot_count, slot) = (uint4)(as_uint3(radiance), pixel);
-    if (out->shadow) {
-        const uint3 light = as_uint3(rp_float3(out->light));
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(out->light_reach));
-        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(as_uint3(rp_float3(out->light_direction)), density);
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)(direction, light.x);
-        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(light.yz, sample, RP_NONE);
-        status[slot] = RP_STATUS_SHADOW | (out->go_on ? 0u : RP_STATUS_ENDS) | (state & RP_SHADE_KEEPS) | RP_SHADE_FIRST(depth);
-    } else {
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot_count, slot) = (uint4)(start, as_uint(INFINITY));
-        RP_PLANE(paths, RP_PLANE_DIRECTION, slot_count, slot) = (uint4)(direction, density);
-        RP_PLANE(paths, RP_PLANE_HIT, slot_count, slot) = (uint4)((uint3)(0u), RP_NONE);
-        RP_PLANE(paths, RP_PLANE_SURFACE, slot_count, slot) = (uint4)(0u, 0u, sample, RP_NONE);
-        status[slot] = RP_STATUS_EXTEND | (state & RP_SHADE_KEEPS) | RP_SHADE_FIRST(depth);
-    }
+    const uint density = out->go_on ? as_uint(out->density) : 0u;
+    rp_store_path(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0), radiance, pixel);
+    if (out->shadow)
+        rp_begin_shadow(paths, slot, state, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
+                        !out->go_on, direction, density, sample);
+    else
+        rp_begin_extension(paths, slot, state, depth, rp_float3(out->start), direction, density, sample);
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
 }
 
 static inline void rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                const rp_arrival* arrival, __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
-    const rp_vertex_1* vertex = &arrival->vertex;
+                                const rp_vertex_of_path* reached, const rp_paths* paths, __global uint* film, uint* mine) {
+    const rp_vertex_1* vertex = &reached->vertex;
     rp_departure_1 out;
-    if (arrival->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
-    else rp_scatter_special(params, lights, light_steps, arrival->material, vertex, &out);
-    rp_depart(params, arrival->slot, arrival->state, arrival->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, status, paths, film, mine);
+    if (reached->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
+    else rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
+    rp_depart(params, paths, reached->slot, reached->state, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);
 }
 
 #if RP_SHADE_LANES == 16
@@ -246,20 +181,20 @@ typedef struct rp_gathered {
     float radiance[3][16], vertex[13][16];      // direction, throughput, position, reflectance, offset
 } rp_gathered;
 
-static inline void rp_gather(rp_gathered* g, const rp_arrival* arrival) {
-    const rp_vertex_1* v = &arrival->vertex;
+static inline void rp_gather(rp_gathered* g, const rp_vertex_of_path* reached) {
+    const rp_vertex_1* v = &reached->vertex;
     const uint k = g->count++;
-    g->slot[k] = arrival->slot;
-    g->state[k] = arrival->state;
+    g->slot[k] = reached->slot;
+    g->state[k] = reached->state;
     g->normal[0][k] = v->geometric_normal;
     g->normal[1][k] = v->shading_normal;
     g->path[0][k] = v->pixel;
     g->path[1][k] = v->sample;
     g->path[2][k] = v->depth;
     g->path[3][k] = (uint)v->refraction;
-    g->radiance[0][k] = arrival->radiance.x;
-    g->radiance[1][k] = arrival->radiance.y;
-    g->radiance[2][k] = arrival->radiance.z;
+    g->radiance[0][k] = reached->radiance.x;
+    g->radiance[1][k] = reached->radiance.y;
+    g->radiance[2][k] = reached->radiance.z;
     const rp_vector_1 of[4] = {v->direction, v->throughput, v->position, v->reflectance};
     for (uint i = 0u; i < 4u; i++) {
         g->vertex[3u * i][k] = of[i].x;
@@ -284,7 +219,7 @@ static inline rp_vector_1 rp_of_lane(float (*rows)[16], uint k) {
 }
 
 static inline void rp_shade_gathered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps, rp_gathered* g,
-                                     __global uint* status, __global uint4* paths, __global uint* film, uint* mine) {
+                                     const rp_paths* paths, __global uint* film, uint* mine) {
     rp_vertex_16 vertex;
     vertex.direction = rp_load_vector(g->vertex);
     vertex.throughput = rp_load_vector(g->vertex + 3);
@@ -323,7 +258,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
         out.go_on = go_on[k];
         out.refraction = (int)g->path[3][k];
         const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
-        rp_depart(params, g->slot[k], g->state[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, status, paths, film, mine);
+        rp_depart(params, paths, g->slot[k], g->state[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, film, mine);
     }
     g->count = 0u;
 }
@@ -332,26 +267,24 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
 static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
                                    const __global rp_material* restrict materials, const __global rp_light* restrict lights,
                                    const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
-                                   const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
-                                   __global uint* restrict film, uint* mine) {
-    rp_arrival arrival;
+                                   const __global uint* restrict queue, const rp_paths* paths, __global uint* restrict film, uint* mine) {
+    rp_vertex_of_path reached;
     rp_gathered gathered;
     gathered.count = 0u;
     // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
     for (uint run = 64u * item; run < count; run += 64u * step) {
         for (uint i = run; i < min(run + 64u, count); i++) {
             const uint later = rp_extend_entry(queue, min(i + RP_FETCHED_AHEAD, count - 1u));
-            rp_fetch_early(status + later);
-            rp_fetch_path(paths, params->slot_count, later);
-            const uint slot = rp_extend_entry(queue, i), state = status[slot];
-            if ((state & RP_STATUS_MASK) != RP_STATUS_SHADE) continue;
-            if (!rp_arrive(params, materials, lights, light_steps, ranges, slot, state, status, paths, film, &arrival)) continue;
-            if (arrival.material->kind != RP_MATERIAL_DIFFUSE) {
-                rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
+            rp_fetch_path(paths, later);
+            const uint slot = rp_extend_entry(queue, i), state = rp_state_of(paths, slot);
+            if (!rp_is_to_shade(state)) continue;
+            if (!rp_arrive(params, materials, lights, light_steps, ranges, paths, slot, state, film, &reached)) continue;
+            if (reached.material->kind != RP_MATERIAL_DIFFUSE) {
+                rp_shade_one(params, lights, light_steps, &reached, paths, film, mine);
                 continue;
             }
-            rp_gather(&gathered, &arrival);
-            if (gathered.count == 16u) rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
+            rp_gather(&gathered, &reached);
+            if (gathered.count == 16u) rp_shade_gathered(params, lights, light_steps, &gathered, paths, film, mine);
         }
     }
     if (gathered.count != 0u) {
@@ -361,7 +294,7 @@ static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant 
             for (uint i = 0u; i < 4u; i++) gathered.path[i][k] = gathered.path[i][0];
             for (uint i = 0u; i < 2u; i++) gathered.normal[i][k] = gathered.normal[i][0];
         }
-        rp_shade_gathered(params, lights, light_steps, &gathered, status, paths, film, mine);
+        rp_shade_gathered(params, lights, light_steps, &gathered, paths, film, mine);
     }
 }
 #endif
@@ -369,23 +302,23 @@ static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant 
 __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials,
                        const __global rp_light* restrict lights, const __global uint* restrict light_steps,
                        const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
-                       __global uint4* restrict paths, volatile __global uint* restrict counters, __global uint* restrict film) {
+                       __global uint4* restrict planes, volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};
     rp_begin_totals(totals, 2u);
 #if RP_SHADE_LANES == 16
-    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, status, paths, film, mine);
+    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, &paths, film, mine);
 #else
-    rp_arrival arrival;
+    rp_vertex_of_path reached;
 #ifdef RP_SHORT_STATES
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
 #endif
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
-        const uint slot = rp_extend_entry(queue, i), state = status[slot];
-        if ((state & RP_STATUS_MASK) == RP_STATUS_SHADE &&
-            rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, slot, state, status, paths, film, &arrival))
-            rp_shade_one(params, lights, light_steps, &arrival, status, paths, film, mine);
+        const uint slot = rp_extend_entry(queue, i), state = rp_state_of(&paths, slot);
+        if (rp_is_to_shade(state) && rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, state, film, &reached))
+            rp_shade_one(params, lights, light_steps, &reached, &paths, film, mine);
     }
 #endif
     rp_add_totals(totals, mine, 2u, counters + RP_COUNT_BOUNCE_RAYS);

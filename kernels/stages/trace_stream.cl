@@ -6,10 +6,10 @@
 #undef RP_WITHOUT_KERNELS
 
 __kernel void rp_trace_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
-                              const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
+                              const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
                               volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters);
-    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters,
-                       film);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, &paths, counters);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, &paths, counters, film);
 }

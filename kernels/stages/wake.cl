@@ -2,7 +2,7 @@
 // the queue, rays whose block is absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new
 // camera paths.
 #include "lib/bits.cl"
-#include "lib/path.cl"
+#include "lib/path_state.cl"
 #include "raypager/abi/block.h"
 
 // What a slot can do. Rays from the first vertex of their path come first in their queues, as far as one work-group fills these: their
@@ -22,11 +22,10 @@
 
 // What a slot in this state can do, if it does not wait.
 static inline uint rp_kind_of_state(uint state) {
-    const uint phase = state & RP_STATUS_MASK;
-    if (phase == RP_STATUS_FREE) return RP_KIND_FREE;
-    if (phase == RP_STATUS_IDLE) return RP_KIND_IDLE;
-    const uint kind = phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? RP_KIND_SHADOW : RP_KIND_EXTEND;
-    return (state & RP_STATUS_FIRST) ? kind - 1u : kind;
+    if (rp_is_free(state)) return RP_KIND_FREE;
+    if (rp_is_idle(state)) return RP_KIND_IDLE;
+    const uint kind = rp_has_shadow_ray(state) ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+    return rp_leaves_first_vertex(state) ? kind - 1u : kind;
 }
 
 static inline uint rp_list_total(const __local uint* count, uint list) {
@@ -52,7 +51,7 @@ static inline uint rp_waiting_asleep(ulong nap) { return (uint)(nap >> RP_NAP_BI
 static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_page* pages, uint slot_count, uint nap, uint bit_scale,
                                  ulong* blocks) {
     const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_NAP * nap);
-    const __global uint4* const waited_for = at + RP_STATUS_WORDS(slot_count) / 4u;
+    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(status, slot_count) + (size_t)RP_NAP * nap);
     uint state[RP_NAP], block[RP_NAP], address[RP_NAP];
 #pragma unroll
     for (uint i = 0u; i < RP_NAP; i += 4u) {
@@ -65,7 +64,7 @@ static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_
         block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_NAP; i++) address[i] = (state[i] & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS ? pages[block[i]].address : 0u;
+    for (uint i = 0u; i < RP_NAP; i++) address[i] = rp_waits(state[i]) ? pages[block[i]].address : 0u;
     ulong kinds = 0ul;
 #pragma unroll
     for (uint i = 0u; i < RP_NAP; i++) {

@@ -12,9 +12,8 @@
 
 // The slots of one of `parts` shares of a block's lists are awake again, and their paths in the block. All lists in turn: where the next slot is
 // has to be waited for. Returns how many they are.
-static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint parts, uint block, __global uint* status, uint slot_count,
+static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint parts, uint block, const rp_paths* paths,
                                   volatile __global uint* awake) {
-    const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
     uint link[2u * RP_LISTS], left = 0u, roused = 0u;
     for (uint k = part; k < 2u * RP_LISTS; k += parts) {
         link[k] = lists[k];
@@ -24,10 +23,10 @@ static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint
     while (left != 0u) {
         for (uint k = part; k < 2u * RP_LISTS; k += parts) {
             if (link[k] == 0u) continue;
-            const uint slot = link[k] - 1u, phase = k < RP_LISTS ? RP_STATUS_EXTEND : RP_STATUS_SHADOW;
-            link[k] = rp_place_of(status, slot_count, slot);
+            const uint slot = link[k] - 1u;
+            link[k] = rp_wait_word(paths, slot);
             left &= link[k] == 0u ? ~(1u << k) : ~0u;
-            status[slot] = (status[slot] & kept) | phase | RP_STATUS_RESUMED | rp_block_state(block);
+            rp_set_state(paths, slot, rp_woken_state(rp_state_of(paths, slot), k >= RP_LISTS, block));
             atomic_or(awake + slot / 32u, 1u << slot % 32u);
             roused++;
         }
@@ -43,6 +42,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
                              volatile __global uint* restrict awake, volatile __global uint* restrict counters, volatile __global uint* restrict demand,
                              uint named, uint16 new_blocks, rp_page_changes changes) {
     const uint items = (uint)get_global_size(0), item = (uint)get_global_id(0);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, 0);  // whose planes nothing here looks at
     if (item == 0u) {
         rp_change_pages(pages, &changes);
         for (uint i = 0u; i < RP_COUNTERS_PER_ROUND; i++) counters[i] = 0u;
@@ -56,7 +56,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
     for (uint i = item; i < count * parts; i += items) {
         const uint block = named != RP_NONE ? names[i / parts] : i / parts;
         if (named == RP_NONE && pages[block].address == RP_NONE) continue;
-        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, status, slot_count, awake);
+        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, &paths, awake);
         if (here != 0u) atomic_sub(demand + RP_DEMAND_WANTS * block_count + block, here);
         roused += here;
     }
@@ -68,8 +68,8 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
 #define RP_KIND_SHADOW 1u
 #define RP_KIND_OTHER 2u
 #define RP_KINDS 3u
-static inline uint rp_kind_of(uint phase) {
-    return phase == RP_STATUS_EXTEND ? RP_KIND_EXTEND : phase == RP_STATUS_SHADOW ? RP_KIND_SHADOW : RP_KIND_OTHER;
+static inline uint rp_kind_of(uint state) {
+    return rp_extends(state) ? RP_KIND_EXTEND : rp_connects(state) ? RP_KIND_SHADOW : RP_KIND_OTHER;
 }
 
 // From numbers of rays a bundle to where each begins. Returns their sum.
@@ -120,7 +120,7 @@ static inline void rp_fetch_slots(const rp_awake_words* words, uint i, const __g
         if ((slots >> part & 0xfffful) != 0ul) rp_fetch_early(status + (RP_AWAKE_SLOTS * word + part));
 }
 
-static inline uint rp_bundle_of(uint state, uint bundle_scale) { return mul_hi(state >> RP_STATUS_BLOCK_SHIFT, bundle_scale); }
+static inline uint rp_bundle_of(uint state, uint bundle_scale) { return mul_hi(rp_last_block_of(state), bundle_scale); }
 
 // awake: see abi/path.h. queue: has room for one more than slot_count for each work-item, which stands for nothing.
 __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_count, __global ulong* restrict awake, __global uint* restrict queue,
@@ -140,11 +140,11 @@ __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_cou
             const uint word = found.number[i];
             ulong asleep = 0ul;
             for (ulong look = awake[word]; look != 0ul; look &= look - 1ul) {
-                const uint bit = rp_lowest(look), slot = RP_AWAKE_SLOTS * word + bit, state = status[slot], phase = state & RP_STATUS_MASK;
-                bundles[rp_kind_of(phase)][rp_bundle_of(state, bundle_scale)]++;
-                asleep |= (phase >= RP_STATUS_IDLE ? 1ul : 0ul) << bit;
+                const uint bit = rp_lowest(look), slot = RP_AWAKE_SLOTS * word + bit, state = status[slot];
+                bundles[rp_kind_of(state)][rp_bundle_of(state, bundle_scale)]++;
+                asleep |= (rp_can_sleep(state) ? 1ul : 0ul) << bit;
                 free.slot[free.count] = slot;
-                free.count += phase == RP_STATUS_FREE ? 1u : 0u;
+                free.count += rp_is_free(state) ? 1u : 0u;
                 if (free.count == RP_FREE_AT_ONCE) rp_list_free(&free, free_list, counters);
             }
             if (asleep != 0ul) awake[word] &= ~asleep;
@@ -160,7 +160,7 @@ __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_cou
         for (uint i = 0u; i < found.count; i++) {
             rp_fetch_slots(&found, i, status, awake);
             for (ulong look = awake[found.number[i]]; look != 0ul; look &= look - 1ul) {
-                const uint slot = RP_AWAKE_SLOTS * found.number[i] + rp_lowest(look), state = status[slot], kind = rp_kind_of(state & RP_STATUS_MASK);
+                const uint slot = RP_AWAKE_SLOTS * found.number[i] + rp_lowest(look), state = status[slot], kind = rp_kind_of(state);
                 const uint place = bundles[kind][rp_bundle_of(state, bundle_scale)]++;
                 queue[kind == RP_KIND_EXTEND ? first_extend + place : kind == RP_KIND_SHADOW ? first_shadow - place : nowhere] = slot;
             }

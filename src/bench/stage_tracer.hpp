@@ -11,6 +11,7 @@
 #include "residency/residency.hpp"
 #include "store/block_file.hpp"
 #include "wavefront/geometry_buffers.hpp"
+#include "wavefront/path_state.hpp"
 #include "wavefront/traversal.hpp"
 
 namespace raypager::bench {
@@ -41,13 +42,8 @@ public:
     Status blocked(std::vector<bool>& blocked);
 
 private:
-    struct Word4 {
-        uint32_t x, y, z, w;
-    };
     StageTracer() = default;
-    Status make_slots(uint64_t count);
-    Status read_plane(uint32_t plane, std::vector<Word4>& values);
-    Status read_states(std::vector<uint32_t>& states);
+    Status make_slots(uint32_t count);
 
     std::unique_ptr<Device> device_;
     BlockForm form_ = BlockForm::stored;
@@ -55,10 +51,9 @@ private:
     std::unique_ptr<Residency> residency_;
     std::unique_ptr<GeometryBuffers> geometry_;
     Kernel extend_, extend_bounces_, extend_surfaces_, connect_;
-    uint64_t slots_ = 0;
-    Buffer status_, paths_, queue_, counters_, film_;
-    Buffer kept_status_, kept_paths_, kept_counters_;
-    std::vector<Word4> pair_;  // two planes on their way; kept, since first use of memory is what takes longest
+    PathSlots slots_, kept_slots_;
+    Buffer queue_, counters_, film_, kept_counters_;
+    std::vector<SlotRay> rays_;  // on their way; kept, since first use of memory is what takes longest
     size_t count_ = 0;
     RayPurpose purpose_ = RayPurpose::camera;
     uint32_t round_ = 0;

@@ -14,7 +14,7 @@
 
 namespace raypager {
 
-// With this definition stages leave to the next one what it can as well do (abi/path.h, RP_STATUS_CAMERA and what follows it): surfaces at hits to
+// With this definition stages leave to the next one what it can as well do (kernels/lib/path_state.cl): surfaces at hits to
 // `shade`, for one. Not beside streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 

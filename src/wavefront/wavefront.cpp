@@ -26,11 +26,8 @@ constexpr uint32_t items_per_unit = 1 << 12;
 constexpr uint32_t shading_registers = 96;                                   // an H100 shades 6 to 8 % more vertices a second than with 72
 constexpr uint32_t generate_groups_per_core = 4, shade_items_per_core = 16;  // of a CPU, the latter each alone in its group
 
-// Words of a slot in the buffer of status words.
-uint64_t status_words(bool vertex_colors) { return vertex_colors ? 3 : 2; }
-
-// Planes; status words, queue, free list; shares of `again_` and of `naps_` or `awake_`.
-uint64_t path_bytes(bool vertex_colors) { return RP_PATH_PLANES * 16 + (status_words(vertex_colors) + 2) * sizeof(uint32_t) + 1 + 1; }
+// Of the queue and the free list; shares of `again_` and of `naps_` or `awake_`.
+constexpr uint64_t list_bytes_per_slot = 2 * sizeof(uint32_t) + 1 + 1;
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
@@ -49,12 +46,11 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_choice_bytes(scene.lights)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) +
-                  status_words(scene.has_vertex_colors()) * RP_NAP * sizeof(uint32_t) +
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + PathSlots::bytes_beside(scene.has_vertex_colors()) +
                   (form == BlockForm::wide ? most_wake_items * sizeof(uint32_t) : 0);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = path_bytes(scene.has_vertex_colors());
-    bytes.largest_part_per_slot = RP_PATH_PLANES * 16;
+    bytes.per_slot = PathSlots::bytes_per_slot(scene.has_vertex_colors()) + list_bytes_per_slot;
+    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot();
     return bytes;
 }
 
@@ -117,8 +113,6 @@ Status Wavefront::allocate_state(bool vertex_colors) {
         const char* what;
     };
     const Part parts[] = {{film_, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
-                          {status_, status_words(vertex_colors) * RP_STATUS_WORDS(slots) * sizeof(uint32_t), "path states"},
-                          {paths_, slots * RP_PATH_PLANES * 16, "path slots"},
                           {queue_, queue_words * sizeof(uint32_t), "the ray queue"},
                           {free_list_, slots * sizeof(uint32_t), "the free list"},
                           {again_, again_bytes(slots), "samples to trace again"},
@@ -131,7 +125,11 @@ Status Wavefront::allocate_state(bool vertex_colors) {
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
-    for (const Buffer* buffer : {&film_, &status_, &counters_}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
+    auto path_slots = PathSlots::create(device_, params_.slot_count, vertex_colors);
+    if (!path_slots) return path_slots.status();
+    slots_ = std::move(*path_slots);
+    RAYPAGER_TRY(slots_.clear(device_.kernels()));
+    for (const Buffer* buffer : {&film_, &counters_}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
     for (Flight& flight : flights_) {
         auto results = device_.allocate_pinned(counters_.bytes() + uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS * sizeof(uint32_t));
         if (!results) return results.status();
@@ -179,7 +177,7 @@ Status Wavefront::build_streams(const std::string& notes) {
                               {trace_, all, "rp_trace_stream"},
                               {shade_, all, "rp_shade"}},
                              geometry_.definitions() + notes + shading_ + " -DRP_SHADE_LANES=16"));
-    return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
+    return shade_.set(params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, slots_.status(), slots_.planes(), counters_, film_);
 }
 
 Status Wavefront::build_stages(const std::string& notes) {
@@ -198,19 +196,20 @@ Status Wavefront::build_stages(const std::string& notes) {
     };
     RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, states + (persistent_ ? device_.camera_definitions() : "")));
     if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", closest_hit_registers, states + device_.bounce_definitions()));
-    RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
-    return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
+    RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, states));
+    return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, slots_.status(), slots_.planes(), counters_,
+                         film_);
 }
 
 Status Wavefront::set_tracing_arguments(Kernel& extend, uint32_t round) {
     const uint32_t slots = params_.slot_count;
     if (visit_settings_.capacity == 0) {
-        RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_));
-        return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_);
+        RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, slots_.status(), slots_.planes(), counters_));
+        return geometry_.set(connect_, round, slots, queue_, slots_.status(), slots_.planes(), counters_, film_);
     }
     RAYPAGER_TRY(device_.kernels().fill_zero(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), sizeof(uint32_t)));
-    RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, status_, paths_, counters_, visits_));
-    return geometry_.set(connect_, round, slots, queue_, status_, paths_, counters_, film_, visits_);
+    RAYPAGER_TRY(geometry_.set(extend, round, slots, queue_, slots_.status(), slots_.planes(), counters_, visits_));
+    return geometry_.set(connect_, round, slots, queue_, slots_.status(), slots_.planes(), counters_, film_, visits_);
 }
 
 void Wavefront::fill_together(uint32_t slots) {
@@ -223,15 +222,15 @@ Status Wavefront::launch_streams(uint32_t round, std::span<const rp_page> page_c
     Queue& queue = device_.kernels();
     const std::vector<RoundBegin> begins = round_begins(page_changes, newly_published);
     for (const RoundBegin& begin : begins) {
-        RAYPAGER_TRY(
-            begin_.set(status_, geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), begin.named, begin.names, begin.changes));
+        RAYPAGER_TRY(begin_.set(slots_.status(), geometry_.pages(), blocks, slots, awake_, counters_, geometry_.demand(), begin.named, begin.names,
+                                begin.changes));
         RAYPAGER_TRY(queue.launch(begin_, &begin == &begins.back() ? wake_items() : 1, 1, &flight.begin));
     }
-    RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
+    RAYPAGER_TRY(wake_.set(slots_.status(), slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
     RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &flight.stages[0]));
     const uint32_t group = device_.group_size();
     RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * generate_groups_per_core * group, group, &flight.stages[1]));
-    RAYPAGER_TRY(geometry_.set(trace_, round, slots, queue_, status_, paths_, counters_, film_));
+    RAYPAGER_TRY(geometry_.set(trace_, round, slots, queue_, slots_.status(), slots_.planes(), counters_, film_));
     RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &flight.stages[2]));
     return queue.launch(shade_, uint64_t{cores} * shade_items_per_core, 1, &flight.stages[3]);
 }
@@ -255,7 +254,7 @@ Status Wavefront::launch_stages(uint32_t round, std::span<const rp_page> page_ch
     const uint32_t bit_scale = nap_bit_scale(blocks);
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
-    RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, filled_together_));
+    RAYPAGER_TRY(wake_.set(slots_.status(), geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, filled_together_));
     RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, group, &flight.stages[0]));
     // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
     // not read: their slots are different ones.
@@ -281,7 +280,7 @@ Status Wavefront::start_round(uint32_t round, std::span<const rp_page> page_chan
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
     const uint32_t later = samples_again().size() > listed_again_ ? 1 : 0;
-    RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, status_, paths_, queue_, again_, listed_again_, later));
+    RAYPAGER_TRY(generate_.set(params_buffer_, counters_, free_list_, slots_.status(), slots_.planes(), queue_, again_, listed_again_, later));
     RAYPAGER_TRY(as_on_cpus() ? launch_streams(round, page_changes, newly_published, flight)
                               : launch_stages(round, page_changes, newly_published, flight));
     const std::span<std::byte> results = flight.results.bytes();

@@ -18,6 +18,7 @@
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
 #include "wavefront/geometry_buffers.hpp"
+#include "wavefront/path_state.hpp"
 #include "wavefront/sample_order.hpp"
 
 namespace raypager {
@@ -161,7 +162,8 @@ private:
     bool persistent_ = false;  // extension rays are traced by persistent threads
     std::string shading_;      // definitions of the stage that shades
     Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
-    Buffer film_, status_, paths_, queue_, free_list_, again_, naps_, awake_, counters_, visits_;
+    PathSlots slots_;
+    Buffer film_, queue_, free_list_, again_, naps_, awake_, counters_, visits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way

@@ -99,7 +99,8 @@ TEST_P(SamePicture, is_the_recorded_one) {
     const RenderReport::DeviceFacts& device = result->report.device;
     const std::string key = support::film_device(device.name, device.driver);
     const std::optional<uint64_t> recorded = support::recorded_film(key, GetParam().name);
-    if (!recorded) GTEST_SKIP() << "tests/golden/films.txt has no film of this kind of device; it would be: " << support::film_line(key, GetParam().name, hash_);
+    if (!recorded)
+        GTEST_SKIP() << "tests/golden/films.txt has no film of this kind of device; it would be: " << support::film_line(key, GetParam().name, hash_);
     EXPECT_EQ(hash_, *recorded) << "if the change is meant to change pictures, the line is now: " << support::film_line(key, GetParam().name, hash_);
 }
 

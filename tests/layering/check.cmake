@@ -1,4 +1,4 @@
-# Includes go down only, and third-party headers stay in the folders that are there for them.
+# Includes go down only, third-party headers stay in the folders that are there for them, and what is known in one place is known nowhere else.
 set(layer_base 1)
 set(layer_scene 2)
 set(layer_device 2)
@@ -63,6 +63,15 @@ foreach(file ${files})
         endforeach()
     endforeach()
 endforeach()
+# The planes and status bits of path slots.
+file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.h ${ROOT}/kernels/*.cl ${ROOT}/tests/*.cpp)
+foreach(file ${sources})
+    file(STRINGS ${ROOT}/${file} found REGEX "RP_(PLANE|STATUS)_[A-Z]" LIMIT_COUNT 1)
+    if(found AND NOT file MATCHES "^(include/raypager/abi/path.h|kernels/lib/path_state.cl|src/wavefront/path_state|tests/kernel/wake)")
+        list(APPEND errors "${file}: knows planes or status bits of path slots, which only path_state.cl and path_state.cpp do")
+    endif()
+endforeach()
+
 if(count LESS 20)
     message(FATAL_ERROR "only ${count} files found under ${ROOT}: the check looks in the wrong place")
 endif()

@@ -21,6 +21,8 @@ std::optional<uint64_t> recorded_film(const std::string& device, const std::stri
     return std::nullopt;
 }
 
-std::string film_line(const std::string& device, const std::string& scene, uint64_t hash) { return fmt::format("{}: {} {:016x}", device, scene, hash); }
+std::string film_line(const std::string& device, const std::string& scene, uint64_t hash) {
+    return fmt::format("{}: {} {:016x}", device, scene, hash);
+}
 
 }  // namespace raypager::support

@@ -1,0 +1,153 @@
+#include "wavefront/path_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "base/check.hpp"
+#include "base/parallel.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint64_t slots_at_once = uint64_t{1} << 16;  // bounds the host memory for reading path slots
+
+struct Plane {
+    uint32_t x, y, z, w;
+};
+static_assert(sizeof(Plane) == 16);
+using PlanePair = std::array<Plane, 2>;  // as they lie beside each other (RP_PLANE_PAIR)
+
+uint32_t bits(float v) { return std::bit_cast<uint32_t>(v); }
+float number(uint32_t v) { return std::bit_cast<float>(v); }
+Float3 numbers(const Plane& p) { return {number(p.x), number(p.y), number(p.z)}; }
+
+uint64_t status_runs(bool vertex_colors) { return vertex_colors ? 3 : 2; }
+
+const Plane& of_pair(const PlanePair& pair, uint32_t plane) { return pair[plane % 2]; }
+
+// The pair that a plane is in, of slots from `first` on.
+Status read_pairs(Queue& queue, const PathSlots& slots, uint32_t plane, uint64_t first, std::span<PlanePair> pairs) {
+    return queue.read_now(slots.planes(), RP_PLANE_INDEX(uint64_t{plane} - plane % 2, uint64_t{slots.count()}, first) * sizeof(Plane),
+                          std::as_writable_bytes(pairs));
+}
+
+Status read_states(Queue& queue, const PathSlots& slots, uint64_t first, std::span<uint32_t> states) {
+    return queue.read_now(slots.status(), first * sizeof(uint32_t), std::as_writable_bytes(states));
+}
+
+bool is_camera_ray(uint32_t state, SlotForm form) { return form == SlotForm::single_rays && (state & RP_STATUS_CAMERA) != 0; }
+
+}  // namespace
+
+uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(vertex_colors) * sizeof(uint32_t); }
+uint64_t PathSlots::bytes_beside(bool vertex_colors) { return status_runs(vertex_colors) * RP_NAP * sizeof(uint32_t); }
+uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
+
+Result<PathSlots> PathSlots::create(Device& device, uint32_t count, bool vertex_colors) {
+    PathSlots slots;
+    slots.count_ = count;
+    auto status = device.allocate(status_runs(vertex_colors) * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
+    if (!status) return status.status();
+    slots.status_ = std::move(*status);
+    auto planes = device.allocate(uint64_t{count} * RP_PATH_PLANES * sizeof(Plane), "path slots");
+    if (!planes) return planes.status();
+    slots.planes_ = std::move(*planes);
+    return slots;
+}
+
+Status PathSlots::clear(Queue& queue) const {
+    static_assert(RP_STATUS_FREE == 0);
+    return queue.fill_zero(status_, 0, status_.bytes());
+}
+
+Status PathSlots::add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const {
+    const uint64_t most = std::min<uint64_t>(count_, slots_at_once);
+    std::vector<uint32_t> states(most);
+    std::vector<PlanePair> ray(untraced ? most : 0), radiance(most), surface(most);
+    for (uint64_t first = 0; first < count_; first += slots_at_once) {
+        const uint64_t count = std::min<uint64_t>(count_ - first, slots_at_once);
+        RAYPAGER_TRY(read_states(queue, *this, first, std::span(states).first(count)));
+        if (untraced) RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_ORIGIN, first, std::span(ray).first(count)));
+        RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_RADIANCE, first, std::span(radiance).first(count)));
+        RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_SURFACE, first, std::span(surface).first(count)));
+        for (uint64_t i = 0; i < count; i++) {
+            const uint32_t phase = states[i] & RP_STATUS_MASK;
+            if (phase == RP_STATUS_FREE || phase == RP_STATUS_IDLE) continue;
+            const bool camera = is_camera_ray(states[i], form);
+            RAYPAGER_CHECK(untraced || !camera);
+            samples.push_back(camera ? rp_path_sample{of_pair(ray[i], RP_PLANE_ORIGIN).w, of_pair(ray[i], RP_PLANE_DIRECTION).w}
+                                     : rp_path_sample{of_pair(radiance[i], RP_PLANE_RADIANCE).w, of_pair(surface[i], RP_PLANE_SURFACE).z});
+        }
+    }
+    return {};
+}
+
+Status PathSlots::write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind) {
+    RAYPAGER_CHECK(rays.size() <= count_);
+    std::vector<PlanePair> pairs(rays.size());
+    const auto write = [&](uint32_t plane, auto contents) {
+        parallel_for(rays.size(), 1 << 16, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) pairs[i] = contents(rays[i]);
+        });
+        return queue.write_now(planes_, RP_PLANE_INDEX(uint64_t{plane}, uint64_t{count_}, 0) * sizeof(Plane), std::as_bytes(std::span(pairs)));
+    };
+    static_assert(RP_PLANE_ORIGIN % 2 == 0 && RP_PLANE_DIRECTION == RP_PLANE_ORIGIN + 1 && RP_PLANE_HIT % 2 == 0 &&
+                  RP_PLANE_SURFACE == RP_PLANE_HIT + 1 && RP_PLANE_THROUGHPUT % 2 == 0 && RP_PLANE_RADIANCE == RP_PLANE_THROUGHPUT + 1);
+    // As camera rays these are of pixel bits(t_max), which nobody asks for, and sample 0.
+    RAYPAGER_TRY(write(RP_PLANE_ORIGIN, [](const SlotRay& r) {
+        return PlanePair{Plane{bits(r.origin.x), bits(r.origin.y), bits(r.origin.z), bits(r.t_max)},
+                         Plane{bits(r.direction.x), bits(r.direction.y), bits(r.direction.z), 0}};
+    }));
+    RAYPAGER_TRY(write(RP_PLANE_THROUGHPUT, [](const SlotRay&) { return PlanePair{}; }));
+    RAYPAGER_TRY(write(RP_PLANE_HIT, [&](const SlotRay&) {
+        return PlanePair{Plane{0, 0, 0, kind == SlotRayKind::shadow ? 0 : RP_NONE}, Plane{0, 0, 0, RP_NONE}};
+    }));
+    const std::vector<uint32_t> states(rays.size(), kind == SlotRayKind::shadow   ? RP_STATUS_SHADOW
+                                                    : kind == SlotRayKind::camera ? RP_STATUS_EXTEND | RP_STATUS_CAMERA
+                                                                                  : RP_STATUS_EXTEND);
+    return queue.write_now(status_, 0, std::as_bytes(std::span(states)));
+}
+
+Status PathSlots::read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hits) const {
+    std::vector<PlanePair> ray(count), hit(count);
+    RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_ORIGIN, 0, ray));
+    RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_HIT, 0, hit));
+    hits.clear();
+    for (size_t i = 0; i < count; i++) {
+        const Plane &found = of_pair(hit[i], RP_PLANE_HIT), &surface = of_pair(hit[i], RP_PLANE_SURFACE);
+        hits.push_back({numbers(found), found.w, surface.x, number(of_pair(ray[i], RP_PLANE_ORIGIN).w)});
+    }
+    return {};
+}
+
+Status PathSlots::read_distances(Queue& queue, SlotForm form, size_t count, std::vector<float>& distances) const {
+    std::vector<PlanePair> ray(count), hit(count);
+    std::vector<uint32_t> states(count);
+    RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_ORIGIN, 0, ray));
+    RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_HIT, 0, hit));
+    RAYPAGER_TRY(read_states(queue, *this, 0, states));
+    distances.clear();
+    for (size_t i = 0; i < count; i++) {
+        const Plane &origin = of_pair(ray[i], RP_PLANE_ORIGIN), &found = is_camera_ray(states[i], form) ? origin : of_pair(hit[i], RP_PLANE_HIT);
+        // Beside streams this bit is of a block's number.
+        const bool surface_to_be_found = form == SlotForm::single_rays && (states[i] & RP_STATUS_FOUND) != 0;
+        distances.push_back(number(surface_to_be_found ? found.z : origin.w));
+    }
+    return {};
+}
+
+Status PathSlots::read_occluded(Queue& queue, size_t count, std::vector<bool>& occluded) const {
+    std::vector<uint32_t> states(count);
+    RAYPAGER_TRY(read_states(queue, *this, 0, states));
+    occluded.clear();
+    for (const uint32_t state : states) occluded.push_back((state & RP_STATUS_LIT) == 0);
+    return {};
+}
+
+Status PathSlots::copy_to(Queue& queue, const PathSlots& other) const {
+    RAYPAGER_TRY(queue.copy(status_, other.status_));
+    return queue.copy(planes_, other.planes_);
+}
+
+}  // namespace raypager

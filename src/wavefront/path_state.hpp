@@ -1,0 +1,69 @@
+// Path slots on the device: their size, and what the host reads from them and writes to them. With kernels/lib/path_state.cl the only code that knows
+// where the words of a slot lie and what its status word says (abi/path.h).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "device/device.hpp"
+#include "raypager/abi/path.h"
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// Which of the two ways of tracing slots are for; they leave planes in different forms (RP_STATUS_CAMERA, RP_STATUS_CONNECTED).
+enum class SlotForm { single_rays, streams };
+
+// A ray of a slot, for measurements: an extension ray if t_max is infinite. direction: unit.
+struct SlotRay {
+    Float3 origin;
+    float t_max;
+    Float3 direction;
+};
+// camera: an extension ray as `generate` leaves it.
+enum class SlotRayKind { camera, extension, shadow };
+
+// The closest hit of an extension ray. primitive: RP_NONE if there is none. normal: geometric, octahedral.
+struct SlotHit {
+    Float3 position;
+    uint32_t primitive = RP_NONE, normal = 0;
+    float t = 0;
+};
+
+class PathSlots {
+public:
+    // Bytes on the device: of a slot, of all that does not grow with their number, and of the largest buffer's share of a slot.
+    static uint64_t bytes_per_slot(bool vertex_colors);
+    static uint64_t bytes_beside(bool vertex_colors);
+    static uint64_t largest_part_per_slot();
+    // Slots without contents; clear() makes them free.
+    static Result<PathSlots> create(Device& device, uint32_t count, bool vertex_colors);
+    Status clear(Queue& queue) const;
+
+    // For kernels.
+    uint32_t count() const { return count_; }
+    const Buffer& status() const { return status_; }
+    const Buffer& planes() const { return planes_; }
+
+    // Adds the samples whose paths are under way. untraced: there may be camera rays that no stage has traced yet. REQUIRES: no round is under way.
+    Status add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const;
+
+    // For measurements. Slot i gets ray i, of a path of which nothing else matters.
+    Status write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind);
+    // Of the first `count` slots, whose rays have been traced to their surfaces.
+    Status read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hits) const;
+    // The distances at which extension rays ended, INFINITY without a hit.
+    Status read_distances(Queue& queue, SlotForm form, size_t count, std::vector<float>& distances) const;
+    // Which shadow rays were occluded.
+    Status read_occluded(Queue& queue, size_t count, std::vector<bool>& occluded) const;
+    // Both have as many slots.
+    Status copy_to(Queue& queue, const PathSlots& other) const;
+
+private:
+    uint32_t count_ = 0;
+    Buffer status_, planes_;
+};
+
+}  // namespace raypager
