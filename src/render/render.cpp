@@ -429,7 +429,7 @@ Result<RenderResult> Renderer::result() {
     report.seconds.render = done.render_seconds;
     std::copy_n(done.stage_seconds, report.seconds.stages.size(), report.seconds.stages.begin());
     for (const double seconds : done.stage_seconds) report.seconds.trace += seconds;
-    report.seconds.trace -= static_cast<double>(wavefront_->beside_nanoseconds()) * 1e-9;
+    report.seconds.trace -= static_cast<double>(wavefront_->concurrent_nanoseconds()) * 1e-9;
     report.seconds.stall = done.stall_seconds;
     report.seconds.snapshots = snapshot_seconds_;
     report.seconds.build = device_->build_seconds();

@@ -7,18 +7,16 @@
 namespace raypager {
 
 Status Wavefront::read_film(uint64_t first_word, std::span<uint32_t> words) {
-    return device_.kernels().read_now(film_, first_word * sizeof(uint32_t), std::as_writable_bytes(words));
+    return device_.kernels().read_now(buffers_.film, first_word * sizeof(uint32_t), std::as_writable_bytes(words));
 }
 
 Status Wavefront::write_film(uint64_t first_word, std::span<const uint32_t> words) {
-    return device_.kernels().write_now(film_, first_word * sizeof(uint32_t), std::as_bytes(words));
+    return device_.kernels().write_now(buffers_.film, first_word * sizeof(uint32_t), std::as_bytes(words));
 }
 
 Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
     samples.clear();
-    // Between rounds a slot has a camera ray that has not been traced at all only where rays are recorded: one that found the log of visits full.
-    const bool untraced = visit_settings_.capacity > 0;
-    RAYPAGER_TRY(slots_.add_samples_under_way(device_.kernels(), as_on_cpus() ? SlotForm::streams : SlotForm::single_rays, untraced, samples));
+    RAYPAGER_TRY(buffers_.slots.add_samples_under_way(device_.kernels(), backend_->slot_form(), untraced_camera_rays_, samples));
     const auto again = samples_again();
     samples.insert(samples.end(), again.begin(), again.end());
     return {};
@@ -27,11 +25,11 @@ Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
 // The next samples to be traced again, as many as the device has room for; the stage `generate` starts their paths.
 Status Wavefront::list_samples_again() {
     const auto again = samples_again();
-    listed_again_ = static_cast<uint32_t>(std::min<uint64_t>(again.size(), again_.bytes() / sizeof(rp_path_sample)));
+    listed_again_ = static_cast<uint32_t>(std::min<uint64_t>(again.size(), buffers_.again.bytes() / sizeof(rp_path_sample)));
     if (listed_again_ == 0) return {};
     RAYPAGER_CHECK(started_ - finished_ == 1);
     // The list stays as it is until the round has ended.
-    return device_.kernels().write(again_, 0, std::as_bytes(again.first(listed_again_)), nullptr);
+    return device_.kernels().write(buffers_.again, 0, std::as_bytes(again.first(listed_again_)), nullptr);
 }
 
 }  // namespace raypager

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <initializer_list>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,18 +16,13 @@
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
+#include "wavefront/backend.hpp"
 #include "wavefront/geometry_buffers.hpp"
-#include "wavefront/path_state.hpp"
+#include "wavefront/round_counters.hpp"
 #include "wavefront/sample_order.hpp"
+#include "wavefront/single_ray_backend.hpp"
 
 namespace raypager {
-
-// What is recorded of the blocks that rays enter (abi/visits.h). By default nothing, and then it costs nothing.
-struct VisitLogSettings {
-    uint32_t capacity = 0;   // events a round; rays that find no room wait for the next one. 0: nothing is recorded
-    uint32_t threshold = 0;  // RP_VISIT_THRESHOLD: 2^32 - 1 records all paths
-    uint64_t bytes() const;  // on the device
-};
 
 // What has to lie on the device beside the geometry pool and the page table, in bytes.
 struct WavefrontBytes {
@@ -38,25 +32,6 @@ struct WavefrontBytes {
     uint64_t largest_part_per_slot = 0;  // of the largest buffer that holds a part of each slot
 };
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height);
-
-// Counters of one round, read back after it.
-struct RoundCounters {
-    std::array<uint32_t, RP_COUNTER_WORDS> words{};
-    uint32_t extend_rays() const { return words[RP_COUNT_EXTEND]; }
-    uint32_t shadow_rays() const { return words[RP_COUNT_SHADOW]; }
-    uint32_t free_slots() const { return words[RP_COUNT_FREE]; }
-    uint32_t idle_slots() const { return words[RP_COUNT_IDLE]; }
-    uint32_t waiting_rays() const { return words[RP_COUNT_WAITING]; }
-    uint64_t next_sample() const { return wide(RP_COUNT_NEXT_SAMPLE); }
-    uint64_t camera_rays() const { return wide(RP_COUNT_CAMERA_RAYS); }
-    uint64_t bounce_rays() const { return wide(RP_COUNT_BOUNCE_RAYS); }
-    uint64_t total_shadow_rays() const { return wide(RP_COUNT_SHADOW_RAYS); }
-    uint64_t wants_served() const { return wide(RP_COUNT_WANTS_SERVED); }
-    uint64_t wants_without_hit() const { return wide(RP_COUNT_WANTS_NO_HIT); }
-
-private:
-    uint64_t wide(uint32_t at) const { return words[at] | static_cast<uint64_t>(words[at + 1]) << 32; }
-};
 
 // What kernels tell of blocks beside the rays that wait for them (abi/path.h, RP_DEMAND_BOUNCES and RP_DEMAND_USED).
 struct BlockNotes {
@@ -80,25 +55,25 @@ public:
         (void)device_.beside().finish();
     }
     // From the next round on, so many slots as filled_together of create.
-    void fill_together(uint32_t slots);
+    void fill_together(uint32_t slots) { backend_->fill_together(slots); }
     // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. page_changes: entries of the page table
     // that are not on the device yet, as rp_page_changes has them. newly_published: blocks that are in the page table with them and were not in the
     // round before, each once.
-    Status start_round(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published);
+    Status start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published);
     // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
     Status finish_round(RoundCounters& counters, std::span<const uint32_t>& demand);
     // Of the youngest round that was started: when it has ended.
     const Event& last_round_end() const { return flights_[(started_ + most_rounds - 1) % most_rounds].read; }
     static constexpr uint32_t most_rounds = 2;
     // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
-    Status read_visits(std::vector<uint32_t>& words);
+    Status read_visits(std::vector<uint32_t>& words) { return backend_->read_visits(words); }
     // Begins no samples from this number on. REQUIRES: no round is under way.
     Status set_sample_limit(uint64_t limit);
 
     // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
     // number of the next sample. A render that starts with these three ends in the same film as the one that they were taken from.
     // The raw film (abi/film.h), in parts, so that it need not lie in host memory as a whole.
-    uint64_t film_words() const { return film_.bytes() / sizeof(uint32_t); }
+    uint64_t film_words() const { return buffers_.film.bytes() / sizeof(uint32_t); }
     Status read_film(uint64_t first_word, std::span<uint32_t> words);
     Status write_film(uint64_t first_word, std::span<const uint32_t> words);
     Status read_samples_under_way(std::vector<rp_path_sample>& samples);
@@ -114,41 +89,21 @@ public:
     // Time on the device so far: wake, generate, extend, shade, connect. On GPUs the last and the three before it run beside one another; streams
     // extend and connect in one, which counts as the former.
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
-    // Of their sum, so much was beside one another.
-    uint64_t beside_nanoseconds() const { return beside_ns_; }
+    // Of their sum, so much overlapped.
+    uint64_t concurrent_nanoseconds() const { return concurrent_ns_; }
 
 private:
     // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
     struct Flight {
-        std::array<Event, 5> stages;
-        Event begin, read;     // the first: beside streams, of the launch that rouses rays
+        StageEvents events;
+        Event read;
         PinnedBuffer results;  // counters, then demand
     };
 
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
-    // Where rays are traced one by one, CPUs do as GPUs do: so that they can be tested in place of them.
-    bool as_on_cpus() const { return geometry_.form() == BlockForm::wide; }
-    // Whether shadow rays are traced while extension rays are. What is recorded stays in the order of the stages.
-    bool connects_beside() const { return !as_on_cpus() && visit_settings_.capacity == 0; }
-    uint32_t wake_items() const;
     Status upload_scene(const BakedScene& scene);
     Status allocate_state(bool vertex_colors);
-    Status allocate_visit_log();
-    Status set_tracing_arguments(Kernel& extend, uint32_t round);
-    // All of a round but what both have in common.
-    Status launch_streams(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight);
-    Status launch_stages(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight);
-    struct Wanted {
-        Kernel& kernel;
-        const char *stage, *name;
-    };
-    Status get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions);
-    Status build_kernels();
-    // notes: definitions by which kernels note what paging goes by.
-    Status build_streams(const std::string& notes);
-    Status build_stages(const std::string& notes);
-    Status check_lists(const RoundCounters& counters, std::span<const uint32_t> demand) const;
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
@@ -156,24 +111,17 @@ private:
     Device& device_;
     rp_render_params params_;
     GeometryBuffers geometry_;
-    uint32_t filled_together_ = 1;
-    BlockNotes notes_;
-    VisitLogSettings visit_settings_;
-    bool persistent_ = false;  // extension rays are traced by persistent threads
-    std::string shading_;      // definitions of the stage that shades
-    Buffer params_buffer_, materials_, lights_, light_steps_, ranges_;
-    PathSlots slots_;
-    Buffer film_, queue_, free_list_, again_, naps_, awake_, counters_, visits_;
+    WavefrontBuffers buffers_;
+    std::unique_ptr<Backend> backend_;  // refers to what stands above
+    // Between rounds a slot has a camera ray that has not been traced at all only where rays are recorded: one that found the log of visits full.
+    bool untraced_camera_rays_ = false;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way
-    Kernel wake_, generate_;
-    Kernel publish_, advance_, extend_, extend_bounces_, shade_, connect_;
-    Kernel begin_, trace_;  // beside streams
     std::array<Flight, most_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};
-    uint64_t beside_ns_ = 0;
+    uint64_t concurrent_ns_ = 0;
 };
 
 }  // namespace raypager

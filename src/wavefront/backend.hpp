@@ -1,0 +1,91 @@
+// A way of tracing rays on a device: which kernels make up a round, and in which order they run. There are two, for two forms of blocks: rays one by
+// one (SingleRayBackend), and streams of rays (StreamBackend). All that they have in common is the wavefront's (wavefront.hpp).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+#include <string>
+
+#include "device/device.hpp"
+#include "raypager/abi/block.h"
+#include "raypager/abi/scene.h"
+#include "raypager/status.hpp"
+#include "wavefront/geometry_buffers.hpp"
+#include "wavefront/path_state.hpp"
+#include "wavefront/round_counters.hpp"
+
+namespace raypager {
+
+// What a render has on the device whatever the way of tracing, geometry aside.
+struct WavefrontBuffers {
+    Buffer params, materials, lights, light_steps, ranges;
+    PathSlots slots;
+    Buffer film, queue, free_list, again, counters;
+};
+
+// What kernels are built with, as " -D..." for those that trace and for those that shade.
+struct BackendSettings {
+    std::string tracing, shading;
+    bool count_bounces = false;  // RP_DEMAND_BOUNCES is kept
+};
+
+// A round that is to be started.
+struct Round {
+    uint32_t number = 0;
+    std::span<const rp_page> page_changes;      // entries of the page table that are not on the device yet
+    std::span<const uint32_t> newly_published;  // blocks that are in the page table with them, and were not in the round before
+    uint32_t listed_again = 0;                  // samples in WavefrontBuffers::again
+    bool more_again = false;                    // more of them will be listed in rounds to come
+};
+
+// When its stages run. connect is empty where extension rays and shadow rays are traced by one kernel.
+struct StageEvents {
+    Event begin, wake, generate, extend, shade, connect;
+};
+
+class Backend {
+public:
+    virtual ~Backend() = default;
+
+    // Puts the stages of a round into queues of the device.
+    virtual Status launch(const Round& round, StageEvents& events) = 0;
+    // Checks what came back with a round that has ended; fails only where there is a bug. demand: abi/path.h.
+    virtual Status check(const RoundCounters&, std::span<const uint32_t> /*demand*/) const { return {}; }
+    virtual SlotForm slot_form() const = 0;
+    // Whether shadow rays are traced while extension rays are, in a queue of their own.
+    virtual bool connects_concurrently() const { return false; }
+    // From the next round on, so many free slots (1, 2, 4 or 8) are given out at once, where that decides about speed.
+    virtual void fill_together(uint32_t /*slots*/) {}
+    // The log of blocks that rays entered, where it is kept (abi/visits.h). REQUIRES: no round is under way.
+    virtual Status read_visits(std::vector<uint32_t>& /*words*/) { return Status::failed("visits are not recorded"); }
+
+protected:
+    Backend(Device& device, const rp_render_params& params, const GeometryBuffers& geometry, const WavefrontBuffers& buffers)
+        : device_(device), params_(params), geometry_(geometry), buffers_(buffers) {}
+
+    struct Wanted {
+        Kernel& kernel;
+        const char *stage, *name;
+    };
+    Status get_kernels(std::initializer_list<Wanted> kernels, const std::string& definitions) {
+        for (const Wanted& wanted : kernels) {
+            auto kernel = device_.kernel(wanted.stage, wanted.name, definitions);
+            if (!kernel) return kernel.status();
+            wanted.kernel = std::move(*kernel);
+        }
+        return {};
+    }
+    Status set_generate(Kernel& generate, const Round& round) const {
+        return generate.set(buffers_.params, buffers_.counters, buffers_.free_list, buffers_.slots.status(), buffers_.slots.planes(), buffers_.queue,
+                            buffers_.again, round.listed_again, round.more_again ? 1u : 0u);
+    }
+
+    Device& device_;
+    const rp_render_params& params_;
+    const GeometryBuffers& geometry_;
+    const WavefrontBuffers& buffers_;
+};
+
+}  // namespace raypager

@@ -1,0 +1,150 @@
+#include "wavefront/single_ray_backend.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/check.hpp"
+#include "raypager/abi/visits.h"
+#include "wavefront/naps.hpp"
+#include "wavefront/page_changes.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
+// The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
+// balance), and a GPU takes some ten microseconds for a million that have nothing to do.
+constexpr uint32_t items_per_unit = 1 << 12;
+constexpr uint32_t shading_registers = 96;  // an H100 shades 6 to 8 % more vertices a second than with 72
+
+constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
+
+}  // namespace
+
+uint64_t VisitLogSettings::bytes() const { return capacity ? (RP_VISIT_HEADER + uint64_t{RP_VISIT_WORDS} * capacity) * sizeof(uint32_t) : 0; }
+
+Result<std::unique_ptr<Backend>> SingleRayBackend::create(Device& device, const rp_render_params& params, const GeometryBuffers& geometry,
+                                                          const WavefrontBuffers& buffers, const BackendSettings& settings,
+                                                          const VisitLogSettings& visits) {
+    std::unique_ptr<SingleRayBackend> backend(new SingleRayBackend(device, params, geometry, buffers));
+    backend->visit_settings_ = visits;
+    backend->count_bounces_ = settings.count_bounces;
+    RAYPAGER_TRY(backend->allocate());
+    RAYPAGER_TRY(backend->build(settings));
+    return std::unique_ptr<Backend>(std::move(backend));
+}
+
+Status SingleRayBackend::allocate() {
+    auto naps = device_.allocate(nap_count(params_.slot_count) * sizeof(uint64_t), "sleeping slots");
+    if (!naps) return naps.status();
+    naps_ = std::move(*naps);
+    if (visit_settings_.capacity == 0) return {};
+    auto visits = device_.allocate(visit_settings_.bytes(), "the log of visits");
+    if (!visits) return visits.status();
+    visits_ = std::move(*visits);
+    const uint32_t header[RP_VISIT_HEADER] = {0, visit_settings_.capacity, visit_settings_.threshold, 0};
+    return device_.kernels().write_now(visits_, 0, std::as_bytes(std::span(header)));
+}
+
+Status SingleRayBackend::build(const BackendSettings& settings) {
+    RAYPAGER_TRY(get_kernels({{publish_, "publish", "rp_publish"}}, ""));
+    const std::string states = short_states;
+    const std::string common = device_.register_limit(shading_registers) + geometry_.definitions() + states +
+                               fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), wake_naps);
+    RAYPAGER_TRY(get_kernels({{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}}, common));
+    RAYPAGER_TRY(get_kernels({{shade_, "shade", "rp_shade"}}, common + settings.shading));
+    // Persistent threads do not record.
+    persistent_ = visit_settings_.capacity == 0 && device_.has_persistent_threads();
+    const std::string common_tracing = settings.tracing + (visit_settings_.capacity ? " -DRP_RECORD" : "") + states;
+    const auto trace = [&](Kernel& kernel, const char* stage, uint32_t registers, const std::string& more) -> Status {
+        auto traced = geometry_.kernel(device_, stage, registers, common_tracing + more);
+        if (traced) kernel = std::move(*traced);
+        return traced.status();
+    };
+    RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, persistent_ ? device_.camera_definitions() : ""));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", closest_hit_registers, device_.bounce_definitions()));
+    RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
+    const WavefrontBuffers& b = buffers_;
+    return geometry_.set(shade_, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(), b.counters,
+                         b.film);
+}
+
+void SingleRayBackend::fill_together(uint32_t slots) {
+    RAYPAGER_CHECK(slots == 1 || slots == 2 || slots == 4 || slots == 8);
+    filled_together_ = slots;
+}
+
+Status SingleRayBackend::change_pages(std::span<const rp_page> changes) {
+    while (!changes.empty()) {
+        RAYPAGER_TRY(publish_.set(geometry_.pages(), take_changes(changes)));
+        RAYPAGER_TRY(device_.kernels().launch(publish_, 1, 1));
+    }
+    return {};
+}
+
+Status SingleRayBackend::set_tracing_arguments(Kernel& extend, uint32_t round) {
+    const WavefrontBuffers& b = buffers_;
+    const uint32_t slots = params_.slot_count;
+    if (visit_settings_.capacity == 0) {
+        RAYPAGER_TRY(geometry_.set(extend, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters));
+        return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film);
+    }
+    RAYPAGER_TRY(device_.kernels().fill_zero(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), sizeof(uint32_t)));
+    RAYPAGER_TRY(geometry_.set(extend, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, visits_));
+    return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film, visits_);
+}
+
+Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
+    const WavefrontBuffers& b = buffers_;
+    RAYPAGER_TRY(set_tracing_arguments(extend, round.number));
+    RAYPAGER_TRY(set_generate(generate_, round));
+    RAYPAGER_TRY(advance_.set(b.params, b.counters, geometry_.pages(), geometry_.block_count(), geometry_.demand(), round.listed_again));
+    const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
+    // While visits are recorded, a ray that finds no room in the log waits although its block is there.
+    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(round.newly_published, bit_scale) : all_nap_bits;
+    return wake_.set(b.slots.status(), geometry_.pages(), params_.slot_count, b.queue, b.free_list, b.counters, naps_, bit_scale, came,
+                     filled_together_);
+}
+
+Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
+    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), group = device_.group_size();
+    const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
+    Queue& queue = device_.kernels();
+    RAYPAGER_TRY(change_pages(round.page_changes));
+    RAYPAGER_TRY(queue.fill_zero(buffers_.counters, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
+    if (count_bounces_)
+        RAYPAGER_TRY(
+            queue.fill_zero(geometry_.demand(), uint64_t{RP_DEMAND_BOUNCES} * blocks * sizeof(uint32_t), uint64_t{blocks} * sizeof(uint32_t)));
+    // Camera rays are all there is in the first round.
+    Kernel& extend = persistent_ && round.number > 1 ? extend_bounces_ : extend_;
+    RAYPAGER_TRY(set_arguments(extend, round));
+    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, group, &events.wake));
+    // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
+    // not read: their slots are different ones.
+    if (connects_concurrently()) {
+        RAYPAGER_TRY(queue.flush());
+        RAYPAGER_TRY(device_.beside().wait_for(events.wake));
+        RAYPAGER_TRY(geometry_.launch(device_, device_.beside(), connect_, slots, &events.connect));
+        RAYPAGER_TRY(device_.beside().flush());
+    }
+    RAYPAGER_TRY(queue.launch(generate_, items, group, &events.generate));
+    RAYPAGER_TRY(queue.launch(advance_, std::max<uint32_t>(blocks, 1), group));
+    if (persistent_)
+        RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &events.extend));
+    else
+        RAYPAGER_TRY(geometry_.launch(device_, queue, extend, slots, &events.extend));
+    RAYPAGER_TRY(queue.launch(shade_, items, group, &events.shade));
+    return connects_concurrently() ? queue.wait_for(events.connect) : geometry_.launch(device_, queue, connect_, slots, &events.connect);
+}
+
+Status SingleRayBackend::read_visits(std::vector<uint32_t>& words) {
+    RAYPAGER_CHECK(visit_settings_.capacity > 0);
+    uint32_t reserved = 0;
+    RAYPAGER_TRY(device_.kernels().read_now(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), std::as_writable_bytes(std::span(&reserved, 1))));
+    words.resize(size_t{RP_VISIT_WORDS} * std::min(reserved, visit_settings_.capacity));
+    if (words.empty()) return {};
+    return device_.kernels().read_now(visits_, RP_VISIT_HEADER * sizeof(uint32_t), std::as_writable_bytes(std::span(words)));
+}
+
+}  // namespace raypager

@@ -1,0 +1,79 @@
+#include "wavefront/stream_backend.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "wavefront/naps.hpp"
+#include "wavefront/page_changes.hpp"
+
+namespace raypager {
+namespace {
+
+// Each puts what it finds into bundles of its own.
+constexpr uint32_t wake_items_per_core = 2;
+constexpr uint32_t generate_groups_per_core = 4, shade_items_per_core = 16;  // the latter each alone in its group
+
+}  // namespace
+
+Result<std::unique_ptr<Backend>> StreamBackend::create(Device& device, const rp_render_params& params, const GeometryBuffers& geometry,
+                                                       const WavefrontBuffers& buffers, const BackendSettings& settings) {
+    std::unique_ptr<StreamBackend> backend(new StreamBackend(device, params, geometry, buffers));
+    RAYPAGER_TRY(backend->allocate());
+    RAYPAGER_TRY(backend->build(settings));
+    return std::unique_ptr<Backend>(std::move(backend));
+}
+
+uint32_t StreamBackend::wake_items() const { return std::min(device_.info().compute_units * wake_items_per_core, extra_queue_words); }
+
+Status StreamBackend::allocate() {
+    const uint64_t slots = params_.slot_count;
+    auto buffer = device_.allocate(RP_AWAKE_WORDS(slots) * sizeof(uint64_t), "slots that are awake");
+    if (!buffer) return buffer.status();
+    awake_ = std::move(*buffer);
+    std::vector<uint64_t> awake(RP_AWAKE_WORDS(slots), ~uint64_t{0});
+    if (slots % RP_AWAKE_SLOTS != 0) awake.back() >>= RP_AWAKE_SLOTS - slots % RP_AWAKE_SLOTS;
+    return device_.kernels().write_now(awake_, 0, std::as_bytes(std::span(awake)));
+}
+
+Status StreamBackend::build(const BackendSettings& settings) {
+    constexpr const char* all = "streams";
+    RAYPAGER_TRY(get_kernels({{begin_, all, "rp_begin_round"},
+                              {wake_, all, "rp_wake_stream"},
+                              {generate_, all, "rp_generate_stream"},
+                              {trace_, all, "rp_trace_stream"},
+                              {shade_, all, "rp_shade"}},
+                             geometry_.definitions() + settings.tracing + settings.shading + " -DRP_SHADE_LANES=16"));
+    const WavefrontBuffers& b = buffers_;
+    return shade_.set(b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film);
+}
+
+Status StreamBackend::launch(const Round& round, StageEvents& events) {
+    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), cores = device_.info().compute_units;
+    const WavefrontBuffers& b = buffers_;
+    Queue& queue = device_.kernels();
+    const std::vector<RoundBegin> begins = round_begins(round.page_changes, round.newly_published);
+    for (const RoundBegin& begin : begins) {
+        RAYPAGER_TRY(begin_.set(b.slots.status(), geometry_.pages(), blocks, slots, awake_, b.counters, geometry_.demand(), begin.named, begin.names,
+                                begin.changes));
+        RAYPAGER_TRY(queue.launch(begin_, &begin == &begins.back() ? wake_items() : 1, 1, &events.begin));
+    }
+    RAYPAGER_TRY(wake_.set(b.slots.status(), slots, awake_, b.queue, b.free_list, b.counters, block_scale(blocks, RP_BUNDLES)));
+    RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &events.wake));
+    const uint32_t group = device_.group_size();
+    RAYPAGER_TRY(set_generate(generate_, round));
+    RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * generate_groups_per_core * group, group, &events.generate));
+    RAYPAGER_TRY(geometry_.set(trace_, round.number, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film));
+    RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &events.extend));
+    return queue.launch(shade_, uint64_t{cores} * shade_items_per_core, 1, &events.shade);
+}
+
+// Both say how many rays wait, and change where they begin to and where they are roused. A want that nobody has would bring blocks in for ever.
+Status StreamBackend::check(const RoundCounters& counters, std::span<const uint32_t> demand) const {
+    uint64_t wants = 0;
+    for (const uint32_t of_block : demand.subspan(uint64_t{RP_DEMAND_WANTS} * geometry_.block_count(), geometry_.block_count())) wants += of_block;
+    if (wants == counters.words[RP_COUNT_IN_LISTS]) return {};
+    return Status::failed(fmt::format("{} rays wait, but blocks are wanted by {}; this is a bug", counters.words[RP_COUNT_IN_LISTS], wants));
+}
+
+}  // namespace raypager
