@@ -100,7 +100,9 @@ typedef struct rp_sphere {
 // number, where the product is exact. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in
 // upper[3].
 // Kernels may read the word behind a position. It lies in the block: where there are leaves, their ids follow.
+// clang-format off
 #define RP_POSITION_BITS(flags, axis) ((flags) >> 5 * (axis) & 31u)
+// clang-format on
 #define RP_POSITION_ALL_BITS 0x7fffu
 #define RP_POSITION_STRIDE_SHIFT 15
 #define RP_POSITION_STRIDE(flags) ((flags) >> RP_POSITION_STRIDE_SHIFT & 15u)
