@@ -9,7 +9,8 @@ __kernel void rp_trace_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict paths,
                               volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters);
-    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, slot_count, queue, demand, status, paths, counters,
-                       film);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, slot_count, queue, demand, status, paths,
+                      counters);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, slot_count, queue, demand, status, paths,
+                       counters, film);
 }
