@@ -1,11 +1,10 @@
-# Writes a C++ file with the text of every kernel source and shared header: a list of (name, text).
-set(text "// Generated from kernels/ and include/raypager/abi.\n#include \"device/kernel_sources.hpp\"\n\nnamespace raypager {\n\nconst std::vector<KernelSource>& kernel_sources() {\n    static const std::vector<KernelSource> sources = {\n")
+# Writes a C++ file with a function that returns the text of every kernel source and shared header: a list of (name, text).
+set(text "// Generated from .cl files and include/raypager/abi.\n#include \"${HEADER}\"\n\nnamespace raypager {\n\nconst std::vector<KernelSource>& ${FUNCTION}() {\n    static const std::vector<KernelSource> sources = {\n")
 separate_arguments(SOURCES)
 foreach(source ${SOURCES})
     file(READ ${source} content)
     file(RELATIVE_PATH name ${ROOT} ${source})
-    string(REGEX REPLACE "^include/" "" name "${name}")
-    string(REGEX REPLACE "^kernels/" "" name "${name}")
+    string(REGEX REPLACE "^(include|kernels|tests/support)/" "" name "${name}")
     string(APPEND text "        {\"${name}\", R\"kernel(${content})kernel\"},\n")
 endforeach()
 string(APPEND text "    };\n    return sources;\n}\n\n}  // namespace raypager\n")

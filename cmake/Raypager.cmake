@@ -40,13 +40,21 @@ endif()
 # kernels/ and the abi headers travel inside the program, so that it needs no files beside it.
 function(raypager_embed_kernels)
     file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/kernels/*/*.cl ${CMAKE_SOURCE_DIR}/include/raypager/abi/*.h)
-    set(output ${CMAKE_BINARY_DIR}/generated/kernel_sources.cpp)
+    raypager_embed(RAYPAGER_KERNEL_SOURCES kernel_sources device/kernel_sources.hpp ${sources})
+    set(RAYPAGER_KERNEL_SOURCES ${RAYPAGER_KERNEL_SOURCES} PARENT_SCOPE)
+endfunction()
+
+# Makes a C++ file that defines the function, which the header declares, to return these sources. Its path comes into the variable.
+function(raypager_embed variable function header)
+    string(REGEX REPLACE ".*::" "" name ${function})
+    set(output ${CMAKE_BINARY_DIR}/generated/${name}.cpp)
     add_custom_command(
         OUTPUT ${output}
-        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} "-DSOURCES=${sources}" -DROOT=${CMAKE_SOURCE_DIR} -P ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
-        DEPENDS ${sources} ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
+        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DFUNCTION=${function} -DHEADER=${header} "-DSOURCES=${ARGN}" -DROOT=${CMAKE_SOURCE_DIR}
+            -P ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
+        DEPENDS ${ARGN} ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
         VERBATIM)
-    set(RAYPAGER_KERNEL_SOURCES ${output} PARENT_SCOPE)
+    set(${variable} ${output} PARENT_SCOPE)
 endfunction()
 
 # All sources of a folder are one, so that their names either go together or do not, whatever else there is. Unit tests are many:

@@ -2,8 +2,8 @@
 #ifndef RP_APART_CL
 #define RP_APART_CL
 
-// Not inlined. PoCL makes three functions of every kernel and compiles each with all that is inlined into it: where a kernel does much, it calls one of
-// these to do it, which is compiled once. There it must not ask for its work-item's number.
+// Not inlined. PoCL makes three functions of every kernel and compiles each with all that is inlined into it: where a kernel does much, it calls one
+// of these to do it, which is compiled once. There it must not ask for its work-item's number.
 #define RP_APART __attribute__((noinline))
 
 #endif

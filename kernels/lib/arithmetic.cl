@@ -18,7 +18,7 @@ static inline float rp_add(float a, float b) {
     return r;
 }
 // Byte k of eight; where k is a constant, and where it is not.
-#define rp_byte(bytes, k) rp_byte_of_word((k) < 4u ? (bytes).x : (bytes).y, 0x4440u | ((k) & 3u))
+#define rp_byte(bytes, k) rp_byte_of_word((k) < 4u ? (bytes).x : (bytes).y, 0x4440u | ((k)&3u))
 static inline uint rp_byte_of_word(uint word, uint selector) {
     uint r;
     asm("prmt.b32 %0, %1, 0, %2;" : "=r"(r) : "r"(word), "r"(selector));

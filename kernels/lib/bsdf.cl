@@ -8,7 +8,7 @@
 
 // A shading frame on the side of the surface that the ray came from (rp_frame_1).
 typedef struct rp_shading {
-    float3 normal;            // shading normal, towards the viewer
+    float3 normal;  // shading normal, towards the viewer
     float3 tangent, bitangent;
     float3 geometric_normal;  // towards the viewer
     float3 view;              // unit, towards the viewer

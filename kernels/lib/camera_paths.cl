@@ -38,13 +38,17 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
         const uint slot = free_list[i];
         const ulong number = supply->sample + (i - min(i, listed));
         if (i >= listed && number >= params->sample_limit) {
-            if (later != 0u) rp_free_slot(paths, slot);
-            else rp_retire_slot(paths, slot);
+            if (later != 0u)
+                rp_free_slot(paths, slot);
+            else
+                rp_retire_slot(paths, slot);
             continue;
         }
         rp_path_sample taken;
-        if (i < listed) taken = again[i];
-        else taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
+        if (i < listed)
+            taken = again[i];
+        else
+            taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
         queue[supply->queued + i] = slot;
     }
@@ -52,7 +56,8 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
 
 // Once it has been given out: accounts for the samples. By one work-item. What others have read in the same kernel is changed by atomics, as it was
 // read: that it was read before, by an order that OpenCL 1.2 has no words for, checkers of races do not see.
-static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters, uint listed) {
+static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters,
+                                          uint listed) {
     const uint again = min(listed, supply->slots);
     ulong next = supply->sample + (supply->slots - again);
     if (next > params->sample_limit) next = params->sample_limit;

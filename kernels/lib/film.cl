@@ -29,9 +29,9 @@ static inline float3 rp_film_limit(float3 radiance, float max_luminance, float m
 
 static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance) {
     volatile __global uint* words = film + (size_t)pixel * RP_FILM_WORDS;
-    const float3 clamped = (float3)(radiance.x > 0.0f ? fmin(radiance.x, RP_FILM_MAX_RADIANCE) : 0.0f,
-                                    radiance.y > 0.0f ? fmin(radiance.y, RP_FILM_MAX_RADIANCE) : 0.0f,
-                                    radiance.z > 0.0f ? fmin(radiance.z, RP_FILM_MAX_RADIANCE) : 0.0f);
+    const float3 clamped =
+        (float3)(radiance.x > 0.0f ? fmin(radiance.x, RP_FILM_MAX_RADIANCE) : 0.0f, radiance.y > 0.0f ? fmin(radiance.y, RP_FILM_MAX_RADIANCE) : 0.0f,
+                 radiance.z > 0.0f ? fmin(radiance.z, RP_FILM_MAX_RADIANCE) : 0.0f);
     if (any(isnotequal(clamped, radiance)) || any(isnan(radiance))) atomic_inc(words + RP_FILM_CLAMPED);
     rp_film_add_channel(words, clamped.x);
     rp_film_add_channel(words + 2, clamped.y);

@@ -7,15 +7,15 @@
 // Parameters that every kernel with access to geometry takes, and the argument list that passes them on. RP_SLABS (1 to 8) is set by the
 // host: one slab is the common case and costs no selection.
 #if RP_SLABS == 1
-#define RP_SLAB_PARAMETERS const __global uchar *restrict slab0
+#define RP_SLAB_PARAMETERS const __global uchar* restrict slab0
 #else
-#define RP_SLAB_PARAMETERS                                                                                                                   \
-    const __global uchar *restrict slab0, const __global uchar *restrict slab1, const __global uchar *restrict slab2,                        \
-        const __global uchar *restrict slab3, const __global uchar *restrict slab4, const __global uchar *restrict slab5,                    \
+#define RP_SLAB_PARAMETERS                                                                                                \
+    const __global uchar *restrict slab0, const __global uchar *restrict slab1, const __global uchar *restrict slab2,     \
+        const __global uchar *restrict slab3, const __global uchar *restrict slab4, const __global uchar *restrict slab5, \
         const __global uchar *restrict slab6, const __global uchar *restrict slab7
 #endif
-#define RP_GEOMETRY_PARAMETERS                                                                                                               \
-    const rp_top_grid top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict portals,                            \
+#define RP_GEOMETRY_PARAMETERS                                                                                    \
+    const rp_top_grid top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict portals, \
         const __global ulong *restrict portal_paths, const __global uint4 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
 
 typedef struct rp_geometry {
@@ -23,7 +23,7 @@ typedef struct rp_geometry {
     const __global uint4* top_nodes;
     const __global uint4* portals;
     const __global ulong* portal_paths;
-    const __global uint4* pages;  // rp_page
+    const __global uint4* pages;   // rp_page
     volatile __global uint* used;  // RP_DEMAND_USED
     const __global uchar* slab0;
 #if RP_SLABS > 1
@@ -32,19 +32,15 @@ typedef struct rp_geometry {
 } rp_geometry;
 
 #if RP_SLABS == 1
-#define RP_MAKE_GEOMETRY(used)                                                          \
-    {                                                                                   \
-        top_grid, top_nodes, portals, portal_paths, pages, used, slab0                  \
-    }
+#define RP_MAKE_GEOMETRY(used) \
+    { top_grid, top_nodes, portals, portal_paths, pages, used, slab0 }
 #else
-#define RP_MAKE_GEOMETRY(used)                                                                                                     \
-    {                                                                                                                              \
-        top_grid, top_nodes, portals, portal_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7            \
-    }
+#define RP_MAKE_GEOMETRY(used) \
+    { top_grid, top_nodes, portals, portal_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7 }
 #endif
 
-// atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, lanes of a vector that
-// have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/results.md).
+// atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, lanes of a vector
+// that have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/results.md).
 static inline void rp_add_without_result(volatile __global uint* word, uint number) {
 #ifdef RP_NV_PTX
     asm volatile("red.global.add.u32 [%0], %1;" : : "l"(word), "r"(number));
@@ -53,9 +49,9 @@ static inline void rp_add_without_result(volatile __global uint* word, uint numb
 #endif
 }
 
-// `rays` rays enter a block together. origin, reciprocal: of one of their stream. Whether they are counted follows from these bits, since a walk has no
-// register left for a number of its own: origins differ where directions are the same, and the other way round. RP_COUNT_ENTRIES: 2^k - 1, one in 2^k
-// is counted.
+// `rays` rays enter a block together. origin, reciprocal: of one of their stream. Whether they are counted follows from these bits, since a walk has
+// no register left for a number of its own: origins differ where directions are the same, and the other way round. RP_COUNT_ENTRIES: 2^k - 1, one in
+// 2^k is counted.
 static inline void rp_note_entry(const rp_geometry* g, float2 origin, float2 reciprocal, uint rays, uint block, uint round) {
 #ifdef RP_COUNT_ENTRIES
     const uint2 bits = as_uint2(origin) ^ as_uint2(reciprocal);

@@ -65,7 +65,8 @@ static inline uint rp_from_lane(uint value, uint lane) {
     asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, 0xffffffff;" : "=r"(r) : "r"(value), "r"(lane));
     return r;
 }
-// A value of which the compiler knows nothing. Where it knows what some lanes will vote it may give them a copy of the vote, at which they wait for ever.
+// A value of which the compiler knows nothing. Where it knows what some lanes will vote it may give them a copy of the vote, at which they wait for
+// ever.
 static inline uint rp_opaque(uint value) {
     asm volatile("mov.b32 %0, %0;" : "+r"(value));
     return value;
@@ -123,12 +124,12 @@ static inline bool rp_stays_inner(uint current) {
     if (popcount(inner) >= RP_LEAST_INNER) return true;
     return inner != 0u && rp_ballot((current & RP_REF_LEAF) && current < RP_REF_STOPPED) == 0u;
 }
-#define RP_WHILE_INNER(current)              \
-    while (rp_stays_inner(current))          \
-        if (!((current) & RP_REF_LEAF))
-#define RP_AT_LEAF(current) (((current) & RP_REF_LEAF) && (current) < RP_REF_PORTAL)
+#define RP_WHILE_INNER(current)     \
+    while (rp_stays_inner(current)) \
+        if (!((current)&RP_REF_LEAF))
+#define RP_AT_LEAF(current) (((current)&RP_REF_LEAF) && (current) < RP_REF_PORTAL)
 #else
-#define RP_WHILE_INNER(current) while (!((current) & RP_REF_LEAF))
+#define RP_WHILE_INNER(current) while (!((current)&RP_REF_LEAF))
 #define RP_AT_LEAF(current) ((current) < RP_REF_PORTAL)
 #endif
 

@@ -115,8 +115,8 @@ static inline float rp_strip_hit(const rp_ray* ray, const rp_shear* shear, const
     return rp_hit_triangle(ray, shear, &a, &b, &c);
 }
 
-static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
-                                    rp_hit* best) {
+static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index,
+                                    uint ref, rp_hit* best) {
     for (uint left = rp_strip_candidates(ray, shear, block, ref); left != 0u; left &= left - 1u) {
         const uint k = rp_lowest_bit(left);
         const float t = rp_strip_hit(ray, shear, block, ref, k);
@@ -165,10 +165,11 @@ static inline bool rp_spheres_any(const rp_ray* ray, const rp_block_view* block,
     return false;
 }
 
-static inline void rp_leaf_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index, uint ref,
-                                   rp_hit* best) {
+static inline void rp_leaf_closest(const rp_geometry* g, const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint block_index,
+                                   uint ref, rp_hit* best) {
 #ifndef RP_ONLY_TRIANGLES
-    if (ref & RP_LEAF_SPHERES) rp_spheres_closest(g, ray, block, block_index, ref, best);
+    if (ref & RP_LEAF_SPHERES)
+        rp_spheres_closest(g, ray, block, block_index, ref, best);
     else
 #endif
         rp_strip_closest(g, ray, shear, block, block_index, ref, best);

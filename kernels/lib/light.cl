@@ -16,15 +16,19 @@ static inline uint rp_choose_light(const __global uint* steps, uint count, uint 
     uint low = 0u, high = count - 1u;
     while (low < high) {
         const uint middle = (low + high) >> 1u;
-        if (steps[middle] >= random) high = middle;
-        else low = middle + 1u;
+        if (steps[middle] >= random)
+            high = middle;
+        else
+            low = middle + 1u;
     }
     const uint first = low == 0u ? 0u : steps[low - 1u] + 1u;
     *rest = fmin(((float)(random - first) + fine) / ((float)(steps[low] - first) + 1.0f), 0x1.fffffep-1f);
     return low;
 }
 
-static inline float3 rp_light_radiance(const __global rp_light* light) { return (float3)(light->radiance[0], light->radiance[1], light->radiance[2]); }
+static inline float3 rp_light_radiance(const __global rp_light* light) {
+    return (float3)(light->radiance[0], light->radiance[1], light->radiance[2]);
+}
 
 // Density by solid angle of sampling a point at `distance` in `direction` on an emitter with surface that is chosen with this probability; negative
 // if it does not shine that way.

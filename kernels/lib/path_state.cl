@@ -15,7 +15,8 @@ typedef struct rp_paths {
     __global uint* status;
     __global uint4* planes;
 } rp_paths;
-#define RP_MAKE_PATHS(slot_count, status, planes) {slot_count, status, planes}
+#define RP_MAKE_PATHS(slot_count, status, planes) \
+    { slot_count, status, planes }
 
 #define RP_PLANE(paths, plane, slot) (paths)->planes[RP_PLANE_INDEX(plane, (size_t)(paths)->slot_count, slot)]
 
@@ -84,10 +85,14 @@ static inline const __global uint* rp_wait_words(const __global uint* status, ui
 
 // Where a ray that has waited goes on.
 static inline uint rp_portal_of(const rp_paths* paths, uint slot) { return RP_PLANE(paths, RP_PLANE_SURFACE, slot).w; }
-static inline void rp_set_portal(const rp_paths* paths, uint slot, uint portal) { ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = portal; }
+static inline void rp_set_portal(const rp_paths* paths, uint slot, uint portal) {
+    ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = portal;
+}
 
 // Status words of rays that wait.
-static inline uint rp_extension_waits(uint offset_exponent, uint kept) { return RP_STATUS_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept; }
+static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
+    return RP_STATUS_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
+}
 static inline uint rp_shadow_waits(uint state) { return RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS); }
 
 // The ray of a slot waits for a block. waiting_state: one of the two above. wants: of all blocks.
@@ -206,8 +211,8 @@ static inline void rp_unfold_extension(const rp_paths* paths, uint slot, uint st
 }
 
 // The closest hit of an extension ray so far. REQUIRES: the state of the slot is unfolded.
-static inline void rp_store_hit(const rp_paths* paths, uint slot, float t, float3 position, uint primitive, uint geometric_normal, uint shading_normal,
-                                uint portal) {
+static inline void rp_store_hit(const rp_paths* paths, uint slot, float t, float3 position, uint primitive, uint geometric_normal,
+                                uint shading_normal, uint portal) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(t);
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(position), primitive);
     const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot).z;
@@ -258,8 +263,8 @@ typedef struct rp_path_end {
     float3 radiance;
 } rp_path_end;
 
-// The shadow ray has been traced: the path ends, its slot is free, and its radiance is for the film; or its extension ray begins, which the planes will
-// show when that has been traced (RP_STATUS_CONNECTED).
+// The shadow ray has been traced: the path ends, its slot is free, and its radiance is for the film; or its extension ray begins, which the planes
+// will show when that has been traced (RP_STATUS_CONNECTED).
 static inline rp_path_end rp_finish_shadow(const rp_paths* paths, uint slot, uint state, bool occluded) {
     rp_path_end end = {false, 0u, (float3)(0.0f)};
     if (!(state & RP_STATUS_ENDS)) {
@@ -380,7 +385,8 @@ static inline uint rp_departing_state(uint state, uint depth) {
 }
 
 // An extension ray begins. density: of its direction by solid angle, 0 if that is specular.
-static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, uint3 direction, uint density, uint sample) {
+static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, uint3 direction, uint density,
+                                      uint sample) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(INFINITY));
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(direction, density);
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)((uint3)(0u), RP_NONE);
@@ -390,8 +396,8 @@ static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint sta
 
 // A shadow ray begins, and keeps the extension ray behind it: next_direction and density are that one's. ends: there is none. light: what arrives if
 // nothing is in the way.
-static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, float3 direction, float reach, float3 light,
-                                   bool ends, uint3 next_direction, uint density, uint sample) {
+static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, float3 direction, float reach,
+                                   float3 light, bool ends, uint3 next_direction, uint density, uint sample) {
     const uint3 arrives = as_uint3(light);
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(reach));
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), density);

@@ -76,7 +76,8 @@ static inline bool rp_signs_differ(float u, float v, float w) {
 
 // Whether the ray's line may hit a triangle: false only where the test below says so by signs.
 static inline bool rp_may_hit_triangle(const rp_sheared* a, const rp_sheared* b, const rp_sheared* c) {
-    return !rp_signs_differ(rp_edge_function(c->x, b->y, c->y, b->x), rp_edge_function(a->x, c->y, a->y, c->x), rp_edge_function(b->x, a->y, b->y, a->x));
+    return !rp_signs_differ(rp_edge_function(c->x, b->y, c->y, b->x), rp_edge_function(a->x, c->y, a->y, c->x),
+                            rp_edge_function(b->x, a->y, b->y, a->x));
 }
 
 // Distance of the hit, or -1. Edges and vertices belong to all triangles that share them.

@@ -19,7 +19,7 @@ static inline ulong rp_divide(ulong a, ulong b) { return (a | b) >> 32 ? a / b :
 
 // Samples that follow each other: those of a region in a stretch of passes, or of one pass of the whole picture.
 typedef struct rp_sample_region {
-    ulong begin, count;  // numbers
+    ulong begin, count;      // numbers
     uint first_place, size;  // in pixels
     uint first_sample, passes, together;
 } rp_sample_region;

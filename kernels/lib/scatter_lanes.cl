@@ -6,11 +6,11 @@
 typedef struct RP_NAME(rp_vertex_) {
     RP_NAME(rp_vector_) direction;  // of the ray that came, unit
     RP_NAME(rp_vector_) throughput, position;
-    RP_NAME(rp_vector_) reflectance;                // of a diffuse material
-    RP_FLOATS offset;                               // how far from `position` rays begin
-    RP_UINTS geometric_normal, shading_normal;      // octahedral
-    RP_UINTS pixel, sample, depth;                  // depth: scattering events before this one
-    RP_INTS refraction;                             // abi/path.h
+    RP_NAME(rp_vector_) reflectance;            // of a diffuse material
+    RP_FLOATS offset;                           // how far from `position` rays begin
+    RP_UINTS geometric_normal, shading_normal;  // octahedral
+    RP_UINTS pixel, sample, depth;              // depth: scattering events before this one
+    RP_INTS refraction;                         // abi/path.h
 } RP_NAME(rp_vertex_);
 
 // The rays that leave it: a shadow ray, an extension ray, both or none.
@@ -95,8 +95,8 @@ static inline void RP_NAME(rp_survive_)(RP_UINTS depth, RP_FLOATS number, RP_NAM
 }
 
 // At a diffuse surface.
-static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                                const RP_NAME(rp_vertex_)* vertex, RP_NAME(rp_departure_)* out) {
+static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* params, const __global rp_light* lights,
+                                                const __global uint* light_steps, const RP_NAME(rp_vertex_)* vertex, RP_NAME(rp_departure_)* out) {
     const RP_NAME(rp_numbers_) light_bits =
         RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const RP_NAME(rp_numbers_) bits = RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);

@@ -6,8 +6,8 @@
 // covers the roundings of the product (2^-24) and of the shift itself (2^-23 of it). So the entry is at most (p - o) r, rounded once,
 // and r differs by a factor 1 + 2^-24 from the exact reciprocal. RP_BOX_WIDEN covers both roundings, and those of the distance that a
 // primitive's test returns, which is between crossings (p' - o) r, rounded twice, of planes p' of the primitive's own bounds, the last
-// of which is in front of the ray (rp_in_bounds). That a ray which the test of a primitive accepts meets its bounds at all holds up to roundings of the test, some 2^-22
-// of the coordinates of the primitive relative to the ray's origin: along an axis that moves crossings by as much of themselves
+// of which is in front of the ray (rp_in_bounds). That a ray which the test of a primitive accepts meets its bounds at all holds up to roundings of
+// the test, some 2^-22 of the coordinates of the primitive relative to the ray's origin: along an axis that moves crossings by as much of themselves
 // (RP_BOX_WIDEN again), or, where the primitive reaches behind the origin, by as much of its extent: RP_WIDE_SLACK_OF_EXTENT.
 // tests/property/wide_boxes tries to refute all this.
 #ifndef RP_STREAM_CL

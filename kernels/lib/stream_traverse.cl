@@ -26,9 +26,7 @@ typedef struct rp_stream_stack {
     uint depth;
 } rp_stream_stack;
 
-static inline const __global uchar* rp_stacked(const rp_stream_stack* stack, uint place) {
-    return (const __global uchar*)stack->record[place];
-}
+static inline const __global uchar* rp_stacked(const rp_stream_stack* stack, uint place) { return (const __global uchar*)stack->record[place]; }
 
 // A root, from its word (abi/wide.h).
 static inline const __global uchar* rp_wide_root(const __global uchar* base, uint word, bool* leaf) {
@@ -77,7 +75,8 @@ static inline void rp_push_child(rp_stream_stack* stack, uint place, const __glo
 }
 
 // The same for rays whose order of visits does not matter.
-static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children, ulong rays) {
+static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children,
+                                    ulong rays) {
     const __global uchar* first = (const __global uchar*)node + (size_t)node->children * RP_WIDE_UNIT;
     const ulong places = as_ulong(vload8(0, node->size)) * 0x0101010101010100ul;
     const uint leaves = children & node->leaves;
@@ -228,8 +227,10 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
         const __global rp_wide_node* node = (const __global rp_wide_node*)walk->record;
         const uint children = rp_meet_children(s, node, rp_until(walk), rays, any_hit, &met);
         if (children != 0u) {
-            if (any_hit) rp_push_children(&walk->stack, node, &met, children, rays);
-            else rp_push_sorted(&walk->stack, node, &met, children, rays);
+            if (any_hit)
+                rp_push_children(&walk->stack, node, &met, children, rays);
+            else
+                rp_push_sorted(&walk->stack, node, &met, children, rays);
             // The nearest one needs no further look.
             const uint top = --walk->stack.depth;
             walk->record = rp_stacked(&walk->stack, top);

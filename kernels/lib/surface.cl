@@ -124,7 +124,8 @@ static inline uint rp_shading_normal(const rp_triangle* triangle, uint turns, fl
 #ifdef RP_VERTEX_COLORS
 // Likewise of the colour.
 static inline uint rp_triangle_color(const rp_triangle* triangle, uint turns, float b, float c) {
-    return rp_blend_colors(triangle->color[turns], triangle->color[turns == 2u ? 0u : turns + 1u], triangle->color[turns == 0u ? 2u : turns - 1u], b, c);
+    return rp_blend_colors(triangle->color[turns], triangle->color[turns == 2u ? 0u : turns + 1u], triangle->color[turns == 0u ? 2u : turns - 1u], b,
+                           c);
 }
 #endif
 

@@ -29,11 +29,13 @@
 #endif
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
 #define RP_STACK_CLEAR() w->depth = 0u
-#define RP_STACK_PUT(entry)                                                            \
-    do {                                                                               \
-        if (w->depth < RP_SHARED_STACK) w->shared[w->depth * RP_GROUP_SIZE] = (entry); \
-        else stack[w->depth] = (entry);                                                \
-        w->depth++;                                                                    \
+#define RP_STACK_PUT(entry)                                \
+    do {                                                   \
+        if (w->depth < RP_SHARED_STACK)                    \
+            w->shared[w->depth * RP_GROUP_SIZE] = (entry); \
+        else                                               \
+            stack[w->depth] = (entry);                     \
+        w->depth++;                                        \
     } while (0)
 #define RP_STACK_DROP() w->depth--
 #define RP_STACK_GET() (w->depth < RP_SHARED_STACK ? w->shared[w->depth * RP_GROUP_SIZE] : stack[w->depth])
@@ -237,8 +239,10 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             const bool whole = portal >= g->top_grid.portal_count;
             uint4 page;
             // A branch, so that the page of a whole block need not wait for its record.
-            if (whole) page = g->pages[portal - g->top_grid.portal_count];
-            else page = g->pages[a.w];
+            if (whole)
+                page = g->pages[portal - g->top_grid.portal_count];
+            else
+                page = g->pages[a.w];
             if (whole && RP_BLOCK_IS_OPENED(page)) {
                 w->current = b.w;
                 continue;
@@ -262,7 +266,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
             }
 #endif
 #endif
-            rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
+                rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
             w->block = rp_view_block(g, page);
             w->frame = rp_make_frame(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
             RP_PUSH(RP_REF_RETURN, -1.0f);

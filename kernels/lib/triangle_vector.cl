@@ -25,7 +25,7 @@ typedef struct RP_NAME(rp_edges_) {
 // First half: on which side of the edges the ray passes. Lanes in which the triangle is missed are clear in the result; if all
 // are, edges may be left as they were.
 static inline uint RP_NAME(rp_inside_)(RP_FLOATS ax, RP_FLOATS ay, RP_FLOATS bx, RP_FLOATS by, RP_FLOATS cx, RP_FLOATS cy, uint lanes,
-                                       RP_NAME(rp_edges_) * edges) {
+                                       RP_NAME(rp_edges_)* edges) {
     RP_FLOATS u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
     uint inside = lanes & ~RP_NAME(rp_mask)(RP_NAME(rp_signs_differ_)(u, v, w));
     if (inside == 0u) return 0u;
@@ -53,8 +53,8 @@ static inline void RP_NAME(rp_clip_)(RP_FLOATS low, RP_FLOATS high, RP_FLOATS re
 }
 
 // Second half: the distances. Lanes without a hit in front of the ray are clear in the result.
-static inline uint RP_NAME(rp_distance_)(const RP_NAME(rp_edges_) * edges, const RP_NAME(rp_points_) * a, const RP_NAME(rp_points_) * b,
-                                         const RP_NAME(rp_points_) * c, RP_FLOATS shear_z, RP_FLOATS inverse_x, RP_FLOATS inverse_y,
+static inline uint RP_NAME(rp_distance_)(const RP_NAME(rp_edges_)* edges, const RP_NAME(rp_points_)* a, const RP_NAME(rp_points_)* b,
+                                         const RP_NAME(rp_points_)* c, RP_FLOATS shear_z, RP_FLOATS inverse_x, RP_FLOATS inverse_y,
                                          RP_FLOATS inverse_z, uint inside, RP_FLOATS* distance) {
     const RP_FLOATS determinant = RP_NAME(rp_sum3_)(edges->u, edges->v, edges->w);
     const RP_FLOATS az = a->z * shear_z, bz = b->z * shear_z, cz = c->z * shear_z;

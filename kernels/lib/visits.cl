@@ -16,9 +16,9 @@
 typedef struct rp_visit_log {
     volatile __global uint* words;
     uint pixel, sample;
-    uint head, kind;   // where its first event will be written, and its kind
-    uint stopped_by;   // a block that stops the shadow ray, or RP_VISIT_NO_BLOCK
-    bool on;           // whether this path is recorded
+    uint head, kind;  // where its first event will be written, and its kind
+    uint stopped_by;  // a block that stops the shadow ray, or RP_VISIT_NO_BLOCK
+    bool on;          // whether this path is recorded
 } rp_visit_log;
 
 // Last parameter of kernels that record, and the argument that hands it on.
@@ -81,8 +81,10 @@ static inline void rp_visit_end(const rp_visit_log* log, uint block) {
 
 // A shadow ray ends in this block. The first is kept for its head, so that it cannot be lost; further ones are logged if there is room.
 static inline void rp_visit_stop(rp_visit_log* log, uint block) {
-    if (log->stopped_by == RP_VISIT_NO_BLOCK) log->stopped_by = block;
-    else (void)rp_visit_add(log, RP_VISIT_STOPS, block);
+    if (log->stopped_by == RP_VISIT_NO_BLOCK)
+        log->stopped_by = block;
+    else
+        (void)rp_visit_add(log, RP_VISIT_STOPS, block);
 }
 
 // Logs every block that a shadow ray passes up to t_limit, in the order of rp_run_any: the top tree alone, no geometry. False if the log

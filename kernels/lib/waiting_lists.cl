@@ -40,8 +40,8 @@ static inline void rp_end_chains(rp_chains* chains, const rp_paths* paths, volat
 }
 
 // The ray of a slot waits for a block, of which there is no RP_NONE. waiting_state: as for rp_wait_for.
-static inline void rp_wait_in_chain(rp_chains* chains, const rp_paths* paths, uint slot, uint block, uint waiting_state, volatile __global uint* demand,
-                                    uint block_count) {
+static inline void rp_wait_in_chain(rp_chains* chains, const rp_paths* paths, uint slot, uint block, uint waiting_state,
+                                    volatile __global uint* demand, uint block_count) {
     rp_set_state(paths, slot, waiting_state);
     uint k = 0u;
     while (k < RP_CHAINS && chains->block[k] != block) k++;

@@ -74,7 +74,8 @@ static inline float8 rp_corners_of_row(const __global float* row, uint8 index, c
 static inline void rp_gather_rows(const __global rp_wide_leaf* leaf, const __global uchar* corners, const bool few, rp_eight_corners* out) {
     const uint count = leaf->count, vertices = leaf->vertices;
     const __global float* at = rp_leaf_coordinates(leaf);
-    const uint8 a = convert_uint8(vload8(0, corners)), b = convert_uint8(vload8(0, corners + count)), c = convert_uint8(vload8(0, corners + 2u * count));
+    const uint8 a = convert_uint8(vload8(0, corners)), b = convert_uint8(vload8(0, corners + count)),
+                c = convert_uint8(vload8(0, corners + 2u * count));
 #pragma unroll
     for (uint axis = 0u; axis < 3u; axis++) {
         out->at[axis][0] = rp_corners_of_row(at + vertices * axis, a, few);
@@ -103,9 +104,8 @@ static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wid
                                     c.y - shear_y * c.z, lanes, &edges);
     if (inside == 0u) return false;
     float8 t;
-    const uint in_front =
-        rp_distance_8(&edges, &a, &b, &c, (float8)(RP_OF_RAY(s->shear[2], r)), (float8)(RP_OF_RAY(s->inverse[ix], r)),
-                      (float8)(RP_OF_RAY(s->inverse[iy], r)), (float8)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
+    const uint in_front = rp_distance_8(&edges, &a, &b, &c, (float8)(RP_OF_RAY(s->shear[2], r)), (float8)(RP_OF_RAY(s->inverse[ix], r)),
+                                        (float8)(RP_OF_RAY(s->inverse[iy], r)), (float8)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
     const uint hit = in_front & rp_mask8(t <= RP_OF_RAY(s->t, r));
     if (hit == 0u) return false;
     if (any_hit) return true;
@@ -123,8 +123,10 @@ static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __glob
     ulong hit = 0ul;
     for (uint first = 0u; first < count && rays != 0ul; first += 8u) {
         rp_eight_corners eight;
-        if (leaf->vertices <= 8u) rp_gather_corners_of_few(leaf, corners + first, &eight);
-        else rp_gather_corners(leaf, corners + first, &eight);
+        if (leaf->vertices <= 8u)
+            rp_gather_corners_of_few(leaf, corners + first, &eight);
+        else
+            rp_gather_corners(leaf, corners + first, &eight);
         const uint lanes = ((1u << count) - 1u) >> first & 255u;
         for (ulong left = rays; left != 0ul; left &= left - 1ul) {
             const uint r = rp_lowest(left);

@@ -156,8 +156,10 @@ static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_n
     ulong alone = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) {
         const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
-        if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED) alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
-        else packets |= 1u << p;
+        if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED)
+            alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
+        else
+            packets |= 1u << p;
     }
     // What is met is told by what these return: to read it back as a vector would be to wait for eight stores.
     uint children = 0u;

@@ -56,8 +56,7 @@ static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream
     rp_chains chains;
     rp_begin_chains(&chains, c->first / RP_STREAM_RAYS, true);
     uint waiting = 0u;
-    for (uint r = 0u; r < c->count; r++)
-        waiting += rp_store_connect_ray(g, s, c, r, block_count, demand, paths, film, &chains) ? 1u : 0u;
+    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, s, c, r, block_count, demand, paths, film, &chains) ? 1u : 0u;
     rp_end_chains(&chains, paths, demand, block_count);
     return waiting;
 }
@@ -76,8 +75,7 @@ static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, co
             rp_step(g, &walks[w], round, true);
             continue;
         }
-        if (rays[w].count != 0u)
-            waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, film);
+        if (rays[w].count != 0u) waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, film);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);

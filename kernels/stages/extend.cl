@@ -50,7 +50,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         if (portal == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);
         else
-            rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u), demand + RP_DEMAND_WANTS * block_count);
+            rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
+                        demand + RP_DEMAND_WANTS * block_count);
     }
 #ifdef RP_COUNT_BOUNCES
     if (portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
@@ -58,8 +59,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 }
 
 __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
-                        __global uint* restrict status, __global uint4* restrict planes, volatile __global uint* restrict counters
-                            RP_VISIT_PARAMETER) {
+                        __global uint* restrict status, __global uint4* restrict planes,
+                        volatile __global uint* restrict counters RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
     const uint count = counters[RP_COUNT_EXTEND];
@@ -102,8 +103,8 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
         const uint slot = rp_extend_entry(queue, i);
         rp_take_up(&geometry, &walk, stack, &paths, slot);
 #ifdef RP_RECORD
-        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, &paths, slot,
-                            RP_VISIT_BEGIN_EXTEND, RP_VISIT_RESUME_EXTEND))
+        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, &paths, slot, RP_VISIT_BEGIN_EXTEND,
+                            RP_VISIT_RESUME_EXTEND))
             continue;
 #endif
         rp_run_closest(&geometry, &walk, stack, round);

@@ -88,14 +88,15 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
         uint portal[8];
         for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
         // Where there is no hit, nothing of this is used.
-        const rp_hits8 hits = {{as_uint8(vload8(i, surfaces.position[0])), as_uint8(vload8(i, surfaces.position[1])), as_uint8(vload8(i, surfaces.position[2]))},
-                               vload8(i, (const uint*)s->primitive),
-                               vload8(i, surfaces.geometric_normal),
-                               vload8(i, surfaces.shading_normal),
-                               as_uint8(vload8(i, (const float*)s->t)),
-                               vload8(0, portal),
-                               vload8(i, e->density),
-                               vload8(i, e->sample)};
+        const rp_hits8 hits = {
+            {as_uint8(vload8(i, surfaces.position[0])), as_uint8(vload8(i, surfaces.position[1])), as_uint8(vload8(i, surfaces.position[2]))},
+            vload8(i, (const uint*)s->primitive),
+            vload8(i, surfaces.geometric_normal),
+            vload8(i, surfaces.shading_normal),
+            as_uint8(vload8(i, (const float*)s->t)),
+            vload8(0, portal),
+            vload8(i, e->density),
+            vload8(i, e->sample)};
         uint8 rows[8];
         rp_lay_out_hits8(&hits, vload8(i, e->state), rows);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
@@ -120,8 +121,7 @@ static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, con
             rp_step(g, &walks[w], round, false);
             continue;
         }
-        if (rays[w].count != 0u)
-            rp_store_extend_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &counts);
+        if (rays[w].count != 0u) rp_store_extend_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &counts);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);

@@ -8,9 +8,9 @@ static inline rp_supply rp_read_supply(const volatile __global uint* counters) {
     return supply;
 }
 
-__kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters, const __global uint* restrict free_list,
-                          __global uint* restrict status, __global uint4* restrict planes, __global uint* restrict queue,
-                          const __global rp_path_sample* restrict again, uint listed, uint later) {
+__kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters,
+                          const __global uint* restrict free_list, __global uint* restrict status, __global uint4* restrict planes,
+                          __global uint* restrict queue, const __global rp_path_sample* restrict again, uint listed, uint later) {
     const rp_supply supply = rp_read_supply(counters);
     const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
     rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later);

@@ -18,8 +18,8 @@ __kernel void rp_generate_stream(__constant rp_render_params* restrict params, v
     const rp_supply supply = {found[0], (ulong)found[2] << 32 | found[1], found[3]};
     const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
     rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later);
-    // What has been given out is accounted for by the last work-group: the others know by then how much there was. The fence keeps their reading before
-    // their counting.
+    // What has been given out is accounted for by the last work-group: the others know by then how much there was. The fence keeps their reading
+    // before their counting.
     mem_fence(CLK_GLOBAL_MEM_FENCE);
     if (get_local_id(0) == 0u && atomic_inc(counters + RP_COUNT_GENERATED) + 1u == (uint)get_num_groups(0))
         rp_account_for_samples(params, &supply, counters, listed);

@@ -12,8 +12,10 @@ static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint
     uint low = 0u, high = count - 1u;
     while (low < high) {
         const uint middle = (low + high + 1u) >> 1u;
-        if (ranges[middle].first_primitive <= primitive) low = middle;
-        else high = middle - 1u;
+        if (ranges[middle].first_primitive <= primitive)
+            low = middle;
+        else
+            high = middle - 1u;
     }
     return low;
 }
@@ -42,7 +44,8 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
 }
 
 // A path ends here.
-static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel, float3 radiance) {
+static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
+                               float3 radiance) {
     rp_film_add(film, pixel, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
     rp_free_slot(paths, slot);
 }
@@ -74,7 +77,7 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 #endif
 }
 #define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
-#define RP_SHADE_GEOMETRY const rp_geometry* geometry,
+#define RP_SHADE_GEOMETRY const rp_geometry *geometry,
 #define RP_SHADE_FROM &geometry,
 #else
 #define RP_SHADE_PARAMETERS
@@ -143,8 +146,8 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 }
 
 // The rays that leave a vertex; the path ends if there is none. state: of the slot so far. mine: counts of bounce rays and shadow rays.
-static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint state, float3 radiance, uint pixel, uint sample,
-                             uint depth, const rp_departure_1* out, __global uint* film, uint* mine) {
+static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint state, float3 radiance, uint pixel,
+                             uint sample, uint depth, const rp_departure_1* out, __global uint* film, uint* mine) {
     if (!out->shadow && !out->go_on) {
         rp_end_path(params, paths, slot, film, pixel, radiance);
         return;
@@ -166,8 +169,10 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
                                 const rp_vertex_of_path* reached, const rp_paths* paths, __global uint* film, uint* mine) {
     const rp_vertex_1* vertex = &reached->vertex;
     rp_departure_1 out;
-    if (reached->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
-    else rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
+    if (reached->material->kind == RP_MATERIAL_DIFFUSE)
+        rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
+    else
+        rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
     rp_depart(params, paths, reached->slot, reached->state, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);
 }
 
@@ -178,7 +183,7 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
 typedef struct rp_gathered {
     uint count;
     uint slot[16], state[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
-    float radiance[3][16], vertex[13][16];      // direction, throughput, position, reflectance, offset
+    float radiance[3][16], vertex[13][16];                 // direction, throughput, position, reflectance, offset
 } rp_gathered;
 
 static inline void rp_gather(rp_gathered* g, const rp_vertex_of_path* reached) {
@@ -218,8 +223,8 @@ static inline rp_vector_1 rp_of_lane(float (*rows)[16], uint k) {
     return v;
 }
 
-static inline void rp_shade_gathered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps, rp_gathered* g,
-                                     const rp_paths* paths, __global uint* film, uint* mine) {
+static inline void rp_shade_gathered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                     rp_gathered* g, const rp_paths* paths, __global uint* film, uint* mine) {
     rp_vertex_16 vertex;
     vertex.direction = rp_load_vector(g->vertex);
     vertex.throughput = rp_load_vector(g->vertex + 3);

@@ -111,8 +111,10 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         const uint i = (get_group_id(0) * RP_WAKE_NAPS + k) * RP_WAKE_GROUP + lane;
         if (i >= nap_count) continue;
         const ulong nap = naps[i];
-        if (nap == 0ul || (nap & came) != 0ul) awake[atomic_inc(&awake_count)] = i;
-        else waiting += rp_waiting_asleep(nap);
+        if (nap == 0ul || (nap & came) != 0ul)
+            awake[atomic_inc(&awake_count)] = i;
+        else
+            waiting += rp_waiting_asleep(nap);
     }
     // The words of naps, too: other work-items change them from here on.
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);

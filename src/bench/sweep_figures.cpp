@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "base/check.hpp"
 #include "base/hash.hpp"
@@ -127,6 +128,19 @@ std::string convergence_csv(const SweepResult& result) {
         for (const ConvergencePoint& point : run.convergence)
             text += fmt::format("{},{},{:.6f},{:.4f},{:.8g},{}\n", csv_settings(result.variants[run.variant]), run.repeat + 1, point.seconds,
                                 point.spp, point.rmse, point.bytes_loaded);
+    return text;
+}
+
+std::string residency_csv(const SweepResult& result) {
+    std::string text = "run,round,seconds,block,came\n";
+    for (size_t i = 0; i < result.runs.size(); i++) {
+        const SweepRun& run = result.runs[i];
+        if (run.round_seconds.empty()) continue;
+        for (const PagingEvent& event : run.journal) {
+            const float seconds = run.round_seconds[std::min<size_t>(event.round - 1, run.round_seconds.size() - 1)];
+            fmt::format_to(std::back_inserter(text), "{},{},{:.6f},{},{}\n", i, event.round, seconds, event.block, event.came ? 1 : 0);
+        }
+    }
     return text;
 }
 

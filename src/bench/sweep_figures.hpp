@@ -30,9 +30,11 @@ std::vector<VariantFigures> variant_figures(const SweepResult& result);
 std::optional<double> seconds_to(const std::vector<ConvergencePoint>& convergence, double rmse);
 double median(std::vector<double> values);  // REQUIRES: not empty
 
-// CSV with a header line: one row a run; and one row a point of a convergence curve.
+// CSV with a header line: one row a run; one row a point of a convergence curve.
 std::string runs_csv(const SweepResult& result);
 std::string convergence_csv(const SweepResult& result);
+// One row a block that came or left in a run that kept its journal; a run is named by its place among the runs.
+std::string residency_csv(const SweepResult& result);
 // For the terminal.
 std::string sweep_table(const SweepResult& result);
 

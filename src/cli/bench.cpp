@@ -21,7 +21,7 @@ struct Measurement {
 constexpr Measurement measurements[] = {
     {"export", "writes a baked scene for Mitsuba 3, to compare with it", run_bench_export},
     {"traverse", "rays per second of the engine's own kernels on a baked scene", run_bench_traverse},
-    {"sweep", "renders at many limits, policies and path counts: tables, plots", run_bench_sweep},
+    {"sweep", "renders at many limits, policies and path counts: tables, curves", run_bench_sweep},
     {"policy", "replays a recorded demand trace under other policies and limits", run_bench_policy},
 };
 

@@ -9,7 +9,6 @@
 #include "base/log.hpp"
 #include "bench/baselines.hpp"
 #include "bench/sweep_figures.hpp"
-#include "bench/sweep_page.hpp"
 #include "cli/bench.hpp"
 #include "cli/bench_lists.hpp"
 #include "cli/output_paths.hpp"
@@ -27,9 +26,10 @@ using Json = nlohmann::ordered_json;
 using bench::SweepPolicy;
 
 constexpr const char* about_sweep =
-    "Renders a scene at every combination of the lists, against one reference that it makes and keeps, and writes into DIR: sweep.html,\n"
-    "a page with plots; sweep.csv and convergence.csv; sweep.json. Exit status 1 if films differ that must be the same. Beside the\n"
-    "policies of render, --policies takes 'paper' (the paper's settings) and 'host' (all geometry in mapped host memory, no paging).";
+    "Renders a scene at every combination of the lists, against one reference that it makes and keeps, and writes into DIR: sweep.csv,\n"
+    "convergence.csv, residency.csv and sweep.json, which bench/plot_sweep.py draws. Exit status 1 if films differ that must be the same.\n"
+    "Beside the policies of render, --policies takes 'paper' (the paper's settings) and 'host' (all geometry in mapped host memory,\n"
+    "no paging).";
 
 struct SweepGiven {
     std::vector<std::string> inputs;
@@ -126,7 +126,8 @@ Json run_json(const bench::SweepResult& result, const bench::SweepRun& run) {
     const RenderReport& r = run.report;
     Json curve = Json::array();
     for (const bench::ConvergencePoint& point : run.convergence) curve.push_back({point.seconds, point.spp, point.rmse, point.bytes_loaded});
-    return {{"limit", v.limit_name()},
+    return {{"variant", run.variant},
+            {"limit", v.limit_name()},
             {"policy", v.policy.name()},
             {"paths", v.paths.name()},
             {"connection", r.connection},
@@ -145,6 +146,7 @@ Json run_json(const bench::SweepResult& result, const bench::SweepRun& run) {
             {"wants_without_hit", r.paging.wants_without_hit},
             {"peak_memory_bytes", r.peak.memory_bytes},
             {"film_hash", hex64(r.film_hash)},
+            {"timeline_seconds", run.round_seconds.empty() ? Json(nullptr) : Json(run.round_seconds.back())},
             {"convergence", curve}};
 }
 
@@ -163,6 +165,8 @@ Json sweep_json(const SweepGiven& given, const bench::SweepResult& result, const
                             {"rays_per_second", f.rays_per_second},
                             {"bytes_loaded", f.bytes_loaded},
                             {"bytes_per_ray", f.bytes_per_ray},
+                            {"loads", f.loads},
+                            {"rounds", f.rounds},
                             {"rmse", f.rmse},
                             {"seconds_to_rmse", f.seconds_to_rmse ? Json(*f.seconds_to_rmse) : Json(nullptr)}});
     }
@@ -186,20 +190,13 @@ Json sweep_json(const SweepGiven& given, const bench::SweepResult& result, const
 
 Status write_results(const SweepGiven& given, const bench::SweepResult& result, const BakedScene& scene) {
     const std::string date = fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::time(nullptr)));
-    bench::SweepPageFacts facts;
-    facts.scene = std::filesystem::path(given.inputs.front()).filename().string();
-    facts.command = given.command;
-    facts.date = date;
-    facts.primitives = fmt::format("{} in {}, {}", primitives_text(scene.triangles, scene.spheres), counted(scene.blocks.size(), "block"),
-                                   format_bytes(result.geometry_bytes));
-    facts.block_count = static_cast<uint32_t>(scene.blocks.size());
     RAYPAGER_TRY(write_text(given.folder / "sweep.csv", bench::runs_csv(result)));
     RAYPAGER_TRY(write_text(given.folder / "convergence.csv", bench::convergence_csv(result)));
-    RAYPAGER_TRY(write_text(given.folder / "sweep.json", json_text(sweep_json(given, result, scene, date))));
-    return write_text(given.folder / "sweep.html", bench::sweep_page(result, facts));
+    RAYPAGER_TRY(write_text(given.folder / "residency.csv", bench::residency_csv(result)));
+    return write_text(given.folder / "sweep.json", json_text(sweep_json(given, result, scene, date)));
 }
 
-// Tables of what there is; the page with its plots needs every run.
+// Tables of what there is; medians need every run.
 Status stopped_early(const SweepGiven& given, const bench::SweepResult& result) {
     if (!result.runs.empty()) {
         RAYPAGER_TRY(write_text(given.folder / "sweep.csv", bench::runs_csv(result)));
@@ -249,7 +246,7 @@ Status run_bench_sweep(const Arguments& arguments) {
     RAYPAGER_TRY(state->finish());
     RAYPAGER_TRY(write_results(given, *result, scene));
     std::fputs(bench::sweep_table(*result).c_str(), stdout);
-    log_note(fmt::format("results: {}", (given.folder / "sweep.html").string()));
+    log_note(fmt::format("results: {}", given.folder.string()));
     if (result->different_films.empty()) return {};
     return Status::failed(
         fmt::format("{} films differ that must be the same, the first: {}", result->different_films.size(), result->different_films.front()));

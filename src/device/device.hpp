@@ -17,6 +17,7 @@
 
 #include "base/memory.hpp"
 #include "device/device_list.hpp"
+#include "device/kernel_sources.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {
@@ -176,6 +177,8 @@ public:
     // A buffer in host memory that kernels read in place, if the driver can (CL_MEM_ALLOC_HOST_PTR). Not counted: it is no device memory.
     Result<Buffer> allocate_mapped(uint64_t bytes, std::string_view what);
 
+    // Kernel sources beside those of the build, which tests have. What they refer to outlives this.
+    void use_more_sources(std::span<const KernelSource> sources) { more_sources_ = sources; }
     // Builds kernels/stages/<stage>.cl (from the cache of binaries if it is there) and gets a kernel of it.
     // definitions: "-DNAME=VALUE ..." beside those of the device.
     Result<Kernel> kernel(const std::string& stage, const std::string& name, const std::string& definitions);
@@ -200,6 +203,7 @@ private:
     bool refused_memory_ = false;
     bool persistent_threads_ = false;
     std::map<std::string, cl::Program> programs_;
+    std::span<const KernelSource> more_sources_;
     double build_seconds_ = 0;
 };
 

@@ -12,7 +12,6 @@
 #include "base/log.hpp"
 #include "device/device.hpp"
 #include "device/faults.hpp"
-#include "device/kernel_sources.hpp"
 
 namespace raypager {
 namespace {
@@ -21,12 +20,14 @@ namespace {
 // lines of comments, and a file with an include guard comes once.
 class Expansion {
 public:
+    explicit Expansion(std::span<const KernelSource> more) : more_(more) {}
     // always: the place is within no #if, so that the file is there for all that follows.
     Status add(std::string_view name, bool always = true, int depth = 0) {
         if (depth > max_include_depth) return Status::failed(fmt::format("kernel source {}: includes nest too deeply", name));
         if (seen_.contains(name)) return {};
-        for (const KernelSource& source : kernel_sources())
-            if (source.name == name) return add_text(source, always, depth);
+        for (const std::span<const KernelSource> sources : {std::span(kernel_sources()), more_})
+            for (const KernelSource& source : sources)
+                if (source.name == name) return add_text(source, always, depth);
         return Status::failed(fmt::format("kernel source {} is not part of this program", name));
     }
     std::string take() { return std::move(text_); }
@@ -63,6 +64,7 @@ private:
 
     static constexpr int max_include_depth = 16;
     static constexpr std::string_view include = "#include \"";
+    std::span<const KernelSource> more_;
     std::string text_;
     std::set<std::string_view> seen_;  // files that need not come again
 };
@@ -117,15 +119,15 @@ uint64_t kernel_sources_identity() {
     return hash;
 }
 
-Result<std::string> expand_kernel_source(const std::string& name) {
-    Expansion expansion;
+Result<std::string> expand_kernel_source(const std::string& name, std::span<const KernelSource> more) {
+    Expansion expansion(more);
     RAYPAGER_TRY(expansion.add(name));
     return expansion.take();
 }
 
 Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,
-                                  const std::string& options) {
-    auto text = expand_kernel_source(source);
+                                  const std::string& options, std::span<const KernelSource> more) {
+    auto text = expand_kernel_source(source, more);
     if (!text) return text.status();
     const std::string identity = fmt::format("{}|{}|{}|{}|{}", info.platform, info.name, info.driver, options, *text);
     const std::filesystem::path folder = caches_programs(info) ? std::filesystem::path() : cache_folder();

@@ -4,17 +4,20 @@
 #pragma once
 
 #include <CL/opencl.hpp>
+#include <span>
 #include <string>
 
 #include "device/device_list.hpp"
+#include "device/kernel_sources.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {
 
 // The embedded source of that name with all #include "..." replaced by the texts they name, and without lines that say nothing to a compiler.
-Result<std::string> expand_kernel_source(const std::string& name);
+// more: sources beside the embedded ones.
+Result<std::string> expand_kernel_source(const std::string& name, std::span<const KernelSource> more = {});
 
 Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,
-                                  const std::string& options);
+                                  const std::string& options, std::span<const KernelSource> more = {});
 
 }  // namespace raypager

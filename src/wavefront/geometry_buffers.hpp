@@ -38,7 +38,7 @@ public:
     // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
     std::string definitions() const;
     BlockForm form() const { return form_; }
-    // The kernel rp_NAME of the stage NAME ("extend", "connect", "probe"), or rp_NAME_stream of NAME_stream if the blocks are in wide form
+    // The kernel rp_NAME of the stage NAME ("extend", "connect"), or rp_NAME_stream of NAME_stream if the blocks are in wide form
     // (where renders take all stages from one program instead).
     // more_definitions: " -D..." beside definitions().
     Result<Kernel> kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions = {}) const;

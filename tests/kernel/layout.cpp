@@ -8,6 +8,7 @@
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/abi/wide.h"
+#include "support/probe_kernels.hpp"
 
 namespace raypager {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 TEST(Layout, struct_sizes_agree) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = (*device)->kernel("probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     const std::vector<uint32_t> expected = {
         sizeof(rp_node),          sizeof(rp_leaf),         sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
@@ -42,9 +43,9 @@ TEST(Layout, offsets_that_kernels_rely_on) {
 }
 
 TEST(KernelSources, every_stage_expands_without_includes) {
-    for (const char* stage : {"publish", "wake", "wake_stream", "generate", "extend", "shade", "connect", "probe", "extend_stream", "connect_stream",
-                              "generate_stream", "trace_stream", "probe_stream", "streams"}) {
-        auto text = expand_kernel_source(std::string("stages/") + stage + ".cl");
+    for (const char* stage : {"publish", "wake", "wake_stream", "generate", "extend", "shade", "connect", "extend_stream", "connect_stream",
+                              "generate_stream", "trace_stream", "streams", "probe", "probe_stream"}) {
+        auto text = expand_kernel_source(std::string("stages/") + stage + ".cl", support::probe_sources());
         ASSERT_TRUE(text.ok()) << text.status().message();
         EXPECT_EQ(text->find("#include \""), std::string::npos) << stage;
         EXPECT_EQ(text->find("\n//"), std::string::npos) << stage;
@@ -56,7 +57,10 @@ TEST(KernelSources, every_stage_expands_without_includes) {
     }
 }
 
-TEST(KernelSources, unknown_source_is_an_error) { EXPECT_FALSE(expand_kernel_source("stages/none.cl").ok()); }
+TEST(KernelSources, unknown_source_is_an_error) {
+    EXPECT_FALSE(expand_kernel_source("stages/none.cl").ok());
+    EXPECT_FALSE(expand_kernel_source("stages/probe.cl").ok()) << "kernels of tests are no part of the program";
+}
 
 TEST(KernelSources, a_kernel_that_does_not_build_is_one_clear_line) {
     auto device = Device::open("", 0);

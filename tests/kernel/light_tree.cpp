@@ -13,6 +13,7 @@
 #include "blocks/light_choice.hpp"
 #include "support/device_scene.hpp"
 #include "support/many_lights.hpp"
+#include "support/probe_kernels.hpp"
 
 namespace raypager {
 namespace {
@@ -70,7 +71,7 @@ protected:
     }
 
     Kernel get(const char* name) {
-        auto kernel = device_->kernel("probe", name, "-DRP_SLABS=1 -DRP_STACK_SIZE=96 -DRP_LIGHT_TREE");
+        auto kernel = support::probe_kernel(*device_, "probe", name, "-DRP_SLABS=1 -DRP_STACK_SIZE=96 -DRP_LIGHT_TREE");
         if (!kernel.ok()) throw std::runtime_error(kernel.status().message());
         return std::move(*kernel);
     }

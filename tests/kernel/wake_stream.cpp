@@ -11,6 +11,7 @@
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "support/device_scene.hpp"
+#include "support/probe_kernels.hpp"
 #include "wavefront/naps.hpp"
 
 namespace raypager {
@@ -275,7 +276,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
     std::mt19937 random(seed);
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = (*device)->kernel("probe_stream", "rp_probe_chains", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "probe_stream", "rp_probe_chains", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     constexpr uint32_t items = 512, slots = items * 64;
     for (uint32_t block_count = 1; block_count <= 20; block_count++) {

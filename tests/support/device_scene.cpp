@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "support/probe_kernels.hpp"
+
 namespace raypager::support {
 
 Result<std::shared_ptr<const BlockFile>> bake_and_open(const Scene& scene, const BakeOptions& options, const std::filesystem::path& folder,
@@ -68,6 +70,7 @@ Result<std::vector<ProbeHit>> DeviceScene::trace(const std::vector<ProbeRay>& ra
     std::vector<ProbeRay> rays = rays_of_any_length;
     std::vector<int> exponents;
     for (ProbeRay& ray : rays) exponents.push_back(normalise(ray));
+    device_->use_more_sources(probe_sources());
     auto kernel = geometry_->kernel(*device_, "probe", closest_hit_registers, more_definitions);
     if (!kernel) return kernel.status();
     auto input = device_->upload(bytes_of(rays), "rays");

@@ -1,13 +1,10 @@
-// What sweeps make of their measurements: figures, tables, plots.
+// What sweeps make of their measurements: figures and tables.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <sstream>
 
-#include "bench/residency_raster.hpp"
-#include "bench/svg_plot.hpp"
 #include "bench/sweep_figures.hpp"
-#include "bench/sweep_page.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -81,6 +78,15 @@ TEST(SweepFigures, tables_have_a_row_a_run) {
     EXPECT_EQ(count(sweep_table(result), "\n"), 3u);
 }
 
+TEST(SweepFigures, tables_of_residency_say_who_came_and_left_when) {
+    SweepResult result = sample_result();
+    result.runs.resize(2);
+    result.runs[0].journal.clear();
+    EXPECT_EQ(residency_csv(result), "run,round,seconds,block,came\n1,1,1.000000,0,1\n1,2,2.000000,0,0\n1,2,2.000000,1,1\n");
+    result.runs[1].round_seconds.clear();  // of a repeat that kept none
+    EXPECT_EQ(residency_csv(result), "run,round,seconds,block,came\n");
+}
+
 TEST(Sweep, variants_are_every_combination_once) {
     SweepSettings settings;
     settings.limits = {{0, 100}, {0, 10}, {1000, 0}};
@@ -111,73 +117,6 @@ TEST(Sweep, films_that_differ_are_found) {
     result.runs[3].report.spp = 4;
     result.runs[3].report.connection = "roulette";
     EXPECT_TRUE(find_different_films(result.variants, result.runs).empty());
-}
-
-TEST(Sweep, the_page_stands_alone_and_says_what_was_found) {
-    SweepResult result = sample_result();
-    SweepPageFacts facts{"a<b>.rpb", "raypager bench sweep \"a&b\"", "today", "1 triangle", 2};
-    const std::string page = sweep_page(result, facts);
-    EXPECT_EQ(page.find("a<b>"), std::string::npos) << "markup in names";
-    EXPECT_NE(page.find("a&lt;b&gt;.rpb"), std::string::npos);
-    EXPECT_NE(page.find("a&amp;b"), std::string::npos);
-    for (const char* foreign : {"http:", "https:", "<script", "src=", "@import", "url("}) EXPECT_EQ(page.find(foreign), std::string::npos) << foreign;
-    EXPECT_EQ(count(page, "<svg"), count(page, "</svg>"));
-    EXPECT_EQ(count(page, "<svg"), 1u + 3 + 1);  // convergence, against the limit, one timeline
-    EXPECT_NE(page.find("bit for bit"), std::string::npos);
-    EXPECT_EQ(page.find("nan"), std::string::npos);
-    result.different_films = {"one differs"};
-    EXPECT_NE(sweep_page(result, facts).find("worth nothing"), std::string::npos);
-}
-
-TEST(SvgPlot, ticks_span_the_values) {
-    for (const auto& [low, high] : {std::pair(0.013, 7.0), {1.0, 1.0}, {3e-9, 4e5}, {2.0, 2.1}, {99.0, 101.0}}) {
-        for (const AxisTicks& ticks : {log_ticks(low, high), linear_ticks(low, high)}) {
-            ASSERT_FALSE(ticks.values.empty());
-            EXPECT_LE(ticks.values.front(), low * (1 + 1e-12));
-            EXPECT_GE(ticks.values.back(), high * (1 - 1e-12)) << low << " " << high;
-            EXPECT_LE(ticks.values.size(), 20u) << low << " " << high;
-            EXPECT_TRUE(std::is_sorted(ticks.values.begin(), ticks.values.end()));
-        }
-    }
-}
-
-TEST(SvgPlot, leaves_out_what_a_logarithm_cannot_show) {
-    Plot plot;
-    plot.log_y = true;
-    plot.series = {{"zero", {{1, 0}, {2, 0}}, 0, true, {}}};
-    EXPECT_NE(svg_plot(plot).find("no data"), std::string::npos);
-    plot.series = {{"some", {{1, 0}, {2, 5}, {3, 9}}, 0, true, {}}};
-    const std::string svg = svg_plot(plot);
-    EXPECT_EQ(svg.find("inf"), std::string::npos);
-    EXPECT_EQ(count(svg, "<circle"), 3u);  // two points and the legend
-}
-
-TEST(ResidencyRaster, shows_who_was_there_when) {
-    // Four rounds of a second each. Block 0 is there from the end of round 1 to that of round 3, block 2 from round 2 on.
-    const std::vector<PagingEvent> journal = {{1, 0, true}, {2, 2, true}, {3, 0, false}};
-    const ResidencyRaster raster = rasterise_residency(journal, {1, 2, 3, 4}, 3, 4, 10);
-    ASSERT_EQ(raster.columns, 4u);
-    ASSERT_EQ(raster.rows, 3u);
-    const uint8_t f = ResidencyRaster::full;
-    EXPECT_EQ(raster.shades, (std::vector<uint8_t>{0, f, f, 0, 0, 0, 0, 0, 0, 0, f, f}));
-    // Rows for two blocks each: half of the first two, the third alone.
-    EXPECT_EQ(rasterise_residency(journal, {1, 2, 3, 4}, 3, 4, 2).shades, (std::vector<uint8_t>{0, f / 2, f / 2, 0, 0, 0, f, f}));
-    EXPECT_TRUE(rasterise_residency({}, {}, 3).shades.empty());
-    EXPECT_NE(svg_residency(raster).find("M1 0h2v1h-2z"), std::string::npos);  // one rectangle for both columns
-    EXPECT_NE(svg_residency({}).find("no data"), std::string::npos);
-}
-
-TEST(ResidencyRaster, thousands_of_blocks_stay_small) {
-    std::vector<PagingEvent> journal;
-    std::vector<float> seconds;
-    for (uint32_t round = 1; round <= 20000; round++) {
-        seconds.push_back(0.001f * static_cast<float>(round));
-        journal.push_back({round, round * 7 % 4000, true});
-        if (round > 900) journal.push_back({round, (round - 900) * 7 % 4000, false});
-    }
-    const std::string svg = svg_residency(rasterise_residency(journal, seconds, 4000));
-    EXPECT_LT(svg.size(), 700u << 10);
-    EXPECT_EQ(svg.find("nan"), std::string::npos);
 }
 
 TEST(Sweep, estimates_the_time_left_by_variant) {

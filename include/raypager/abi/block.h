@@ -20,9 +20,9 @@
 #define RP_BLOCK_MAGIC 0x4b4c4252u  // "RBLK"
 #define RP_BLOCK_ALIGNMENT 64u      // blocks start at, and have sizes that are, multiples of this
 #define RP_MAX_BLOCK_BYTES (32u << 20)
-#define RP_MAX_SUB_BOXES 64u        // portals into one block
-#define RP_BLOCK_MAX_DEPTH 40       // inner nodes on the way from the root to a leaf, at most; builders guarantee it, checks refuse more
-#define RP_CROWN_MAX_DEPTH 12       // of these above a portal, at most
+#define RP_MAX_SUB_BOXES 64u   // portals into one block
+#define RP_BLOCK_MAX_DEPTH 40  // inner nodes on the way from the root to a leaf, at most; builders guarantee it, checks refuse more
+#define RP_CROWN_MAX_DEPTH 12  // of these above a portal, at most
 
 // Child references ------------------------------------------------------------------------------------------------------
 // Inner node: its index among the nodes of the block (or of the top tree); bit 31 clear.
@@ -45,9 +45,9 @@
 #define RP_LEAF_INDEX_MASK 0x7fffffu
 
 // Quantised boxes -------------------------------------------------------------------------------------------------------
-// A coordinate is 16 bits on a grid: world = origin + cell * RP_GRID_VALUE(q), which kernels have as as_float(0x47000000 | q << 7). A box stores, for each axis, lower | upper << 16.
-// Builders round outwards by at least RP_GRID_SLACK cells; tests/property/boxes shows that this suffices for the arithmetic of
-// kernels/lib/box.cl. An absent child has lower 65535 and upper 0 on every axis.
+// A coordinate is 16 bits on a grid: world = origin + cell * RP_GRID_VALUE(q), which kernels have as as_float(0x47000000 | q << 7). A box stores, for
+// each axis, lower | upper << 16. Builders round outwards by at least RP_GRID_SLACK cells; tests/property/boxes shows that this suffices for the
+// arithmetic of kernels/lib/box.cl. An absent child has lower 65535 and upper 0 on every axis.
 #define RP_GRID_VALUE(q) (RP_GRID_MIN + 0.5 * (q))
 #define RP_GRID_MIN 32768.0
 #define RP_GRID_MAX 65535.5
@@ -97,10 +97,11 @@ typedef struct rp_sphere {
 // Coded ids and positions, as rp_block_header.flags says -------------------------------------------------------------------
 // In scenes that were baked for few bytes a position takes RP_POSITION_STRIDE bytes, 4, 5, 6 or 8, instead of 12: from the lowest bit on,
 // RP_POSITION_BITS of x, y and z each, which are multiples of a cell, a power of two, counted from the least of the block: coordinate = base + cell *
-// number, where the product is exact. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell in
-// upper[3].
-// Kernels may read the word behind a position. It lies in the block: where there are leaves, their ids follow.
+// number, where the product is exact. With a stride of 0 they are floats. The bases stand in origin[3], cell[3] and lower[3] of the header, the cell
+// in upper[3]. Kernels may read the word behind a position. It lies in the block: where there are leaves, their ids follow.
+// clang-format off
 #define RP_POSITION_BITS(flags, axis) ((flags) >> 5 * (axis) & 31u)
+// clang-format on
 #define RP_POSITION_ALL_BITS 0x7fffu
 #define RP_POSITION_STRIDE_SHIFT 15
 #define RP_POSITION_STRIDE(flags) ((flags) >> RP_POSITION_STRIDE_SHIFT & 15u)
@@ -125,8 +126,8 @@ typedef struct rp_block_header {
     rp_u32 node_count, leaf_count, vertex_count, sphere_count;
     rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
     rp_u32 ids_at, attributes_at /* 0: none */, triangle_count, portal_count;
-    float origin[4];  // grid: xyz; coded positions: base of x
-    float cell[4];    // grid: xyz; base of y
+    float origin[4];           // grid: xyz; coded positions: base of x
+    float cell[4];             // grid: xyz; base of y
     float lower[4], upper[4];  // exact bounds: xyz; base of z, cell
 } rp_block_header;
 
@@ -143,7 +144,7 @@ typedef struct rp_portal {
 
 // Each portal also has a rp_u64 path: the way from the root of the top tree down to it, one bit a level (which child), the first
 // step in the most significant place, below a leading 1 bit. So a ray that waits at a portal needs nothing but its index to go on.
-#define RP_TOP_MAX_DEPTH 40    // inner nodes on the way from the root of the top tree to a portal, at most
+#define RP_TOP_MAX_DEPTH 40  // inner nodes on the way from the root of the top tree to a portal, at most
 
 typedef struct rp_top_grid {
     float origin[3];

@@ -13,8 +13,8 @@
 //   RP_PLANE_RADIANCE    radiance gathered so far rgb | pixel index
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
 //   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
-// The portal is where a ray that waits, or has just waited, stands in its order of visits; that of others says nothing: they start at the root of the top
-// tree.
+// The portal is where a ray that waits, or has just waited, stands in its order of visits; that of others says nothing: they start at the root of the
+// top tree.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -24,10 +24,10 @@
 #define RP_PATH_PLANES 6u
 #define RP_PLANE_PAIR(plane) ((plane) / 2u)
 // In units of 16 bytes; the type of slot_count is to be large enough for it.
-#define RP_PLANE_INDEX(plane, slot_count, slot) (((slot_count) * RP_PLANE_PAIR(plane) + (slot)) * 2u + (plane) % 2u)
+#define RP_PLANE_INDEX(plane, slot_count, slot) (((slot_count)*RP_PLANE_PAIR(plane) + (slot)) * 2u + (plane) % 2u)
 
-#define RP_PATH_DEPTH_MASK 0xffffu   // scattering events so far
-#define RP_PATH_SPECULAR 0x10000u    // the last one was specular, or there was none: emission counts in full
+#define RP_PATH_DEPTH_MASK 0xffffu  // scattering events so far
+#define RP_PATH_SPECULAR 0x10000u   // the last one was specular, or there was none: emission counts in full
 // The rest: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
 // began), as a signed binary logarithm in steps of about 1/256 (kernels/lib/scatter.cl). Russian roulette must not end paths for that.
 #define RP_PATH_REFRACTION_SHIFT 17
@@ -54,10 +54,10 @@
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
 // of the slot's extension ray.
 #define RP_STATUS_FREE 0u
-#define RP_STATUS_EXTEND 1u  // extension ray under way
-#define RP_STATUS_SHADOW 2u  // shadow ray under way
-#define RP_STATUS_SHADE 3u   // extension ray done
-#define RP_STATUS_IDLE 4u    // free, and no samples are left
+#define RP_STATUS_EXTEND 1u        // extension ray under way
+#define RP_STATUS_SHADOW 2u        // shadow ray under way
+#define RP_STATUS_SHADE 3u         // extension ray done
+#define RP_STATUS_IDLE 4u          // free, and no samples are left
 #define RP_STATUS_EXTEND_WAITS 5u  // extension ray that came to an absent block
 #define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
 #define RP_STATUS_MASK 7u
@@ -69,9 +69,9 @@
 
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says
 // so:
-// Extension ray behind a shadow ray: the planes are still as for that one, so it has no hit. Single rays are this until they wait. Beside streams they are
-// until they have a hit and wait, and keep their portal in its place; and once they are done ORIGIN is hit point xyz, primitive (RP_NONE: no hit, and
-// then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
+// Extension ray behind a shadow ray: the planes are still as for that one, so it has no hit. Single rays are this until they wait. Beside streams
+// they are until they have a hit and wait, and keep their portal in its place; and once they are done ORIGIN is hit point xyz, primitive (RP_NONE: no
+// hit, and then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
 #define RP_STATUS_CONNECTED 0x800u
 #define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
@@ -82,8 +82,8 @@
 // Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED, in
 // ORIGIN.xyz (which is the camera's place) if it is a CAMERA ray. The stage `shade` finds the surface there, in the same round.
 #define RP_STATUS_FOUND 0x10000u
-// Shadow or extension ray that leaves the first vertex of its path and has not waited: the stage `wake` puts these first in their queues. Means nothing
-// once the ray is done.
+// Shadow or extension ray that leaves the first vertex of its path and has not waited: the stage `wake` puts these first in their queues. Means
+// nothing once the ray is done.
 #define RP_STATUS_FIRST 0x20000u
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
@@ -95,12 +95,12 @@ typedef struct rp_path_sample {
 } rp_path_sample;
 
 // Counters of one round; the first RP_COUNTERS_PER_ROUND words are zeroed before it, the others add up over the render.
-#define RP_COUNT_EXTEND 0u   // extension rays that can go on
-#define RP_COUNT_SHADOW 1u   // shadow rays that can go on
-#define RP_COUNT_FREE 2u     // free slots
-#define RP_COUNT_GENERATED 3u  // beside streams: work-groups that have given out free slots
-#define RP_COUNT_WAITING 4u  // rays that wait for an absent block
-#define RP_COUNT_IDLE 5u     // slots that are none of these, before new camera paths begin
+#define RP_COUNT_EXTEND 0u        // extension rays that can go on
+#define RP_COUNT_SHADOW 1u        // shadow rays that can go on
+#define RP_COUNT_FREE 2u          // free slots
+#define RP_COUNT_GENERATED 3u     // beside streams: work-groups that have given out free slots
+#define RP_COUNT_WAITING 4u       // rays that wait for an absent block
+#define RP_COUNT_IDLE 5u          // slots that are none of these, before new camera paths begin
 #define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
 // The same of extension rays; on GPUs rays, of each part of the queue (kernels/lib/lanes.cl), of which there are at most RP_MOST_PARTS. In the end it
 // is more than there were, by what was asked for in vain.
@@ -111,9 +111,9 @@ typedef struct rp_path_sample {
 #define RP_COUNT_CAMERA_RAYS (RP_COUNTERS_PER_ROUND + 2u)  // 64 bits each from here on
 #define RP_COUNT_BOUNCE_RAYS (RP_COUNTERS_PER_ROUND + 4u)
 #define RP_COUNT_SHADOW_RAYS (RP_COUNTERS_PER_ROUND + 6u)
-#define RP_COUNT_WANTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)  // times that a waiting extension ray entered the block that it had waited for
+#define RP_COUNT_WANTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)   // times that a waiting extension ray entered the block that it had waited for
 #define RP_COUNT_WANTS_NO_HIT (RP_COUNTERS_PER_ROUND + 10u)  // of these: nothing was hit behind it
-#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)  // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
+#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)      // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
 #define RP_COUNTER_WORDS (RP_COUNTERS_PER_ROUND + 13u)
 
 // Demand: arrays of one word a block, one after the other.

@@ -34,7 +34,7 @@ typedef struct rp_light {
     float e1[3];
     rp_u32 flags;
     float e2[3];
-    float area;         // of an emitter with surface
+    float area;  // of an emitter with surface
     float radiance[3];
     float probability;  // of being chosen for next-event estimation; the sum over all lights is 1
 } rp_light;
@@ -85,7 +85,7 @@ typedef struct rp_render_params {
     rp_u32 roulette_connection, slot_count;
     float background[3];
     rp_u32 background_kind;
-    float max_luminance, max_xyz;  // of a sample (lib/film.cl); infinite: no limit
+    float max_luminance, max_xyz;       // of a sample (lib/film.cl); infinite: no limit
     rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 

@@ -18,8 +18,8 @@
 #define RP_VISIT_RESUME_EXTEND 1u  // it goes on; block: where the pass found a closer hit
 #define RP_VISIT_BEGIN_SHADOW 2u   // a new shadow ray; block: one that stops it. Its candidates follow
 #define RP_VISIT_RESUME_SHADOW 3u
-#define RP_VISIT_ENTER 4u          // extension: the ray enters the block; shadow: the block is a candidate, in the ray's order
-#define RP_VISIT_STOPS 5u          // shadow: the block stops the ray, too
+#define RP_VISIT_ENTER 4u  // extension: the ray enters the block; shadow: the block is a candidate, in the ray's order
+#define RP_VISIT_STOPS 5u  // shadow: the block stops the ray, too
 #define RP_VISIT_KIND_SHIFT 29
 #define RP_VISIT_BLOCK_MASK 0x1fffffffu
 #define RP_VISIT_NO_BLOCK RP_VISIT_BLOCK_MASK

@@ -16,18 +16,18 @@
 #define RP_WIDE_UNIT 16u
 #define RP_WIDE_GUARD 64u
 #define RP_MAX_WIDE_BYTES (128u << 20)  // of a block
-#define RP_WIDE_MAX_DEPTH 40  // nodes on the way from a root to a leaf, in a block or in the top tree, at most
+#define RP_WIDE_MAX_DEPTH 40            // nodes on the way from a root to a leaf, in a block or in the top tree, at most
 
 // A plane lies at origin + cell * q, with cell = as_float(exponent << 23). Cells are so large that this is exact in single precision.
 typedef struct rp_wide_node {
     float origin[3];
-    rp_u32 children;      // where the first child lies, in units from here
+    rp_u32 children;  // where the first child lies, in units from here
     rp_u8 exponent[3];
-    rp_u8 leaves;         // bit k: child k is a leaf
-    rp_u8 size[8];        // of each child, in units; their sum is at most 255
-    rp_u8 lower[3][8];    // by axis, by child
+    rp_u8 leaves;       // bit k: child k is a leaf
+    rp_u8 size[8];      // of each child, in units; their sum is at most 255
+    rp_u8 lower[3][8];  // by axis, by child
     rp_u8 upper[3][8];
-    rp_u8 count;          // children; they are the first ones
+    rp_u8 count;  // children; they are the first ones
     rp_u8 pad[3];
 } rp_wide_node;
 

@@ -70,8 +70,8 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.
-__kernel void rp_probe_boxes(const __global float4* restrict rays, const __global float4* restrict grids, const __global uint4* restrict boxes, uint count,
-                             __global float2* restrict results) {
+__kernel void rp_probe_boxes(const __global float4* restrict rays, const __global float4* restrict grids, const __global uint4* restrict boxes,
+                             uint count, __global float2* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
     const rp_ray ray = rp_make_ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz);
@@ -116,8 +116,9 @@ __kernel void rp_probe_light_choice(const __global uint* restrict steps, uint li
 #ifdef RP_LIGHT_TREE
 // For tests of the choice by a tree. results: which light numbers i choose at place i, and the rest; its probability, and the same found by its way
 // (0 for a light without a place).
-__kernel void rp_probe_light_tree(const __global uint* restrict tree, const __global rp_light* restrict lights, const __global float4* restrict places,
-                                  const __global uint2* restrict numbers, uint count, __global uint4* restrict results) {
+__kernel void rp_probe_light_tree(const __global uint* restrict tree, const __global rp_light* restrict lights,
+                                  const __global float4* restrict places, const __global uint2* restrict numbers, uint count,
+                                  __global uint4* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
     float rest, chance;

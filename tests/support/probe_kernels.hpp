@@ -1,0 +1,21 @@
+// Kernels that only tests have (tests/support/stages): they call parts of kernels/lib from outside a render. The build puts their sources into the
+// tests, not into the program.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "device/kernel_sources.hpp"
+
+namespace raypager::support {
+
+const std::vector<KernelSource>& probe_sources();
+
+// As Device::kernel, also for stages of tests.
+inline Result<Kernel> probe_kernel(Device& device, const std::string& stage, const std::string& name, const std::string& definitions) {
+    device.use_more_sources(probe_sources());
+    return device.kernel(stage, name, definitions);
+}
+
+}  // namespace raypager::support
