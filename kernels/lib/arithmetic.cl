@@ -45,7 +45,7 @@ static inline uint rp_any_byte(uint2 bytes, uint k) { return (k < 4u ? bytes.x >
 // Grid coordinate (abi/block.h) of the near or far plane of an axis. The selector of an axis says which half of the word is near.
 #ifdef RP_NV_DOT
 // One product of both halves with two of the selector's bytes, 128 and 0, shifts the one and drops the other. GPUs do that where they multiply,
-// which is idle more often than where they permute bytes and compare (bench/results.md).
+// which is idle more often than where they permute bytes and compare (bench/journal/gpu-traversal.md).
 #define RP_NEAR_IS_LOWER 0x80000080u
 #define RP_NEAR_IS_UPPER 0x00808000u
 static inline float rp_grid_near(uint word, uint selector) {

@@ -47,8 +47,8 @@ static inline rp_frame rp_make_frame(const rp_ray* ray, float3 grid_origin, floa
 
 // Distances are compared as integers: floats that are not negative have the same order as their bits, and a negative one is a negative
 // integer. GPUs take the least of three integers in one instruction, together with a bound or a sum (on an NVIDIA H100 the walk is bound by
-// such instructions: bench/results.md). Entries come out the same as with floats; exits are widened by RP_BOX_WIDEN_STEPS. -0, which would be behind
-// all others, is none of these: grids are too coarse for products to vanish (src/blocks/grid.cpp).
+// such instructions: bench/journal/gpu-traversal.md). Entries come out the same as with floats; exits are widened by RP_BOX_WIDEN_STEPS.
+// -0, which would be behind all others, is none of these: grids are too coarse for products to vanish (src/blocks/grid.cpp).
 
 // Where the ray enters the box, at least 0.
 static inline float rp_box_entry(uint4 box, const rp_ray* ray, const rp_frame* frame) {

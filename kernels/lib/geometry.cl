@@ -40,7 +40,7 @@ typedef struct rp_geometry {
 #endif
 
 // atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, lanes of a vector
-// that have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/results.md).
+// that have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/journal/gpu-paging.md).
 static inline void rp_add_without_result(volatile __global uint* word, uint number) {
 #ifdef RP_NV_PTX
     asm volatile("red.global.add.u32 [%0], %1;" : : "l"(word), "r"(number));

@@ -7,7 +7,7 @@
 #include "lib/bsdf.cl"
 #include "raypager/abi/path.h"
 
-// Russian roulette begins after so many scattering events; a path goes on with this times its throughput as probability (bench/results.md).
+// Russian roulette begins after so many scattering events; a path goes on with this times its throughput as probability (bench/journal/sampling.md).
 #define RP_ROULETTE_DEPTH 2u
 #define RP_ROULETTE_SCALE 1.5f
 #define RP_MOST_SPARED 32u  // scattering events up to which specular surfaces are spared

@@ -5,7 +5,7 @@
 // first absent portal in this order. What comes before it has been tested then, in this launch or in one before; what comes after it is
 // left for later. So a ray that goes on begins at the portal it had waited at, waits at each portal at most once, and always moves
 // forward, however blocks come and go. Distances of portals are computed anew, to the same bits, whenever they are asked for.
-// Shadow rays do the same: to try all resident blocks first saved neither time nor loads (bench/results.md).
+// Shadow rays do the same: to try all resident blocks first saved neither time nor loads (bench/journal/cpu-paging.md).
 #ifndef RP_STREAM_TRAVERSE_CL
 #define RP_STREAM_TRAVERSE_CL
 

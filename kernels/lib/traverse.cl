@@ -7,7 +7,7 @@
 // has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.) The portals of a block are a subtree
 // and follow each other: where the block is resident, the ray enters it once, in place of all of them.
 // A shadow ray could look at all resident blocks before it waits, since any hit will do. That moves 3 to 9 % fewer bytes, and takes longer
-// (bench/results.md).
+// (bench/journal/gpu-paging.md).
 //
 // With RP_RECORD, what rays enter is logged as well (lib/visits.cl).
 #include "lib/lanes.cl"
@@ -15,7 +15,7 @@
 
 // The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: lanes that stand at
 // different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
-// (bench/results.md).
+// (bench/journal/gpu-traversal.md).
 #undef RP_STACK_CLEAR
 #undef RP_STACK_PUT
 #undef RP_STACK_DROP

@@ -159,7 +159,7 @@ public:
     // Whether kernels of persistent threads (kernels/lib/lanes.cl) are to trace extension rays, and the definitions that make them: camera rays stay
     // together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their stacks in local memory,
     // and let leaves go first where few are still at inner nodes. Both say how many rays in a row are of one multiprocessor's part of the queue
-    // (measured on an H100: bench/results.md).
+    // (measured on an H100: bench/journal/gpu-traversal.md).
     bool has_persistent_threads() const { return persistent_threads_; }
     std::string camera_definitions() const;
     std::string bounce_definitions() const;

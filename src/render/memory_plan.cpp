@@ -20,7 +20,7 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
 }
 
 // Slots whose bytes are a certain part of the scene's over the share that is resident. Measured on two cores with scenes of 60 to 300 MB at 29, 12.5
-// and 3 % (bench/results.md).
+// and 3 % (bench/journal/cpu-paging.md).
 uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
     constexpr double part = 1.0 / 54;
     const double geometry = static_cast<double>(needs.geometry);

@@ -18,7 +18,7 @@ namespace raypager {
 namespace {
 
 // So many slots fewer than a power of two, on CPUs: where all planes of a slot are a power of two of bytes apart, they compete for the same places of
-// the caches. Shading takes 10 to 30 % less time without (bench/results.md).
+// the caches. Shading takes 10 to 30 % less time without (bench/journal/cpu-paging.md).
 constexpr uint64_t off_power = 683;
 
 // Path slots that keep a device busy while everything is resident.
@@ -203,8 +203,8 @@ uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, c
     return order.region == 0 ? 1 : filled_together(0.0);
 }
 
-// Measured on an H100 (bench/results.md): at 29, 12.5 and 3 % resident a ray of a terrain waits 0.04, 0.13 and 0.5 times, one among clutter 0.14, 0.4
-// and 1.5 times.
+// Measured on an H100 (bench/journal/gpu-paging.md): at 29, 12.5 and 3 % resident a ray of a terrain waits 0.04, 0.13 and 0.5 times, one among
+// clutter 0.14, 0.4 and 1.5 times.
 uint32_t filled_together(double waits_per_ray) { return waits_per_ray < 0.1 ? 4 : waits_per_ray < 0.6 ? 2 : 1; }
 
 BlockNotes block_notes(PolicyKind policy) {

@@ -16,7 +16,7 @@ namespace {
 constexpr size_t most_together = 8;
 
 // A thread reads and verifies some GB/s; a few of them keep up with a fast disk and with the bus, where there are cores to spare. Two even on two
-// cores that trace: what rays wait for is worth more than what others do meanwhile (bench/results.md).
+// cores that trace: what rays wait for is worth more than what others do meanwhile (bench/journal/cpu-paging.md).
 size_t thread_count() { return std::clamp<size_t>(std::thread::hardware_concurrency() / 4, 2, 4); }
 
 }  // namespace

@@ -10,11 +10,12 @@ namespace {
 double age(const BlockState& block, uint32_t round) { return block.wanted_since ? double(round - block.wanted_since) + 1.0 : 0.0; }
 
 // How much waiting counts beside the number of rays that wait. Not at all (0), and a block that few want waits for very long; in full (1),
-// and blocks come that few want. Replays of recorded renders move the fewest bytes in between (bench/results.md).
+// and blocks come that few want. Replays of recorded renders move the fewest bytes in between (bench/journal/policies.md).
 double patience(double rounds) { return std::sqrt(std::sqrt(rounds)); }
 
 // Wants that differ by less than about this factor count as the same, so that blocks come in the order in which they lie in space: rays that
-// waited for one of them find the next one beside it. Measured: 2, 4, 16 and 64 are better and better, 256 is so on clouds alone (bench/results.md).
+// waited for one of them find the next one beside it. Measured: 2, 4, 16 and 64 are better and better, 256 is so on clouds alone
+// (bench/journal/the-paper.md).
 constexpr double same_wants_bits = 6;  // 2^6
 
 // How much a block is wanted; the highest comes in first.
@@ -194,7 +195,8 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
     settings.loads_into_free = 256;
     if (cpu_cores > 0) {
-        const uint64_t for_cores = std::min<uint64_t>(blocks / 5, cpu_cores / 2);  // sixteen, and 40 blocks: eight at a time (bench/results.md)
+        // Sixteen cores and 40 blocks: eight at a time (bench/journal/cpu-paging.md).
+        const uint64_t for_cores = std::min<uint64_t>(blocks / 5, cpu_cores / 2);
         settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(std::max(blocks / 16, for_cores), 2, 16));
         return settings;
     }
@@ -202,7 +204,7 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     settings.loads_while_idle = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / 2, 2, 128));
     settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / 16, 16));
     // In a GPU's rounds nearly every block is entered by some ray. In those of a CPU many are not, and those go first, the one that was entered last
-    // as the last (bench/results.md).
+    // as the last (bench/journal/cpu-paging.md).
     settings.traffic_kept = 0.75;
     return settings;
 }

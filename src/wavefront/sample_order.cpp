@@ -37,7 +37,7 @@ rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, 
 }
 
 uint32_t default_together(uint64_t pixels) {
-    // Rays of 16 samples lie so close together that more gain nothing (bench/results.md).
+    // Rays of 16 samples lie so close together that more gain nothing (bench/journal/cpu-paging.md).
     constexpr uint64_t enough = 16, most_samples = uint64_t{1} << 25;
     return static_cast<uint32_t>(std::clamp<uint64_t>(most_samples / pixels, 1, enough));
 }

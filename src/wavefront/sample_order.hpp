@@ -18,8 +18,8 @@ rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, 
 // The size of groups for a picture of so many pixels, 1 to 16.
 uint32_t default_together(uint64_t pixels);
 // Regions of a render get so many paths for each path slot: far fewer, and most of the time their last paths wait while those of the next region
-// already ask for other blocks; far more, and they meet more blocks than there is room for (bench/results.md). Where blocks are swapped, half of the
-// slots are taken for it: the others wait.
+// already ask for other blocks; far more, and they meet more blocks than there is room for (bench/journal/cpu-paging.md). Where blocks
+// are swapped, half of the slots are taken for it: the others wait.
 inline constexpr uint64_t region_paths_per_slot = 3;
 // Fewer regions are no gain.
 inline constexpr uint64_t least_regions = 6;
