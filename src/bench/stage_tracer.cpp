@@ -20,9 +20,9 @@ float number(uint32_t v) { return std::bit_cast<float>(v); }
 }  // namespace
 
 Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, const std::string& device_name, uint64_t memory_limit,
-                                                         Traversal traversal, uint64_t most_rays) {
+                                                         const ProfileChanges& tuning, Traversal traversal, uint64_t most_rays) {
     std::unique_ptr<StageTracer> tracer(new StageTracer);
-    auto device = Device::open(device_name, memory_limit);
+    auto device = Device::open(device_name, memory_limit, tuning);
     if (!device) return device.status();
     tracer->device_ = std::move(*device);
     RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info()));
@@ -48,12 +48,13 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     const bool stored = form == BlockForm::stored;
     tracer->persistent_ = stored && tracer->device_->has_persistent_threads();
     const std::string states = stored ? short_states : "";
+    const DeviceProfile& profile = tracer->device_->profile();
     std::vector<Part> parts = {
-        {tracer->extend_, "extend", closest_hit_registers, states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
-        {tracer->extend_surfaces_, "extend", closest_hit_registers, ""},
-        {tracer->connect_, "connect", any_hit_registers, ""}};
+        {tracer->extend_, "extend", profile.closest_hit_registers, states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
+        {tracer->extend_surfaces_, "extend", profile.closest_hit_registers, ""},
+        {tracer->connect_, "connect", profile.any_hit_registers, ""}};
     if (tracer->persistent_)
-        parts.push_back({tracer->extend_bounces_, "extend", closest_hit_registers, states + tracer->device_->bounce_definitions()});
+        parts.push_back({tracer->extend_bounces_, "extend", profile.closest_hit_registers, states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
         auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.registers, part.definitions);
         if (!kernel) return kernel.status();

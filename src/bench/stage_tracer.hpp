@@ -20,9 +20,9 @@ enum class RayPurpose { camera, bounce, shadow, surfaces };
 
 class StageTracer {
 public:
-    // device and memory_limit as in RenderOptions. most_rays: of one set.
-    static Result<std::unique_ptr<StageTracer>> create(const BlockFile& file, const std::string& device, uint64_t memory_limit, Traversal traversal,
-                                                       uint64_t most_rays);
+    // device, memory_limit and tuning as in RenderOptions. most_rays: of one set.
+    static Result<std::unique_ptr<StageTracer>> create(const BlockFile& file, const std::string& device, uint64_t memory_limit,
+                                                       const ProfileChanges& tuning, Traversal traversal, uint64_t most_rays);
     const Device& device() const { return *device_; }
     BlockForm form() const { return form_; }
 

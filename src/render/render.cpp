@@ -62,10 +62,9 @@ private:
     Status create_residency(uint64_t pool_bytes);
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t rounds_under_way() const { return started_ - ended_; }
-    // A GPU gets its next round before the host has seen what the last one did; a CPU works on rounds and host code with the same cores.
     uint32_t rounds_wanted() const {
         if (nothing_to_trace() || wavefront_->begins_again() || options_.wait_for_loads || recorder_.visits()) return 1;
-        return options_.rounds_under_way ? options_.rounds_under_way : device_->info().type == "CPU" ? 1 : Wavefront::most_rounds;
+        return options_.rounds_under_way ? options_.rounds_under_way : std::min(device_->profile().rounds_under_way, Wavefront::most_rounds);
     }
     Status start_round();
     Status finish_round();
@@ -124,7 +123,7 @@ Status Renderer::prepare() {
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
     pixels_ = uint64_t{params->width} * params->height;
-    auto device = Device::open(options_.device, options_.memory_limit);
+    auto device = Device::open(options_.device, options_.memory_limit, options_.tuning);
     if (!device) return device.status();
     device_ = std::move(*device);
     RAYPAGER_TRY(check_picture_size(*params, device_->info()));
@@ -166,7 +165,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     residency_.reset();
     if (device_->budget().limit() != memory_limit) {
         device_.reset();
-        auto device = Device::open(options_.device, memory_limit);
+        auto device = Device::open(options_.device, memory_limit, options_.tuning);
         if (!device) return device.status();
         device_ = std::move(*device);
     }
@@ -402,7 +401,7 @@ Result<RenderResult> Renderer::result() {
     result.image = film->take_image();
     RenderReport& report = result.report;
     const DeviceInfo& info = device_->info();
-    report.device = {info.name, info.platform, info.driver, info.type};
+    report.device = {info.name, info.platform, info.driver, std::string(device_type_name(info.type))};
     report.limits = {device_->budget().limit(), residency_->pool_bytes(), host_limit_};
     report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
     report.width = params.width;

@@ -18,10 +18,6 @@ namespace raypager {
 // `shade`, for one. Not beside streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 
-// Registers that NVIDIA's compiler may give to tracing kernels: with fewer of them more rays are under way, and more is put down in memory
-// (measured on an H100: bench/results.md).
-inline constexpr uint32_t closest_hit_registers = 64, any_hit_registers = 56;
-
 // The bytes of a buffer for so many: empty ones there are none.
 constexpr uint64_t at_least_16(uint64_t bytes) { return bytes < 16 ? 16 : bytes; }
 

@@ -16,15 +16,7 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
-// On CPUs. Each puts what it finds into bundles of its own.
-constexpr uint32_t wake_items_per_core = 2;
 constexpr uint32_t most_wake_items = 1024;  // each has a word of the queue for what stands for nothing
-// The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
-// balance), and a GPU takes some ten microseconds for a million that have nothing to do.
-constexpr uint32_t items_per_unit = 1 << 12;
-constexpr uint32_t shading_registers = 96;                                   // an H100 shades 6 to 8 % more vertices a second than with 72
-constexpr uint32_t generate_groups_per_core = 4, shade_items_per_core = 16;  // of a CPU, the latter each alone in its group
 
 // Words of a slot in the buffer of status words.
 uint64_t status_words(bool vertex_colors) { return vertex_colors ? 3 : 2; }
@@ -86,7 +78,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     return wavefront;
 }
 
-uint32_t Wavefront::wake_items() const { return std::min(device_.info().compute_units * wake_items_per_core, most_wake_items); }
+uint32_t Wavefront::wake_items() const { return std::min(device_.info().compute_units * device_.profile().wake_items, most_wake_items); }
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
     std::vector<rp_light> lights = scene.lights;
@@ -183,10 +175,11 @@ Status Wavefront::build_streams(const std::string& notes) {
 }
 
 Status Wavefront::build_stages(const std::string& notes) {
-    const std::string between = fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), wake_naps);
+    const DeviceProfile& profile = device_.profile();
+    const std::string between = fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), profile.wake_naps);
     RAYPAGER_TRY(get_kernels({{publish_, "publish", "rp_publish"}}, ""));
     const std::string states = short_states, tracing = notes + (visit_settings_.capacity ? " -DRP_RECORD" : "");
-    const std::string common = device_.register_limit(shading_registers) + geometry_.definitions() + states + between;
+    const std::string common = device_.register_limit(profile.shading_registers) + geometry_.definitions() + states + between;
     RAYPAGER_TRY(get_kernels({{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}}, common));
     RAYPAGER_TRY(get_kernels({{shade_, "shade", "rp_shade"}}, common + shading_));
     // Persistent threads do not record.
@@ -196,9 +189,9 @@ Status Wavefront::build_stages(const std::string& notes) {
         if (traced) kernel = std::move(*traced);
         return traced.status();
     };
-    RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, states + (persistent_ ? device_.camera_definitions() : "")));
-    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", closest_hit_registers, states + device_.bounce_definitions()));
-    RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
+    RAYPAGER_TRY(trace(extend_, "extend", profile.closest_hit_registers, states + (persistent_ ? device_.camera_definitions() : "")));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", profile.closest_hit_registers, states + device_.bounce_definitions()));
+    RAYPAGER_TRY(trace(connect_, "connect", profile.any_hit_registers, ""));
     return geometry_.set(shade_, params_buffer_, materials_, lights_, light_steps_, ranges_, queue_, status_, paths_, counters_, film_);
 }
 
@@ -230,15 +223,15 @@ Status Wavefront::launch_streams(uint32_t round, std::span<const rp_page> page_c
     RAYPAGER_TRY(wake_.set(status_, slots, awake_, queue_, free_list_, counters_, block_scale(blocks, RP_BUNDLES)));
     RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &flight.stages[0]));
     const uint32_t group = device_.group_size();
-    RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * generate_groups_per_core * group, group, &flight.stages[1]));
+    RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * device_.profile().generate_groups * group, group, &flight.stages[1]));
     RAYPAGER_TRY(geometry_.set(trace_, round, slots, queue_, status_, paths_, counters_, film_));
     RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &flight.stages[2]));
-    return queue.launch(shade_, uint64_t{cores} * shade_items_per_core, 1, &flight.stages[3]);
+    return queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &flight.stages[3]);
 }
 
 Status Wavefront::launch_stages(uint32_t round, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published, Flight& flight) {
     const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), group = device_.group_size();
-    const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
+    const uint32_t items = std::min(slots, device_.info().compute_units * device_.profile().items), naps_an_item = device_.profile().wake_naps;
     Queue& queue = device_.kernels();
     while (!page_changes.empty()) {
         RAYPAGER_TRY(publish_.set(geometry_.pages(), take_changes(page_changes)));
@@ -256,7 +249,7 @@ Status Wavefront::launch_stages(uint32_t round, std::span<const rp_page> page_ch
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(newly_published, bit_scale) : all_nap_bits;
     RAYPAGER_TRY(wake_.set(status_, geometry_.pages(), slots, queue_, free_list_, counters_, naps_, bit_scale, came, filled_together_));
-    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, group, &flight.stages[0]));
+    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + naps_an_item - 1) / naps_an_item, group, &flight.stages[0]));
     // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
     // not read: their slots are different ones.
     if (connects_beside()) {
