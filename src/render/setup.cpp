@@ -9,7 +9,7 @@
 #include "base/memory.hpp"
 #include "base/words.hpp"
 #include "device/faults.hpp"
-#include "device/kernel_sources.hpp"
+#include "device/kernel_tokens.hpp"
 #include "raypager/abi/film.h"
 #include "residency/residency.hpp"
 #include "wavefront/sample_order.hpp"
@@ -100,7 +100,7 @@ bool chooses_region(const RenderOptions& options) { return !options.region && !i
 RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params) {
     RenderIdentity identity;
     identity.scene = scene.identity();
-    identity.kernels = kernel_sources_identity();
+    identity.kernels = kernels_identity(kernel_sources(), render_stages);
     identity.width = params.width;
     identity.height = params.height;
     identity.max_depth = params.max_depth;

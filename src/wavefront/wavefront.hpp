@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "device/device.hpp"
@@ -64,6 +65,9 @@ struct BlockNotes {
     Use use = Use::none;
     std::string definitions(BlockForm form, uint32_t slots) const;  // " -D..." for kernels that trace rays
 };
+
+// The stages whose kernels a render runs, in whatever form the blocks are (kernels/stages).
+inline constexpr std::array<std::string_view, 7> render_stages = {"publish", "wake", "generate", "extend", "shade", "connect", "streams"};
 
 class Wavefront {
 public:
