@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "base/hash.hpp"
+#include "base/words.hpp"
 #include "cli/report.hpp"
 #include "cli/tune_option.hpp"
 

@@ -28,8 +28,8 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 // One render from start to end. run() is the loop; everything else serves it.
 class Renderer {
 public:
-    Renderer(const BlockFile& file, const RenderOptions& options, const RenderCallbacks& callbacks)
-        : file_(file), scene_(file.scene()), options_(options), callbacks_(callbacks) {}
+    Renderer(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks)
+        : source_(source), scene_(source.scene()), options_(options), callbacks_(callbacks) {}
 
     Result<RenderResult> run() {
         RAYPAGER_TRY(prepare());
@@ -90,7 +90,7 @@ private:
     Result<FilmResolver> read_film();
     Result<RenderResult> result();
 
-    const BlockFile& file_;
+    const BlockSource& source_;
     const BakedScene& scene_;
     const RenderOptions& options_;
     const RenderCallbacks& callbacks_;
@@ -215,7 +215,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
     settings.loader_threads = options_.loader_threads;
     settings.read_ahead_threads = options_.read_ahead_threads;
     settings.policy = policy_settings(scene_, form_, options_, settings.pool_bytes, device_->info());
-    auto residency = Residency::create(*device_, file_, settings);
+    auto residency = Residency::create(*device_, source_, settings);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
     return {};
@@ -443,7 +443,7 @@ Result<RenderResult> Renderer::result() {
 
 }  // namespace
 
-Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
+Result<RenderResult> render(const BlockSource& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
     return Renderer(scene, options, callbacks).run();
 }
 

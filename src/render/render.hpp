@@ -17,7 +17,7 @@
 #include "residency/block_table.hpp"
 #include "residency/demand_trace.hpp"
 #include "residency/policy_names.hpp"
-#include "store/block_file.hpp"
+#include "store/block_source.hpp"
 #include "wavefront/traversal.hpp"
 
 namespace raypager {
@@ -151,6 +151,6 @@ struct RenderCallbacks {
     std::function<void()> begins;                                   // before the first round: from now on there is work to lose; may be empty
 };
 
-Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks);
+Result<RenderResult> render(const BlockSource& scene, const RenderOptions& options, const RenderCallbacks& callbacks);
 
 }  // namespace raypager

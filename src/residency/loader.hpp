@@ -1,4 +1,4 @@
-// Brings blocks onto the device while kernels run: threads get blocks from the host cache, which reads them from the file where it must,
+// Brings blocks onto the device while kernels run: threads get blocks from the host cache, which reads them from their source where it must,
 // and start their uploads on the device's second queue. The render loop asks between rounds what has arrived.
 #pragma once
 

@@ -51,8 +51,8 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
     return sizes;
 }
 
-Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockFile& file, const ResidencySettings& settings) {
-    const BakedScene& scene = file.scene();
+Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockSource& source, const ResidencySettings& settings) {
+    const BakedScene& scene = source.scene();
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
     auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block(settings.form));
     if (!sizes) return sizes.status();
@@ -73,7 +73,7 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     constexpr uint64_t passage = uint64_t{128} << 20;
     const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
     residency->cache_ =
-        std::make_unique<HostCache>(device, file, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
+        std::make_unique<HostCache>(device, source, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
     const size_t ahead = device.thread_safe() ? settings.read_ahead_threads.value_or(device.profile().read_ahead_threads) : 0;
     residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, ahead, device.profile().pinned_ahead_bytes);

@@ -38,7 +38,7 @@ uint64_t largest_pool(uint64_t max_slab_bytes);
 
 class Residency {
 public:
-    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockFile& file, const ResidencySettings& settings);
+    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockSource& source, const ResidencySettings& settings);
     ~Residency();
 
     const std::vector<Buffer>& slabs() const { return slabs_; }

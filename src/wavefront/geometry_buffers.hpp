@@ -10,7 +10,7 @@
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager {
 

@@ -8,7 +8,7 @@
 
 #include "device/device_list.hpp"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager {
 

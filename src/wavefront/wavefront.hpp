@@ -17,7 +17,7 @@
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 #include "wavefront/geometry_buffers.hpp"
 #include "wavefront/sample_order.hpp"
 

@@ -24,7 +24,8 @@ set(owners
     "nlohmann/|^src/(cli|render)/"
     "xxhash|^src/base/hash"
     "zlib|^src/base/gzip"
-    "embree|^NEVER")
+    "embree|^NEVER"
+    "store/block_file|^src/(store|blocks|bench|cli)/")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.hpp ${ROOT}/include/*.h)
 set(count 0)
