@@ -16,7 +16,7 @@ std::string_view device_type_name(DeviceType type);  // "CPU", "GPU", "accelerat
 // Numbers of threads, path slots and loads are those for one device: what grows with its units is worked out.
 struct DeviceProfile {
     // What it is.
-    bool shares_host_memory = false;  // with other programs: its driver does not say how much of it is free
+    bool shares_host_memory = false;  // its memory is the host's, which other programs take from, too
     bool streams = false;             // it traces rays in streams, over blocks in wide form
     bool caches_slots = false;  // slots are read through caches that hold few of them: more than the roomy number only as far as loads cost more
 
