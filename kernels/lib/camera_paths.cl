@@ -7,7 +7,7 @@
 #include "lib/random.cl"
 #include "lib/sample_order.cl"
 
-// A new camera path in a slot. Its ray may come from fused operations: it is computed here alone.
+// A new camera path in a slot. Fusing is allowed: no other code recomputes its ray, so nothing has to match it.
 static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, const rp_paths* paths) {
 #pragma OPENCL FP_CONTRACT ON
     const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
@@ -19,7 +19,7 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
     const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
     const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
     const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
-    rp_begin_camera_path(paths, slot, pixel, sample, eye, direction);
+    rp_store_camera_path(paths, slot, pixel, sample, eye, direction);
 }
 
 // What there is to be given out.

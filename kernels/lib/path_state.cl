@@ -1,6 +1,10 @@
 // The state of paths: all that kernels know of where the words of a path slot lie, what they mean in which state of the slot, and which bits of its
 // status word say so (abi/path.h has the layout). Stages ask for what they need by name; a new field of a path is added here, in abi/path.h and in
 // src/wavefront/path_state.cpp.
+//
+// Planes are in one of two forms. In the full form each plane holds what abi/path.h names first. In the compact one (RP_STATUS_CAMERA,
+// RP_STATUS_CONNECTED, RP_STATUS_FOUND) they still hold what the stage before has left, so that it need not be written and read again; unfolding
+// brings it into the full one.
 #ifndef RP_PATH_STATE_CL
 #define RP_PATH_STATE_CL
 
@@ -35,7 +39,7 @@ static inline void rp_fetch_shadow(const rp_paths* paths, uint slot) { rp_fetch_
 // ---- What a status word says
 
 static inline uint rp_state_of(const rp_paths* paths, uint slot) { return paths->status[slot]; }
-// state: of the ones that functions here return.
+// state: as returned by functions of this file.
 static inline void rp_set_state(const rp_paths* paths, uint slot, uint state) { paths->status[slot] = state; }
 static inline bool rp_is_free(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_FREE; }
 static inline bool rp_is_idle(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_IDLE; }
@@ -113,28 +117,28 @@ static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
 
 // The pixel and sample of a path under way.
 static inline rp_path_sample rp_sample_of(const rp_paths* paths, uint slot, uint state) {
-    rp_path_sample of;
+    rp_path_sample sample_id;
 #ifdef RP_SHORT_STATES
     if (state & RP_STATUS_CAMERA) {
-        of.pixel = RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w;
-        of.sample = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w;
-        return of;
+        sample_id.pixel = RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w;
+        sample_id.sample = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w;
+        return sample_id;
     }
 #endif
-    of.pixel = RP_PLANE(paths, RP_PLANE_RADIANCE, slot).w;
-    of.sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot).z;
-    return of;
+    sample_id.pixel = RP_PLANE(paths, RP_PLANE_RADIANCE, slot).w;
+    sample_id.sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot).z;
+    return sample_id;
 }
 
-// What of a path's planes follows from its beginning alone.
-static inline void rp_store_beginning(const rp_paths* paths, uint slot, uint pixel, uint sample) {
+// Planes of a new camera path that are the same for every ray, apart from pixel and sample.
+static inline void rp_store_initial_planes(const rp_paths* paths, uint slot, uint pixel, uint sample) {
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)((uint3)(0u), pixel);
 }
 
-static inline void rp_begin_camera_path(const rp_paths* paths, uint slot, uint pixel, uint sample, float3 eye, float3 direction) {
+static inline void rp_store_camera_path(const rp_paths* paths, uint slot, uint pixel, uint sample, float3 eye, float3 direction) {
 #ifdef RP_SHORT_STATES
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), pixel);
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), sample);
@@ -142,14 +146,14 @@ static inline void rp_begin_camera_path(const rp_paths* paths, uint slot, uint p
 #else
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
-    rp_store_beginning(paths, slot, pixel, sample);
+    rp_store_initial_planes(paths, slot, pixel, sample);
     paths->status[slot] = RP_STATUS_EXTEND;
 #endif
 }
 
 // ---- Extension rays, one by one
 
-// primitive_or_leaf: of the closest hit so far, or RP_NONE. portal: RP_NONE for a ray that has not waited.
+// primitive: of the closest hit in an earlier pass, or RP_NONE. portal: RP_NONE for a ray that has not waited.
 typedef struct rp_extension_ray {
     float3 origin, direction;
     float t;
@@ -201,10 +205,10 @@ static inline void rp_unfold_connected(const rp_paths* paths, uint slot, uint st
 static inline void rp_unfold_extension(const rp_paths* paths, uint slot, uint state) {
 #ifdef RP_SHORT_STATES
     if (state & RP_STATUS_CAMERA) {
-        const rp_path_sample of = rp_sample_of(paths, slot, state);
+        const rp_path_sample sample_id = rp_sample_of(paths, slot, state);
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(INFINITY);
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w = as_uint(0.0f);
-        rp_store_beginning(paths, slot, of.pixel, of.sample);
+        rp_store_initial_planes(paths, slot, sample_id.pixel, sample_id.sample);
     }
 #endif
     if (state & RP_STATUS_CONNECTED) rp_unfold_connected(paths, slot, state);
@@ -226,7 +230,7 @@ static inline void rp_finish_extension(const rp_paths* paths, uint slot, uint of
 
 #ifdef RP_SHORT_STATES
 // The same, where shading finds the surface. block: RP_NONE if there is no hit in this pass; leaf: the reference of what was hit there.
-static inline void rp_finish_extension_at(const rp_paths* paths, uint slot, uint state, uint leaf, uint block, float t) {
+static inline void rp_finish_extension_deferred(const rp_paths* paths, uint slot, uint state, uint leaf, uint block, float t) {
     if (block != RP_NONE) {
         const uint plane = state & RP_STATUS_CAMERA ? RP_PLANE_ORIGIN : state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
         __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot);
@@ -268,12 +272,8 @@ typedef struct rp_path_end {
 static inline rp_path_end rp_finish_shadow(const rp_paths* paths, uint slot, uint state, bool occluded) {
     rp_path_end end = {false, 0u, (float3)(0.0f)};
     if (!(state & RP_STATUS_ENDS)) {
-#ifdef RP_SHORT_STATES
-        const uint kept = RP_STATUS_FIRST;
-#else
-        const uint kept = RP_STATUS_BLOCK_MASK;
-#endif
-        paths->status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & kept);
+        // Of single rays these bits hold RP_STATUS_FIRST alone.
+        paths->status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & RP_STATUS_BLOCK_MASK);
         return end;
     }
     const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
@@ -370,12 +370,12 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
 
 // ---- The rays that leave a vertex
 
-static inline void rp_store_path(const rp_paths* paths, uint slot, float3 throughput, uint flags, float3 radiance, uint pixel) {
+static inline void rp_store_throughput_and_radiance(const rp_paths* paths, uint slot, float3 throughput, uint flags, float3 radiance, uint pixel) {
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot) = (uint4)(as_uint3(throughput), flags);
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)(as_uint3(radiance), pixel);
 }
 
-// What of the status word so far stays, and what depth adds to it: the number of scattering events before this vertex.
+// Status bits that a ray leaving a vertex carries. depth: scattering events before that vertex.
 static inline uint rp_departing_state(uint state, uint depth) {
 #ifdef RP_SHORT_STATES
     return depth == 0u ? RP_STATUS_FIRST : 0u;
@@ -460,7 +460,7 @@ typedef struct rp_hits8 {
     uint8 position[3], primitive, geometric_normal, shading_normal, t, portal, density, sample;
 } rp_hits8;
 
-// rows[k]: for rp_store_stream_hit of ray k.
+// rows[k]: for rp_store_stream_extension of ray k.
 static inline void rp_lay_out_hits8(const rp_hits8* hits, uint8 state, uint8* rows) {
     const int8 stays_connected = ((state & RP_STATUS_CONNECTED) != 0u) & (hits->portal == RP_NONE);
     rows[0] = hits->position[0];

@@ -60,10 +60,10 @@ static inline bool rp_visit_add(const rp_visit_log* log, uint kind, uint block) 
 static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* wants,
                                   const rp_paths* paths, uint slot, uint begin_kind, uint resume_kind) {
     const uint state = rp_state_of(paths, slot);
-    const rp_path_sample of = rp_sample_of(paths, slot, state);
+    const rp_path_sample sample_id = rp_sample_of(paths, slot, state);
     log->words = words;
-    log->pixel = of.pixel;
-    log->sample = of.sample;
+    log->pixel = sample_id.pixel;
+    log->sample = sample_id.sample;
     const bool resumed = rp_waits(state);
     log->kind = resumed ? resume_kind : begin_kind;
     log->stopped_by = RP_VISIT_NO_BLOCK;

@@ -63,8 +63,9 @@ static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream
 
 // As rp_extend_streams.
 static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
-                                        const __global uint* restrict queue, volatile __global uint* demand, const rp_paths* paths,
+                                        const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
                                         volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_paths* const paths = &all_paths;
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];
     for (uint w = 0u; w < RP_WALKS; w++) walks[w].rays = 0ul, rays[w].count = 0u;
@@ -93,6 +94,6 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
                                 volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
-    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, &paths, counters, film);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, paths, counters, film);
 }
 #endif

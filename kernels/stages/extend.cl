@@ -28,7 +28,7 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #ifdef RP_SHORT_STATES
     if (portal == RP_NONE) {
         // Shading, which comes next, finds the surface: there all lanes do so at once.
-        rp_finish_extension_at(paths, slot, state, hit->what, hit->found_in, hit->t);
+        rp_finish_extension_deferred(paths, slot, state, hit->what, hit->found_in, hit->t);
     } else
 #endif
     {

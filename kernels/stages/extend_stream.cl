@@ -107,8 +107,9 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
 
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
 static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
-                                       const __global uint* restrict queue, volatile __global uint* demand, const rp_paths* paths,
+                                       const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
                                        volatile __global uint* restrict counters) {
+    const rp_paths* const paths = &all_paths;
     rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];
     rp_extend_rays rays[RP_WALKS];
@@ -141,6 +142,6 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
-    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, &paths, counters);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, paths, counters);
 }
 #endif

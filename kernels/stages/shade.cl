@@ -51,12 +51,12 @@ static inline void rp_end_path(__constant rp_render_params* params, const rp_pat
 }
 
 // A path that has come to a surface from which it may go on. state: of its slot when it came.
-typedef struct rp_vertex_of_path {
+typedef struct rp_reached_vertex {
     uint slot, state;
     const __global rp_material* material;
     float3 radiance;
     rp_vertex_1 vertex;
-} rp_vertex_of_path;
+} rp_reached_vertex;
 
 #ifdef RP_SHORT_STATES
 #if RP_SHADE_LANES == 16
@@ -88,7 +88,7 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 // Adds what shines at the end of a ray. False: the path has ended.
 static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
                              const __global rp_light* lights, const __global uint* light_steps, const __global rp_primitive_range* ranges,
-                             const rp_paths* paths, uint slot, uint state, __global uint* film, rp_vertex_of_path* reached) {
+                             const rp_paths* paths, uint slot, uint state, __global uint* film, rp_reached_vertex* reached) {
 #ifdef RP_SHORT_STATES
     __constant rp_camera* camera = &params->camera;
     rp_arrival a = rp_arrival_of(paths, slot, state, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
@@ -155,7 +155,8 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
     const bool specular = out->go_on && out->density == 0.0f;
     const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
     const uint density = out->go_on ? as_uint(out->density) : 0u;
-    rp_store_path(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0), radiance, pixel);
+    rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
+                                     radiance, pixel);
     if (out->shadow)
         rp_begin_shadow(paths, slot, state, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
                         !out->go_on, direction, density, sample);
@@ -166,7 +167,7 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
 }
 
 static inline void rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                const rp_vertex_of_path* reached, const rp_paths* paths, __global uint* film, uint* mine) {
+                                const rp_reached_vertex* reached, const rp_paths* paths, __global uint* film, uint* mine) {
     const rp_vertex_1* vertex = &reached->vertex;
     rp_departure_1 out;
     if (reached->material->kind == RP_MATERIAL_DIFFUSE)
@@ -186,7 +187,7 @@ typedef struct rp_gathered {
     float radiance[3][16], vertex[13][16];                 // direction, throughput, position, reflectance, offset
 } rp_gathered;
 
-static inline void rp_gather(rp_gathered* g, const rp_vertex_of_path* reached) {
+static inline void rp_gather(rp_gathered* g, const rp_reached_vertex* reached) {
     const rp_vertex_1* v = &reached->vertex;
     const uint k = g->count++;
     g->slot[k] = reached->slot;
@@ -272,8 +273,9 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
 static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
                                    const __global rp_material* restrict materials, const __global rp_light* restrict lights,
                                    const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
-                                   const __global uint* restrict queue, const rp_paths* paths, __global uint* restrict film, uint* mine) {
-    rp_vertex_of_path reached;
+                                   const __global uint* restrict queue, rp_paths all_paths, __global uint* restrict film, uint* mine) {
+    const rp_paths* const paths = &all_paths;
+    rp_reached_vertex reached;
     rp_gathered gathered;
     gathered.count = 0u;
     // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
@@ -314,9 +316,9 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     uint mine[2] = {0u, 0u};
     rp_begin_totals(totals, 2u);
 #if RP_SHADE_LANES == 16
-    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, &paths, film, mine);
+    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, paths, film, mine);
 #else
-    rp_vertex_of_path reached;
+    rp_reached_vertex reached;
 #ifdef RP_SHORT_STATES
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
 #endif

@@ -10,6 +10,6 @@ __kernel void rp_trace_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
                               volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
-    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, &paths, counters);
-    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, &paths, counters, film);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, paths, counters);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, paths, counters, film);
 }

@@ -12,13 +12,15 @@ namespace {
 ReplaySettings row_settings(const DemandTrace& trace, const PolicyBenchSettings& bench, const PolicyRow& row) {
     ReplaySettings settings = recorded_settings(trace);
     const uint64_t average = trace.block_bytes.empty() ? 0 : trace.geometry_bytes() / trace.block_bytes.size();
-    settings.policy = default_settings(row.policy, row.pool_bytes, average, trace.recorded.cpu_cores);
+    DeviceProfile profile = profile_of_cores(trace.recorded.cpu_cores);
+    apply(bench.tuning, profile);
+    settings.policy = default_settings(row.policy, row.pool_bytes, average, profile);
     if (bench.loads_in_flight) settings.policy.loads_in_flight = settings.policy.loads_while_idle = bench.loads_in_flight;
     if (bench.hold_above_ready) settings.policy.hold_above_ready = *bench.hold_above_ready;
     settings.pool_bytes = row.pool_bytes;
     settings.slab_bytes = 0;
     settings.wait_for_loads = false;
-    settings.rounds_under_way = trace.recorded.cpu_cores > 0 ? 1 : 2;
+    settings.rounds_under_way = profile.rounds_under_way;
     if (bench.slots) settings.slots = slots_of_share(trace, bench.slots);
     settings.bandwidth = bench.bandwidth;
     if (bench.ray_rate > 0) {

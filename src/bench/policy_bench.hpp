@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/replay.hpp"
+#include "device/profile.hpp"
 #include "residency/policy_names.hpp"
 
 namespace raypager::bench {
@@ -17,8 +18,9 @@ struct PolicyBenchSettings {
     uint64_t slots = 0;  // of the whole render; 0: as recorded
     uint32_t loads_in_flight = 0;
     std::optional<double> hold_above_ready;
-    double bandwidth = 0;  // bytes a second; 0: see ReplaySettings
-    double ray_rate = 0;   // rays a second while all are resident; 0: as recorded
+    ProfileChanges tuning;  // of what suits the device of the recording
+    double bandwidth = 0;   // bytes a second; 0: see ReplaySettings
+    double ray_rate = 0;    // rays a second while all are resident; 0: as recorded
 };
 
 struct PolicyRow {

@@ -5,14 +5,11 @@
 #include <vector>
 
 #include "raypager/scene.hpp"
+#include "wavefront/path_state.hpp"
 
 namespace raypager::bench {
 
-struct Ray {
-    Float3 origin;
-    float t_max;
-    Float3 direction;  // unit
-};
+using Ray = SlotRay;
 
 // Where a ray ended.
 struct SurfacePoint {

@@ -7,6 +7,7 @@
 
 #include "image/image.hpp"
 #include "render/render.hpp"
+#include "store/block_file.hpp"
 
 namespace raypager::bench {
 

@@ -11,9 +11,9 @@
 
 namespace raypager::bench {
 Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, const std::string& device_name, uint64_t memory_limit,
-                                                         Traversal traversal, uint64_t most_rays) {
+                                                         const ProfileChanges& tuning, Traversal traversal, uint64_t most_rays) {
     std::unique_ptr<StageTracer> tracer(new StageTracer);
-    auto device = Device::open(device_name, memory_limit);
+    auto device = Device::open(device_name, memory_limit, tuning);
     if (!device) return device.status();
     tracer->device_ = std::move(*device);
     RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info()));
@@ -39,12 +39,13 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     const bool stored = form == BlockForm::stored;
     tracer->persistent_ = stored && tracer->device_->has_persistent_threads();
     const std::string states = stored ? short_states : "";
+    const DeviceProfile& profile = tracer->device_->profile();
     std::vector<Part> parts = {
-        {tracer->extend_, "extend", closest_hit_registers, states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
-        {tracer->extend_surfaces_, "extend", closest_hit_registers, ""},
-        {tracer->connect_, "connect", any_hit_registers, states}};
+        {tracer->extend_, "extend", profile.closest_hit_registers, states + (tracer->persistent_ ? tracer->device_->camera_definitions() : "")},
+        {tracer->extend_surfaces_, "extend", profile.closest_hit_registers, ""},
+        {tracer->connect_, "connect", profile.any_hit_registers, states}};
     if (tracer->persistent_)
-        parts.push_back({tracer->extend_bounces_, "extend", closest_hit_registers, states + tracer->device_->bounce_definitions()});
+        parts.push_back({tracer->extend_bounces_, "extend", profile.closest_hit_registers, states + tracer->device_->bounce_definitions()});
     for (const Part& part : parts) {
         auto kernel = tracer->geometry_->kernel(*tracer->device_, part.stage, part.registers, part.definitions);
         if (!kernel) return kernel.status();
@@ -84,11 +85,9 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     const bool shadow = purpose == RayPurpose::shadow;
     // Extension rays have no end.
     for (const Ray& ray : rays) RAYPAGER_CHECK(shadow || std::isinf(ray.t_max));
-    rays_.clear();
-    for (const Ray& ray : rays) rays_.push_back({ray.origin, ray.t_max, ray.direction});
     // As a render has them.
     const bool camera = purpose == RayPurpose::camera && form_ == BlockForm::stored;
-    RAYPAGER_TRY(slots_.write_rays(queue, rays_, shadow ? SlotRayKind::shadow : camera ? SlotRayKind::camera : SlotRayKind::extension));
+    RAYPAGER_TRY(slots_.write_rays(queue, rays, shadow ? SlotRayKind::shadow : camera ? SlotRayKind::camera : SlotRayKind::extension));
     // The queue of shadow rays is read from its end (kernels/lib/queue.cl).
     std::vector<uint32_t> words(slots_.count());
     for (size_t i = 0; i < words.size(); i++) words[shadow ? words.size() - 1 - i : i] = static_cast<uint32_t>(i);

@@ -21,9 +21,9 @@ enum class RayPurpose { camera, bounce, shadow, surfaces };
 
 class StageTracer {
 public:
-    // device and memory_limit as in RenderOptions. most_rays: of one set.
-    static Result<std::unique_ptr<StageTracer>> create(const BlockFile& file, const std::string& device, uint64_t memory_limit, Traversal traversal,
-                                                       uint64_t most_rays);
+    // device, memory_limit and tuning as in RenderOptions. most_rays: of one set.
+    static Result<std::unique_ptr<StageTracer>> create(const BlockFile& file, const std::string& device, uint64_t memory_limit,
+                                                       const ProfileChanges& tuning, Traversal traversal, uint64_t most_rays);
     const Device& device() const { return *device_; }
     BlockForm form() const { return form_; }
 
@@ -53,7 +53,6 @@ private:
     Kernel extend_, extend_bounces_, extend_surfaces_, connect_;
     PathSlots slots_, kept_slots_;
     Buffer queue_, counters_, film_, kept_counters_;
-    std::vector<SlotRay> rays_;  // on their way; kept, since first use of memory is what takes longest
     size_t count_ = 0;
     RayPurpose purpose_ = RayPurpose::camera;
     uint32_t round_ = 0;

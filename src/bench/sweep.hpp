@@ -12,6 +12,7 @@
 
 #include "bench/reference.hpp"
 #include "render/render.hpp"
+#include "store/block_file.hpp"
 
 namespace raypager::bench {
 

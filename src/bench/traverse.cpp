@@ -67,7 +67,8 @@ double RaySetResult::median_seconds() const {
 }
 
 Result<TraverseResult> measure_traversal(const BlockFile& file, const TraverseOptions& options) {
-    auto tracer = StageTracer::create(file, options.device, options.memory_limit, options.traversal, uint64_t{options.width} * options.height);
+    auto tracer =
+        StageTracer::create(file, options.device, options.memory_limit, options.tuning, options.traversal, uint64_t{options.width} * options.height);
     if (!tracer) return tracer.status();
     const BakedScene& scene = file.scene();
     TraverseResult result;

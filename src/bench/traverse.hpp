@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "device/profile.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
@@ -18,6 +19,7 @@ namespace raypager::bench {
 struct TraverseOptions {
     std::string device;
     uint64_t memory_limit = 0;  // 0: Device::default_limit
+    ProfileChanges tuning;      // of what suits the device
     uint32_t width = 1024, height = 1024;
     std::optional<Camera> camera;                      // default: the scene's
     std::optional<std::pair<Float3, Float3>> light;    // box that shadow rays end in; default: above the scene

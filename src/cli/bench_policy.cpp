@@ -9,6 +9,7 @@
 #include "cli/bench.hpp"
 #include "cli/bench_lists.hpp"
 #include "cli/report.hpp"
+#include "cli/tune_option.hpp"
 #include "cli/values.hpp"
 #include "residency/demand_trace.hpp"
 
@@ -41,6 +42,7 @@ Result<OptionParser::Outcome> parse(const Arguments& arguments, PolicySettingsGi
                   into(given.bench.slots, [](const std::string& text) { return parse_count(text, 1, uint64_t{1} << 30); }));
     parser.option("loads-in-flight", "N", "as for render (default: by pool and blocks)", into_count(given.bench.loads_in_flight, 1, 1024));
     parser.option("hold", "PERCENT", "as for render (default: by policy)", into(given.bench.hold_above_ready, parse_share));
+    add_tune_option(parser, given.bench.tuning);
     parser.option("bandwidth", "SIZE", "bytes per second to the device (default: what was asked for after one round is there after the next)",
                   into(given.bench.bandwidth, parse_size));
     parser.option("ray-rate", "N", "rays per second with everything resident, for the model of time (default: as recorded)",

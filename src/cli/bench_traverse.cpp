@@ -6,6 +6,7 @@
 #include "base/files.hpp"
 #include "cli/bench.hpp"
 #include "cli/traverse_options.hpp"
+#include "cli/tune_option.hpp"
 
 namespace raypager {
 namespace {
@@ -53,6 +54,7 @@ Status run_bench_traverse(const Arguments& arguments) {
     parser.option("device", "D", "number or part of the name, as 'raypager devices' lists them (default: its default)",
                   [&](const std::string& text) { return settings.options.device = text, Status(); });
     parser.option("memory-limit", "SIZE", "all device memory (default: as in render)", into(settings.options.memory_limit, parse_size));
+    add_tune_option(parser, settings.options.tuning);
     parser.option("report", "FILE", "write the figures as JSON", into_path(report));
     const auto outcome = parser.parse(arguments);
     if (!outcome) return outcome.status();

@@ -9,6 +9,7 @@
 #include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
+#include "cli/tune_option.hpp"
 #include "cli/values.hpp"
 #include "cli/view.hpp"
 #include "raypager/abi/types.h"
@@ -247,6 +248,7 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
                   "this many pixels get most of their samples before the next ones begin; 0: all pixels at once (default: by path slots in "
                   "long renders without --time, --snapshots, --log and --checkpoint, 0 in others); a resumed render keeps its order",
                   into(options.region, [](const std::string& text) { return parse_count(text, 0, uint64_t{1} << 31); }));
+    add_tune_option(parser, options.tuning);
 }
 
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/hash.hpp"
+#include "cli/tune_option.hpp"
 #include "cli/values.hpp"
 #include "cli/view.hpp"
 
@@ -65,6 +66,7 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"tile", report.tile_size},
             {"together", report.together},
             {"region", report.region},
+            {"tune", tuning_json(effective.tuning)},
             {"camera", axes_json(effective.camera.value_or(scene.camera))},
             {"material", text_json(settings.texts.material)},
             {"sky", text_json(settings.texts.sky)},

@@ -7,7 +7,9 @@
 #include <sstream>
 
 #include "base/hash.hpp"
+#include "base/words.hpp"
 #include "cli/report.hpp"
+#include "cli/tune_option.hpp"
 
 namespace raypager {
 namespace {
@@ -43,7 +45,8 @@ Json common_json(const bench::SweepSettings& settings, const BakedScene& scene) 
             {"--wait-for-loads", o.wait_for_loads},
             {"--tile", o.tile_size},
             {"--together", o.together},
-            {"--region", o.region ? Json(*o.region) : Json(nullptr)}};
+            {"--region", o.region ? Json(*o.region) : Json(nullptr)},
+            {"--tune", tuning_json(o.tuning)}};
 }
 
 std::string variant_key(const SweepVariant& v) {

@@ -12,6 +12,7 @@
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "cli/view.hpp"
+#include "store/block_file.hpp"
 
 namespace raypager {
 namespace {

@@ -184,11 +184,12 @@ Status Queue::finish() {
     return code == CL_SUCCESS ? Status() : cl_failed("finishing a queue", code);
 }
 
-Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64_t memory_limit) {
+Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64_t memory_limit, const ProfileChanges& tuning) {
     auto chosen = select_device(selector);
     if (!chosen) return chosen.status();
     std::unique_ptr<Device> device(new Device);
     device->info_ = chosen->info;
+    apply(tuning, device->info_.profile);
     device->device_ = chosen->device;
     cl_int code = CL_SUCCESS;
     device->context_ = cl::Context(chosen->device, nullptr, nullptr, nullptr, &code);
@@ -206,8 +207,9 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
             fmt::format("--memory-limit {}: {} has only {}", format_bytes(memory_limit), device->info_.name, format_exact_bytes(most)));
     // A CPU device has the memory that other programs have left, and may say that it has less than there is; a GPU's driver does not tell how much
     // is left.
-    const bool shared = device->info_.type == "CPU";
-    device->default_limit_ = shared ? raypager::default_limit(total_memory() / 2, available_memory()) : DefaultLimit{most / 4 * 3, most / 4 * 3};
+    const uint64_t quarters = device->profile().limit_quarters;
+    device->default_limit_ = device->profile().shares_host_memory ? raypager::default_limit(total_memory() / 4 * quarters, available_memory())
+                                                                  : DefaultLimit{most / 4 * quarters, most / 4 * quarters};
     // What the device itself does not have is not held by other programs.
     if (!device->default_limit_.reduced()) device->default_limit_.usual = std::min(device->default_limit_.usual, most);
     device->default_limit_.bytes = std::min(device->default_limit_.bytes, most);
@@ -271,9 +273,9 @@ Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     buffer.bytes_ = bytes;
     buffer.reservation_ = std::shared_ptr<void>(nullptr, [budget = budget_, bytes](void*) { budget->release(bytes); });
     // Linux hands out memory that it does not have, and kills when it is used.
-    const bool too_much = budget_->used() > device_faults().memory_bytes || (info_.type == "CPU" && bytes > available_memory());
+    const bool too_much = budget_->used() > device_faults().memory_bytes || (profile().shares_host_memory && bytes > available_memory());
     cl_int code = too_much ? CL_MEM_OBJECT_ALLOCATION_FAILURE : CL_SUCCESS;
-    const bool huge = info_.type == "CPU" && bytes >= huge_page;
+    const bool huge = profile().shares_host_memory && bytes >= huge_page;
     // Rays jump about in the geometry: in large pages looking up addresses costs a CPU little.
     if (code == CL_SUCCESS)
         buffer.handle_ = huge ? in_huge_pages(context_, bytes, false, &code).buffer : cl::Buffer(context_, CL_MEM_READ_WRITE, bytes, nullptr, &code);
@@ -305,7 +307,7 @@ Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
     // A driver pins 4 KiB of new memory in 2 us (H100), and launches nothing meanwhile; large pages that are there already, 20 times as fast.
     PinnedBuffer pinned;
     cl_int code = CL_SUCCESS;
-    HostBuffer made = in_huge_pages(context_, bytes, info_.type != "CPU", &code);
+    HostBuffer made = in_huge_pages(context_, bytes, !profile().shares_host_memory, &code);
     if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} of pinned host memory", format_bytes(bytes)), code);
     pinned.handle_ = std::move(made.buffer);
     pinned.bytes_ = made.memory;
@@ -338,13 +340,17 @@ bool Device::since_volta() const {
 }
 
 std::string Device::camera_definitions() const {
-    return is_nvidia() ? " -DRP_PERSISTENT=1 -DRP_PART_RUN=1024" : " -DRP_PERSISTENT=1 -DRP_PART_RUN=16";
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_PART_RUN={}", profile().camera_lanes, profile().camera_part_run);
 }
 
 std::string Device::bounce_definitions() const {
-    const char* numbers = is_nvidia() ? " -DRP_PERSISTENT=20 -DRP_LEAST_INNER=8 -DRP_SHARED_STACK=12 -DRP_PART_RUN=2048"
-                                      : " -DRP_PERSISTENT=1 -DRP_LEAST_INNER=1 -DRP_SHARED_STACK=3 -DRP_PART_RUN=16";
-    return fmt::format("{} -DRP_GROUP_SIZE={}", numbers, group_size_);
+    const DeviceProfile& p = profile();
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_LEAST_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_lanes,
+                       p.bounce_least_inner, p.bounce_shared_stack, p.bounce_part_run, group_size_);
+}
+
+std::string Device::register_limit(uint32_t registers) const {
+    return is_nvidia() && registers > 0 ? fmt::format("-cl-nv-maxrregcount={} ", registers) : "";
 }
 
 Result<cl::Program> Device::program(const std::string& stage, const std::string& definitions) {

@@ -141,10 +141,11 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 
 class Device {
 public:
-    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: default_limit().
-    static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit);
+    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: default_limit(). tuning: of its profile.
+    static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit, const ProfileChanges& tuning = {});
 
     const DeviceInfo& info() const { return info_; }
+    const DeviceProfile& profile() const { return info_.profile; }
     const MemoryBudget& budget() const { return *budget_; }
     const DefaultLimit& default_limit() const { return default_limit_; }  // three quarters of its memory; on a CPU half of main memory
     // Whether an allocation within the limit has failed because the device had no more memory to give.
@@ -158,16 +159,15 @@ public:
     uint32_t group_size() const { return group_size_; }
     // Whether kernels of persistent threads (kernels/lib/lanes.cl) are to trace extension rays, and the definitions that make them: camera rays stay
     // together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their stacks in local memory,
-    // and let leaves go first where few are still at inner nodes. Both say how many rays in a row are of one multiprocessor's part of the queue
-    // (measured on an H100: bench/journal/gpu-traversal.md).
+    // and let leaves go first where few are still at inner nodes. Both say how many rays in a row are of one multiprocessor's part of the queue.
     bool has_persistent_threads() const { return persistent_threads_; }
     std::string camera_definitions() const;
     std::string bounce_definitions() const;
-    // Compiler options for a kernel that is to have no more registers than so many, where a device's compiler can be told: with fewer of them more
-    // of its work-items run at a time.
-    std::string register_limit(uint32_t registers) const { return is_nvidia() ? "-cl-nv-maxrregcount=" + std::to_string(registers) + " " : ""; }
-    // Work-items that fill it.
-    uint64_t persistent_items() const { return uint64_t{info_.compute_units} * 1024; }
+    // Compiler options for a kernel that is to have no more registers than so many (0: as the compiler likes), where it can be told: with fewer of
+    // them more of its work-items run at a time.
+    std::string register_limit(uint32_t registers) const;
+    // Persistent threads that fill it.
+    uint64_t persistent_items() const { return uint64_t{info_.compute_units} * profile().persistent_items; }
 
     // what: for messages. An error names the limit that would be needed. Never 0 bytes: OpenCL has no empty buffers. The buffer holds
     // zeros: drivers that allocate at first use only must do so now, where a refusal can still be answered with a smaller plan.

@@ -42,7 +42,7 @@ size_t default_device(const std::vector<FoundDevice>& found) {
     const std::string wanted = selector_of_environment();
     const auto first = [&](const auto& good) { return static_cast<size_t>(std::find_if(found.begin(), found.end(), good) - found.begin()); };
     if (!wanted.empty()) return first([&](const FoundDevice& entry) { return matches(entry.info, wanted); });
-    const size_t gpu = first([](const FoundDevice& entry) { return entry.info.type == "GPU"; });
+    const size_t gpu = first([](const FoundDevice& entry) { return entry.info.type == DeviceType::gpu; });
     return gpu < found.size() ? gpu : 0;
 }
 
@@ -70,13 +70,14 @@ Result<std::vector<FoundDevice>> find_devices() {
             entry.info.driver = device_text(device, CL_DRIVER_VERSION);
             const auto type = device_value<cl_device_type>(device, CL_DEVICE_TYPE);
             // oclgrind is of all types; as a CPU it gets to see both ways of tracing.
-            entry.info.type = type & CL_DEVICE_TYPE_CPU ? "CPU" : type & CL_DEVICE_TYPE_GPU ? "GPU" : "accelerator";
+            entry.info.type = type & CL_DEVICE_TYPE_CPU ? DeviceType::cpu : type & CL_DEVICE_TYPE_GPU ? DeviceType::gpu : DeviceType::accelerator;
             entry.info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
             entry.info.max_allocation_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
             // NVIDIA's driver (580) allows more, but has an access violation when it clears a buffer from 8 GiB on.
             if (platform_name.find("NVIDIA") != std::string::npos)
                 entry.info.max_allocation_bytes = std::min(entry.info.max_allocation_bytes, uint64_t{8} << 30);
             entry.info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
+            entry.info.profile = device_profile(entry.info.type, entry.info.platform, entry.info.compute_units);
             found.push_back(entry);
         }
     }

@@ -12,7 +12,5 @@ struct KernelSource {
     std::string_view text;
 };
 const std::vector<KernelSource>& kernel_sources();
-// A hash of them all: programs with the same kernels draw the same picture on the same device.
-uint64_t kernel_sources_identity();
 
 }  // namespace raypager

@@ -113,12 +113,6 @@ void save_binary(const std::filesystem::path& path, const cl::Program& program) 
 
 }  // namespace
 
-uint64_t kernel_sources_identity() {
-    uint64_t hash = 0;
-    for (const KernelSource& source : kernel_sources()) hash = hash64(source.text, hash64(source.name, hash));
-    return hash;
-}
-
 Result<std::string> expand_kernel_source(const std::string& name, std::span<const KernelSource> more) {
     Expansion expansion(more);
     RAYPAGER_TRY(expansion.add(name));

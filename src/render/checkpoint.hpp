@@ -19,7 +19,7 @@ namespace raypager {
 // Everything that decides the picture, but for the number of samples. A checkpoint is good for a render that agrees in all of it.
 struct RenderIdentity {
     uint64_t scene = 0;    // BakedScene::identity
-    uint64_t kernels = 0;  // of this program (device/kernel_sources.hpp)
+    uint64_t kernels = 0;  // of those that can change it (device/kernel_tokens.hpp)
     uint32_t width = 0, height = 0, max_depth = 0, seed = 0;
     uint32_t roulette_connection = 0;
     uint32_t background = 0;  // 0: what shines there; otherwise a hash of what camera rays see instead

@@ -19,12 +19,10 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
     return limit;
 }
 
-// Slots whose bytes are a certain part of the scene's over the share that is resident. Measured on two cores with scenes of 60 to 300 MB at 29, 12.5
-// and 3 % (bench/journal/cpu-paging.md).
+// Slots whose bytes are a certain part of the scene's over the share that is resident.
 uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
-    constexpr double part = 1.0 / 54;
     const double geometry = static_cast<double>(needs.geometry);
-    const double bytes = geometry / static_cast<double>(std::max<uint64_t>(pool, 1)) * geometry * part;
+    const double bytes = geometry / static_cast<double>(std::max<uint64_t>(pool, 1)) * geometry * needs.slots_for_loads;
     return static_cast<uint64_t>(std::min(bytes / static_cast<double>(needs.per_slot), static_cast<double>(needs.most_chosen_slots)));
 }
 

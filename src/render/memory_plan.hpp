@@ -22,6 +22,7 @@ struct MemoryNeeds {
     uint64_t most_chosen_slots = 0;     // where blocks must be swapped and there is room: so many at most, ...
     uint64_t most_slot_bytes = 0;       // ... and so many bytes of them
     uint64_t near_slots = 0;            // more are read from far: so many at most, unless loads are what it waits for; 0: all are as far
+    double slots_for_loads = 0;         // with near_slots: bytes of slots, in bytes of the scene over the share of it that is resident
     uint64_t total_paths = 0;           // of the whole render
     uint64_t most_region_slots = 0;     // with at most so many the render goes region by region (RenderOptions::region); 0: it does not
     uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer

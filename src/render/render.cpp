@@ -28,8 +28,8 @@ double seconds_since(Clock::time_point begin) { return std::chrono::duration<dou
 // One render from start to end. run() is the loop; everything else serves it.
 class Renderer {
 public:
-    Renderer(const BlockFile& file, const RenderOptions& options, const RenderCallbacks& callbacks)
-        : file_(file), scene_(file.scene()), options_(options), callbacks_(callbacks) {}
+    Renderer(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks)
+        : source_(source), scene_(source.scene()), options_(options), callbacks_(callbacks) {}
 
     Result<RenderResult> run() {
         RAYPAGER_TRY(prepare());
@@ -62,10 +62,9 @@ private:
     Status create_residency(uint64_t pool_bytes);
     uint32_t slots() const { return wavefront_->params().slot_count; }
     uint32_t rounds_under_way() const { return started_ - ended_; }
-    // A GPU gets its next round before the host has seen what the last one did; a CPU works on rounds and host code with the same cores.
     uint32_t rounds_wanted() const {
         if (nothing_to_trace() || wavefront_->begins_again() || options_.wait_for_loads || recorder_.visits()) return 1;
-        return options_.rounds_under_way ? options_.rounds_under_way : device_->info().type == "CPU" ? 1 : Wavefront::most_rounds;
+        return options_.rounds_under_way ? options_.rounds_under_way : std::min(device_->profile().rounds_under_way, Wavefront::most_rounds);
     }
     Status start_round();
     Status finish_round();
@@ -91,7 +90,7 @@ private:
     Result<FilmResolver> read_film();
     Result<RenderResult> result();
 
-    const BlockFile& file_;
+    const BlockSource& source_;
     const BakedScene& scene_;
     const RenderOptions& options_;
     const RenderCallbacks& callbacks_;
@@ -124,7 +123,7 @@ Status Renderer::prepare() {
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
     pixels_ = uint64_t{params->width} * params->height;
-    auto device = Device::open(options_.device, options_.memory_limit);
+    auto device = Device::open(options_.device, options_.memory_limit, options_.tuning);
     if (!device) return device.status();
     device_ = std::move(*device);
     RAYPAGER_TRY(check_picture_size(*params, device_->info()));
@@ -166,7 +165,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     residency_.reset();
     if (device_->budget().limit() != memory_limit) {
         device_.reset();
-        auto device = Device::open(options_.device, memory_limit);
+        auto device = Device::open(options_.device, memory_limit, options_.tuning);
         if (!device) return device.status();
         device_ = std::move(*device);
     }
@@ -216,7 +215,7 @@ Status Renderer::create_residency(uint64_t pool_bytes) {
     settings.loader_threads = options_.loader_threads;
     settings.read_ahead_threads = options_.read_ahead_threads;
     settings.policy = policy_settings(scene_, form_, options_, settings.pool_bytes, device_->info());
-    auto residency = Residency::create(*device_, file_, settings);
+    auto residency = Residency::create(*device_, source_, settings);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
     return {};
@@ -402,7 +401,7 @@ Result<RenderResult> Renderer::result() {
     result.image = film->take_image();
     RenderReport& report = result.report;
     const DeviceInfo& info = device_->info();
-    report.device = {info.name, info.platform, info.driver, info.type};
+    report.device = {info.name, info.platform, info.driver, std::string(device_type_name(info.type))};
     report.limits = {device_->budget().limit(), residency_->pool_bytes(), host_limit_};
     report.peak = {device_->budget().peak(), residency_->statistics().peak_resident_bytes, residency_->host_peak_bytes()};
     report.width = params.width;
@@ -444,7 +443,7 @@ Result<RenderResult> Renderer::result() {
 
 }  // namespace
 
-Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
+Result<RenderResult> render(const BlockSource& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
     return Renderer(scene, options, callbacks).run();
 }
 

@@ -10,13 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "device/profile.hpp"
 #include "image/image.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "residency/block_table.hpp"
 #include "residency/demand_trace.hpp"
 #include "residency/policy_names.hpp"
-#include "store/block_file.hpp"
+#include "store/block_source.hpp"
 #include "wavefront/traversal.hpp"
 
 namespace raypager {
@@ -55,6 +56,7 @@ struct RenderOptions {
     double snapshot_seconds = 0;           // between calls of snapshot; 0: never
     double snapshot_growth = 1;            // each interval between snapshots is longer by this factor than the one before
     // For measurements; the defaults are the best known.
+    ProfileChanges tuning;                   // of what suits the device
     uint32_t loads_in_flight = 0;            // while blocks must be evicted for them; 0: the default of the policy
     std::optional<double> hold_above_ready;  // PolicySettings::hold_above_ready, 0 to 1
     bool wait_for_loads = false;             // every round waits for the loads that were started before it, as in the paper
@@ -70,8 +72,8 @@ struct RenderOptions {
     uint64_t record_paths = 0;  // about so many paths are recorded in RenderResult::trace; 0: none
     // For tests: the largest slab of the pool, so that small scenes fill several; and how many threads load.
     uint64_t slab_bytes = 0;
-    uint32_t loader_threads = 0;                 // 0: by the number of cores
-    std::optional<uint32_t> read_ahead_threads;  // none: by the number of cores and the device
+    uint32_t loader_threads = 0;                 // 0: what suits the device
+    std::optional<uint32_t> read_ahead_threads;  // none: what suits the device
     uint32_t rounds_under_way = 0;               // 1 or 2; 0: what suits the device
     std::optional<uint32_t> evict_ahead;         // for tests: as PolicySettings has it
     CheckpointOptions checkpoint;
@@ -149,6 +151,6 @@ struct RenderCallbacks {
     std::function<void()> begins;                                   // before the first round: from now on there is work to lose; may be empty
 };
 
-Result<RenderResult> render(const BlockFile& scene, const RenderOptions& options, const RenderCallbacks& callbacks);
+Result<RenderResult> render(const BlockSource& scene, const RenderOptions& options, const RenderCallbacks& callbacks);
 
 }  // namespace raypager

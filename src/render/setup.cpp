@@ -9,7 +9,7 @@
 #include "base/memory.hpp"
 #include "base/words.hpp"
 #include "device/faults.hpp"
-#include "device/kernel_sources.hpp"
+#include "device/kernel_tokens.hpp"
 #include "raypager/abi/film.h"
 #include "residency/residency.hpp"
 #include "wavefront/sample_order.hpp"
@@ -17,30 +17,10 @@
 namespace raypager {
 namespace {
 
-// So many slots fewer than a power of two, on CPUs: where all planes of a slot are a power of two of bytes apart, they compete for the same places of
-// the caches. Shading takes 10 to 30 % less time without (bench/journal/cpu-paging.md).
-constexpr uint64_t off_power = 683;
-
-// Path slots that keep a device busy while everything is resident.
-uint64_t default_slots(const DeviceInfo& info) {
-    if (info.type == "CPU") return std::max<uint64_t>(uint64_t{1} << 16, info.compute_units * (uint64_t{1} << 15)) - off_power;
-    return std::clamp<uint64_t>(info.compute_units * (uint64_t{1} << 15), uint64_t{1} << 18, uint64_t{1} << 22);
+// On CPUs it is streams that gain by more rays to choose from.
+uint64_t roomy_slots(BlockForm form, const DeviceProfile& profile) {
+    return profile.caches_slots && form != BlockForm::wide ? 0 : profile.roomy_slots;
 }
-
-// The more rays there are to choose from, the more the rays of a stream have in common: four times as many take 8 to 10 % less time on two
-// cores, and more cores have more of them anyway. On GPUs rounds get fuller: four times as many take 7 % less.
-uint64_t roomy_slots(BlockForm form, const DeviceInfo& info) {
-    if (info.type != "CPU") return 4 * default_slots(info);
-    return form == BlockForm::wide ? std::max(default_slots(info), (uint64_t{1} << 18) - off_power) : 0;
-}
-
-// Where blocks must be swapped. On CPUs MemoryNeeds::near_slots is what bounds them first. On a GPU, with 40 M, 64 M instead of 16 M take 13 to 20 %
-// less at 29, 12.5 and 3 %.
-uint64_t most_chosen_slots(const DeviceInfo& info) {
-    return info.type == "CPU" ? std::max(4 * default_slots(info), uint64_t{1} << 22) : 16 * default_slots(info);
-}
-// How many times the bytes of the scene they may take: the memory of a GPU is there for nothing else.
-uint64_t scenes_for_slots(const DeviceInfo& info) { return info.type == "CPU" ? 2 : 9; }
 
 // Renders with a checkpoint are there to be stopped and looked at.
 bool is_seen_growing(const RenderOptions& options) {
@@ -120,7 +100,7 @@ bool chooses_region(const RenderOptions& options) { return !options.region && !i
 RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params) {
     RenderIdentity identity;
     identity.scene = scene.identity();
-    identity.kernels = kernel_sources_identity();
+    identity.kernels = kernels_identity(kernel_sources(), render_stages);
     identity.width = params.width;
     identity.height = params.height;
     identity.max_depth = params.max_depth;
@@ -150,7 +130,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     VisitLogSettings visits;
     if (options.record_paths == 0) return visits;
     const double share = std::min(1.0, static_cast<double>(options.record_paths) / static_cast<double>(params.sample_limit));
-    const double slots = static_cast<double>(options.paths ? options.paths : most_chosen_slots(device));
+    const double slots = static_cast<double>(options.paths ? options.paths : device.profile.most_slots);
     visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
     // What one shadow ray passes is logged together (kernels/lib/visits.cl).
     const double least = 256 + static_cast<double>(scene.blocks.size());
@@ -179,11 +159,13 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
         needs.geometry_limit_percent = options.geometry_limit_percent;
     }
     needs.requested_slots = options.paths;
-    needs.default_slots = default_slots(device);
-    needs.roomy_slots = roomy_slots(form, device);
-    needs.most_chosen_slots = most_chosen_slots(device);
-    needs.most_slot_bytes = scenes_for_slots(device) * needs.geometry;
-    needs.near_slots = device.type == "CPU" ? roomy_slots(form, device) : 0;
+    const DeviceProfile& profile = device.profile;
+    needs.default_slots = profile.default_slots;
+    needs.roomy_slots = roomy_slots(form, profile);
+    needs.most_chosen_slots = profile.most_slots;
+    needs.most_slot_bytes = profile.scenes_for_slots * needs.geometry;
+    needs.near_slots = profile.caches_slots ? needs.roomy_slots : 0;
+    needs.slots_for_loads = profile.loads_for_slots;
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
@@ -213,7 +195,7 @@ BlockNotes block_notes(PolicyKind policy) {
 
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t pool_bytes, const DeviceInfo& device) {
     const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
-    PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.cpu_cores());
+    PolicySettings policy = default_settings(options.policy, pool_bytes, average, device.profile);
     if (options.evict_ahead) policy.evict_ahead = *options.evict_ahead;
     if (options.loads_in_flight) {
         policy.loads_in_flight = policy.loads_while_idle = options.loads_in_flight;
@@ -229,8 +211,8 @@ uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceI
 
 uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {
     if (options.host_limit) return options.host_limit;
-    // What a CPU device takes comes out of the same memory.
-    const uint64_t taken = device.type == "CPU" ? planned_bytes : 0;
+    // What such a device takes comes out of the same memory.
+    const uint64_t taken = device.profile.shares_host_memory ? planned_bytes : 0;
     const auto left = [taken](uint64_t memory) { return memory - std::min(memory, taken); };
     return default_limit(left(total_memory()) / 2, left(available_memory())).bytes;
 }

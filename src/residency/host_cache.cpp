@@ -21,10 +21,10 @@ uint64_t room_for(const BlockRecord& record, BlockForm form) {
 
 }  // namespace
 
-HostCache::HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes, bool once)
-    : device_(device), file_(file), form_(form), once_(once) {
+HostCache::HostCache(Device& device, const BlockSource& source, BlockForm form, uint64_t limit_bytes, bool once)
+    : device_(device), source_(source), form_(form), once_(once) {
     uint64_t largest = RP_BLOCK_ALIGNMENT;
-    for (const BlockRecord& record : file.scene().blocks) {
+    for (const BlockRecord& record : source.scene().blocks) {
         largest = std::max(largest, room_for(record, form_));
         all_bytes_ += room_for(record, form_);
     }
@@ -35,7 +35,7 @@ HostCache::HostCache(Device& device, const BlockFile& file, BlockForm form, uint
 }
 
 Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
-    const BlockRecord& record = file_.scene().blocks[block];
+    const BlockRecord& record = source_.scene().blocks[block];
     Lock lock(mutex_);
     for (;;) {
         const auto found = entries_.find(block);
@@ -58,7 +58,7 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
 bool HostCache::read_ahead(uint32_t block) {
     Lock lock(mutex_);
     if (closed_ || entries_.count(block)) return !closed_;
-    const uint64_t room = room_for(file_.scene().blocks[block], form_);
+    const uint64_t room = room_for(source_.scene().blocks[block], form_);
     const auto place = make_room(lock, room, false);
     if (!place) return false;
     if (entries_.count(block)) {
@@ -76,7 +76,7 @@ bool HostCache::knows(uint32_t block) const {
 }
 
 Status HostCache::fill(Lock& lock, uint32_t block, const Place& place) {
-    const uint64_t room = room_for(file_.scene().blocks[block], form_);
+    const uint64_t room = room_for(source_.scene().blocks[block], form_);
     const std::span<std::byte> target = bytes_at(place, room);
     try {
         std::list<uint32_t> age = {block};
@@ -124,7 +124,7 @@ std::optional<std::span<const std::byte>> HostCache::acquire_if_there(uint32_t b
 std::span<const std::byte> HostCache::hold(uint32_t block, Entry& entry) {
     entry.holders++;
     by_age_.splice(by_age_.end(), by_age_, entry.age);
-    return bytes_at(entry.place, file_.scene().blocks[block].bytes(form_));
+    return bytes_at(entry.place, source_.scene().blocks[block].bytes(form_));
 }
 
 void HostCache::release(uint32_t block) {
@@ -156,11 +156,11 @@ uint64_t HostCache::peak_bytes() const {
 }
 
 Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
-    const BlockRecord& record = file_.scene().blocks[block];
+    const BlockRecord& record = source_.scene().blocks[block];
     const std::span<std::byte> stored = target.first(record.stored_bytes);
-    RAYPAGER_TRY(file_.read_block(block, stored));
-    RAYPAGER_TRY(file_.check_block(block, stored));
-    return transcode_block(file_.scene(), block, form_, target);
+    RAYPAGER_TRY(source_.read_block(block, stored));
+    RAYPAGER_TRY(source_.check_block(block, stored));
+    return transcode_block(source_.scene(), block, form_, target);
 }
 
 // A free place: in a chunk that is there, in a new one, or where the oldest blocks were.

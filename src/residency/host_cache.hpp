@@ -1,4 +1,4 @@
-// Blocks in host memory, in the form for the device, up to a limit, in front of the block file. They lie in pinned memory, so that uploads go
+// Blocks in host memory, in the form for the device, up to a limit, in front of their source. They lie in pinned memory, so that uploads go
 // straight out of the cache. The least recently used goes out. Thread-safe.
 #pragma once
 
@@ -15,16 +15,16 @@
 #include "device/device.hpp"
 #include "raypager/status.hpp"
 #include "residency/slab_allocator.hpp"
-#include "store/block_file.hpp"
+#include "store/block_source.hpp"
 
 namespace raypager {
 
 class HostCache {
 public:
     // A limit below the two largest blocks is raised to that. once: each block is acquired once, and need not stay when it has been released.
-    HostCache(Device& device, const BlockFile& file, BlockForm form, uint64_t limit_bytes, bool once = false);
+    HostCache(Device& device, const BlockSource& source, BlockForm form, uint64_t limit_bytes, bool once = false);
     BlockForm form() const { return form_; }
-    // The bytes of a block in that form: from the cache, or read from the file, verified and transcoded. They stay where they are
+    // The bytes of a block in that form: from the cache, or read from the source, verified and transcoded. They stay where they are
     // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release
     // without this call).
     Result<std::span<const std::byte>> acquire(uint32_t block);
@@ -72,7 +72,7 @@ private:
     std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].memory.bytes().subspan(place.offset, bytes); }
 
     Device& device_;
-    const BlockFile& file_;
+    const BlockSource& source_;
     const BlockForm form_;
     const bool once_;
     uint64_t limit_, chunk_bytes_, all_bytes_ = 0;

@@ -15,16 +15,13 @@ namespace {
 // Loads that are submitted together: one event tells of all.
 constexpr size_t most_together = 8;
 
-// A thread reads and verifies some GB/s; a few of them keep up with a fast disk and with the bus, where there are cores to spare. Two even on two
-// cores that trace: what rays wait for is worth more than what others do meanwhile (bench/journal/cpu-paging.md).
-size_t thread_count() { return std::clamp<size_t>(std::thread::hardware_concurrency() / 4, 2, 4); }
-
 }  // namespace
 
 std::unique_ptr<Loader> Loader::create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads) {
     std::unique_ptr<Loader> loader(new Loader(device, cache, slabs));
     if (device.thread_safe())
-        for (size_t i = 0; i < (threads ? threads : thread_count()); i++) loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
+        for (uint32_t i = 0; i < (threads ? threads : device.profile().loader_threads); i++)
+            loader->threads_.emplace_back([raw = loader.get()] { raw->work(); });
     return loader;
 }
 

@@ -1,4 +1,4 @@
-// Brings blocks onto the device while kernels run: threads get blocks from the host cache, which reads them from the file where it must,
+// Brings blocks onto the device while kernels run: threads get blocks from the host cache, which reads them from their source where it must,
 // and start their uploads on the device's second queue. The render loop asks between rounds what has arrived.
 #pragma once
 
@@ -26,7 +26,7 @@ struct Arrival {
 
 class Loader {
 public:
-    // cache and slabs outlive the loader. threads 0: as many as the processor has cores for, two at least.
+    // cache and slabs outlive the loader. threads 0: as many as the device's profile says.
     static std::unique_ptr<Loader> create(Device& device, HostCache& cache, const std::vector<Buffer>& slabs, uint32_t threads = 0);
     ~Loader();
     // The places are written after `free`, when no kernel reads them any more; those that were free before after `free_before`.

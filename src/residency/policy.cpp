@@ -189,23 +189,18 @@ PolicySettings default_settings(PolicyKind kind) {
     return settings;
 }
 
-PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, uint32_t cpu_cores) {
+PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, const DeviceProfile& profile) {
     PolicySettings settings = default_settings(kind);
     if (kind == PolicyKind::most_wanted) return settings;
     const uint64_t blocks = pool_bytes / std::max<uint64_t>(1, average_block_bytes);
     settings.loads_into_free = 256;
-    if (cpu_cores > 0) {
-        // Sixteen cores and 40 blocks: eight at a time (bench/journal/cpu-paging.md).
-        const uint64_t for_cores = std::min<uint64_t>(blocks / 5, cpu_cores / 2);
-        settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(std::max(blocks / 16, for_cores), 2, 16));
-        return settings;
-    }
-    settings.loads_in_flight = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / 4, 2, 64));
-    settings.loads_while_idle = static_cast<uint32_t>(std::clamp<uint64_t>(blocks / 2, 2, 128));
-    settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / 16, 16));
-    // In a GPU's rounds nearly every block is entered by some ray. In those of a CPU many are not, and those go first, the one that was entered last
-    // as the last (bench/journal/cpu-paging.md).
-    settings.traffic_kept = 0.75;
+    const auto loads = [](uint64_t count, uint64_t most) { return static_cast<uint32_t>(std::clamp<uint64_t>(count, 2, most)); };
+    const uint64_t for_cores = std::min<uint64_t>(blocks / profile.blocks_per_core_load, profile.core_loads);
+    settings.loads_in_flight = loads(std::max(blocks / profile.blocks_per_load, for_cores), profile.most_loads);
+    if (profile.blocks_per_idle_load) settings.loads_while_idle = loads(blocks / profile.blocks_per_idle_load, profile.most_idle_loads);
+    if (profile.blocks_per_evict_ahead)
+        settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / profile.blocks_per_evict_ahead, profile.most_evict_ahead));
+    settings.traffic_kept = profile.traffic_kept;
     return settings;
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "device/profile.hpp"
 #include "residency/policy_names.hpp"
 #include "residency/slab_allocator.hpp"
 
@@ -42,10 +43,9 @@ struct PolicySettings {
 };
 PolicySettings default_settings(PolicyKind kind);
 // The same for a pool and blocks of these sizes. Each round has a cost of its own, so small blocks come several at a time; but no more
-// than a part of the pool (two are always allowed), for what is on its way serves no ray yet. A GPU's rounds are short beside their fixed
-// cost, and its bus is wide: more at a time than on a CPU, and some without waiting for the round that has begun meanwhile. So are those of a CPU
-// with many cores where the pool is small. The paper's policy swaps one block a round. cpu_cores: 0 for a GPU.
-PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, uint32_t cpu_cores);
+// than a part of the pool (two are always allowed), for what is on its way serves no ray yet. The profile says how many suit the device. The paper's
+// policy swaps one block a round.
+PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, const DeviceProfile& profile);
 
 struct PolicyInput {
     std::span<const BlockState> blocks;

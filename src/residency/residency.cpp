@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <thread>
 #include <utility>
 
 #include "base/check.hpp"
@@ -26,12 +25,6 @@ uint32_t page_address(PoolAddress place) {
 uint64_t whole_slab(uint64_t max_slab_bytes) {
     constexpr uint64_t addressable = (uint64_t{RP_PAGE_OFFSET_MASK} + 1) * RP_BLOCK_ALIGNMENT;
     return std::min(max_slab_bytes, addressable) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
-}
-
-// Cores beside a GPU have little else to do. On a CPU they trace, but not between rounds, nor at the end, when loads are waited for.
-size_t read_ahead_threads(const Device& device) {
-    const size_t cores = std::thread::hardware_concurrency();
-    return device.info().type == "CPU" ? std::clamp<size_t>(cores / 4, 1, 4) : std::clamp<size_t>(cores / 2, 1, 8);
 }
 
 }  // namespace
@@ -58,8 +51,8 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
     return sizes;
 }
 
-Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockFile& file, const ResidencySettings& settings) {
-    const BakedScene& scene = file.scene();
+Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockSource& source, const ResidencySettings& settings) {
+    const BakedScene& scene = source.scene();
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
     auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block(settings.form));
     if (!sizes) return sizes.status();
@@ -80,10 +73,10 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     constexpr uint64_t passage = uint64_t{128} << 20;
     const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
     residency->cache_ =
-        std::make_unique<HostCache>(device, file, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
+        std::make_unique<HostCache>(device, source, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
-    const size_t ahead = device.thread_safe() ? settings.read_ahead_threads.value_or(read_ahead_threads(device)) : 0;
-    residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, ahead, device.info().type == "CPU" ? 0 : passage);
+    const size_t ahead = device.thread_safe() ? settings.read_ahead_threads.value_or(device.profile().read_ahead_threads) : 0;
+    residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, ahead, device.profile().pinned_ahead_bytes);
     return residency;
 }
 

@@ -23,8 +23,8 @@ struct ResidencySettings {
     uint64_t pool_bytes = 0;                     // at most; REQUIRES: at least the largest block
     uint64_t slab_bytes = 0;                     // of one slab at most; 0: what the device allocates at once
     uint64_t host_limit = 0;                     // of the cache of blocks
-    uint32_t loader_threads = 0;                 // 0: by the number of cores
-    std::optional<uint32_t> read_ahead_threads;  // none: by the number of cores and the device
+    uint32_t loader_threads = 0;                 // 0: as the device's profile says
+    std::optional<uint32_t> read_ahead_threads;  // none: as the device's profile says
     PolicySettings policy;
     PoolPlace place = PoolPlace::device;
     bool journal = false;  // remember when which block came and went
@@ -38,7 +38,7 @@ uint64_t largest_pool(uint64_t max_slab_bytes);
 
 class Residency {
 public:
-    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockFile& file, const ResidencySettings& settings);
+    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockSource& source, const ResidencySettings& settings);
     ~Residency();
 
     const std::vector<Buffer>& slabs() const { return slabs_; }

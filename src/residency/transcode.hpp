@@ -5,7 +5,7 @@
 #include <span>
 
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager {
 

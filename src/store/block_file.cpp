@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "base/check.hpp"
 #include "base/hash.hpp"
 #include "store/check_scene.hpp"
 #include "store/format.hpp"
@@ -79,73 +78,7 @@ Status read_scalars(const InputFile& file, const Header& header, BakedScene& sce
     return {};
 }
 
-class Hasher {
-public:
-    template <class Items>
-    void add_all(const Items& items) {
-        const uint64_t count = std::size(items);
-        add(count);
-        value = hash64(std::as_bytes(std::span(items)), value);
-    }
-    template <class T>
-    void add(const T& item) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        value = hash64(std::as_bytes(std::span(&item, 1)), value);
-    }
-    uint64_t value = 0;
-};
-
 }  // namespace
-
-uint64_t BakedScene::geometry_bytes(BlockForm form) const {
-    uint64_t sum = 0;
-    for (const BlockRecord& block : blocks) sum += block.bytes(form);
-    return sum;
-}
-
-uint32_t BakedScene::largest_block(BlockForm form) const {
-    uint32_t largest = 0;
-    for (const BlockRecord& block : blocks) largest = std::max(largest, block.bytes(form));
-    return largest;
-}
-
-bool BakedScene::has_vertex_colors() const {
-    return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_VERTEX_COLOR; });
-}
-
-BlockPortals BakedScene::portals_of(uint32_t block) const {
-    const auto first = std::partition_point(portals.begin(), portals.end(), [block](const rp_portal& portal) { return portal.block < block; });
-    BlockPortals result;
-    for (size_t i = static_cast<size_t>(first - portals.begin()); i < portals.size() && portals[i].block == block; i++) {
-        result.roots.push_back(portals[i].root);
-        result.wide_roots.push_back(wide_roots[i]);
-    }
-    return result;
-}
-
-uint64_t BakedScene::identity() const {
-    Hasher hasher;
-    hasher.add(camera);
-    for (const uint64_t value : {uint64_t{width}, uint64_t{height}, uint64_t{spp}, uint64_t{max_depth}, triangles, spheres}) hasher.add(value);
-    // The rest of the film's response comes in when the picture is made of the samples.
-    hasher.add(film.max_luminance);
-    hasher.add(film.max_xyz);
-    hasher.add_all(lower);
-    hasher.add_all(upper);
-    hasher.add_all(materials);
-    hasher.add_all(lights);
-    hasher.add_all(ranges);
-    hasher.add(top_grid);
-    hasher.add_all(top_nodes);
-    hasher.add_all(portals);
-    hasher.add_all(portal_paths);
-    // Where a block lies in the file does not matter.
-    for (const BlockRecord& block : blocks) {
-        hasher.add(block.checksum);
-        hasher.add(block.stored_bytes);
-    }
-    return hasher.value;
-}
 
 Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::path& path, const Change& change) {
     auto file = InputFile::open(path);
@@ -169,23 +102,14 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     return std::shared_ptr<const BlockFile>(std::move(opened));
 }
 
-Status BlockFile::read_block(uint32_t block, std::span<std::byte> stored) const {
-    RAYPAGER_CHECK(block < scene_.blocks.size());
-    const BlockRecord& record = scene_.blocks[block];
-    RAYPAGER_CHECK(stored.size() == record.stored_bytes);
-    if (auto status = file_.read(record.offset, stored); !status.ok()) return status.at(fmt::format("block {}", block));
-    if (hash64(stored) != record.checksum)
-        return Status::failed(fmt::format("{}: block {} at byte {}: the checksum is wrong; the file is damaged, bake the scene again",
-                                          path().string(), block, record.offset));
-    return {};
+Status BlockFile::fetch(uint32_t block, std::span<std::byte> stored) const {
+    const Status status = file_.read(scene_.blocks[block].offset, stored);
+    return status.ok() ? status : status.at(fmt::format("block {}", block));
 }
 
-Status BlockFile::check_block(uint32_t block, std::span<const std::byte> stored) const {
-    RAYPAGER_CHECK(block < scene_.blocks.size());
-    auto status = check_block_bytes(scene_, block, stored);
-    if (status.ok()) return status;
+Status BlockFile::damaged(uint32_t block, const std::string& what) const {
     return Status::failed(fmt::format("{}: block {} at byte {}: {}; the file is damaged, bake the scene again", path().string(), block,
-                                      scene_.blocks[block].offset, status.message()));
+                                      scene_.blocks[block].offset, what));
 }
 
 }  // namespace raypager

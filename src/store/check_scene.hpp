@@ -7,7 +7,7 @@
 
 #include "raypager/abi/wide.h"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager {
 

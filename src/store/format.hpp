@@ -6,7 +6,7 @@
 
 #include "raypager/abi/block.h"
 #include "raypager/abi/scene.h"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager::format {
 

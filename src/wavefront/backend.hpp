@@ -1,12 +1,12 @@
 // A way of tracing rays on a device: which kernels make up a round, and in which order they run. There are two, for two forms of blocks: rays one by
-// one (SingleRayBackend), and streams of rays (StreamBackend). All that they have in common is the wavefront's (wavefront.hpp).
+// one (SingleRayBackend), and streams of rays (StreamBackend). What both share is owned by Wavefront.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
@@ -40,7 +40,7 @@ struct Round {
     bool more_again = false;                    // more of them will be listed in rounds to come
 };
 
-// When its stages run. connect is empty where extension rays and shadow rays are traced by one kernel.
+// Profiling events of the stages of one round. begin: of streams only. connect: empty where extension rays and shadow rays are traced by one kernel.
 struct StageEvents {
     Event begin, wake, generate, extend, shade, connect;
 };
@@ -54,6 +54,8 @@ public:
     // Checks what came back with a round that has ended; fails only where there is a bug. demand: abi/path.h.
     virtual Status check(const RoundCounters&, std::span<const uint32_t> /*demand*/) const { return {}; }
     virtual SlotForm slot_form() const = 0;
+    // Whether a slot can have a camera ray that has not been traced at all between two rounds.
+    virtual bool leaves_untraced_camera_rays() const { return false; }
     // Whether shadow rays are traced while extension rays are, in a queue of their own.
     virtual bool connects_concurrently() const { return false; }
     // From the next round on, so many free slots (1, 2, 4 or 8) are given out at once, where that decides about speed.

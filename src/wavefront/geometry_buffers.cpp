@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "wavefront/traversal.hpp"
 #include "wide/top.hpp"
 
 namespace raypager {
@@ -12,13 +11,6 @@ namespace {
 
 // A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
 constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
-
-// Few work-items, so that short queues cost little, but enough of them for balance (wavefront.cpp): rays differ in length, and a GPU gives
-// its work-groups out as others end.
-constexpr uint32_t ray_items_per_core = 1 << 12, ray_items_per_gpu_unit = 1 << 14;
-// Each alone in its group: it has much private memory. They take their work themselves: one a core would do, where each core starts one
-// at once; a second one finds what is left, where not.
-constexpr uint32_t stream_items_per_core = 2;
 
 uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
@@ -85,7 +77,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
     result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
-    if (suits_streams(device.info())) result.variants_ = "-DRP_SURFACE_LANES ";
+    if (device.profile().streams) result.variants_ = "-DRP_SURFACE_LANES ";
     if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
@@ -129,10 +121,10 @@ Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, 
 }
 
 Status GeometryBuffers::launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const {
-    const uint64_t cores = device.info().compute_units;
-    if (form_ == BlockForm::wide) return queue.launch(kernel, cores * stream_items_per_core, 1, event);
-    rays = std::min(rays, cores * (device.info().type == "CPU" ? ray_items_per_core : ray_items_per_gpu_unit));
-    return queue.launch(kernel, rays, device.group_size(), event);
+    const uint64_t units = device.info().compute_units;
+    // Each alone in its group: it has much private memory.
+    if (form_ == BlockForm::wide) return queue.launch(kernel, units * device.profile().stream_items, 1, event);
+    return queue.launch(kernel, std::min(rays, units * device.profile().ray_items), device.group_size(), event);
 }
 
 }  // namespace raypager

@@ -10,17 +10,13 @@
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager {
 
 // With this definition stages leave to the next one what it can as well do (kernels/lib/path_state.cl): surfaces at hits to
 // `shade`, for one. Not beside streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
-
-// Registers that NVIDIA's compiler may give to tracing kernels: with fewer of them more rays are under way, and more is put down in memory
-// (measured on an H100: bench/journal/gpu-traversal.md).
-inline constexpr uint32_t closest_hit_registers = 64, any_hit_registers = 56;
 
 // The bytes of a buffer for so many: empty ones there are none.
 constexpr uint64_t at_least_16(uint64_t bytes) { return bytes < 16 ? 16 : bytes; }

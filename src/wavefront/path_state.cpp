@@ -5,7 +5,6 @@
 #include <bit>
 
 #include "base/check.hpp"
-#include "base/parallel.hpp"
 
 namespace raypager {
 namespace {
@@ -41,7 +40,7 @@ bool is_camera_ray(uint32_t state, SlotForm form) { return form == SlotForm::sin
 }  // namespace
 
 uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(vertex_colors) * sizeof(uint32_t); }
-uint64_t PathSlots::bytes_beside(bool vertex_colors) { return status_runs(vertex_colors) * RP_NAP * sizeof(uint32_t); }
+uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_NAP * sizeof(uint32_t); }
 uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
 
 Result<PathSlots> PathSlots::create(Device& device, uint32_t count, bool vertex_colors) {
@@ -83,14 +82,17 @@ Status PathSlots::add_samples_under_way(Queue& queue, SlotForm form, bool untrac
     return {};
 }
 
-Status PathSlots::write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind) {
+Status PathSlots::write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind) const {
     RAYPAGER_CHECK(rays.size() <= count_);
-    std::vector<PlanePair> pairs(rays.size());
-    const auto write = [&](uint32_t plane, auto contents) {
-        parallel_for(rays.size(), 1 << 16, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++) pairs[i] = contents(rays[i]);
-        });
-        return queue.write_now(planes_, RP_PLANE_INDEX(uint64_t{plane}, uint64_t{count_}, 0) * sizeof(Plane), std::as_bytes(std::span(pairs)));
+    std::vector<PlanePair> pairs(std::min<size_t>(rays.size(), slots_at_once));
+    const auto write = [&](uint32_t plane, auto contents) -> Status {
+        for (size_t first = 0; first < rays.size(); first += pairs.size()) {
+            const std::span<const SlotRay> some = rays.subspan(first, std::min(rays.size() - first, pairs.size()));
+            std::transform(some.begin(), some.end(), pairs.begin(), contents);
+            RAYPAGER_TRY(queue.write_now(planes_, RP_PLANE_INDEX(uint64_t{plane}, uint64_t{count_}, first) * sizeof(Plane),
+                                         std::as_bytes(std::span(pairs).first(some.size()))));
+        }
+        return {};
     };
     static_assert(RP_PLANE_ORIGIN % 2 == 0 && RP_PLANE_DIRECTION == RP_PLANE_ORIGIN + 1 && RP_PLANE_HIT % 2 == 0 &&
                   RP_PLANE_SURFACE == RP_PLANE_HIT + 1 && RP_PLANE_THROUGHPUT % 2 == 0 && RP_PLANE_RADIANCE == RP_PLANE_THROUGHPUT + 1);
@@ -145,7 +147,8 @@ Status PathSlots::read_occluded(Queue& queue, size_t count, std::vector<bool>& o
     return {};
 }
 
-Status PathSlots::copy_to(Queue& queue, const PathSlots& other) const {
+Status PathSlots::copy_to(Queue& queue, PathSlots& other) const {
+    RAYPAGER_CHECK(count_ == other.count_);
     RAYPAGER_TRY(queue.copy(status_, other.status_));
     return queue.copy(planes_, other.planes_);
 }

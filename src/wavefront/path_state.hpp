@@ -36,7 +36,7 @@ class PathSlots {
 public:
     // Bytes on the device: of a slot, of all that does not grow with their number, and of the largest buffer's share of a slot.
     static uint64_t bytes_per_slot(bool vertex_colors);
-    static uint64_t bytes_beside(bool vertex_colors);
+    static uint64_t fixed_bytes(bool vertex_colors);
     static uint64_t largest_part_per_slot();
     // Slots without contents; clear() makes them free.
     static Result<PathSlots> create(Device& device, uint32_t count, bool vertex_colors);
@@ -47,11 +47,12 @@ public:
     const Buffer& status() const { return status_; }
     const Buffer& planes() const { return planes_; }
 
-    // Adds the samples whose paths are under way. untraced: there may be camera rays that no stage has traced yet. REQUIRES: no round is under way.
+    // Adds the samples whose paths are under way. untraced: there may be camera rays
+    // that no stage has traced yet. REQUIRES: no round is under way.
     Status add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const;
 
     // For measurements. Slot i gets ray i, of a path of which nothing else matters.
-    Status write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind);
+    Status write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind) const;
     // Of the first `count` slots, whose rays have been traced to their surfaces.
     Status read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hits) const;
     // The distances at which extension rays ended, INFINITY without a hit.
@@ -59,7 +60,7 @@ public:
     // Which shadow rays were occluded.
     Status read_occluded(Queue& queue, size_t count, std::vector<bool>& occluded) const;
     // Both have as many slots.
-    Status copy_to(Queue& queue, const PathSlots& other) const;
+    Status copy_to(Queue& queue, PathSlots& other) const;
 
 private:
     uint32_t count_ = 0;

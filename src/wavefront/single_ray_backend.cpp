@@ -12,17 +12,9 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t wake_naps = 4;  // whose words one work-item of the stage `wake` looks at
-// The stages loop over their queues, so that short ones cost little: a CPU runs work-items one after the other (some dozen groups a core, for
-// balance), and a GPU takes some ten microseconds for a million that have nothing to do.
-constexpr uint32_t items_per_unit = 1 << 12;
-constexpr uint32_t shading_registers = 96;  // an H100 shades 6 to 8 % more vertices a second than with 72
-
 constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
 
 }  // namespace
-
-uint64_t VisitLogSettings::bytes() const { return capacity ? (RP_VISIT_HEADER + uint64_t{RP_VISIT_WORDS} * capacity) * sizeof(uint32_t) : 0; }
 
 Result<std::unique_ptr<Backend>> SingleRayBackend::create(Device& device, const rp_render_params& params, const GeometryBuffers& geometry,
                                                           const WavefrontBuffers& buffers, const BackendSettings& settings,
@@ -48,10 +40,11 @@ Status SingleRayBackend::allocate() {
 }
 
 Status SingleRayBackend::build(const BackendSettings& settings) {
+    const DeviceProfile& profile = device_.profile();
     RAYPAGER_TRY(get_kernels({{publish_, "publish", "rp_publish"}}, ""));
     const std::string states = short_states;
-    const std::string common = device_.register_limit(shading_registers) + geometry_.definitions() + states +
-                               fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), wake_naps);
+    const std::string common = device_.register_limit(profile.shading_registers) + geometry_.definitions() + states +
+                               fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), profile.wake_naps);
     RAYPAGER_TRY(get_kernels({{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}}, common));
     RAYPAGER_TRY(get_kernels({{shade_, "shade", "rp_shade"}}, common + settings.shading));
     // Persistent threads do not record.
@@ -62,9 +55,9 @@ Status SingleRayBackend::build(const BackendSettings& settings) {
         if (traced) kernel = std::move(*traced);
         return traced.status();
     };
-    RAYPAGER_TRY(trace(extend_, "extend", closest_hit_registers, persistent_ ? device_.camera_definitions() : ""));
-    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", closest_hit_registers, device_.bounce_definitions()));
-    RAYPAGER_TRY(trace(connect_, "connect", any_hit_registers, ""));
+    RAYPAGER_TRY(trace(extend_, "extend", profile.closest_hit_registers, persistent_ ? device_.camera_definitions() : ""));
+    if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", profile.closest_hit_registers, device_.bounce_definitions()));
+    RAYPAGER_TRY(trace(connect_, "connect", profile.any_hit_registers, ""));
     const WavefrontBuffers& b = buffers_;
     return geometry_.set(shade_, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(), b.counters,
                          b.film);
@@ -109,7 +102,7 @@ Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
 
 Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
     const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), group = device_.group_size();
-    const uint32_t items = std::min(slots, device_.info().compute_units * items_per_unit);
+    const uint32_t items = std::min(slots, device_.info().compute_units * device_.profile().items);
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(change_pages(round.page_changes));
     RAYPAGER_TRY(queue.fill_zero(buffers_.counters, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
@@ -119,7 +112,7 @@ Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
     // Camera rays are all there is in the first round.
     Kernel& extend = persistent_ && round.number > 1 ? extend_bounces_ : extend_;
     RAYPAGER_TRY(set_arguments(extend, round));
-    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + wake_naps - 1) / wake_naps, group, &events.wake));
+    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + device_.profile().wake_naps - 1) / device_.profile().wake_naps, group, &events.wake));
     // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
     // not read: their slots are different ones.
     if (connects_concurrently()) {

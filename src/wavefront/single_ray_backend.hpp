@@ -4,25 +4,21 @@
 #include <memory>
 
 #include "wavefront/backend.hpp"
+#include "wavefront/visit_log.hpp"
 
 namespace raypager {
-
-// What is recorded of the blocks that rays enter (abi/visits.h). By default nothing, and then it costs nothing.
-struct VisitLogSettings {
-    uint32_t capacity = 0;   // events a round; rays that find no room wait for the next one. 0: nothing is recorded
-    uint32_t threshold = 0;  // RP_VISIT_THRESHOLD: 2^32 - 1 records all paths
-    uint64_t bytes() const;  // on the device
-};
 
 class SingleRayBackend : public Backend {
 public:
     static Result<std::unique_ptr<Backend>> create(Device& device, const rp_render_params& params, const GeometryBuffers& geometry,
                                                    const WavefrontBuffers& buffers, const BackendSettings& settings, const VisitLogSettings& visits);
-    // Its own buffers, per slot; queues and slots are the wavefront's.
-    static constexpr uint64_t bytes_per_slot = 1;
+    // Its own buffers take at most so much; queues and slots are the wavefront's.
+    static constexpr uint64_t bytes_per_slot = 1, fixed_bytes = sizeof(uint64_t);
 
     Status launch(const Round& round, StageEvents& events) override;
     SlotForm slot_form() const override { return SlotForm::single_rays; }
+    // One that found the log of visits full.
+    bool leaves_untraced_camera_rays() const override { return visit_settings_.capacity > 0; }
     // What is recorded stays in the order of the stages.
     bool connects_concurrently() const override { return visit_settings_.capacity == 0; }
     void fill_together(uint32_t slots) override;

@@ -3,18 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "wavefront/naps.hpp"
 #include "wavefront/page_changes.hpp"
 
 namespace raypager {
-namespace {
-
-// Each puts what it finds into bundles of its own.
-constexpr uint32_t wake_items_per_core = 2;
-constexpr uint32_t generate_groups_per_core = 4, shade_items_per_core = 16;  // the latter each alone in its group
-
-}  // namespace
 
 Result<std::unique_ptr<Backend>> StreamBackend::create(Device& device, const rp_render_params& params, const GeometryBuffers& geometry,
                                                        const WavefrontBuffers& buffers, const BackendSettings& settings) {
@@ -24,7 +18,7 @@ Result<std::unique_ptr<Backend>> StreamBackend::create(Device& device, const rp_
     return std::unique_ptr<Backend>(std::move(backend));
 }
 
-uint32_t StreamBackend::wake_items() const { return std::min(device_.info().compute_units * wake_items_per_core, extra_queue_words); }
+uint32_t StreamBackend::wake_items() const { return std::min(device_.info().compute_units * device_.profile().wake_items, extra_queue_words); }
 
 Status StreamBackend::allocate() {
     const uint64_t slots = params_.slot_count;
@@ -62,10 +56,10 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &events.wake));
     const uint32_t group = device_.group_size();
     RAYPAGER_TRY(set_generate(generate_, round));
-    RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * generate_groups_per_core * group, group, &events.generate));
+    RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * device_.profile().generate_groups * group, group, &events.generate));
     RAYPAGER_TRY(geometry_.set(trace_, round.number, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film));
     RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &events.extend));
-    return queue.launch(shade_, uint64_t{cores} * shade_items_per_core, 1, &events.shade);
+    return queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade);
 }
 
 // Both say how many rays wait, and change where they begin to and where they are roused. A want that nobody has would bring blocks in for ever.

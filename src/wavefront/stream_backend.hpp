@@ -11,8 +11,8 @@ class StreamBackend : public Backend {
 public:
     static Result<std::unique_ptr<Backend>> create(Device& device, const rp_render_params& params, const GeometryBuffers& geometry,
                                                    const WavefrontBuffers& buffers, const BackendSettings& settings);
-    // Its own buffers, per slot; queues and slots are the wavefront's.
-    static constexpr uint64_t bytes_per_slot = 1;
+    // Its own buffers take at most so much; queues and slots are the wavefront's.
+    static constexpr uint64_t bytes_per_slot = 1, fixed_bytes = sizeof(uint64_t);
     // The queue has so many words behind those of slots: one per work-item of `wake`, for what stands for nothing.
     static constexpr uint32_t extra_queue_words = 1024;
 

@@ -8,7 +8,7 @@
 
 #include "device/device_list.hpp"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 
 namespace raypager {
 
@@ -27,17 +27,13 @@ constexpr std::optional<Traversal> traversal_from_name(std::string_view name) {
     return std::nullopt;
 }
 
-// Streams are for compilers that map vectors of sixteen numbers to the vector unit of a CPU. That of Mesa's rusticl takes them apart, and
-// takes minutes.
-inline bool suits_streams(const DeviceInfo& device) { return device.type == "CPU" && device.platform != "rusticl"; }
-
 inline Status check_traversal(Traversal traversal, const DeviceInfo& device) {
-    if (traversal != Traversal::stream || suits_streams(device)) return {};
+    if (traversal != Traversal::stream || device.profile.streams) return {};
     return Status::usage("--traversal stream: " + device.name + " traces rays one by one; streams are for CPUs");
 }
 
 inline BlockForm block_form(Traversal traversal, const DeviceInfo& device) {
-    const bool stream = traversal == Traversal::stream || (traversal == Traversal::automatic && suits_streams(device));
+    const bool stream = traversal == Traversal::stream || (traversal == Traversal::automatic && device.profile.streams);
     return stream ? BlockForm::wide : BlockForm::stored;
 }
 

@@ -14,14 +14,20 @@
 namespace raypager {
 namespace {
 
-// Of the queue and the free list, the list of samples to be traced again, and what the backend has.
-static_assert(SingleRayBackend::bytes_per_slot == StreamBackend::bytes_per_slot);
-constexpr uint64_t list_bytes_per_slot = 2 * sizeof(uint32_t) + 1 + StreamBackend::bytes_per_slot;
+// Of the queue, the free list and the list of samples to be traced again.
+constexpr uint64_t list_bytes_per_slot = 2 * sizeof(uint32_t) + 1;
 
 // The list of samples to be traced again has one place for eight slots: a resumed render has all its paths under way after eight rounds.
 constexpr uint64_t again_bytes(uint64_t slots) { return 16 + slots / 16 * 16; }
 
-constexpr uint64_t queue_words_beside(BlockForm form) { return form == BlockForm::wide ? StreamBackend::extra_queue_words : 0; }
+constexpr uint64_t extra_queue_words(BlockForm form) { return form == BlockForm::wide ? StreamBackend::extra_queue_words : 0; }
+
+constexpr uint64_t backend_bytes_per_slot(BlockForm form) {
+    return form == BlockForm::wide ? StreamBackend::bytes_per_slot : SingleRayBackend::bytes_per_slot;
+}
+constexpr uint64_t backend_fixed_bytes(BlockForm form) {
+    return form == BlockForm::wide ? StreamBackend::fixed_bytes : SingleRayBackend::fixed_bytes;
+}
 
 template <class T>
 std::span<const std::byte> bytes_of_one(const T& value) {
@@ -35,10 +41,10 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_choice_bytes(scene.lights)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + sizeof(uint64_t) + PathSlots::bytes_beside(scene.has_vertex_colors()) +
-                  queue_words_beside(form) * sizeof(uint32_t);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) +
+                  PathSlots::fixed_bytes(scene.has_vertex_colors()) + extra_queue_words(form) * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = PathSlots::bytes_per_slot(scene.has_vertex_colors()) + list_bytes_per_slot;
+    bytes.per_slot = PathSlots::bytes_per_slot(scene.has_vertex_colors()) + list_bytes_per_slot + backend_bytes_per_slot(form);
     bytes.largest_part_per_slot = PathSlots::largest_part_per_slot();
     return bytes;
 }
@@ -61,7 +67,6 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     RAYPAGER_TRY(wavefront->upload_scene(scene));
-    wavefront->untraced_camera_rays_ = visits.capacity > 0;
     RAYPAGER_TRY(wavefront->allocate_state(scene.has_vertex_colors()));
     BackendSettings settings;
     const BlockNotes kept = scene.blocks.empty() ? BlockNotes() : notes;
@@ -110,7 +115,7 @@ Status Wavefront::allocate_state(bool vertex_colors) {
         const char* what;
     };
     const Part parts[] = {{b.film, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
-                          {b.queue, (slots + queue_words_beside(geometry_.form())) * sizeof(uint32_t), "the ray queue"},
+                          {b.queue, (slots + extra_queue_words(geometry_.form())) * sizeof(uint32_t), "the ray queue"},
                           {b.free_list, slots * sizeof(uint32_t), "the free list"},
                           {b.again, again_bytes(slots), "samples to trace again"},
                           {b.counters, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "device/device.hpp"
@@ -15,12 +16,12 @@
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
+#include "store/baked_scene.hpp"
 #include "wavefront/backend.hpp"
 #include "wavefront/geometry_buffers.hpp"
 #include "wavefront/round_counters.hpp"
 #include "wavefront/sample_order.hpp"
-#include "wavefront/single_ray_backend.hpp"
+#include "wavefront/visit_log.hpp"
 
 namespace raypager {
 
@@ -40,6 +41,9 @@ struct BlockNotes {
     Use use = Use::none;
     std::string definitions(BlockForm form, uint32_t slots) const;  // " -D..." for kernels that trace rays
 };
+
+// The stages whose kernels a render runs, in whatever form the blocks are (kernels/stages).
+inline constexpr std::array<std::string_view, 7> render_stages = {"publish", "wake", "generate", "extend", "shade", "connect", "streams"};
 
 class Wavefront {
 public:
@@ -113,8 +117,6 @@ private:
     GeometryBuffers geometry_;
     WavefrontBuffers buffers_;
     std::unique_ptr<Backend> backend_;  // refers to what stands above
-    // Between rounds a slot has a camera ray that has not been traced at all only where rays are recorded: one that found the log of visits full.
-    bool untraced_camera_rays_ = false;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way

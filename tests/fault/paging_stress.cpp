@@ -353,7 +353,7 @@ TEST_F(PagingStressOnDevice, WhatIsReadAheadIsNotReadAgain) {
         settings.form = form;
         settings.pool_bytes = pool_for_all(scene.geometry_bytes(form), (*device)->info().max_allocation_bytes, largest);
         settings.host_limit = 128 * largest;  // fewer than may be on their way
-        settings.policy = default_settings(PolicyKind::aged_wants, settings.pool_bytes, average, 0);
+        settings.policy = default_settings(PolicyKind::aged_wants, settings.pool_bytes, average, profile_of_cores(0));
         settings.read_ahead_threads = readers;
         auto residency = Residency::create(**device, *file_, settings);
         ASSERT_TRUE(residency.ok()) << residency.status().message();

@@ -24,7 +24,8 @@ set(owners
     "nlohmann/|^src/(cli|render)/"
     "xxhash|^src/base/hash"
     "zlib|^src/base/gzip"
-    "embree|^NEVER")
+    "embree|^NEVER"
+    "store/block_file|^src/(store|blocks|bench|cli)/")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.hpp ${ROOT}/include/*.h)
 set(count 0)
@@ -64,10 +65,11 @@ foreach(file ${files})
     endforeach()
 endforeach()
 # The planes and status bits of path slots.
-file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.h ${ROOT}/kernels/*.cl ${ROOT}/tests/*.cpp)
+file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.h ${ROOT}/kernels/*.cl ${ROOT}/tests/*.cpp
+     ${ROOT}/tests/*.hpp ${ROOT}/tests/*.cl)
 foreach(file ${sources})
     file(STRINGS ${ROOT}/${file} found REGEX "RP_(PLANE|STATUS)_[A-Z]" LIMIT_COUNT 1)
-    if(found AND NOT file MATCHES "^(include/raypager/abi/path.h|kernels/lib/path_state.cl|src/wavefront/path_state|tests/kernel/wake)")
+    if(found AND NOT file MATCHES "^(include/raypager/abi/path[.]h|kernels/lib/path_state[.]cl|src/wavefront/path_state[.][ch]pp|tests/kernel/wake(_stream)?[.]cpp)$")
         list(APPEND errors "${file}: knows planes or status bits of path slots, which only path_state.cl and path_state.cpp do")
     endif()
 endforeach()

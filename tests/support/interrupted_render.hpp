@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "render/render.hpp"
+#include "store/block_file.hpp"
 
 namespace raypager::support {
 

@@ -62,7 +62,7 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
          {"device",         "memory_limit", "geometry_limit",   "host_limit", "spp",       "time",      "size",         "max_depth",
           "seed",           "paths",        "policy",           "connection", "traversal", "camera",    "point_radius", "point_scale",
           "cull_to_camera", "cull_margin",  "filter_to_image",  "reference",  "log",       "snapshots", "report",       "cache_dir",
-          "progress",       "checkpoint",   "checkpoint_every", "resume",     "tile",      "together",  "region"})
+          "progress",       "checkpoint",   "checkpoint_every", "resume",     "tile",      "together",  "region",       "tune"})
         EXPECT_TRUE(json["settings"].contains(option)) << option;
 }
 

@@ -123,6 +123,7 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     const uint64_t all = plan_memory(needs)->slots;
     ASSERT_GT(all, 1u << 20);
     needs.near_slots = 1 << 18;
+    needs.slots_for_loads = 1.0 / 54;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
     // The fewer blocks stay, the more slots; and in proportion to the scene.
     uint64_t before = 0;
@@ -162,6 +163,7 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     needs.near_slots = 0;
     const uint64_t most = plan_memory(needs)->slots;
     needs.near_slots = 1 << 18;
+    needs.slots_for_loads = 1.0 / 54;
     EXPECT_LE(plan_memory(needs)->slots, most);
 }
 

@@ -93,7 +93,7 @@ TEST(Policy, evicts_what_the_fewest_rays_enter) {
 
 TEST(BlockTable, counted_entries_fade) {
     const std::vector<uint32_t> bytes = {64, 64};
-    BlockTable table(bytes, SlabAllocator({128}), default_settings(PolicyKind::aged_wants, 128, 64, 0));
+    BlockTable table(bytes, SlabAllocator({128}), default_settings(PolicyKind::aged_wants, 128, 64, profile_of_cores(0)));
     std::vector<uint32_t> demand(RP_DEMAND_ARRAYS * bytes.size());
     uint32_t* const used = demand.data() + RP_DEMAND_USED * bytes.size();
     used[0] = UINT32_MAX - 9;
@@ -195,7 +195,9 @@ TEST(Policy, nobody_goes_for_room_that_is_there) {
 }
 
 TEST(Policy, loads_in_flight_follow_the_pool) {
-    const auto loads = [](PolicyKind kind, uint64_t pool, uint32_t cores = 2) { return default_settings(kind, pool, 1000, cores).loads_in_flight; };
+    const auto loads = [](PolicyKind kind, uint64_t pool, uint32_t cores = 2) {
+        return default_settings(kind, pool, 1000, profile_of_cores(cores)).loads_in_flight;
+    };
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000), 2u);
     EXPECT_EQ(loads(PolicyKind::aged_wants, 80000), 5u);
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000000), 16u);
@@ -203,19 +205,19 @@ TEST(Policy, loads_in_flight_follow_the_pool) {
     EXPECT_EQ(loads(PolicyKind::aged_wants, 10000, 16), 2u);  // but no more than a fifth of the pool
     EXPECT_EQ(loads(PolicyKind::aged_wants, 160000, 16), 10u);
     EXPECT_EQ(loads(PolicyKind::aged_wants, 1000000, 128), 16u);
-    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, 0).loads_in_flight, 20u);
-    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, 0).loads_in_flight, 64u);
-    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, 0).evict_ahead, 5u);
-    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, 0).evict_ahead, 16u);
-    EXPECT_EQ(loads(PolicyKind::most_wanted, 1000000), 1u);                     // the paper's one swap
-    EXPECT_EQ(default_settings(PolicyKind::lru, 0, 0, 2).loads_in_flight, 2u);  // an empty scene
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, profile_of_cores(0)).loads_in_flight, 20u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, profile_of_cores(0)).loads_in_flight, 64u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80000, 1000, profile_of_cores(0)).evict_ahead, 5u);
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 800000, 1000, profile_of_cores(0)).evict_ahead, 16u);
+    EXPECT_EQ(loads(PolicyKind::most_wanted, 1000000), 1u);                                       // the paper's one swap
+    EXPECT_EQ(default_settings(PolicyKind::lru, 0, 0, profile_of_cores(2)).loads_in_flight, 2u);  // an empty scene
 }
 
 // While hardly any ray is ready, loads are all that is waited for.
 TEST(Policy, more_loads_are_in_flight_while_the_device_is_idle) {
-    const PolicySettings settings = default_settings(PolicyKind::aged_wants, 400 * 64, 64, 0);
+    const PolicySettings settings = default_settings(PolicyKind::aged_wants, 400 * 64, 64, profile_of_cores(0));
     EXPECT_EQ(settings.loads_while_idle, 128u);
-    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80 * 64, 64, 0).loads_while_idle, 40u);  // half of the pool
+    EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80 * 64, 64, profile_of_cores(0)).loads_while_idle, 40u);  // half of the pool
     SlabAllocator pool({400 * 64});
     const std::vector<BlockState> blocks = half_resident(pool, 400);
     EXPECT_EQ(plan_paging(settings, {blocks, 500, 20, 1000}, pool).load.size(), 64u);

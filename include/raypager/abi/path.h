@@ -76,7 +76,7 @@
 #define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
 #define RP_STATUS_RESUMED 0x4000u  // beside streams: ray that had waited, and goes on from its portal
-// Beside single rays (stages built with RP_SHORT_STATES; connect.cl has no other way):
+// Beside single rays (stages built with RP_SHORT_STATES):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x8000u
 // Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED, in

@@ -1,0 +1,58 @@
+// A baked scene as the engine knows it, wherever its blocks are kept.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "raypager/abi/block.h"
+#include "raypager/abi/scene.h"
+#include "raypager/scene.hpp"
+
+namespace raypager {
+
+// How a block lies in a device's memory: as it is stored (GPUs), or as abi/wide.h says (CPUs).
+enum class BlockForm { stored, wide };
+
+struct BlockRecord {
+    uint64_t offset = 0;    // in the file
+    uint64_t checksum = 0;  // hash64 of the stored bytes
+    uint32_t stored_bytes = 0;
+    uint32_t wide_bytes = 0;  // in the form BlockForm::wide; like stored_bytes a multiple of RP_BLOCK_ALIGNMENT
+    uint32_t triangles = 0;
+    uint32_t spheres = 0;
+    float lower[3] = {}, upper[3] = {};
+    uint32_t bytes(BlockForm form) const { return form == BlockForm::wide ? wide_bytes : stored_bytes; }
+};
+
+// Where rays enter a block, in either form of it.
+struct BlockPortals {
+    std::vector<rp_u32> roots, wide_roots;
+};
+
+// All of a baked scene but the blocks themselves.
+struct BakedScene {
+    Camera camera;
+    uint32_t width = 0, height = 0, spp = 0, max_depth = 0;
+    FilmResponse film;
+    std::vector<rp_material> materials;
+    std::vector<rp_light> lights;            // all, emissive primitives included; probabilities filled in
+    std::vector<rp_primitive_range> ranges;  // sorted by first_primitive, starting at 0
+    float lower[3] = {}, upper[3] = {};      // bounds of all geometry but backdrops; zeros for an empty scene
+    rp_top_grid top_grid = {};
+    std::vector<rp_node> top_nodes;
+    std::vector<rp_portal> portals;
+    std::vector<uint64_t> portal_paths;  // see abi/block.h
+    std::vector<rp_u32> wide_roots;      // of the portals, in the wide form of their blocks (abi/wide.h)
+    std::vector<BlockRecord> blocks;
+    uint64_t triangles = 0, spheres = 0;            // primitives in the blocks
+    float position_cell = 0;                        // of which all coordinates of triangles are multiples; 0: they are as they were given
+    uint64_t fingerprint = 0;                       // of the geometry and the bake options; tells whether a cached file is still good
+    uint64_t geometry_bytes(BlockForm form) const;  // of all blocks in memory
+    uint64_t stored_bytes() const { return geometry_bytes(BlockForm::stored); }
+    uint32_t largest_block(BlockForm form) const;  // in memory; 0 without blocks
+    BlockPortals portals_of(uint32_t block) const;
+    bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
+    uint64_t identity() const;       // hash of everything that decides the picture, blocks included
+};
+
+}  // namespace raypager

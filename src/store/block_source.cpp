@@ -1,0 +1,23 @@
+#include "store/block_source.hpp"
+
+#include "base/check.hpp"
+#include "base/hash.hpp"
+#include "store/check_scene.hpp"
+
+namespace raypager {
+
+Status BlockSource::read_block(uint32_t block, std::span<std::byte> stored) const {
+    RAYPAGER_CHECK(block < scene().blocks.size());
+    const BlockRecord& record = scene().blocks[block];
+    RAYPAGER_CHECK(stored.size() == record.stored_bytes);
+    RAYPAGER_TRY(fetch(block, stored));
+    return hash64(stored) == record.checksum ? Status() : damaged(block, "the checksum is wrong");
+}
+
+Status BlockSource::check_block(uint32_t block, std::span<const std::byte> stored) const {
+    RAYPAGER_CHECK(block < scene().blocks.size());
+    const Status status = check_block_bytes(scene(), block, stored);
+    return status.ok() ? status : damaged(block, status.message());
+}
+
+}  // namespace raypager

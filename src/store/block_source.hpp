@@ -1,0 +1,30 @@
+// Where the blocks of a scene come from while it is rendered: a file, today.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "raypager/status.hpp"
+#include "store/baked_scene.hpp"
+
+namespace raypager {
+
+// All functions are thread-safe. What a source hands over is checked here, so that each is as safe as a file.
+class BlockSource {
+public:
+    virtual ~BlockSource() = default;
+    virtual const BakedScene& scene() const = 0;
+    // Gets the stored bytes of a block (exactly stored_bytes of them) and verifies the checksum; an error names the block and where it is kept.
+    Status read_block(uint32_t block, std::span<std::byte> stored) const;
+    // Checks that the bytes of a block hold together (section bounds, references, vertex indices), so that no kernel can read outside.
+    Status check_block(uint32_t block, std::span<const std::byte> stored) const;
+
+private:
+    virtual Status fetch(uint32_t block, std::span<std::byte> stored) const = 0;
+    // The error that says so, with what to do about it.
+    virtual Status damaged(uint32_t block, const std::string& what) const = 0;
+};
+
+}  // namespace raypager
