@@ -9,10 +9,10 @@ namespace {
 constexpr uint64_t K = 1024, M = 1024 * K;
 
 // So many slots fewer than a power of two: where all planes of a slot are a power of two of bytes apart, they compete for the same places of a CPU's
-// caches. Shading takes 10 to 30 % less time without ("What was tried").
+// caches. Shading takes 10 to 30 % less time without (cpu-paging.md).
 constexpr uint64_t off_power = 683;
 
-// "Sections" in quotes are those of bench/results.md.
+// Pages that are named are those of bench/journal.
 DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     DeviceProfile p;
     p.shares_host_memory = true;
@@ -21,32 +21,31 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
 
     p.limit_quarters = 2;  // not measured: half is left to the cache of blocks, and to others
 
-    // A quarter or half of the slots: short renders take 8 to 25 % longer ("What was tried"). Least number for few cores: not measured.
+    // A quarter or half of the slots: short renders take 8 to 25 % longer (cpu-paging.md). Least number for few cores: not measured.
     p.default_slots = std::max<uint64_t>(64 * K, cores * 32 * K) - off_power;
     // The more rays there are to choose from, the more those of a stream have in common: four times as many slots take 8 to 10 % less on two cores
-    // ("Out-of-core overhead on a CPU"). Eight cores and more have as many anyway.
+    // (cpu-paging.md). Eight cores and more have as many anyway.
     p.roomy_slots = std::max(p.default_slots, 256 * K - off_power);
     // A bound for memory alone: loads_for_slots is what bounds them first. Not measured.
     p.most_slots = std::max(4 * p.default_slots, 4 * M);
     p.scenes_for_slots = 2;  // not measured, as above
-    // Scenes of 60 to 300 MB at 29, 12.5 and 3 % on two cores ("Out-of-core overhead on a CPU").
+    // Scenes of 60 to 300 MB at 29, 12.5 and 3 % on two cores (cpu-paging.md).
     p.loads_for_slots = 1.0 / 54;
-    // A host thread that plans needs a core: two rounds make 3 % resident up to 18 % slower, the rest little faster ("What was tried", "Tracing on a
-    // CPU, against Embree and against single rays").
+    // A host thread that plans needs a core: two rounds make 3 % resident up to 18 % slower, the rest little faster (cpu-paging.md, cpu-traversal.md).
     p.rounds_under_way = 1;
 
     // Blocks on their way serve no ray yet, so they are no more than a part of the pool. 16 cores, 40 blocks: eight at a time, half as many as cores
-    // ("Tracing on a CPU, against Embree and against single rays"). Most: not measured.
+    // (cpu-traversal.md). Most: not measured.
     p.blocks_per_load = 16;
     p.core_loads = cores / 2;
     p.blocks_per_core_load = 5;
     p.most_loads = p.most_idle_loads = 16;
-    // Many blocks are entered by no ray of a round, and those go first. 0.25 to 0.99: a third to four fifths more loads ("What was tried").
+    // Many blocks are entered by no ray of a round, and those go first. 0.25 to 0.99: a third to four fifths more loads (cpu-paging.md).
     p.traffic_kept = 0;
     // Each reads and verifies some GB/s. Two even on two cores that trace: 4 to 7 % less time, for what rays wait for is worth more than what others
-    // do meanwhile ("Out-of-core overhead on a CPU"). Most: not measured.
+    // do meanwhile (cpu-paging.md). Most: not measured.
     p.loader_threads = std::clamp<uint32_t>(host_threads / 4, 2, 4);
-    // Cores trace, but not between rounds, nor at the end, when loads are waited for ("Out-of-core overhead on a CPU", one thread on two cores). For
+    // Cores trace, but not between rounds, nor at the end, when loads are waited for (cpu-paging.md, one thread on two cores). For
     // more cores: not measured.
     p.read_ahead_threads = std::clamp<uint32_t>(host_threads / 4, 1, 4);
 
@@ -56,7 +55,7 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     p.persistent_items = 1 * K;  // of tests alone
     // They take their work themselves: one a core would do where each core starts one at once; a second one finds what is left where not.
     p.stream_items = 2;
-    p.wake_items = 2;       // 2 % less time than with one ("Tracing on a CPU, against Embree and against single rays")
+    p.wake_items = 2;       // 2 % less time than with one (cpu-traversal.md)
     p.shade_items = 16;     // not measured
     p.generate_groups = 4;  // not measured
     p.wake_naps = 4;        // not measured
@@ -66,7 +65,7 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
 DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     DeviceProfile p;
     p.limit_quarters = 3;  // not measured: a driver does not tell how much others hold
-    // A driver pins 4 KiB of new memory in 2 us, and launches nothing meanwhile: all resident, 0.77 -> 0.75 s ("One NVIDIA H100: paging").
+    // A driver pins 4 KiB of new memory in 2 us, and launches nothing meanwhile: all resident, 0.77 -> 0.75 s (gpu-paging.md).
     p.pinned_ahead_bytes = 128 * M;
 
     // 4 M on an H100. What fewer would do there: not measured.
@@ -75,21 +74,21 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     // With 40 M, 64 M slots instead of 16 M take 13 to 20 % less at 29, 12.5 and 3 % (the same section).
     p.most_slots = 16 * p.default_slots;
     p.scenes_for_slots = 9;  // a tenth fewer cost 0.7 to 4 % (the same section); a GPU's memory is there for nothing else
-    // The device does not wait for the host: 12.5 %, 1.99 -> 1.57 s; three and four are slower ("What was tried").
+    // The device does not wait for the host: 12.5 %, 1.99 -> 1.57 s; three and four are slower (gpu-paging.md).
     p.rounds_under_way = 2;
 
     // A GPU's rounds are short beside their fixed cost, and its bus is wide. A quarter of the pool in flight instead of a sixteenth: 12.5 %, 2.5 ->
-    // 1.8 s ("What was tried").
+    // 1.8 s (gpu-paging.md).
     p.blocks_per_load = 4;
     p.most_loads = 64;
-    // The end of a render loads faster with 128 ("One NVIDIA H100: paging").
+    // The end of a render loads faster with 128 (gpu-paging.md).
     p.blocks_per_idle_load = 2;
     p.most_idle_loads = 128;
     // Loads into that room do not wait for rounds under way (the same section).
     p.blocks_per_evict_ahead = 16;
     p.most_evict_ahead = 16;
     p.traffic_kept = 0.75;  // nearly every block is entered by some ray of a round (the same section)
-    // Four load at the speed of the bus; eight gain 3 to 7 % but for 3 % resident, where they lose 6 ("What was tried").
+    // Four load at the speed of the bus; eight gain 3 to 7 % but for 3 % resident, where they lose 6 (gpu-paging.md).
     p.loader_threads = std::clamp<uint32_t>(host_threads / 4, 2, 4);
     p.read_ahead_threads = std::clamp<uint32_t>(host_threads / 2, 1, 8);  // the host has little else to do; number: not measured
 
@@ -97,21 +96,21 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     // paging").
     p.items = 4 * K;
     p.ray_items = 16 * K;
-    p.persistent_items = 1 * K;  // 768 to 2048: within 3 % ("What was tried")
+    p.persistent_items = 1 * K;  // 768 to 2048: within 3 % (gpu-paging.md)
     p.wake_naps = 4;             // not measured
     // Streams are for CPUs.
     p.stream_items = p.wake_items = p.shade_items = p.generate_groups = 1;
     return p;
 }
 
-// What NVIDIA's compiler and its vectors of 32 lanes want beside: "One NVIDIA H100: traversal".
+// What NVIDIA's compiler and its vectors of 32 lanes want beside: gpu-traversal.md.
 void suit_nvidia(DeviceProfile& p) {
     // With fewer registers more rays are under way, and more is put down in memory. 64 instead of 72: camera + 2 to + 3 %, bounces + 7 to + 9 %.
     p.closest_hit_registers = 64;
-    p.any_hit_registers = 56;  // 48: 2 % slower; 64: the same ("What was tried")
-    p.shading_registers = 96;  // 6 to 8 % more vertices a second than with 72 ("One NVIDIA H100: paging")
+    p.any_hit_registers = 56;  // 48: 2 % slower; 64: the same (gpu-paging.md)
+    p.shading_registers = 96;  // 6 to 8 % more vertices a second than with 72 (gpu-paging.md)
     p.camera_lanes = 1;        // camera rays stay together
-    p.bounce_lanes = 20;       // + 13 to + 30 %; from 8 to 24: within 3 % ("What was tried")
+    p.bounce_lanes = 20;       // + 13 to + 30 %; from 8 to 24: within 3 % (gpu-paging.md)
     p.bounce_least_inner = 8;
     p.bounce_shared_stack = 12;
     // Each multiprocessor has runs of the queue of its own: camera rays + 7 %, bounces + 1 %.
