@@ -31,7 +31,8 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     p.scenes_for_slots = 2;  // not measured, as above
     // Scenes of 60 to 300 MB at 29, 12.5 and 3 % on two cores (cpu-paging.md).
     p.loads_for_slots = 1.0 / 54;
-    // A host thread that plans needs a core: two rounds make 3 % resident up to 18 % slower, the rest little faster (cpu-paging.md, cpu-traversal.md).
+    // A host thread that plans needs a core: two rounds make 3 % resident up to 18 % slower, the rest little faster (cpu-paging.md,
+    // cpu-traversal.md).
     p.rounds_under_way = 1;
 
     // Blocks on their way serve no ray yet, so they are no more than a part of the pool. 16 cores, 40 blocks: eight at a time, half as many as cores
@@ -92,8 +93,7 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     p.loader_threads = std::clamp<uint32_t>(host_threads / 4, 2, 4);
     p.read_ahead_threads = std::clamp<uint32_t>(host_threads / 2, 1, 8);  // the host has little else to do; number: not measured
 
-    // A million work-items that have nothing to do take some ten microseconds; rays differ in length, so there are more of these ("One NVIDIA H100:
-    // paging").
+    // A million work-items that have nothing to do take some ten microseconds; rays differ in length, so there are more of these (gpu-paging.md).
     p.items = 4 * K;
     p.ray_items = 16 * K;
     p.persistent_items = 1 * K;  // 768 to 2048: within 3 % (gpu-paging.md)
@@ -143,14 +143,14 @@ constexpr ProfileField fields[] = {
     {"loader-threads", &P::loader_threads, 1, most_threads, counts, "threads that bring blocks to the device"},
     {"read-ahead-threads", &P::read_ahead_threads, 0, most_threads, counts, "threads that read blocks before they are loaded"},
     {"pinned-ahead", &P::pinned_ahead_bytes, 0, uint64_t{1} << 40, ProfileField::Unit::bytes, "host memory pinned while kernels are built"},
-    {"items", &P::items, 64, most_items, counts, "work-items a unit of stages that do not trace, beside single rays"},
-    {"ray-items", &P::ray_items, 64, most_items, counts, "work-items a unit that trace single rays"},
+    {"items", &P::items, 64, most_items, counts, "work-items per compute unit of stages that do not trace, single rays"},
+    {"ray-items", &P::ray_items, 64, most_items, counts, "work-items per compute unit that trace single rays"},
     {"persistent-items", &P::persistent_items, 64, most_items, counts, "the same, where they fetch rays themselves"},
-    {"stream-items", &P::stream_items, 1, 1024, counts, "work-items a unit that trace streams"},
-    {"wake-items", &P::wake_items, 1, 1024, counts, "work-items a unit that wake slots, beside streams"},
-    {"shade-items", &P::shade_items, 1, 1024, counts, "work-items a unit that shade, beside streams"},
-    {"generate-groups", &P::generate_groups, 1, 1024, counts, "work-groups a unit that begin paths, beside streams"},
-    {"wake-naps", &P::wake_naps, 1, 16, counts, "words that a work-item looks at when it wakes slots, beside single rays"},
+    {"stream-items", &P::stream_items, 1, 1024, counts, "work-items per compute unit that trace streams"},
+    {"wake-items", &P::wake_items, 1, 1024, counts, "work-items per compute unit that wake slots, streams"},
+    {"shade-items", &P::shade_items, 1, 1024, counts, "work-items per compute unit that shade, streams"},
+    {"generate-groups", &P::generate_groups, 1, 1024, counts, "work-groups per compute unit that begin paths, streams"},
+    {"wake-naps", &P::wake_naps, 1, 16, counts, "words that a work-item reads when it wakes slots, single rays"},
     {"closest-hit-registers", &P::closest_hit_registers, 0, 255, counts, "registers for closest hits; 0: as the compiler likes"},
     {"any-hit-registers", &P::any_hit_registers, 0, 255, counts, "registers for shadow rays; 0: as the compiler likes"},
     {"shading-registers", &P::shading_registers, 0, 255, counts, "registers for shading; 0: as the compiler likes"},
