@@ -9,7 +9,6 @@
 #define RP_PATH_STATE_CL
 
 #include "lib/prefetch.cl"
-#include "lib/transpose.cl"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 
@@ -54,12 +53,12 @@ static inline bool rp_has_shadow_ray(uint state) {
     return (state & RP_STATUS_MASK) == RP_STATUS_SHADOW || (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS;
 }
 static inline bool rp_leaves_first_vertex(uint state) { return (state & RP_STATUS_FIRST) != 0u; }
-// Beside streams: the block that the path met last, as far as there is room for its number.
+// With streams: the block that the path met last, as far as there is room for its number.
 static inline uint rp_last_block_of(uint state) { return state >> RP_STATUS_BLOCK_SHIFT; }
 static inline uint rp_last_block_bits(uint block) { return min(block, ~0u >> RP_STATUS_BLOCK_SHIFT) << RP_STATUS_BLOCK_SHIFT; }
 static inline uint rp_offset_exponent_of(uint state) { return state >> RP_STATUS_OFFSET_SHIFT & RP_STATUS_OFFSET_MASK; }
 
-// Beside streams: what becomes of the status word of a ray whose block has come. shadow: whether it is a shadow ray.
+// With streams: what becomes of the status word of a ray whose block has come. shadow: whether it is a shadow ray.
 static inline uint rp_woken_state(uint state, bool shadow, uint block) {
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
     return (state & kept) | (shadow ? RP_STATUS_SHADOW : RP_STATUS_EXTEND) | RP_STATUS_RESUMED | rp_last_block_bits(block);
@@ -79,7 +78,7 @@ static inline int rp_refraction_of(uint flags) { return (int)flags >> RP_PATH_RE
 
 // ---- Waiting
 
-// The word that says what a slot waits for: a block, or, beside streams, the next slot of a list of its block's (RP_DEMAND_LISTS).
+// The word that says what a slot waits for: a block, or, with streams, the next slot of a list of its block's (RP_DEMAND_LISTS).
 static inline uint rp_wait_word(const rp_paths* paths, uint slot) { return paths->status[(size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
 static inline void rp_set_wait_word(const rp_paths* paths, uint slot, uint word) {
     paths->status[(size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = word;
@@ -302,6 +301,23 @@ typedef struct rp_arrival {
 #endif
 } rp_arrival;
 
+// From planes in the full form.
+static inline rp_arrival rp_make_arrival(uint4 direction, uint4 throughput, uint4 radiance, uint4 hit, uint4 surface) {
+    rp_arrival a;
+    a.direction = as_float3(direction.xyz);
+    a.bsdf_density = as_float(direction.w);
+    a.throughput = as_float3(throughput.xyz);
+    a.flags = throughput.w;
+    a.radiance = as_float3(radiance.xyz);
+    a.pixel = radiance.w;
+    a.position = as_float3(hit.xyz);
+    a.primitive = hit.w;
+    a.geometric_normal = surface.x;
+    a.shading_normal = surface.y;
+    a.sample = surface.z;
+    return a;
+}
+
 #ifdef RP_SHORT_STATES
 // eye: of the camera, for camera rays.
 static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state, float3 eye) {
@@ -328,45 +344,41 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
         direction.xyz = hit.xyz;
         hit.w = RP_NONE;
     }
-    rp_arrival a;
+    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
     a.origin = as_float3(origin.xyz);
     a.leaf = found.x;
     a.block = state & RP_STATUS_FOUND ? found.y : RP_NONE;
     a.distance = state & RP_STATUS_FOUND ? as_float(found.z) : as_float(origin.w);
-#else
-static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state) {
-    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot);
-    uint4 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot), radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
-    uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
-    rp_arrival a;
-    a.distance = as_float(origin.w);
-    if (state & RP_STATUS_CONNECTED) {
-        const float3 before = as_float3(radiance.xyz), after = before + rp_light_in(hit, surface);
-        radiance.xyz = as_uint3(state & RP_STATUS_LIT ? after : before);
-        const uint4 found = direction;
-        a.distance = as_float(found.z);
-        direction = (uint4)(hit.xyz, found.w);
-        hit = origin;
-        surface.xy = found.xy;
-    }
-#endif
-    a.direction = as_float3(direction.xyz);
-    a.bsdf_density = as_float(direction.w);
-    a.throughput = as_float3(throughput.xyz);
-    a.flags = throughput.w;
-    a.radiance = as_float3(radiance.xyz);
-    a.pixel = radiance.w;
-    a.position = as_float3(hit.xyz);
-    a.primitive = hit.w;
-    a.geometric_normal = surface.x;
-    a.shading_normal = surface.y;
-    a.sample = surface.z;
     a.offset_exponent = rp_offset_exponent_of(state);
 #ifdef RP_VERTEX_COLORS
     a.color = rp_color_of(paths, slot);
 #endif
     return a;
 }
+#else
+static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state) {
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot);
+    uint4 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot), radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
+    uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
+    uint distance = origin.w;
+    if (state & RP_STATUS_CONNECTED) {
+        const float3 before = as_float3(radiance.xyz), after = before + rp_light_in(hit, surface);
+        radiance.xyz = as_uint3(state & RP_STATUS_LIT ? after : before);
+        const uint4 found = direction;
+        distance = found.z;
+        direction = (uint4)(hit.xyz, found.w);
+        hit = origin;
+        surface.xy = found.xy;
+    }
+    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
+    a.distance = as_float(distance);
+    a.offset_exponent = rp_offset_exponent_of(state);
+#ifdef RP_VERTEX_COLORS
+    a.color = rp_color_of(paths, slot);
+#endif
+    return a;
+}
+#endif
 
 // ---- The rays that leave a vertex
 
@@ -405,98 +417,5 @@ static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint state,
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(arrives.yz, sample, RP_NONE);
     paths->status[slot] = RP_STATUS_SHADOW | (ends ? RP_STATUS_ENDS : 0u) | rp_departing_state(state, depth);
 }
-
-// ---- Streams: eight slots at a time, one word of all of them in a vector
-
-static inline int8 rp_have_waited8(uint8 state) { return (state & RP_STATUS_RESUMED) != 0u; }
-
-// A plane and the one beside it (RP_PLANE_PAIR) of eight slots: words[k] is word k of all of them; the second plane's begin with 4.
-static inline void rp_read_planes8(const rp_paths* paths, uint plane, const uint* slot, uint8* words) {
-#pragma unroll
-    for (uint i = 0u; i < 8u; i++) words[i] = vload8(0, (const __global uint*)&RP_PLANE(paths, plane, slot[i]));
-    rp_transpose8(words);
-}
-
-// As rp_extension_ray; density and sample go with the ray, since its planes may have to be written anew.
-typedef struct rp_extension_rays8 {
-    uint8 origin[3], direction[3], t, primitive, portal, density, sample;
-} rp_extension_rays8;
-
-static inline void rp_extensions_of8(const rp_paths* paths, const uint* slot, uint8 state, rp_extension_rays8* rays) {
-    uint8 ray[8], hit[8];
-    rp_read_planes8(paths, RP_PLANE_ORIGIN, slot, ray);
-    rp_read_planes8(paths, RP_PLANE_HIT, slot, hit);
-    const int8 connected = (state & RP_STATUS_CONNECTED) != 0u;
-#pragma unroll
-    for (uint a = 0u; a < 3u; a++) {
-        rays->origin[a] = ray[a];
-        rays->direction[a] = connected ? hit[a] : ray[4u + a];
-    }
-    rays->t = connected ? as_uint8((float8)(INFINITY)) : ray[3];
-    rays->primitive = connected ? (uint8)(RP_NONE) : hit[3];
-    rays->portal = rp_have_waited8(state) ? hit[7] : (uint8)(RP_NONE);
-    rays->density = ray[7];
-    rays->sample = hit[6];
-}
-
-// As rp_shadow_ray, of which the portal is not read.
-typedef struct rp_shadow_rays8 {
-    uint8 origin[3], direction[3], t_max;
-} rp_shadow_rays8;
-
-static inline void rp_shadows_of8(const rp_paths* paths, const uint* slot, rp_shadow_rays8* rays) {
-    uint8 ray[8];
-    rp_read_planes8(paths, RP_PLANE_ORIGIN, slot, ray);
-#pragma unroll
-    for (uint a = 0u; a < 3u; a++) {
-        rays->origin[a] = ray[a];
-        rays->direction[a] = ray[4u + a];
-    }
-    rays->t_max = ray[3];
-}
-
-// The surfaces at the hits of eight extension rays of a stream, laid out for their slots. portal: RP_NONE for rays that are done.
-typedef struct rp_hits8 {
-    uint8 position[3], primitive, geometric_normal, shading_normal, t, portal, density, sample;
-} rp_hits8;
-
-// rows[k]: for rp_store_stream_extension of ray k.
-static inline void rp_lay_out_hits8(const rp_hits8* hits, uint8 state, uint8* rows) {
-    const int8 stays_connected = ((state & RP_STATUS_CONNECTED) != 0u) & (hits->portal == RP_NONE);
-    rows[0] = hits->position[0];
-    rows[1] = hits->position[1];
-    rows[2] = hits->position[2];
-    rows[3] = hits->primitive;
-    rows[4] = hits->geometric_normal;
-    rows[5] = hits->shading_normal;
-    rows[6] = stays_connected ? hits->t : hits->sample;
-    rows[7] = stays_connected ? hits->density : hits->portal;
-    rp_transpose8(rows);
-}
-
-// The state of an extension ray behind a pass in a stream. Returns what of its status word stays (for rp_extension_waits and
-// rp_finish_stream_extension). has_hit: a hit was found in this pass; row: of rp_lay_out_hits8 then.
-static inline uint rp_store_stream_extension(const rp_paths* paths, uint slot, uint state, bool has_hit, float t, uint portal, uint8 row) {
-    uint connected = state & (RP_STATUS_CONNECTED | RP_STATUS_LIT);
-    if (has_hit) {
-        if (connected != 0u && portal != RP_NONE) {
-            rp_unfold_connected(paths, slot, state);
-            connected = 0u;
-        }
-        if (connected == 0u) RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(t);
-        vstore8(row, 0, (__global uint*)&RP_PLANE(paths, connected != 0u ? RP_PLANE_ORIGIN : RP_PLANE_HIT, slot));
-    } else if (portal != RP_NONE) {
-        rp_set_portal(paths, slot, portal);
-    } else if (connected != 0u) {
-        RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = RP_NONE;
-    }
-    return connected;
-}
-
-// kept: see rp_store_stream_extension; last_block: bits of the status word (rp_last_block_bits).
-static inline void rp_finish_stream_extension(const rp_paths* paths, uint slot, uint offset_exponent, uint kept, uint last_block) {
-    paths->status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept | last_block;
-}
-static inline uint rp_kept_last_block(uint state) { return state & RP_STATUS_BLOCK_MASK; }
 
 #endif

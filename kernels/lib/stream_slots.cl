@@ -2,7 +2,7 @@
 #ifndef RP_STREAM_SLOTS_CL
 #define RP_STREAM_SLOTS_CL
 
-#include "lib/path_state.cl"
+#include "lib/path_state8.cl"
 #include "lib/stream.cl"
 
 // Of a stream's rays, by the status words of their slots, those that had waited.

@@ -41,7 +41,7 @@ static inline void rp_fetch_record(const __global uchar* record) {
 }
 
 // Puts the children that are met onto the stack, the nearest on top. With as few branches as can be: how many children are met, and in which
-// order, is foretold badly, and each mistake costs a CPU as much as testing a ray. So all eight places are written, those that are met first.
+// order, is often mispredicted, and each mistake costs a CPU as much as testing a ray. So all eight places are written, those that are met first.
 // rays: that were tested; one alone meets all that is met.
 static inline void rp_push_sorted(rp_stream_stack* stack, const __global rp_wide_node* node, const rp_children_met* met, uint children, ulong rays) {
     const uint8 lane = (uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u);

@@ -1,4 +1,4 @@
-// Rays that wait beside streams: lists of their slots, for each block (abi/path.h).
+// Rays that wait with streams: lists of their slots, for each block (abi/path.h).
 #ifndef RP_WAITING_LISTS_CL
 #define RP_WAITING_LISTS_CL
 

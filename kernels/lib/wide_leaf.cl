@@ -2,7 +2,7 @@
 #ifndef RP_WIDE_LEAF_CL
 #define RP_WIDE_LEAF_CL
 
-#include "lib/apart.cl"
+#include "lib/noinline.cl"
 #include "lib/geometry.cl"
 #include "lib/stream.cl"
 
@@ -84,10 +84,10 @@ static inline void rp_gather_rows(const __global rp_wide_leaf* leaf, const __glo
     }
 }
 // Not inlined: LLVM would make one of the two, with a branch for each row.
-static RP_APART void rp_gather_corners_of_few(const __global rp_wide_leaf* leaf, const __global uchar* corners, rp_eight_corners* out) {
+static RP_NOINLINE void rp_gather_corners_of_few(const __global rp_wide_leaf* leaf, const __global uchar* corners, rp_eight_corners* out) {
     rp_gather_rows(leaf, corners, true, out);
 }
-static RP_APART void rp_gather_corners(const __global rp_wide_leaf* leaf, const __global uchar* corners, rp_eight_corners* out) {
+static RP_NOINLINE void rp_gather_corners(const __global rp_wide_leaf* leaf, const __global uchar* corners, rp_eight_corners* out) {
     rp_gather_rows(leaf, corners, false, out);
 }
 

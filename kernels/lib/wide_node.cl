@@ -81,7 +81,7 @@ static inline uint rp_packet_meets(const rp_stream* s, const rp_planes* planes, 
         // Of integers it costs one instruction, and a negative float is a negative integer.
         const float16 enter = as_float16(max(as_int16(rp_max(rp_max(enter_x, enter_y), enter_z)), as_int16(from)));
         const float16 leave = rp_min(rp_min(leave_x, leave_y), rp_min(leave_z, until)) * RP_BOX_WIDEN;
-        // No branch for children that are not met: it would be foretold badly.
+        // No branch for children that are not met: it would be mispredicted often.
         const uint meets = rp_mask16(enter <= leave) & lanes;
         met->rays[k] |= (ulong)meets << (RP_PACKET_RAYS * p);
         met_by_any |= (meets != 0u ? 1u : 0u) << k;

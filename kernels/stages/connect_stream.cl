@@ -1,5 +1,5 @@
 // On CPUs, what connect.cl does, with streams of rays over the wide form of the blocks. In a render this is a part of trace_stream.cl.
-#include "lib/apart.cl"
+#include "lib/noinline.cl"
 #include "lib/film.cl"
 #include "lib/path_state.cl"
 #include "lib/queue.cl"
@@ -62,9 +62,9 @@ static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream
 }
 
 // As rp_extend_streams.
-static RP_APART void rp_connect_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
-                                        const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
-                                        volatile __global uint* restrict counters, __global uint* restrict film) {
+static RP_NOINLINE void rp_connect_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count,
+                                           uint round, const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
+                                           volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_paths* const paths = &all_paths;
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];

@@ -1,6 +1,6 @@
 // On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render this is a part
 // of trace_stream.cl.
-#include "lib/apart.cl"
+#include "lib/noinline.cl"
 #include "lib/path_state.cl"
 #include "lib/queue.cl"
 #include "lib/stream_slots.cl"
@@ -106,9 +106,9 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
 }
 
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
-static RP_APART void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
-                                       const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
-                                       volatile __global uint* restrict counters) {
+static RP_NOINLINE void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
+                                          const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
+                                          volatile __global uint* restrict counters) {
     const rp_paths* const paths = &all_paths;
     rp_extend_counts counts = {0u, 0u, 0u};
     rp_walk walks[RP_WALKS];

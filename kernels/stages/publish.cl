@@ -1,4 +1,4 @@
-// Beside single rays, before a round: changes the page table.
+// With single rays, before a round: changes the page table.
 #include "lib/page_changes.cl"
 
 // One work-item, since Mesa's rusticl does not compile an index into arguments that differs between work-items.

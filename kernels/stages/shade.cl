@@ -1,6 +1,6 @@
 // Fourth stage: at the end of an extension ray. Adds what the surface or the background emits, and sends a shadow ray and the next extension
 // ray on their way (lib/scatter.cl). With RP_SHADE_LANES = 16, for CPUs, vertices on diffuse surfaces are seen to sixteen at a time.
-#include "lib/apart.cl"
+#include "lib/noinline.cl"
 #include "lib/film.cl"
 #include "lib/path_state.cl"
 #include "lib/queue.cl"
@@ -270,10 +270,10 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
 }
 
 // What one of `step` work-items does, whose number is `item`.
-static RP_APART void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
-                                   const __global rp_material* restrict materials, const __global rp_light* restrict lights,
-                                   const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
-                                   const __global uint* restrict queue, rp_paths all_paths, __global uint* restrict film, uint* mine) {
+static RP_NOINLINE void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
+                                      const __global rp_material* restrict materials, const __global rp_light* restrict lights,
+                                      const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
+                                      const __global uint* restrict queue, rp_paths all_paths, __global uint* restrict film, uint* mine) {
     const rp_paths* const paths = &all_paths;
     rp_reached_vertex reached;
     rp_gathered gathered;

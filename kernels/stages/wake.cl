@@ -38,39 +38,40 @@ static inline uint rp_list_counter(uint list) {
     return list == 0u ? RP_COUNT_EXTEND : list == 1u ? RP_COUNT_SHADOW : list == 2u ? RP_COUNT_FREE : RP_COUNT_WAITING;
 }
 
-// RP_NAP slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
+// RP_SLEEP_GROUP slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
 // one, so only a block that has come since can wake it, and until then nothing about these slots changes. So that they need not be looked at
-// in each round, a word of theirs says how many of them wait, and for which blocks, as far as RP_NAP_BITS bits can tell (abi/path.h). It is 0
+// in each round, a word of theirs says how many of them wait, and for which blocks, as far as RP_SLEEP_BITS bits can tell (abi/path.h). It is 0
 // if they do not sleep, as at the beginning of a render.
 // Blocks that lie together share a bit: they come together, too.
 static inline ulong rp_block_bit(uint block, uint bit_scale) { return 1ul << mul_hi(block, bit_scale); }
-static inline ulong rp_asleep(uint waiting, ulong blocks) { return (ulong)(waiting + 1u) << RP_NAP_BITS | blocks; }
-static inline uint rp_waiting_asleep(ulong nap) { return (uint)(nap >> RP_NAP_BITS) - 1u; }
+static inline ulong rp_asleep(uint waiting, ulong blocks) { return (ulong)(waiting + 1u) << RP_SLEEP_BITS | blocks; }
+static inline uint rp_waiting_asleep(ulong sleep_group) { return (uint)(sleep_group >> RP_SLEEP_BITS) - 1u; }
 
-// Four bits a slot of a nap: what each can do. All loads of a kind are under way together: one after the other they would take most of the time.
-static inline ulong rp_nap_kinds(const __global uint* status, const __global rp_page* pages, uint slot_count, uint nap, uint bit_scale,
-                                 ulong* blocks) {
-    const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_NAP * nap);
-    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(status, slot_count) + (size_t)RP_NAP * nap);
-    uint state[RP_NAP], block[RP_NAP], address[RP_NAP];
+// Four bits a slot of a sleeping group: what each can do. All loads of a kind are under way together: one after the other they would take most of the
+// time.
+static inline ulong rp_sleep_group_kinds(const __global uint* status, const __global rp_page* pages, uint slot_count, uint sleep_group,
+                                         uint bit_scale, ulong* blocks) {
+    const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_SLEEP_GROUP * sleep_group);
+    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(status, slot_count) + (size_t)RP_SLEEP_GROUP * sleep_group);
+    uint state[RP_SLEEP_GROUP], block[RP_SLEEP_GROUP], address[RP_SLEEP_GROUP];
 #pragma unroll
-    for (uint i = 0u; i < RP_NAP; i += 4u) {
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i += 4u) {
         const uint4 four = at[i / 4u];
         state[i] = four.x, state[i + 1u] = four.y, state[i + 2u] = four.z, state[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_NAP; i += 4u) {
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i += 4u) {
         const uint4 four = waited_for[i / 4u];
         block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_NAP; i++) address[i] = rp_waits(state[i]) ? pages[block[i]].address : 0u;
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_waits(state[i]) ? pages[block[i]].address : 0u;
     ulong kinds = 0ul;
 #pragma unroll
-    for (uint i = 0u; i < RP_NAP; i++) {
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) {
         const bool waits = address[i] == RP_NONE;
         if (waits) *blocks |= rp_block_bit(block[i], bit_scale);
-        const uint kind = RP_NAP * nap + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_state(state[i]);
+        const uint kind = RP_SLEEP_GROUP * sleep_group + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_state(state[i]);
         kinds |= (ulong)kind << (4u * i);
     }
     return kinds;
@@ -95,40 +96,40 @@ static inline ulong rp_keep_together(ulong kinds, uint together) {
     return kinds ^ (free & ~unused) * (RP_KIND_FREE ^ RP_KIND_IDLE);
 }
 
-// A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_NAPS times as many naps, and then, each
+// A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_SLEEP_GROUPS times as many sleeping groups, and then, each
 // work-item one after the other, at the slots of those that do not sleep.
 __kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
-                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict naps, uint bit_scale,
-                      ulong came, uint slots_together) {
-    __local uint awake[RP_WAKE_GROUP * RP_WAKE_NAPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
-    const uint lane = get_local_id(0), nap_count = (slot_count + RP_NAP - 1u) / RP_NAP;
+                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict sleep_groups,
+                      uint bit_scale, ulong came, uint slots_together) {
+    __local uint awake[RP_WAKE_GROUP * RP_WAKE_SLEEP_GROUPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
+    const uint lane = get_local_id(0), sleep_group_count = (slot_count + RP_SLEEP_GROUP - 1u) / RP_SLEEP_GROUP;
     for (uint kind = lane; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
     if (lane == 0u) awake_count = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     uint waiting = 0u;
 #pragma unroll
-    for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
-        const uint i = (get_group_id(0) * RP_WAKE_NAPS + k) * RP_WAKE_GROUP + lane;
-        if (i >= nap_count) continue;
-        const ulong nap = naps[i];
-        if (nap == 0ul || (nap & came) != 0ul)
+    for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
+        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + lane;
+        if (i >= sleep_group_count) continue;
+        const ulong sleep_group = sleep_groups[i];
+        if (sleep_group == 0ul || (sleep_group & came) != 0ul)
             awake[atomic_inc(&awake_count)] = i;
         else
-            waiting += rp_waiting_asleep(nap);
+            waiting += rp_waiting_asleep(sleep_group);
     }
-    // The words of naps, too: other work-items change them from here on.
+    // The words of sleeping groups, too: other work-items change them from here on.
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
-    ulong kinds[RP_WAKE_NAPS];
+    ulong kinds[RP_WAKE_SLEEP_GROUPS];
     uint mine[RP_LISTED_KINDS] = {0u, 0u, 0u, 0u, 0u};
 #pragma unroll
-    for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
+    for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
         const uint at = k * RP_WAKE_GROUP + lane;
         kinds[k] = ~0ul;
         if (at >= awake_count) continue;
         ulong blocks = 0ul;
-        kinds[k] = rp_keep_together(rp_nap_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
+        kinds[k] = rp_keep_together(rp_sleep_group_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
         const uint wait = rp_count_kind(kinds[k], RP_KIND_WAITING), end = rp_count_kind(kinds[k], RP_KIND_IDLE);
-        naps[awake[at]] = wait + end == RP_NAP ? rp_asleep(wait, blocks) : 0ul;
+        sleep_groups[awake[at]] = wait + end == RP_SLEEP_GROUP ? rp_asleep(wait, blocks) : 0ul;
         waiting += wait;
 #pragma unroll
         for (uint kind = 0u; kind < RP_LISTED_KINDS; kind++) mine[kind] += rp_count_kind(kinds[k], kind);
@@ -147,9 +148,9 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
     uint first_shadow = base[1] + mine[RP_KIND_FIRST_SHADOW], shadow = base[1] + count[RP_KIND_FIRST_SHADOW] + mine[RP_KIND_SHADOW];
     uint free = base[2] + mine[RP_KIND_FREE];
 #pragma unroll
-    for (uint k = 0u; k < RP_WAKE_NAPS; k++) {
+    for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
         if (k * RP_WAKE_GROUP + lane >= awake_count) continue;
-        const uint first = RP_NAP * awake[k * RP_WAKE_GROUP + lane];
+        const uint first = RP_SLEEP_GROUP * awake[k * RP_WAKE_GROUP + lane];
         // Kind by kind, as most slots that are looked at wait when little is resident.
 #define RP_LIST(kind, place) \
     for (ulong left = rp_of_kind(kinds[k], kind); left != 0ul; left &= left - 1ul) place = first + rp_lowest(left) / 4u

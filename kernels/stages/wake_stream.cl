@@ -1,4 +1,4 @@
-// First stage of a round on CPUs: does what wake.cl does, beside streams. Slots that wait are looked at once and fall asleep: they are in lists of
+// First stage of a round on CPUs: does what wake.cl does, with streams. Slots that wait are looked at once and fall asleep: they are in lists of
 // the blocks that they wait for (abi/path.h). When a block has come, rp_begin_round takes its lists apart, and rp_wake_stream looks at all slots that
 // are awake.
 //
@@ -12,9 +12,9 @@
 
 // The slots of one of `parts` shares of a block's lists are awake again, and their paths in the block. All lists in turn: where the next slot is
 // has to be waited for. Returns how many they are.
-static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint parts, uint block, const rp_paths* paths,
-                                  volatile __global uint* awake) {
-    uint link[2u * RP_LISTS], left = 0u, roused = 0u;
+static inline uint rp_wake_lists(volatile __global uint* lists, uint part, uint parts, uint block, const rp_paths* paths,
+                                 volatile __global uint* awake) {
+    uint link[2u * RP_LISTS], left = 0u, woken = 0u;
     for (uint k = part; k < 2u * RP_LISTS; k += parts) {
         link[k] = lists[k];
         left |= link[k] != 0u ? 1u << k : 0u;
@@ -28,15 +28,15 @@ static inline uint rp_rouse_lists(volatile __global uint* lists, uint part, uint
             left &= link[k] == 0u ? ~(1u << k) : ~0u;
             rp_set_state(paths, slot, rp_woken_state(rp_state_of(paths, slot), k >= RP_LISTS, block));
             atomic_or(awake + slot / 32u, 1u << slot % 32u);
-            roused++;
+            woken++;
         }
     }
-    return roused;
+    return woken;
 }
 
-// Before rp_wake_stream: changes the page table, clears what is counted anew in each round, and rouses the rays of blocks that have come since the
+// Before rp_wake_stream: changes the page table, clears what is counted anew in each round, and wakes the rays of blocks that have come since the
 // round before. named: how many of new_blocks are their numbers; these are resident once the table has been changed, and each is named once, for who
-// rouses a block's rays has its lists for himself. RP_NONE: those are not all, and nothing is to be changed. awake: see abi/path.h. Where there are
+// wakes a block's rays has its lists for himself. RP_NONE: those are not all, and nothing is to be changed. awake: see abi/path.h. Where there are
 // at least twice as many work-items as blocks, several share the lists of each.
 __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* restrict pages, uint block_count, uint slot_count,
                              volatile __global uint* restrict awake, volatile __global uint* restrict counters,
@@ -50,17 +50,17 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
 #ifdef RP_COUNT_BOUNCES
     for (uint block = item; block < block_count; block += items) demand[RP_DEMAND_BOUNCES * block_count + block] = 0u;
 #endif
-    uint names[RP_MOST_NAMED], roused = 0u;
+    uint names[RP_MOST_NAMED], woken = 0u;
     vstore16(new_blocks, 0, names);
     const uint count = named != RP_NONE ? named : block_count, parts = clamp(items / max(count, 1u), 1u, 2u * RP_LISTS);
     for (uint i = item; i < count * parts; i += items) {
         const uint block = named != RP_NONE ? names[i / parts] : i / parts;
         if (named == RP_NONE && pages[block].address == RP_NONE) continue;
-        const uint here = rp_rouse_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, &paths, awake);
+        const uint here = rp_wake_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, &paths, awake);
         if (here != 0u) atomic_sub(demand + RP_DEMAND_WANTS * block_count + block, here);
-        roused += here;
+        woken += here;
     }
-    if (roused != 0u) atomic_sub(counters + RP_COUNT_IN_LISTS, roused);
+    if (woken != 0u) atomic_sub(counters + RP_COUNT_IN_LISTS, woken);
 }
 
 // Rays of each kind have bundles. Those of others are no use, but spare a branch that nobody could foresee.

@@ -167,7 +167,7 @@ std::vector<uint32_t> choose_portals(const Bvh& bvh, uint32_t sub_boxes) {
     std::vector<uint32_t> portals;
     const auto add = [&](uint32_t index, uint32_t depth) {
         const BvhNode& node = bvh.nodes[index];
-        if (node.is_leaf() || node.primitives < least_opened || depth == RP_CROWN_MAX_DEPTH) {
+        if (node.is_leaf() || node.primitives < least_opened || depth == RP_UPPER_TREE_MAX_DEPTH) {
             portals.push_back(index);
         } else {
             open.push({node.box.half_area(), index, depth});

@@ -31,7 +31,7 @@ public:
         add_spheres();
         nodes_.resize(bvh_.portals.size() - 1);
         for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0, 0});
-        add_crown(0, 0, block.portals);
+        add_upper_tree(0, 0, block.portals);
         if (out_of_reach_) return false;
         code();
         if (!layout(limit)) return false;
@@ -65,15 +65,15 @@ private:
     }
 
     // The nodes above the portals, in depth-first order, before all others. Portals are met from left to right.
-    rp_u32 add_crown(uint32_t index, uint32_t depth, std::span<PackedPortal> portals) {
-        if (bvh_.portals[crown_portals_] == index) {
-            portals[crown_portals_].depth = depth;
-            return portals[crown_portals_++].root;
+    rp_u32 add_upper_tree(uint32_t index, uint32_t depth, std::span<PackedPortal> portals) {
+        if (bvh_.portals[upper_portals_] == index) {
+            portals[upper_portals_].depth = depth;
+            return portals[upper_portals_++].root;
         }
-        const rp_u32 place = crown_nodes_++;
+        const rp_u32 place = upper_nodes_++;
         const uint32_t children[2] = {bvh_.nodes[index].left, bvh_.nodes[index].right};
         for (int side = 0; side < 2; side++) {
-            const rp_u32 ref = add_crown(children[side], depth + 1, portals);
+            const rp_u32 ref = add_upper_tree(children[side], depth + 1, portals);
             nodes_[place].child[side] = quantise(grid_, bvh_.nodes[children[side]].box, ref);
         }
         return place;
@@ -179,7 +179,7 @@ private:
     VertexWindows windows_;
     rp_block_header header_ = {};
     std::vector<rp_node> nodes_;
-    rp_u32 crown_nodes_ = 0, crown_portals_ = 0;  // so far
+    rp_u32 upper_nodes_ = 0, upper_portals_ = 0;  // so far
     std::vector<rp_leaf> leaves_;
     std::vector<rp_sphere> spheres_;
     std::vector<rp_u32> sphere_ids_, ids_, attributes_;

@@ -14,8 +14,8 @@ public:
     explicit TopTreeBuilder(std::span<const PortalBox> portals) : portals_(portals) {
         std::vector<PrimitiveRef> refs;
         while (read_ < portals.size()) {
-            const uint32_t crown = read_crown(0);
-            refs.push_back({crowns_[crown].box, crown, 1});
+            const uint32_t upper = read_upper_tree(0);
+            refs.push_back({upper_nodes_[upper].box, upper, 1});
         }
         const std::vector<SplitNode> splits = build_split_tree(refs, RP_TOP_MAX_DEPTH - static_cast<int>(deepest_));
         grid_ = make_grid(splits[0].box);
@@ -29,34 +29,34 @@ public:
     TopTree take() { return std::move(tree_); }
 
 private:
-    struct Crown {
+    struct UpperNode {
         Box box;
         uint32_t portal = 0;
         uint32_t left = 0, right = 0;  // both 0: the portal
     };
 
     // The subtree that begins with the next portal.
-    uint32_t read_crown(uint32_t depth) {
+    uint32_t read_upper_tree(uint32_t depth) {
         RAYPAGER_CHECK(read_ < portals_.size() && depth <= portals_[read_].depth);
-        const auto index = static_cast<uint32_t>(crowns_.size());
-        crowns_.push_back({portals_[read_].box, static_cast<uint32_t>(read_)});
+        const auto index = static_cast<uint32_t>(upper_nodes_.size());
+        upper_nodes_.push_back({portals_[read_].box, static_cast<uint32_t>(read_)});
         deepest_ = std::max(deepest_, depth);
         if (portals_[read_].depth == depth) {
             read_++;
             return index;
         }
-        const uint32_t left = read_crown(depth + 1), right = read_crown(depth + 1);
-        Crown& crown = crowns_[index];
-        crown.left = left;
-        crown.right = right;
-        crown.box = crowns_[left].box;
-        crown.box.grow(crowns_[right].box);
+        const uint32_t left = read_upper_tree(depth + 1), right = read_upper_tree(depth + 1);
+        UpperNode& upper = upper_nodes_[index];
+        upper.left = left;
+        upper.right = right;
+        upper.box = upper_nodes_[left].box;
+        upper.box.grow(upper_nodes_[right].box);
         return index;
     }
 
     rp_u32 add(const std::vector<SplitNode>& splits, const std::vector<PrimitiveRef>& refs, uint32_t split, uint64_t path) {
         const SplitNode& node = splits[split];
-        if (node.is_leaf()) return add_crown(refs[node.first].id, path);
+        if (node.is_leaf()) return add_upper_tree(refs[node.first].id, path);
         const rp_u32 place = add_node();
         const uint32_t children[2] = {node.left, node.right};
         for (uint32_t side = 0; side < 2; side++) {
@@ -66,17 +66,17 @@ private:
         return place;
     }
 
-    rp_u32 add_crown(uint32_t index, uint64_t path) {
-        const Crown& crown = crowns_[index];
-        if (crown.left == 0) {
-            tree_.paths[crown.portal] = path;
-            return RP_REF_PORTAL | crown.portal;
+    rp_u32 add_upper_tree(uint32_t index, uint64_t path) {
+        const UpperNode& upper = upper_nodes_[index];
+        if (upper.left == 0) {
+            tree_.paths[upper.portal] = path;
+            return RP_REF_PORTAL | upper.portal;
         }
         const rp_u32 place = add_node();
-        const uint32_t children[2] = {crown.left, crown.right};
+        const uint32_t children[2] = {upper.left, upper.right};
         for (uint32_t side = 0; side < 2; side++) {
-            const rp_u32 ref = add_crown(children[side], path << 1 | side);
-            tree_.nodes[place].child[side] = quantise(grid_, crowns_[children[side]].box, ref);
+            const rp_u32 ref = add_upper_tree(children[side], path << 1 | side);
+            tree_.nodes[place].child[side] = quantise(grid_, upper_nodes_[children[side]].box, ref);
         }
         return place;
     }
@@ -89,7 +89,7 @@ private:
     const std::span<const PortalBox> portals_;
     size_t read_ = 0;
     uint32_t deepest_ = 0;
-    std::vector<Crown> crowns_;
+    std::vector<UpperNode> upper_nodes_;
     Grid grid_;
     TopTree tree_;
 };

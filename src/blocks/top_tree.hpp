@@ -18,7 +18,7 @@ struct TopTree {
 
 struct PortalBox {
     Box box;
-    uint32_t depth;  // nodes above it in its block, at most RP_CROWN_MAX_DEPTH
+    uint32_t depth;  // nodes above it in its block, at most RP_UPPER_TREE_MAX_DEPTH
 };
 
 // Portals in their order: block by block, as their depths tell, and in each block from left to right. The tree is one over blocks, and in each of

@@ -56,10 +56,10 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     p.persistent_items = 1 * K;  // of tests alone
     // They take their work themselves: one a core would do where each core starts one at once; a second one finds what is left where not.
     p.stream_items = 2;
-    p.wake_items = 2;       // 2 % less time than with one (cpu-traversal.md)
-    p.shade_items = 16;     // not measured
-    p.generate_groups = 4;  // not measured
-    p.wake_naps = 4;        // not measured
+    p.wake_items = 2;         // 2 % less time than with one (cpu-traversal.md)
+    p.shade_items = 16;       // not measured
+    p.generate_groups = 4;    // not measured
+    p.wake_sleep_groups = 4;  // not measured
     return p;
 }
 
@@ -97,7 +97,7 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     p.items = 4 * K;
     p.ray_items = 16 * K;
     p.persistent_items = 1 * K;  // 768 to 2048: within 3 % (gpu-paging.md)
-    p.wake_naps = 4;             // not measured
+    p.wake_sleep_groups = 4;     // not measured
     // Streams are for CPUs.
     p.stream_items = p.wake_items = p.shade_items = p.generate_groups = 1;
     return p;
@@ -150,7 +150,7 @@ constexpr ProfileField fields[] = {
     {"wake-items", &P::wake_items, 1, 1024, counts, "work-items per compute unit that wake slots, streams"},
     {"shade-items", &P::shade_items, 1, 1024, counts, "work-items per compute unit that shade, streams"},
     {"generate-groups", &P::generate_groups, 1, 1024, counts, "work-groups per compute unit that begin paths, streams"},
-    {"wake-naps", &P::wake_naps, 1, 16, counts, "words that a work-item reads when it wakes slots, single rays"},
+    {"wake-sleep-groups", &P::wake_sleep_groups, 1, 16, counts, "words that a work-item reads when it wakes slots, single rays"},
     {"closest-hit-registers", &P::closest_hit_registers, 0, 255, counts, "registers for closest hits; 0: as the compiler likes"},
     {"any-hit-registers", &P::any_hit_registers, 0, 255, counts, "registers for shadow rays; 0: as the compiler likes"},
     {"shading-registers", &P::shading_registers, 0, 255, counts, "registers for shading; 0: as the compiler likes"},

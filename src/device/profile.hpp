@@ -46,14 +46,14 @@ struct DeviceProfile {
     uint32_t read_ahead_threads = 1;
 
     // Work-items of a launch, for each of the device's units. They loop over their queues.
-    uint32_t items = 1;             // of stages that do not trace
-    uint32_t ray_items = 1;         // that trace rays one by one
-    uint32_t persistent_items = 1;  // the same, where they fetch rays themselves
-    uint32_t stream_items = 1;      // that trace streams, each alone in its group
-    uint32_t wake_items = 1;        // beside streams
-    uint32_t shade_items = 1;       // beside streams
-    uint32_t generate_groups = 1;   // beside streams
-    uint32_t wake_naps = 1;         // beside single rays: sleeping slots' words that one work-item looks at
+    uint32_t items = 1;              // of stages that do not trace
+    uint32_t ray_items = 1;          // that trace rays one by one
+    uint32_t persistent_items = 1;   // the same, where they fetch rays themselves
+    uint32_t stream_items = 1;       // that trace streams, each alone in its group
+    uint32_t wake_items = 1;         // with streams
+    uint32_t shade_items = 1;        // with streams
+    uint32_t generate_groups = 1;    // with streams
+    uint32_t wake_sleep_groups = 1;  // with single rays: sleeping slots' words that one work-item looks at
 
     // Registers that a compiler may give to kernels, where it can be told; 0: as many as it likes.
     uint32_t closest_hit_registers = 0;

@@ -127,8 +127,10 @@ Status Renderer::prepare() {
     if (!device) return device.status();
     device_ = std::move(*device);
     RAYPAGER_TRY(check_picture_size(*params, device_->info()));
-    auto checkpointer = Checkpointer::create(options_.checkpoint, identity_of(scene_, *params), params->spp, params->order,
-                                             device_->info().name + ", " + device_->info().driver);
+    // It takes some milliseconds, which short renders would notice.
+    const RenderIdentity identity = options_.checkpoint.file.empty() ? RenderIdentity() : identity_of(scene_, *params);
+    auto checkpointer =
+        Checkpointer::create(options_.checkpoint, identity, params->spp, params->order, device_->info().name + ", " + device_->info().driver);
     if (!checkpointer) return checkpointer.status();
     checkpointer_ = std::move(*checkpointer);
     if (checkpointer_->other_device()) warn("the checkpoint was written on another device or driver: the last bits of the picture may differ");

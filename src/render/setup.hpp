@@ -29,7 +29,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
                          const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit);
 // Pixels of a region, if the render chooses it; 0: there are none. order: without regions.
 uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs, uint64_t pixels);
-// Path slots that are given out at once beside single rays: the more, the more states lie side by side where stages read them, but a ray that waits
+// Path slots that are given out at once with single rays: the more, the more states lie side by side where stages read them, but a ray that waits
 // keeps its neighbours from being used. To begin with:
 uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs);
 // The same where blocks are swapped in a render that goes region by region: the more often an extension ray has waited so far, the fewer.

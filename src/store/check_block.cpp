@@ -31,7 +31,7 @@ public:
         const auto end = std::partition_point(first, portals.end(), [&](const rp_portal& portal) { return portal.block == block_; });
         if (end - first != static_cast<ptrdiff_t>(header_.portal_count)) return bad("the number of portals is wrong");
         if (header_.portal_count == 0 || header_.node_count < header_.portal_count - 1) return bad("the number of portals is wrong");
-        RAYPAGER_TRY(check_crown(std::span(first, end)));
+        RAYPAGER_TRY(check_upper_tree(std::span(first, end)));
         for (size_t i = 0; i < header_.portal_count; i++) RAYPAGER_TRY(check_portal(first[static_cast<ptrdiff_t>(i)], portal_depths_[i]));
         if (nodes_ != header_.node_count || leaves_ != header_.leaf_count) return bad("some nodes or leaves are never reached");
         if (triangles_ != header_.triangle_count || spheres_ != header_.sphere_count) return bad("the number of primitives is wrong");
@@ -99,26 +99,26 @@ private:
     }
 
     // The nodes above the portals.
-    Status check_crown(std::span<const rp_portal> portals) {
-        const uint32_t crown = header_.portal_count - 1;
+    Status check_upper_tree(std::span<const rp_portal> portals) {
+        const uint32_t upper = header_.portal_count - 1;
         struct Entry {
             rp_u32 ref;
             int depth;
         };
-        std::vector<Entry> stack = {{crown == 0 ? portals[0].root : 0, 0}};
+        std::vector<Entry> stack = {{upper == 0 ? portals[0].root : 0, 0}};
         while (!stack.empty()) {
             const auto [ref, depth] = stack.back();
             stack.pop_back();
-            if (portal_depths_.size() < portals.size() && ref == portals[portal_depths_.size()].root && (ref & RP_REF_LEAF || ref >= crown)) {
+            if (portal_depths_.size() < portals.size() && ref == portals[portal_depths_.size()].root && (ref & RP_REF_LEAF || ref >= upper)) {
                 portal_depths_.push_back(depth);
                 continue;
             }
-            if (ref != nodes_ || nodes_ >= crown) return bad(fmt::format("reference {:08x} above its portals is out of order", ref));
-            if (depth == RP_CROWN_MAX_DEPTH) return bad("its tree is too deep");
+            if (ref != nodes_ || nodes_ >= upper) return bad(fmt::format("reference {:08x} above its portals is out of order", ref));
+            if (depth == RP_UPPER_TREE_MAX_DEPTH) return bad("its tree is too deep");
             const auto node = item<rp_node>(header_.nodes_at, nodes_++);
             for (const int side : {1, 0}) stack.push_back({node.child[side].ref, depth + 1});
         }
-        return nodes_ == crown && portal_depths_.size() == portals.size() ? Status() : bad("some of its portals are never reached");
+        return nodes_ == upper && portal_depths_.size() == portals.size() ? Status() : bad("some of its portals are never reached");
     }
 
     // depth: of its root.

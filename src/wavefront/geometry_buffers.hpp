@@ -15,7 +15,7 @@
 namespace raypager {
 
 // With this definition stages leave to the next one what it can as well do (kernels/lib/path_state.cl): surfaces at hits to
-// `shade`, for one. Not beside streams.
+// `shade`, for one. Not with streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 
 // The bytes of a buffer for so many: empty ones there are none.

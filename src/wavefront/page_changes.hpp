@@ -30,7 +30,7 @@ struct RoundBegin {
     std::array<uint32_t, RP_MOST_NAMED> names{};
 };
 
-// The launches of rp_begin_round before a round: one work-item for all but the last one, which rouses rays. Where not all blocks that came can be
+// The launches of rp_begin_round before a round: one work-item for all but the last one, which wakes rays. Where not all blocks that came can be
 // named, it asks the table for them, which must be as it is to be by then.
 inline std::vector<RoundBegin> round_begins(std::span<const rp_page> changes, std::span<const uint32_t> came) {
     const bool named = came.size() <= RP_MOST_NAMED;

@@ -40,7 +40,7 @@ bool is_camera_ray(uint32_t state, SlotForm form) { return form == SlotForm::sin
 }  // namespace
 
 uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(vertex_colors) * sizeof(uint32_t); }
-uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_NAP * sizeof(uint32_t); }
+uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_SLEEP_GROUP * sizeof(uint32_t); }
 uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
 
 Result<PathSlots> PathSlots::create(Device& device, uint32_t count, bool vertex_colors) {
@@ -132,7 +132,7 @@ Status PathSlots::read_distances(Queue& queue, SlotForm form, size_t count, std:
     distances.clear();
     for (size_t i = 0; i < count; i++) {
         const Plane &origin = of_pair(ray[i], RP_PLANE_ORIGIN), &found = is_camera_ray(states[i], form) ? origin : of_pair(hit[i], RP_PLANE_HIT);
-        // Beside streams this bit is of a block's number.
+        // With streams this bit is of a block's number.
         const bool surface_to_be_found = form == SlotForm::single_rays && (states[i] & RP_STATUS_FOUND) != 0;
         distances.push_back(number(surface_to_be_found ? found.z : origin.w));
     }

@@ -6,13 +6,13 @@
 
 #include "base/check.hpp"
 #include "raypager/abi/visits.h"
-#include "wavefront/naps.hpp"
 #include "wavefront/page_changes.hpp"
+#include "wavefront/sleep_groups.hpp"
 
 namespace raypager {
 namespace {
 
-constexpr uint64_t nap_count(uint64_t slots) { return (slots + RP_NAP - 1) / RP_NAP; }
+constexpr uint64_t sleep_group_count(uint64_t slots) { return (slots + RP_SLEEP_GROUP - 1) / RP_SLEEP_GROUP; }
 
 }  // namespace
 
@@ -28,9 +28,9 @@ Result<std::unique_ptr<Backend>> SingleRayBackend::create(Device& device, const 
 }
 
 Status SingleRayBackend::allocate() {
-    auto naps = device_.allocate(nap_count(params_.slot_count) * sizeof(uint64_t), "sleeping slots");
-    if (!naps) return naps.status();
-    naps_ = std::move(*naps);
+    auto sleep_groups = device_.allocate(sleep_group_count(params_.slot_count) * sizeof(uint64_t), "sleeping slots");
+    if (!sleep_groups) return sleep_groups.status();
+    sleep_groups_ = std::move(*sleep_groups);
     if (visit_settings_.capacity == 0) return {};
     auto visits = device_.allocate(visit_settings_.bytes(), "the log of visits");
     if (!visits) return visits.status();
@@ -43,8 +43,9 @@ Status SingleRayBackend::build(const BackendSettings& settings) {
     const DeviceProfile& profile = device_.profile();
     RAYPAGER_TRY(get_kernels({{publish_, "publish", "rp_publish"}}, ""));
     const std::string states = short_states;
-    const std::string common = device_.register_limit(profile.shading_registers) + geometry_.definitions() + states +
-                               fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_NAPS={} -DRP_SHADE_LANES=1", device_.group_size(), profile.wake_naps);
+    const std::string common =
+        device_.register_limit(profile.shading_registers) + geometry_.definitions() + states +
+        fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_SLEEP_GROUPS={} -DRP_SHADE_LANES=1", device_.group_size(), profile.wake_sleep_groups);
     RAYPAGER_TRY(get_kernels({{wake_, "wake", "rp_wake"}, {generate_, "generate", "rp_generate"}, {advance_, "generate", "rp_advance"}}, common));
     RAYPAGER_TRY(get_kernels({{shade_, "shade", "rp_shade"}}, common + settings.shading));
     // Persistent threads do not record.
@@ -93,10 +94,10 @@ Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
     RAYPAGER_TRY(set_tracing_arguments(extend, round.number));
     RAYPAGER_TRY(set_generate(generate_, round));
     RAYPAGER_TRY(advance_.set(b.params, b.counters, geometry_.pages(), geometry_.block_count(), geometry_.demand(), round.listed_again));
-    const uint32_t bit_scale = nap_bit_scale(geometry_.block_count());
+    const uint32_t bit_scale = sleep_bit_scale(geometry_.block_count());
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
-    const cl_ulong came = visit_settings_.capacity == 0 ? nap_bits(round.newly_published, bit_scale) : all_nap_bits;
-    return wake_.set(b.slots.status(), geometry_.pages(), params_.slot_count, b.queue, b.free_list, b.counters, naps_, bit_scale, came,
+    const cl_ulong came = visit_settings_.capacity == 0 ? sleep_bits(round.newly_published, bit_scale) : all_sleep_bits;
+    return wake_.set(b.slots.status(), geometry_.pages(), params_.slot_count, b.queue, b.free_list, b.counters, sleep_groups_, bit_scale, came,
                      filled_together_);
 }
 
@@ -112,7 +113,8 @@ Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
     // Camera rays are all there is in the first round.
     Kernel& extend = persistent_ && round.number > 1 ? extend_bounces_ : extend_;
     RAYPAGER_TRY(set_arguments(extend, round));
-    RAYPAGER_TRY(queue.launch(wake_, (nap_count(slots) + device_.profile().wake_naps - 1) / device_.profile().wake_naps, group, &events.wake));
+    RAYPAGER_TRY(queue.launch(wake_, (sleep_group_count(slots) + device_.profile().wake_sleep_groups - 1) / device_.profile().wake_sleep_groups,
+                              group, &events.wake));
     // Shadow rays beside extension rays: each stage has long waits for its last rays, and with few rays nothing else. What one writes the other does
     // not read: their slots are different ones.
     if (connects_concurrently()) {

@@ -36,7 +36,7 @@ private:
     bool count_bounces_ = false;
     uint32_t filled_together_ = 1;
     bool persistent_ = false;  // extension rays are traced by persistent threads
-    Buffer naps_, visits_;
+    Buffer sleep_groups_, visits_;
     Kernel publish_, wake_, generate_, advance_, extend_, extend_bounces_, shade_, connect_;
 };
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "wavefront/naps.hpp"
 #include "wavefront/page_changes.hpp"
+#include "wavefront/sleep_groups.hpp"
 
 namespace raypager {
 
@@ -62,7 +62,7 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     return queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade);
 }
 
-// Both say how many rays wait, and change where they begin to and where they are roused. A want that nobody has would bring blocks in for ever.
+// Both say how many rays wait, and change where they begin to and where they are woken. A want that nobody has would bring blocks in for ever.
 Status StreamBackend::check(const RoundCounters& counters, std::span<const uint32_t> demand) const {
     uint64_t wants = 0;
     for (const uint32_t of_block : demand.subspan(uint64_t{RP_DEMAND_WANTS} * geometry_.block_count(), geometry_.block_count())) wants += of_block;

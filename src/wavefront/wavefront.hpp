@@ -1,5 +1,5 @@
 // The wavefront path tracer: path slots on the device and the stages that drive them, one round after the other.
-//   wake -> generate -> extend -> shade -> connect; beside streams: wake -> generate -> extend and connect -> shade
+//   wake -> generate -> extend -> shade -> connect; with streams: wake -> generate -> extend and connect -> shade
 // A round takes every ray that can go on as far as it gets. This class knows nothing of policies, files or pictures.
 #pragma once
 
@@ -48,7 +48,7 @@ inline constexpr std::array<std::string_view, 7> render_stages = {"publish", "wa
 class Wavefront {
 public:
     // slabs, with blocks in that form, and page_table outlive the tracer. params.slot_count path slots are made. filled_together: so many (1, 2, 4
-    // or 8) are given out at once, beside single rays; it decides about speed alone.
+    // or 8) are given out at once, with single rays; it decides about speed alone.
     // REQUIRES: blocks are in their stored form if visits are recorded.
     static Result<std::unique_ptr<Wavefront>> create(Device& device, const BakedScene& scene, BlockForm form, const rp_render_params& params,
                                                      const std::vector<Buffer>& slabs, const Buffer& page_table, uint32_t filled_together,

@@ -12,7 +12,7 @@
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
-#include "wavefront/naps.hpp"
+#include "wavefront/sleep_groups.hpp"
 
 namespace raypager {
 namespace {
@@ -108,29 +108,29 @@ protected:
     }
 
     void SetUpNaps() {
-        auto buffer = device_->allocate((slots + RP_NAP - 1) / RP_NAP * sizeof(uint64_t), "naps");
+        auto buffer = device_->allocate((slots + RP_SLEEP_GROUP - 1) / RP_SLEEP_GROUP * sizeof(uint64_t), "sleeping groups");
         ASSERT_TRUE(buffer.ok());
-        naps_ = std::move(*buffer);
+        sleep_groups_ = std::move(*buffer);
     }
 
     // named: whether it is told which blocks came. Slots that slept after the last call may sleep on.
     Lists wake(const Slots& s, bool named) { return wake(s, named, GetParam()); }
     Lists wake(const Slots& s, bool named, uint32_t together) {
-        auto kernel = device_->kernel("wake", "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_NAPS=3", device_->group_size()));
+        auto kernel = device_->kernel("wake", "rp_wake", fmt::format("-DRP_WAKE_GROUP={} -DRP_WAKE_SLEEP_GROUPS=3", device_->group_size()));
         EXPECT_TRUE(kernel.ok()) << kernel.status().message();
         auto status = device_->upload(bytes_of(s.status), "status"), pages = device_->upload(bytes_of(s.pages), "pages");
         auto queue = device_->allocate(slots * sizeof(uint32_t), "queue"), free_list = device_->allocate(slots * sizeof(uint32_t), "free slots");
         auto counters = device_->allocate(RP_COUNTER_WORDS * sizeof(uint32_t), "counters");
-        const uint32_t bit_scale = nap_bit_scale(blocks);
-        const cl_ulong came = named ? nap_bits(s.came, bit_scale) : all_nap_bits;
+        const uint32_t bit_scale = sleep_bit_scale(blocks);
+        const cl_ulong came = named ? sleep_bits(s.came, bit_scale) : all_sleep_bits;
         Queue& commands = device_->kernels();
-        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, naps_, bit_scale, came, together).ok());
-        EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_NAP - 1) / RP_NAP + 2) / 3, device_->group_size()).ok());
+        EXPECT_TRUE(kernel->set(*status, *pages, slots, *queue, *free_list, *counters, sleep_groups_, bit_scale, came, together).ok());
+        EXPECT_TRUE(commands.launch(*kernel, ((slots + RP_SLEEP_GROUP - 1) / RP_SLEEP_GROUP + 2) / 3, device_->group_size()).ok());
         std::vector<uint32_t> queued(slots), listed(slots), counts(RP_COUNTER_WORDS);
         EXPECT_TRUE(commands.read_now(*queue, 0, std::as_writable_bytes(std::span(queued))).ok());
         EXPECT_TRUE(commands.read_now(*free_list, 0, std::as_writable_bytes(std::span(listed))).ok());
         EXPECT_TRUE(commands.read_now(*counters, 0, std::as_writable_bytes(std::span(counts))).ok());
-        const uint32_t slots_a_group = RP_NAP * 3 * device_->group_size();
+        const uint32_t slots_a_group = RP_SLEEP_GROUP * 3 * device_->group_size();
         expect_first_ones_first(s, std::span(queued).first(counts[RP_COUNT_EXTEND]), slots_a_group);
         expect_first_ones_first(s, std::vector<uint32_t>(queued.rbegin(), queued.rbegin() + counts[RP_COUNT_SHADOW]), slots_a_group);
         Lists lists;
@@ -144,7 +144,7 @@ protected:
     }
 
     std::unique_ptr<Device> device_;
-    Buffer naps_;
+    Buffer sleep_groups_;
 };
 
 TEST_P(Wake, lists_every_slot_once_where_it_belongs) {
@@ -235,18 +235,18 @@ TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
     EXPECT_EQ(lists.waiting + lists.extend.size(), slots);
 }
 
-TEST(Naps, every_block_has_a_bit_below_the_count) {
+TEST(SleepGroups, every_block_has_a_bit_below_the_count) {
     for (const uint32_t count : {1u, 2u, 57u, 58u, 59u, 116u, 297u, 1303u, 1u << 20, RP_NONE}) {
         SCOPED_TRACE(count);
-        const uint32_t scale = nap_bit_scale(count), last = count - 1;
-        EXPECT_EQ(nap_bits(std::span(&last, 1), scale) & ~all_nap_bits, 0u);
+        const uint32_t scale = sleep_bit_scale(count), last = count - 1;
+        EXPECT_EQ(sleep_bits(std::span(&last, 1), scale) & ~all_sleep_bits, 0u);
         uint64_t all = 0;
         for (uint32_t i = 0; i < std::min(count, 5000u); i++) {
             const auto block = static_cast<uint32_t>(uint64_t{i} * last / std::max(std::min(count, 5000u) - 1, 1u));
-            all |= nap_bits(std::span(&block, 1), scale);
+            all |= sleep_bits(std::span(&block, 1), scale);
         }
-        EXPECT_GE(std::popcount(all), std::min<int>(static_cast<int>(count) - 1, RP_NAP_BITS - 1));
-        EXPECT_EQ(all & ~all_nap_bits, 0u);
+        EXPECT_GE(std::popcount(all), std::min<int>(static_cast<int>(count) - 1, RP_SLEEP_BITS - 1));
+        EXPECT_EQ(all & ~all_sleep_bits, 0u);
     }
 }
 

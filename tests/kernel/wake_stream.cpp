@@ -1,4 +1,4 @@
-// The first stage of a round, beside streams, against the rule in plain C++: which slots can go on, which wait, which are free.
+// The first stage of a round, with streams, against the rule in plain C++: which slots can go on, which wait, which are free.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 #include "raypager/abi/path.h"
 #include "support/device_scene.hpp"
 #include "support/probe_kernels.hpp"
-#include "wavefront/naps.hpp"
+#include "wavefront/sleep_groups.hpp"
 
 namespace raypager {
 namespace {

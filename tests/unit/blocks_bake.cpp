@@ -254,14 +254,14 @@ TEST_P(Bake, PortalsOfABlockAreASubtreeOfTheTopTree) {
         double taken = 0;
         for (size_t i = first; i < end; i++) {
             const int depth = static_cast<int>(std::bit_width(scene.portal_paths[i])) - static_cast<int>(std::bit_width(common));
-            EXPECT_LE(depth, RP_CROWN_MAX_DEPTH);
+            EXPECT_LE(depth, RP_UPPER_TREE_MAX_DEPTH);
             deepest = std::max(deepest, depth);
             taken += std::ldexp(1.0, -depth);
         }
         EXPECT_EQ(taken, 1.0) << "block " << scene.portals[first].block;
     }
     const bool deep = std::string_view(GetParam().name) == "nested_clusters";
-    EXPECT_TRUE(!deep || deepest == RP_CROWN_MAX_DEPTH) << "the bound is not tested";
+    EXPECT_TRUE(!deep || deepest == RP_UPPER_TREE_MAX_DEPTH) << "the bound is not tested";
 }
 
 TEST_P(Bake, BlocksKeepTheirLimitAndHoldTogether) {

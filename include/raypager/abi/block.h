@@ -20,16 +20,16 @@
 #define RP_BLOCK_MAGIC 0x4b4c4252u  // "RBLK"
 #define RP_BLOCK_ALIGNMENT 64u      // blocks start at, and have sizes that are, multiples of this
 #define RP_MAX_BLOCK_BYTES (32u << 20)
-#define RP_MAX_SUB_BOXES 64u   // portals into one block
-#define RP_BLOCK_MAX_DEPTH 40  // inner nodes on the way from the root to a leaf, at most; builders guarantee it, checks refuse more
-#define RP_CROWN_MAX_DEPTH 12  // of these above a portal, at most
+#define RP_MAX_SUB_BOXES 64u        // portals into one block
+#define RP_BLOCK_MAX_DEPTH 40       // inner nodes on the way from the root to a leaf, at most; builders guarantee it, checks refuse more
+#define RP_UPPER_TREE_MAX_DEPTH 12  // of these above a portal, at most
 
 // Child references ------------------------------------------------------------------------------------------------------
 // Inner node: its index among the nodes of the block (or of the top tree); bit 31 clear.
 // Leaf in a block: bit 31 set, bit 30 clear, and
 //   a strip:  bits 0-1 triangles - 1 | bits 2-4 strip switches | bit 5 winding | bit 6 clear | bits 7-29 leaf index
 //   spheres:  bits 0-3 spheres - 1 | bit 4 clear | bit 5 they are points | bit 6 set | bits 7-29 index of the first sphere
-// Leaf of the top tree: bits 31 and 30 set, bits 0-29 portal index; on the device, beside single rays, also rp_top_grid.portal_count + block
+// Leaf of the top tree: bits 31 and 30 set, bits 0-29 portal index; on the device, with single rays, also rp_top_grid.portal_count + block
 // (see rp_portal).
 #define RP_REF_LEAF 0x80000000u
 #define RP_REF_PORTAL 0xc0000000u
@@ -138,7 +138,7 @@ typedef struct rp_portal {
     float cell[3];
     rp_u32 root;  // child reference inside the block
 } rp_portal;
-// On the device, beside single rays, a record of this kind for each block follows. Where all portals of a block, two or more, are a subtree of the
+// On the device, with single rays, a record of this kind for each block follows. Where all portals of a block, two or more, are a subtree of the
 // top tree, the reference to that leads to the block's record, and `root` there is the reference: a ray enters the block at node 0 if it is
 // resident, and goes on in the subtree if not, to find out which portal it has to wait at.
 

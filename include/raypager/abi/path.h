@@ -34,22 +34,22 @@
 #define RP_PATH_MOST_REFRACTION 7680
 
 // Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
-// than RP_NAP_BITS, for block b.
-#define RP_NAP 16u
-#define RP_NAP_BITS 58u
+// than RP_SLEEP_BITS, for block b.
+#define RP_SLEEP_GROUP 16u
+#define RP_SLEEP_BITS 58u
 
-// Beside streams a bit of each slot says whether it is awake: to be looked at in this round. Those that wait are in lists (RP_DEMAND_LISTS).
+// With streams a bit of each slot says whether it is awake: to be looked at in this round. Those that wait are in lists (RP_DEMAND_LISTS).
 #define RP_AWAKE_SLOTS 64u  // in a word, the first in its lowest bit; changed in halves, too, which takes a device whose low bytes come first
 #define RP_AWAKE_WORDS(slot_count) (((slot_count) + (RP_AWAKE_SLOTS - 1u)) / RP_AWAKE_SLOTS)
 
-// Beside streams, rays that can go on are queued in bundles of those that are in the same block or in blocks that lie together: bundle
+// With streams, rays that can go on are queued in bundles of those that are in the same block or in blocks that lie together: bundle
 // b * bundle_scale / 2^32, less than this, for block b (stages/wake_stream.cl).
 #define RP_BUNDLES 2048u
 
 // The status word of a slot: what it is about (low bits); of an extension ray that has a hit the offset exponent there (surface.cl), unless shading
-// is to find its surface; and beside streams the block that its path met last, or the greatest number that there is room for (131,071; then rays of
+// is to find its surface; and with streams the block that its path met last, or the greatest number that there is room for (131,071; then rays of
 // the blocks behind it are in one bundle): waking reads no more.
-// Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, beside streams, the next slot of a list
+// Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, with streams, the next slot of a list
 // of that block's (RP_DEMAND_LISTS).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
 // of the slot's extension ray.
@@ -65,18 +65,18 @@
 #define RP_STATUS_OFFSET_MASK 0xffu
 #define RP_STATUS_BLOCK_SHIFT 15
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
-#define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_NAP - 1u)) / RP_NAP * RP_NAP)
+#define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_SLEEP_GROUP - 1u)) / RP_SLEEP_GROUP * RP_SLEEP_GROUP)
 
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says
 // so:
-// Extension ray behind a shadow ray: the planes are still as for that one, so it has no hit. Single rays are this until they wait. Beside streams
+// Extension ray behind a shadow ray: the planes are still as for that one, so it has no hit. Single rays are this until they wait. With streams
 // they are until they have a hit and wait, and keep their portal in its place; and once they are done ORIGIN is hit point xyz, primitive (RP_NONE: no
 // hit, and then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
 #define RP_STATUS_CONNECTED 0x800u
 #define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
-#define RP_STATUS_RESUMED 0x4000u  // beside streams: ray that had waited, and goes on from its portal
-// Beside single rays (stages built with RP_SHORT_STATES):
+#define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its portal
+// With single rays (stages built with RP_SHORT_STATES):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x8000u
 // Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED, in
@@ -98,7 +98,7 @@ typedef struct rp_path_sample {
 #define RP_COUNT_EXTEND 0u        // extension rays that can go on
 #define RP_COUNT_SHADOW 1u        // shadow rays that can go on
 #define RP_COUNT_FREE 2u          // free slots
-#define RP_COUNT_GENERATED 3u     // beside streams: work-groups that have given out free slots
+#define RP_COUNT_GENERATED 3u     // with streams: work-groups that have given out free slots
 #define RP_COUNT_WAITING 4u       // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u          // slots that are none of these, before new camera paths begin
 #define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
@@ -113,7 +113,7 @@ typedef struct rp_path_sample {
 #define RP_COUNT_SHADOW_RAYS (RP_COUNTERS_PER_ROUND + 6u)
 #define RP_COUNT_WANTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)   // times that a waiting extension ray entered the block that it had waited for
 #define RP_COUNT_WANTS_NO_HIT (RP_COUNTERS_PER_ROUND + 10u)  // of these: nothing was hit behind it
-#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)      // beside streams: rays in the lists of blocks (RP_DEMAND_LISTS)
+#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)      // with streams: rays in the lists of blocks (RP_DEMAND_LISTS)
 #define RP_COUNTER_WORDS (RP_COUNTERS_PER_ROUND + 13u)
 
 // Demand: arrays of one word a block, one after the other.
@@ -124,7 +124,7 @@ typedef struct rp_path_sample {
 // A residency policy needs one or the other, and where everything is resident none is kept.
 #define RP_DEMAND_USED 2u
 #define RP_DEMAND_ARRAYS 3u
-// Beside streams there are more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
+// With streams there are more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
 // their places (RP_STATUS_WORDS): extension rays and shadow rays each for themselves, and either in RP_LISTS of them, which are gone through
 // together, since the next link has to come from far each time. Those of a stream that wait for the same block are in one list, so that most stay
 // neighbours.
