@@ -47,8 +47,8 @@ public:
     const Buffer& status() const { return status_; }
     const Buffer& planes() const { return planes_; }
 
-    // Adds the samples whose paths are under way. untraced: there may be camera rays
-    // that no stage has traced yet. REQUIRES: no round is under way.
+    // Adds the samples whose paths are under way. untraced: there may be camera rays that no stage has traced yet.
+    // REQUIRES: no round is under way.
     Status add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const;
 
     // For measurements. Slot i gets ray i, of a path of which nothing else matters.
