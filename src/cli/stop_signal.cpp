@@ -32,6 +32,10 @@ void say(const char* text) {
 
 void on_signal(int) {
     const int error = errno;
+    if (alive == 0) {  // stopped already, and about to exit
+        restore_defaults();
+        return;
+    }
     const auto now = static_cast<StopMode>(mode.load());
     if (now == StopMode::leave) {
         say("raypager: stopped by a signal before there was anything to keep\n");
@@ -68,7 +72,8 @@ StopSignal::StopSignal(StopMode first) : before_(static_cast<StopMode>(mode.load
 
 StopSignal::~StopSignal() {
     mode = static_cast<int>(before_);
-    if (--alive == 0) restore_defaults();
+    // Whoever presses Ctrl-C twice must not take the exit status from a program that has written all and is on its way out.
+    if (--alive == 0 && !stop_flag) restore_defaults();
 }
 
 void StopSignal::set_mode(StopMode now) const { mode = static_cast<int>(now); }

@@ -12,7 +12,8 @@ enum class StopMode {
     keep,    // the same, but the next one sets stop_now(), and only the third kills
 };
 
-// Catches signals as long as it lives; afterwards they do what they did before. Several may live at a time: the last one decides.
+// Catches signals as long as it lives; afterwards they do what they did before, but for the first one after a stop, which is ignored.
+// Several may live at a time: the last one decides.
 class StopSignal {
 public:
     explicit StopSignal(StopMode mode);
