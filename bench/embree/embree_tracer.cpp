@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "base/parallel.hpp"
-#include "blocks/decode.hpp"
+#include "block/decode.hpp"
 
 namespace raypager::bench {
 namespace {

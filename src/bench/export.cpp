@@ -7,8 +7,8 @@
 
 #include "base/files.hpp"
 #include "bench/export_groups.hpp"
-#include "blocks/octahedral.hpp"
-#include "blocks/point_code.hpp"
+#include "block/octahedral.hpp"
+#include "block/point_code.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -17,7 +17,7 @@ constexpr double degrees = 180 / 3.14159265358979323846;
 constexpr uint64_t most_mesh_triangles = 1'400'000'000;  // three vertices each, numbered in 32 bits
 // Each is an object of Mitsuba's own; it takes kilobytes for one.
 constexpr uint64_t most_spheres = 200'000;
-constexpr uint32_t roulette_depth = 2;  // as in kernels/lib/scatter.cl; for Mitsuba, too, the best of 2, 3 and 5
+constexpr uint32_t roulette_depth = 2;  // as in kernels/shading/scatter.cl; for Mitsuba, too, the best of 2, 3 and 5
 
 std::string rgb(const char* name, float r, float g, float b) { return fmt::format("<rgb name=\"{}\" value=\"{} {} {}\"/>", name, r, g, b); }
 std::string rgb(const char* name, const float* c) { return rgb(name, c[0], c[1], c[2]); }

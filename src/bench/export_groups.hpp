@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "blocks/decode.hpp"
+#include "block/decode.hpp"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
 

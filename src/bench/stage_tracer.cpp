@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/check.hpp"
-#include "blocks/octahedral.hpp"
+#include "block/octahedral.hpp"
 #include "raypager/abi/film.h"
 #include "raypager/abi/path.h"
 
@@ -88,7 +88,7 @@ Status StageTracer::fill(const std::vector<Ray>& rays, RayPurpose purpose) {
     // As a render has them.
     const bool camera = purpose == RayPurpose::camera && form_ == BlockForm::stored;
     RAYPAGER_TRY(slots_.write_rays(queue, rays, shadow ? SlotRayKind::shadow : camera ? SlotRayKind::camera : SlotRayKind::extension));
-    // The queue of shadow rays is read from its end (kernels/lib/queue.cl).
+    // The queue of shadow rays is read from its end (kernels/common/queue.cl).
     std::vector<uint32_t> words(slots_.count());
     for (size_t i = 0; i < words.size(); i++) words[shadow ? words.size() - 1 - i : i] = static_cast<uint32_t>(i);
     RAYPAGER_TRY(queue.write_now(queue_, 0, std::as_bytes(std::span(words))));

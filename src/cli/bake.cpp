@@ -1,4 +1,4 @@
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 
 #include <fmt/format.h>
 

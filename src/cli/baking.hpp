@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 #include "import/bare_look.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"

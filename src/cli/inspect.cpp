@@ -6,11 +6,11 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "block/block_coding.hpp"
 #include "cli/report.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "cli/view.hpp"
-#include "scene/block_coding.hpp"
 #include "store/block_file.hpp"
 
 namespace raypager {

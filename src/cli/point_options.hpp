@@ -1,8 +1,8 @@
 // The options that say what becomes of point clouds when they are baked.
 #pragma once
 
-#include "blocks/point_cloud.hpp"
 #include "cli/option_parser.hpp"
+#include "clouds/point_cloud.hpp"
 
 namespace raypager {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 #include "cli/camera_text.hpp"
 #include "cli/look_options.hpp"
 #include "cli/option_parser.hpp"

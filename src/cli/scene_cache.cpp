@@ -5,10 +5,10 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "bake/restyle.hpp"
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
-#include "blocks/restyle.hpp"
 #include "cli/baking.hpp"
 #include "cli/output_paths.hpp"
 

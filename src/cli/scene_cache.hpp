@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 #include "cli/view.hpp"
 #include "import/bare_look.hpp"
 #include "raypager/status.hpp"

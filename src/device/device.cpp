@@ -357,7 +357,7 @@ Result<cl::Program> Device::program(const std::string& stage, const std::string&
     const std::string options = build_options(definitions), key = stage + " " + options;
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
     const auto begin = std::chrono::steady_clock::now();
-    auto built = build_program(context_, device_, info_, "stages/" + stage + ".cl", options, more_sources_);
+    auto built = build_program(context_, device_, info_, stage + ".cl", options, more_sources_);
     if (!built) return built.status();
     build_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     programs_[key] = *built;

@@ -157,9 +157,10 @@ public:
     // Whether several threads may give commands at a time, as OpenCL promises. oclgrind crashes: its queues share lists without a lock.
     bool thread_safe() const { return info_.platform != "Oclgrind"; }
     uint32_t group_size() const { return group_size_; }
-    // Whether kernels of persistent threads (kernels/lib/lanes.cl) are to trace extension rays, and the definitions that make them: camera rays stay
-    // together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their stacks in local memory,
-    // and let leaves go first where few are still at inner nodes. Both say how many rays in a row are of one multiprocessor's part of the queue.
+    // Whether kernels of persistent threads (kernels/single_ray/persistent.cl) are to trace extension rays, and the definitions that make them:
+    // camera rays stay together and fetch new rays together; bounces, which end at different times, fetch sooner, keep the lower part of their stacks
+    // in local memory, and let leaves go first where few are still at inner nodes. Both say how many rays in a row are of one multiprocessor's part
+    // of the queue.
     bool has_persistent_threads() const { return persistent_threads_; }
     std::string camera_definitions() const;
     std::string bounce_definitions() const;
@@ -179,7 +180,7 @@ public:
 
     // Kernel sources beside those of the build, which tests have. What they refer to outlives this.
     void use_more_sources(std::span<const KernelSource> sources) { more_sources_ = sources; }
-    // Builds kernels/stages/<stage>.cl (from the cache of binaries if it is there) and gets a kernel of it.
+    // Builds kernels/<stage>.cl (from the cache of binaries if it is there) and gets a kernel of it.
     // definitions: "-DNAME=VALUE ..." beside those of the device.
     Result<Kernel> kernel(const std::string& stage, const std::string& name, const std::string& definitions);
     double build_seconds() const { return build_seconds_; }

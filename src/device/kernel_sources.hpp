@@ -8,7 +8,7 @@
 namespace raypager {
 
 struct KernelSource {
-    std::string_view name;  // as in #include: "lib/box.cl", "raypager/abi/block.h"
+    std::string_view name;  // as in #include: "common/box.cl", "raypager/abi/block.h"
     std::string_view text;
 };
 const std::vector<KernelSource>& kernel_sources();

@@ -157,7 +157,7 @@ std::string kernel_tokens(std::string_view text) {
 uint64_t kernels_identity(std::span<const KernelSource> sources, std::span<const std::string_view> stages) {
     std::map<std::string, std::string> tokens;  // by name
     std::vector<std::string> left;
-    for (const std::string_view stage : stages) left.push_back("stages/" + std::string(stage) + ".cl");
+    for (const std::string_view stage : stages) left.push_back(std::string(stage) + ".cl");
     while (!left.empty()) {
         const std::string name = left.back();
         left.pop_back();

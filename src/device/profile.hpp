@@ -60,7 +60,7 @@ struct DeviceProfile {
     uint32_t any_hit_registers = 0;
     uint32_t shading_registers = 0;
 
-    // Persistent threads (kernels/lib/lanes.cl). By default for hardware vectors of one lane.
+    // Persistent threads (kernels/single_ray/persistent.cl). By default for hardware vectors of one lane.
     uint32_t camera_lanes = 1;  // with rays left, below which a vector fetches new ones
     uint32_t bounce_lanes = 1;
     uint32_t bounce_least_inner = 1;   // lanes at inner nodes, below which those at leaves go first

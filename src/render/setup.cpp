@@ -132,7 +132,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     const double share = std::min(1.0, static_cast<double>(options.record_paths) / static_cast<double>(params.sample_limit));
     const double slots = static_cast<double>(options.paths ? options.paths : device.profile.most_slots);
     visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
-    // What one shadow ray passes is logged together (kernels/lib/visits.cl).
+    // What one shadow ray passes is logged together (kernels/single_ray/visits.cl).
     const double least = 256 + static_cast<double>(scene.blocks.size());
     visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, least, std::max(least, 4194304.0)));
     if (const uint32_t events = device_faults().visit_events) visits.capacity = events;

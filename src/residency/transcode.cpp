@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "base/check.hpp"
-#include "wide/block.hpp"
+#include "block/wide_block.hpp"
 
 namespace raypager {
 

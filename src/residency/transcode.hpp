@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <span>
 
+#include "block/baked_scene.hpp"
 #include "raypager/status.hpp"
-#include "store/baked_scene.hpp"
 
 namespace raypager {
 

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "base/files.hpp"
+#include "block/baked_scene.hpp"
 #include "raypager/status.hpp"
-#include "store/baked_scene.hpp"
 #include "store/block_source.hpp"
 
 namespace raypager {

@@ -2,7 +2,7 @@
 
 #include "base/check.hpp"
 #include "base/hash.hpp"
-#include "store/check_scene.hpp"
+#include "block/check_block.hpp"
 
 namespace raypager {
 

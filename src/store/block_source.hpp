@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
+#include "block/baked_scene.hpp"
 #include "raypager/status.hpp"
-#include "store/baked_scene.hpp"
 
 namespace raypager {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "block/block_coding.hpp"
 #include "raypager/abi/path.h"
-#include "scene/block_coding.hpp"
 #include "store/format.hpp"
 
 namespace raypager {

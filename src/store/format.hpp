@@ -4,9 +4,9 @@
 #include <bit>
 #include <cstdint>
 
+#include "block/baked_scene.hpp"
 #include "raypager/abi/block.h"
 #include "raypager/abi/scene.h"
-#include "store/baked_scene.hpp"
 
 namespace raypager::format {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "wide/top.hpp"
+#include "block/wide_top.hpp"
 
 namespace raypager {
 namespace {
@@ -116,8 +116,9 @@ std::string GeometryBuffers::definitions() const {
 }
 
 Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions) const {
-    const std::string stage = form_ == BlockForm::wide ? name + "_stream" : name;
-    return device.kernel(stage, "rp_" + stage, device.register_limit(registers) + definitions() + more_definitions);
+    const bool wide = form_ == BlockForm::wide;
+    return device.kernel((wide ? "stream/" : "single_ray/") + name, "rp_" + name + (wide ? "_stream" : ""),
+                         device.register_limit(registers) + definitions() + more_definitions);
 }
 
 Status GeometryBuffers::launch(Device& device, Queue& queue, const Kernel& kernel, uint64_t rays, Event* event) const {

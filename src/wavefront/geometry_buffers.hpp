@@ -1,20 +1,20 @@
 // What kernels need to walk through a scene, beside the blocks themselves: the top tree and the demand counters on the device, and the
-// argument list of kernels/lib/geometry.cl.
+// argument list of kernels/common/geometry.cl.
 #pragma once
 
 #include <span>
 #include <string>
 #include <vector>
 
+#include "block/baked_scene.hpp"
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/status.hpp"
-#include "store/baked_scene.hpp"
 
 namespace raypager {
 
-// With this definition stages leave to the next one what it can as well do (kernels/lib/path_state.cl): surfaces at hits to
+// With this definition stages leave to the next one what it can as well do (kernels/common/path_state.cl): surfaces at hits to
 // `shade`, for one. Not with streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 

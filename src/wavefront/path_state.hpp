@@ -1,5 +1,5 @@
-// Path slots on the device: their size, and what the host reads from them and writes to them. With kernels/lib/path_state.cl the only code that knows
-// where the words of a slot lie and what its status word says (abi/path.h).
+// Path slots on the device: their size, and what the host reads from them and writes to them. With kernels/common/path_state.cl the only code that
+// knows where the words of a slot lie and what its status word says (abi/path.h).
 #pragma once
 
 #include <cstdint>

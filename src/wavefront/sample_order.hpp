@@ -1,4 +1,4 @@
-// In which order the samples of a picture are begun (abi/scene.h); kernels/lib/sample_order.cl has the inverse.
+// In which order the samples of a picture are begun (abi/scene.h); kernels/common/sample_order.cl has the inverse.
 #pragma once
 
 #include <cstdint>

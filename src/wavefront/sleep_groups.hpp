@@ -1,4 +1,4 @@
-// What the host says of blocks to slots that sleep (abi/path.h, kernels/stages/wake.cl).
+// What the host says of blocks to slots that sleep (abi/path.h, kernels/single_ray/wake.cl).
 #pragma once
 
 #include <algorithm>

@@ -31,7 +31,7 @@ Status StreamBackend::allocate() {
 }
 
 Status StreamBackend::build(const BackendSettings& settings) {
-    constexpr const char* all = "streams";
+    constexpr const char* all = "stream/all_stages";
     RAYPAGER_TRY(get_kernels({{begin_, all, "rp_begin_round"},
                               {wake_, all, "rp_wake_stream"},
                               {generate_, all, "rp_generate_stream"},

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
+#include "block/baked_scene.hpp"
 #include "device/device_list.hpp"
 #include "raypager/status.hpp"
-#include "store/baked_scene.hpp"
 
 namespace raypager {
 

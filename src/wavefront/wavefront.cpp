@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "base/check.hpp"
-#include "blocks/light_choice.hpp"
+#include "lights/light_choice.hpp"
 #include "raypager/abi/film.h"
 #include "wavefront/single_ray_backend.hpp"
 #include "wavefront/stream_backend.hpp"

@@ -11,12 +11,12 @@
 #include <string_view>
 #include <vector>
 
+#include "block/baked_scene.hpp"
 #include "device/device.hpp"
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
-#include "store/baked_scene.hpp"
 #include "wavefront/backend.hpp"
 #include "wavefront/geometry_buffers.hpp"
 #include "wavefront/round_counters.hpp"
@@ -43,7 +43,8 @@ struct BlockNotes {
 };
 
 // The stages whose kernels a render runs, in whatever form the blocks are (kernels/stages).
-inline constexpr std::array<std::string_view, 7> render_stages = {"publish", "wake", "generate", "extend", "shade", "connect", "streams"};
+inline constexpr std::array<std::string_view, 7> render_stages = {"single_ray/publish", "single_ray/wake", "single_ray/generate", "single_ray/extend",
+                                                                  "single_ray/connect", "shading/shade",   "stream/all_stages"};
 
 class Wavefront {
 public:

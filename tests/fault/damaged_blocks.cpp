@@ -9,11 +9,11 @@
 
 #include "base/files.hpp"
 #include "base/hash.hpp"
+#include "block/wide_block.hpp"
 #include "residency/transcode.hpp"
 #include "store/check_scene.hpp"
 #include "store/format.hpp"
-#include "unit/blocks_scenes.hpp"
-#include "wide/block.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager {
 namespace {

@@ -70,7 +70,7 @@ TEST_F(DeviceFailures, kernels_that_do_not_build) {
     device_faults().fail_builds = true;
     const auto result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
-    expect_told(result.status().message(), {"stages/", "does not build", "CL_BUILD_PROGRAM_FAILURE"});
+    expect_told(result.status().message(), {".cl", "does not build", "CL_BUILD_PROGRAM_FAILURE"});
 }
 
 // Other programs hold memory that the limit counts as ours.

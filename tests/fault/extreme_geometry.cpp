@@ -8,7 +8,7 @@
 
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
-#include "unit/blocks_scenes.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager {
 namespace {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 #include "device/device_list.hpp"
 #include "support/child_process.hpp"
 #include "support/device_scene.hpp"

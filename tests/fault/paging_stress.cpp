@@ -21,7 +21,7 @@
 #include "residency/read_ahead.hpp"
 #include "support/device_scene.hpp"
 #include "support/sanitizers.hpp"
-#include "unit/blocks_scenes.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "bake/bake.hpp"
 #include "base/check.hpp"
-#include "blocks/bake.hpp"
 #include "fuzz/fuzz.hpp"
-#include "unit/blocks_scenes.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager::fuzz {
 namespace {

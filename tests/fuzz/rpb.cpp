@@ -3,14 +3,14 @@
 #include <cstring>
 
 #include "base/check.hpp"
-#include "blocks/decode.hpp"
+#include "block/decode.hpp"
+#include "block/wide_block.hpp"
 #include "fuzz/fuzz.hpp"
 #include "store/block_file.hpp"
 #include "store/format.hpp"
 #include "support/block_file_bytes.hpp"
 #include "support/temporary_folder.hpp"
-#include "unit/blocks_scenes.hpp"
-#include "wide/block.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager::fuzz {
 namespace {

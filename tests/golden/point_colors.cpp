@@ -1,7 +1,7 @@
 // A coloured cloud is, to the bit, what spheres with a diffuse material of its own for each would be.
 #include <gtest/gtest.h>
 
-#include "blocks/point_code.hpp"
+#include "block/point_code.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "blocks/point_code.hpp"
+#include "block/point_code.hpp"
 #include "reference/scene_builder.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"

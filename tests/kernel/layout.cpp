@@ -16,7 +16,7 @@ namespace {
 TEST(Layout, struct_sizes_agree) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     const std::vector<uint32_t> expected = {
         sizeof(rp_node),          sizeof(rp_leaf),         sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
@@ -43,9 +43,10 @@ TEST(Layout, offsets_that_kernels_rely_on) {
 }
 
 TEST(KernelSources, every_stage_expands_without_includes) {
-    for (const char* stage : {"publish", "wake", "wake_stream", "generate", "extend", "shade", "connect", "extend_stream", "connect_stream",
-                              "generate_stream", "trace_stream", "streams", "probe", "probe_stream"}) {
-        auto text = expand_kernel_source(std::string("stages/") + stage + ".cl", support::probe_sources());
+    for (const char* stage : {"single_ray/publish", "single_ray/wake", "single_ray/generate", "single_ray/extend", "single_ray/connect",
+                              "single_ray/probe", "stream/wake", "stream/generate", "stream/extend", "stream/connect", "stream/trace",
+                              "stream/all_stages", "stream/probe", "shading/shade"}) {
+        auto text = expand_kernel_source(std::string(stage) + ".cl", support::probe_sources());
         ASSERT_TRUE(text.ok()) << text.status().message();
         EXPECT_EQ(text->find("#include \""), std::string::npos) << stage;
         EXPECT_EQ(text->find("\n//"), std::string::npos) << stage;
@@ -58,17 +59,17 @@ TEST(KernelSources, every_stage_expands_without_includes) {
 }
 
 TEST(KernelSources, unknown_source_is_an_error) {
-    EXPECT_FALSE(expand_kernel_source("stages/none.cl").ok());
-    EXPECT_FALSE(expand_kernel_source("stages/probe.cl").ok()) << "kernels of tests are no part of the program";
+    EXPECT_FALSE(expand_kernel_source("single_ray/none.cl").ok());
+    EXPECT_FALSE(expand_kernel_source("single_ray/probe.cl").ok()) << "kernels of tests are no part of the program";
 }
 
 TEST(KernelSources, a_kernel_that_does_not_build_is_one_clear_line) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
     // Without RP_STACK_SIZE the source is not valid.
-    auto kernel = (*device)->kernel("extend", "rp_extend", "-DRP_SLABS=1");
+    auto kernel = (*device)->kernel("single_ray/extend", "rp_extend", "-DRP_SLABS=1");
     ASSERT_FALSE(kernel.ok());
-    EXPECT_NE(kernel.status().message().find("stages/extend.cl"), std::string::npos);
+    EXPECT_NE(kernel.status().message().find("single_ray/extend.cl"), std::string::npos);
     EXPECT_EQ(kernel.status().message().find('\n'), std::string::npos);
 }
 

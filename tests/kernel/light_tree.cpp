@@ -1,4 +1,4 @@
-// The choice among lights by a tree (kernels/lib/light_tree.cl): a distribution at every place, which leaves out no light that shines there and
+// The choice among lights by a tree (kernels/shading/light_tree.cl): a distribution at every place, which leaves out no light that shines there and
 // favours those that give much; the probability at a hit is that of the choice.
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "blocks/light_choice.hpp"
+#include "lights/light_choice.hpp"
 #include "support/device_scene.hpp"
 #include "support/many_lights.hpp"
 #include "support/probe_kernels.hpp"
@@ -71,7 +71,7 @@ protected:
     }
 
     Kernel get(const char* name) {
-        auto kernel = support::probe_kernel(*device_, "probe", name, "-DRP_SLABS=1 -DRP_STACK_SIZE=96 -DRP_LIGHT_TREE");
+        auto kernel = support::probe_kernel(*device_, "single_ray/probe", name, "-DRP_SLABS=1 -DRP_STACK_SIZE=96 -DRP_LIGHT_TREE");
         if (!kernel.ok()) throw std::runtime_error(kernel.status().message());
         return std::move(*kernel);
     }

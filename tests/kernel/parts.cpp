@@ -1,4 +1,4 @@
-// Persistent threads take each ray of a queue once (kernels/lib/lanes.cl).
+// Persistent threads take each ray of a queue once (kernels/single_ray/persistent.cl).
 #include <gtest/gtest.h>
 
 #include "raypager/abi/path.h"
@@ -15,7 +15,7 @@ TEST_P(SmallParts, each_ray_is_taken_once) {
     ASSERT_TRUE(device.ok()) << device.status().message();
     const uint64_t group = (*device)->group_size();
     for (const std::string& persistent : {(*device)->camera_definitions(), (*device)->bounce_definitions()}) {
-        auto kernel = support::probe_kernel(**device, "probe", "rp_probe_parts", "-DRP_SLABS=1 -DRP_STACK_SIZE=96" + persistent);
+        auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_probe_parts", "-DRP_SLABS=1 -DRP_STACK_SIZE=96" + persistent);
         ASSERT_TRUE(kernel.ok()) << kernel.status().message();
         // One work-group starts in one part and has to find the others.
         for (const uint64_t groups : {1, 2, 5}) {

@@ -1,4 +1,4 @@
-// The random numbers of kernels/lib/random.cl: evenly spread over samples, and without anything in common between pairs and pixels.
+// The random numbers of kernels/common/random.cl: evenly spread over samples, and without anything in common between pairs and pixels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ protected:
 
     // purposes: pixel, depth, purpose, seed. Result: of purpose i, samples i * samples and on.
     std::vector<Word4> numbers(const std::vector<Word4>& purposes, uint32_t samples) {
-        auto kernel = support::probe_kernel(*device_, "probe", "rp_probe_random", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+        auto kernel = support::probe_kernel(*device_, "single_ray/probe", "rp_probe_random", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
         if (!kernel.ok()) throw std::runtime_error(kernel.status().message());
         std::vector<Word4> results(purposes.size() * samples);
         auto in = device_->upload(bytes_of(purposes), "purposes"), out = device_->allocate(results.size() * sizeof(Word4), "numbers");
@@ -137,7 +137,7 @@ TEST_F(RandomNumbers, choose_lights_in_proportion_and_leave_a_number_behind) {
         std::vector<float> fine(chosen.size());
         for (float& f : fine) f = std::uniform_real_distribution<float>(0, 0.999f)(random);
 
-        auto kernel = support::probe_kernel(*device_, "probe", "rp_probe_light_choice", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+        auto kernel = support::probe_kernel(*device_, "single_ray/probe", "rp_probe_light_choice", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
         ASSERT_TRUE(kernel.ok()) << kernel.status().message();
         std::vector<std::array<uint32_t, 2>> results(chosen.size());
         auto step_buffer = device_->upload(bytes_of(steps), "steps"), number_buffer = device_->upload(bytes_of(chosen), "numbers");

@@ -16,7 +16,7 @@ namespace {
 TEST(SampleOrder, kernels_number_samples_as_the_host_does) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe", "rp_probe_order", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_probe_order", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     struct Picture {
         uint32_t width, height, tile, together, spp, region;
@@ -46,7 +46,7 @@ TEST(SampleOrder, kernels_number_samples_as_the_host_does) {
 TEST(SampleOrder, of_large_pictures_too) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe", "rp_probe_order", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_probe_order", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     constexpr uint32_t width = 40000, height = 30000, count = 1000;  // 1.2e9 pixels: groups of at most three
     const rp_sample_order order = make_order(16, 64, 6, uint64_t{width} * height);

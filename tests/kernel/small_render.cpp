@@ -7,13 +7,13 @@
 #include <random>
 #include <set>
 
-#include "blocks/top_tree.hpp"
+#include "cut/top_tree.hpp"
 #include "device/faults.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
-#include "unit/blocks_scenes.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager {
 namespace {

@@ -10,10 +10,10 @@
 #include <random>
 #include <set>
 
+#include "block/wide_top.hpp"
 #include "support/device_scene.hpp"
 #include "support/probe_kernels.hpp"
 #include "support/small_scene.hpp"
-#include "wide/top.hpp"
 
 namespace raypager {
 namespace {
@@ -196,7 +196,7 @@ protected:
         portals_ = make_wide_top(baked.top_grid, baked.top_nodes, baked.portals, baked.wide_roots).portals;
         pages_.resize(baked.blocks.size());
         ASSERT_TRUE(queue().read_now(scene_->geometry().pages(), 0, std::as_writable_bytes(std::span(pages_))).ok());
-        auto kernel = support::probe_kernel(scene_->device(), "probe_stream", "rp_probe_stream_waits", scene_->geometry().definitions());
+        auto kernel = support::probe_kernel(scene_->device(), "stream/probe", "rp_probe_stream_waits", scene_->geometry().definitions());
         ASSERT_TRUE(kernel.ok()) << kernel.status().message();
         kernel_ = std::move(*kernel);
         rays_ = Rays(random_, portals_).make(ray_count);

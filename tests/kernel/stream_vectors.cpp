@@ -1,4 +1,4 @@
-// kernels/lib/vector.cl has portable and special forms: both do what their comments say.
+// kernels/stream/vector.cl has portable and special forms: both do what their comments say.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TEST_P(SmallVectors, do_what_scalars_do) {
     for (uint32_t& index : indices) index = static_cast<uint32_t>(random() % lanes);
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe_stream", "rp_probe_vectors", std::string("-DRP_SLABS=1 -DRP_STACK_SIZE=96") + GetParam());
+    auto kernel = support::probe_kernel(**device, "stream/probe", "rp_probe_vectors", std::string("-DRP_SLABS=1 -DRP_STACK_SIZE=96") + GetParam());
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     auto number_buffer = (*device)->upload(bytes_of(numbers), "numbers"), index_buffer = (*device)->upload(bytes_of(indices), "indices");
     std::vector<uint32_t> results(count * words);

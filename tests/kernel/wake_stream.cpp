@@ -126,8 +126,8 @@ protected:
 
 private:
     void launch(bool named) {
-        auto begin = device_->kernel("wake_stream", "rp_begin_round", " -DRP_COUNT_BOUNCES"),
-             wake = device_->kernel("wake_stream", "rp_wake_stream", "");
+        auto begin = device_->kernel("stream/wake", "rp_begin_round", " -DRP_COUNT_BOUNCES"),
+             wake = device_->kernel("stream/wake", "rp_wake_stream", "");
         ASSERT_TRUE(begin.ok()) << begin.status().message();
         ASSERT_TRUE(wake.ok()) << wake.status().message();
         std::array<cl_uint, RP_MOST_NAMED> names{};
@@ -243,7 +243,7 @@ TEST_F(WakeStream, rays_of_a_block_stand_together) {
 // More slots than one work-item finds at once.
 TEST_F(WakeStream, one_work_item_sees_to_all_slots) {
     constexpr uint32_t many = 200'003;
-    auto wake = device_->kernel("wake_stream", "rp_wake_stream", "");
+    auto wake = device_->kernel("stream/wake", "rp_wake_stream", "");
     ASSERT_TRUE(wake.ok()) << wake.status().message();
     std::vector<uint32_t> status(2 * RP_STATUS_WORDS(many)), counters(RP_COUNTER_WORDS), listed(many), unused(many);
     std::vector<uint64_t> awake(RP_AWAKE_WORDS(many), ~uint64_t{0});
@@ -276,7 +276,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
     std::mt19937 random(seed);
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe_stream", "rp_probe_chains", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "stream/probe", "rp_probe_chains", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     constexpr uint32_t items = 512, slots = items * 64;
     for (uint32_t block_count = 1; block_count <= 20; block_count++) {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "blocks/grid.hpp"
+#include "block/grid.hpp"
 #include "device/device.hpp"
 #include "property/passage.hpp"
 #include "support/probe_kernels.hpp"
@@ -78,7 +78,7 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
     }
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe", "rp_probe_boxes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_probe_boxes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     auto ray_buffer = (*device)->upload(bytes_of(rays), "rays"), grid_buffer = (*device)->upload(bytes_of(grids), "grids");
     auto box_buffer = (*device)->upload(bytes_of(boxes), "boxes");
@@ -120,7 +120,7 @@ TEST(Signs, differ_where_one_number_is_below_0_and_one_above) {
     const auto count = static_cast<uint32_t>(numbers.size() / 3);
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe", "rp_probe_signs", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_probe_signs", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
     auto rows = (*device)->upload(bytes_of(numbers), "numbers");
     auto results = (*device)->allocate(count * sizeof(uint32_t), "results");

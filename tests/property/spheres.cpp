@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "blocks/point_code.hpp"
+#include "block/point_code.hpp"
 #include "support/device_scene.hpp"
 
 namespace raypager {

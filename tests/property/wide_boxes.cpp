@@ -9,10 +9,10 @@
 #include <cmath>
 #include <random>
 
+#include "block/wide_node.hpp"
 #include "property/passage.hpp"
 #include "support/device_scene.hpp"
 #include "support/probe_kernels.hpp"
-#include "wide/node.hpp"
 
 namespace raypager {
 namespace {
@@ -98,7 +98,7 @@ Found run_kernel(const Trial& trial) {
     found.entry.resize(24 * count);
     auto device = Device::open("", 0);
     EXPECT_TRUE(device.ok()) << device.status().message();
-    auto kernel = support::probe_kernel(**device, "probe_stream", "rp_probe_wide_boxes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
+    auto kernel = support::probe_kernel(**device, "stream/probe", "rp_probe_wide_boxes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     EXPECT_TRUE(kernel.ok()) << kernel.status().message();
     auto rays = (*device)->upload(bytes_of(trial.rays), "rays"), nodes = (*device)->upload(bytes_of(trial.nodes), "nodes");
     auto met = (*device)->allocate(found.met.size() * sizeof(uint64_t), "masks");

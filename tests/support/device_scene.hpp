@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 #include "device/device.hpp"
 #include "raypager/scene.hpp"
 #include "residency/residency.hpp"

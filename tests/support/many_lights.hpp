@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "blocks/lights.hpp"
+#include "gather/lights.hpp"
 #include "scene/emitters.hpp"
 
 namespace raypager::support {

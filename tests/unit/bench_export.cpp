@@ -6,7 +6,7 @@
 
 #include "bench/export.hpp"
 #include "import/mesh_file.hpp"
-#include "unit/blocks_scenes.hpp"
+#include "unit/bake_scenes.hpp"
 #include "unit/procedural_meshes.hpp"
 
 namespace raypager {

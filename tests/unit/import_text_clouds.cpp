@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "blocks/bake.hpp"
+#include "bake/bake.hpp"
 #include "import/cloud_file.hpp"
 #include "import/import.hpp"
 #include "support/temporary_folder.hpp"

@@ -3,13 +3,13 @@
 
 #include <cstring>
 
+#include "bake/restyle.hpp"
 #include "base/files.hpp"
 #include "base/hash.hpp"
-#include "blocks/gather.hpp"
-#include "blocks/restyle.hpp"
+#include "gather/gather.hpp"
 #include "import/import.hpp"
 #include "store/format.hpp"
-#include "unit/blocks_scenes.hpp"
+#include "unit/bake_scenes.hpp"
 
 namespace raypager {
 namespace {

@@ -47,7 +47,7 @@
 // Quantised boxes -------------------------------------------------------------------------------------------------------
 // A coordinate is 16 bits on a grid: world = origin + cell * RP_GRID_VALUE(q), which kernels have as as_float(0x47000000 | q << 7). A box stores, for
 // each axis, lower | upper << 16. Builders round outwards by at least RP_GRID_SLACK cells; tests/property/boxes shows that this suffices for the
-// arithmetic of kernels/lib/box.cl. An absent child has lower 65535 and upper 0 on every axis.
+// arithmetic of kernels/common/box.cl. An absent child has lower 65535 and upper 0 on every axis.
 #define RP_GRID_VALUE(q) (RP_GRID_MIN + 0.5 * (q))
 #define RP_GRID_MIN 32768.0
 #define RP_GRID_MAX 65535.5

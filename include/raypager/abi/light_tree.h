@@ -17,8 +17,8 @@ typedef struct rp_light_node {
 #define RP_LIGHT_LEAF 0x80000000u
 
 // In words, one behind the other: the head, pairs of nodes (the children of the root first), for each light the way from the root to it in two words
-// (a bit a step, the first one lowest, then a 1), and the choice between the tree and each light that has no place: as steps (kernels/lib/light.cl),
-// of which the first is the tree's, and the numbers of these lights.
+// (a bit a step, the first one lowest, then a 1), and the choice between the tree and each light that has no place: as steps
+// (kernels/shading/light.cl), of which the first is the tree's, and the numbers of these lights.
 #define RP_LIGHT_TREE_WAYS 0u    // words of the head: where the ways begin,
 #define RP_LIGHT_TREE_STEPS 1u   // the steps,
 #define RP_LIGHT_TREE_COUNT 2u   // how many these are,

@@ -29,11 +29,11 @@
 #define RP_PATH_DEPTH_MASK 0xffffu  // scattering events so far
 #define RP_PATH_SPECULAR 0x10000u   // the last one was specular, or there was none: emission counts in full
 // The rest: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
-// began), as a signed binary logarithm in steps of about 1/256 (kernels/lib/scatter.cl). Russian roulette must not end paths for that.
+// began), as a signed binary logarithm in steps of about 1/256 (kernels/shading/scatter.cl). Russian roulette must not end paths for that.
 #define RP_PATH_REFRACTION_SHIFT 17
 #define RP_PATH_MOST_REFRACTION 7680
 
-// Slots that sleep together have a word of 64 bits (stages/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
+// Slots that sleep together have a word of 64 bits (single_ray/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
 // than RP_SLEEP_BITS, for block b.
 #define RP_SLEEP_GROUP 16u
 #define RP_SLEEP_BITS 58u
@@ -43,7 +43,7 @@
 #define RP_AWAKE_WORDS(slot_count) (((slot_count) + (RP_AWAKE_SLOTS - 1u)) / RP_AWAKE_SLOTS)
 
 // With streams, rays that can go on are queued in bundles of those that are in the same block or in blocks that lie together: bundle
-// b * bundle_scale / 2^32, less than this, for block b (stages/wake_stream.cl).
+// b * bundle_scale / 2^32, less than this, for block b (stream/wake.cl).
 #define RP_BUNDLES 2048u
 
 // The status word of a slot: what it is about (low bits); of an extension ray that has a hit the offset exponent there (surface.cl), unless shading
@@ -102,8 +102,8 @@ typedef struct rp_path_sample {
 #define RP_COUNT_WAITING 4u       // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u          // slots that are none of these, before new camera paths begin
 #define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
-// The same of extension rays; on GPUs rays, of each part of the queue (kernels/lib/lanes.cl), of which there are at most RP_MOST_PARTS. In the end it
-// is more than there were, by what was asked for in vain.
+// The same of extension rays; on GPUs rays, of each part of the queue (kernels/single_ray/persistent.cl), of which there are at most RP_MOST_PARTS.
+// In the end it is more than there were, by what was asked for in vain.
 #define RP_COUNT_EXTEND_TAKEN 7u
 #define RP_MOST_PARTS 256u
 #define RP_COUNTERS_PER_ROUND (RP_COUNT_EXTEND_TAKEN + RP_MOST_PARTS)

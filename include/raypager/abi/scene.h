@@ -85,7 +85,7 @@ typedef struct rp_render_params {
     rp_u32 roulette_connection, slot_count;
     float background[3];
     rp_u32 background_kind;
-    float max_luminance, max_xyz;       // of a sample (lib/film.cl); infinite: no limit
+    float max_luminance, max_xyz;       // of a sample (common/film.cl); infinite: no limit
     rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 

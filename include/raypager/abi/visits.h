@@ -1,5 +1,5 @@
 // The visit log: which blocks the rays of some paths entered, as kernels built with RP_RECORD write it and the host reads it after each
-// round. Only measurements record; see kernels/lib/visits.cl.
+// round. Only measurements record; see kernels/single_ray/visits.cl.
 #ifndef RAYPAGER_ABI_VISITS_H
 #define RAYPAGER_ABI_VISITS_H
 

@@ -1,6 +1,6 @@
 // The wide form: a block, or the top tree, as it lies in the memory of a CPU. A vector unit tests one ray against eight boxes, or one
 // box against sixteen rays, so nodes have eight children, and what is tested together lies side by side. src/wide makes it from
-// the stored form (block.h) in linear time; kernels/lib/stream.cl walks it.
+// the stored form (block.h) in linear time; kernels/stream/stream.cl walks it.
 //
 // Records (nodes and leaves) are multiples of RP_WIDE_UNIT bytes. The children of a node follow each other, in order, from
 // node + RP_WIDE_UNIT * children on: no reference needs a base, and a record may lie anywhere.
@@ -72,7 +72,7 @@ typedef struct rp_wide_header {
 } rp_wide_header;
 
 // Boxes are made larger on every side by these shares of their longest edge and of the largest coordinate in them, for the roundings of
-// kernels/lib/stream.cl.
+// kernels/stream/stream.cl.
 #define RP_WIDE_SLACK_OF_EXTENT 0x1p-20
 #define RP_WIDE_SLACK_OF_COORDINATE 0x1p-25
 

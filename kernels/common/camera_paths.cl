@@ -1,0 +1,77 @@
+// Free slots take the next samples and become camera paths.
+#ifndef RP_CAMERA_PATHS_CL
+#define RP_CAMERA_PATHS_CL
+
+#include "common/arithmetic.cl"
+#include "common/path_state.cl"
+#include "common/random.cl"
+#include "common/sample_order.cl"
+
+// A new camera path in a slot. Fusing is allowed: no other code recomputes its ray, so nothing has to match it.
+static inline void rp_begin_path(__constant rp_render_params* params, uint pixel, uint sample, uint slot, const rp_paths* paths) {
+#pragma OPENCL FP_CONTRACT ON
+    const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
+    const rp_numbers_1 random = rp_random_bits_1(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
+    const float u = ((float)xy.x + rp_unit_1(random.x)) / (float)params->width, v = ((float)xy.y + rp_unit_1(random.y)) / (float)params->height;
+    __constant rp_camera* camera = &params->camera;
+    const float3 eye = (float3)(camera->eye[0], camera->eye[1], camera->eye[2]);
+    const float3 right = (float3)(camera->right[0], camera->right[1], camera->right[2]);
+    const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
+    const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
+    const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
+    rp_store_camera_path(paths, slot, pixel, sample, eye, direction);
+}
+
+// What there is to be given out.
+typedef struct rp_supply {
+    uint slots;    // free ones
+    ulong sample;  // the next one's number
+    uint queued;   // extension rays that are in the queue already
+} rp_supply;
+
+// The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
+// written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
+static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, const rp_paths* paths,
+                                  __global uint* queue, const __global rp_path_sample* again, uint listed, uint later) {
+    rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u, 1u};
+    for (uint i = get_global_id(0); i < supply->slots; i += get_global_size(0)) {
+        const uint slot = free_list[i];
+        const ulong number = supply->sample + (i - min(i, listed));
+        if (i >= listed && number >= params->sample_limit) {
+            if (later != 0u)
+                rp_free_slot(paths, slot);
+            else
+                rp_retire_slot(paths, slot);
+            continue;
+        }
+        rp_path_sample taken;
+        if (i < listed)
+            taken = again[i];
+        else
+            taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
+        rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
+        queue[supply->queued + i] = slot;
+    }
+}
+
+// Once it has been given out: accounts for the samples. By one work-item. What others have read in the same kernel is changed by atomics, as it was
+// read: that it was read before, by an order that OpenCL 1.2 has no words for, checkers of races do not see.
+static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters,
+                                          uint listed) {
+    const uint again = min(listed, supply->slots);
+    ulong next = supply->sample + (supply->slots - again);
+    if (next > params->sample_limit) next = params->sample_limit;
+    if (next < supply->sample) next = supply->sample;  // the limit was lowered behind them
+    const uint started = again + (uint)(next - supply->sample);
+    atomic_xchg(counters + RP_COUNT_NEXT_SAMPLE, (uint)next);
+    atomic_xchg(counters + RP_COUNT_NEXT_SAMPLE + 1u, (uint)(next >> 32));
+    atomic_add(counters + RP_COUNT_EXTEND, started);
+    const uint waiting = counters[RP_COUNT_WAITING] + counters[RP_COUNT_IN_LISTS];
+    counters[RP_COUNT_WAITING] = waiting;
+    counters[RP_COUNT_IDLE] = params->slot_count - supply->queued - counters[RP_COUNT_SHADOW] - supply->slots - waiting;
+    const uint before = counters[RP_COUNT_CAMERA_RAYS];
+    counters[RP_COUNT_CAMERA_RAYS] = before + started;
+    if (before + started < before) counters[RP_COUNT_CAMERA_RAYS + 1u]++;
+}
+
+#endif

@@ -1,0 +1,421 @@
+// The state of paths: all that kernels know of where the words of a path slot lie, what they mean in which state of the slot, and which bits of its
+// status word say so (abi/path.h has the layout). Stages ask for what they need by name; a new field of a path is added here, in abi/path.h and in
+// src/wavefront/path_state.cpp.
+//
+// Planes are in one of two forms. In the full form each plane holds what abi/path.h names first. In the compact one (RP_STATUS_CAMERA,
+// RP_STATUS_CONNECTED, RP_STATUS_FOUND) they still hold what the stage before has left, so that it need not be written and read again; unfolding
+// brings it into the full one.
+#ifndef RP_PATH_STATE_CL
+#define RP_PATH_STATE_CL
+
+#include "common/prefetch.cl"
+#include "raypager/abi/path.h"
+#include "raypager/abi/scene.h"
+
+// All path slots. status: runs of words (abi/path.h); planes: RP_PLANE_INDEX.
+typedef struct rp_paths {
+    uint slot_count;
+    __global uint* status;
+    __global uint4* planes;
+} rp_paths;
+#define RP_MAKE_PATHS(slot_count, status, planes) \
+    { slot_count, status, planes }
+
+#define RP_PLANE(paths, plane, slot) (paths)->planes[RP_PLANE_INDEX(plane, (size_t)(paths)->slot_count, slot)]
+
+// Asks for a slot's planes, which are about to be read.
+static inline void rp_fetch_path(const rp_paths* paths, uint slot) {
+    rp_fetch_early(paths->status + slot);
+    for (uint plane = 0u; plane < RP_PATH_PLANES; plane += 2u) rp_fetch_early(&RP_PLANE(paths, plane, slot));
+}
+// The same of what an extension ray is read from and written to, and of what a shadow ray is read from.
+static inline void rp_fetch_extension(const rp_paths* paths, uint slot) {
+    rp_fetch_early(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot));
+    rp_fetch_early(&RP_PLANE(paths, RP_PLANE_HIT, slot));
+}
+static inline void rp_fetch_shadow(const rp_paths* paths, uint slot) { rp_fetch_early(&RP_PLANE(paths, RP_PLANE_ORIGIN, slot)); }
+
+// ---- What a status word says
+
+static inline uint rp_state_of(const rp_paths* paths, uint slot) { return paths->status[slot]; }
+// state: as returned by functions of this file.
+static inline void rp_set_state(const rp_paths* paths, uint slot, uint state) { paths->status[slot] = state; }
+static inline bool rp_is_free(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_FREE; }
+static inline bool rp_is_idle(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_IDLE; }
+static inline bool rp_extends(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_EXTEND; }
+static inline bool rp_connects(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_SHADOW; }
+static inline bool rp_is_to_shade(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_SHADE; }
+static inline bool rp_waits(uint state) { return (state & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS; }
+// Nothing about such a slot changes before something comes from outside: it waits, or no samples are left for it.
+static inline bool rp_can_sleep(uint state) { return (state & RP_STATUS_MASK) >= RP_STATUS_IDLE; }
+// Has a shadow ray, which may wait.
+static inline bool rp_has_shadow_ray(uint state) {
+    return (state & RP_STATUS_MASK) == RP_STATUS_SHADOW || (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS;
+}
+static inline bool rp_leaves_first_vertex(uint state) { return (state & RP_STATUS_FIRST) != 0u; }
+// With streams: the block that the path met last, as far as there is room for its number.
+static inline uint rp_last_block_of(uint state) { return state >> RP_STATUS_BLOCK_SHIFT; }
+static inline uint rp_last_block_bits(uint block) { return min(block, ~0u >> RP_STATUS_BLOCK_SHIFT) << RP_STATUS_BLOCK_SHIFT; }
+static inline uint rp_offset_exponent_of(uint state) { return state >> RP_STATUS_OFFSET_SHIFT & RP_STATUS_OFFSET_MASK; }
+
+// With streams: what becomes of the status word of a ray whose block has come. shadow: whether it is a shadow ray.
+static inline uint rp_woken_state(uint state, bool shadow, uint block) {
+    const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
+    return (state & kept) | (shadow ? RP_STATUS_SHADOW : RP_STATUS_EXTEND) | RP_STATUS_RESUMED | rp_last_block_bits(block);
+}
+
+static inline void rp_free_slot(const rp_paths* paths, uint slot) { paths->status[slot] = RP_STATUS_FREE; }
+static inline void rp_retire_slot(const rp_paths* paths, uint slot) { paths->status[slot] = RP_STATUS_IDLE; }
+
+// ---- The flags of a path: depth, whether its last scattering was specular, refraction
+
+static inline uint rp_path_flags(uint depth, bool specular, int refraction) {
+    return depth | (specular ? RP_PATH_SPECULAR : 0u) | (uint)refraction << RP_PATH_REFRACTION_SHIFT;
+}
+static inline uint rp_depth_of(uint flags) { return flags & RP_PATH_DEPTH_MASK; }
+static inline bool rp_was_specular(uint flags) { return (flags & RP_PATH_SPECULAR) != 0u; }
+static inline int rp_refraction_of(uint flags) { return (int)flags >> RP_PATH_REFRACTION_SHIFT; }
+
+// ---- Waiting
+
+// The word that says what a slot waits for: a block, or, with streams, the next slot of a list of its block's (RP_DEMAND_LISTS).
+static inline uint rp_wait_word(const rp_paths* paths, uint slot) { return paths->status[(size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
+static inline void rp_set_wait_word(const rp_paths* paths, uint slot, uint word) {
+    paths->status[(size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = word;
+}
+// The run of these words, for who reads many.
+static inline const __global uint* rp_wait_words(const __global uint* status, uint slot_count) { return status + RP_STATUS_WORDS(slot_count); }
+
+// Where a ray that has waited goes on.
+static inline uint rp_portal_of(const rp_paths* paths, uint slot) { return RP_PLANE(paths, RP_PLANE_SURFACE, slot).w; }
+static inline void rp_set_portal(const rp_paths* paths, uint slot, uint portal) {
+    ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = portal;
+}
+
+// Status words of rays that wait.
+static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
+    return RP_STATUS_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
+}
+static inline uint rp_shadow_waits(uint state) { return RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS); }
+
+// The ray of a slot waits for a block. waiting_state: one of the two above. wants: of all blocks.
+static inline void rp_wait_for(const rp_paths* paths, uint slot, uint block, uint waiting_state, volatile __global uint* wants) {
+    paths->status[slot] = waiting_state;
+    rp_set_wait_word(paths, slot, block);
+    atomic_inc(wants + block);
+}
+
+#ifdef RP_VERTEX_COLORS
+static inline uint rp_color_of(const rp_paths* paths, uint slot) { return paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
+static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
+    paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = color;
+}
+#endif
+
+// ---- Camera paths
+
+// The pixel and sample of a path under way.
+static inline rp_path_sample rp_sample_of(const rp_paths* paths, uint slot, uint state) {
+    rp_path_sample sample_id;
+#ifdef RP_SHORT_STATES
+    if (state & RP_STATUS_CAMERA) {
+        sample_id.pixel = RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w;
+        sample_id.sample = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w;
+        return sample_id;
+    }
+#endif
+    sample_id.pixel = RP_PLANE(paths, RP_PLANE_RADIANCE, slot).w;
+    sample_id.sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot).z;
+    return sample_id;
+}
+
+// Planes of a new camera path that are the same for every ray, apart from pixel and sample.
+static inline void rp_store_initial_planes(const rp_paths* paths, uint slot, uint pixel, uint sample) {
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)((uint3)(0u), RP_NONE);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
+    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
+    RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)((uint3)(0u), pixel);
+}
+
+static inline void rp_store_camera_path(const rp_paths* paths, uint slot, uint pixel, uint sample, float3 eye, float3 direction) {
+#ifdef RP_SHORT_STATES
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), pixel);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), sample);
+    paths->status[slot] = RP_STATUS_EXTEND | RP_STATUS_CAMERA;
+#else
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
+    rp_store_initial_planes(paths, slot, pixel, sample);
+    paths->status[slot] = RP_STATUS_EXTEND;
+#endif
+}
+
+// ---- Extension rays, one by one
+
+// primitive: of the closest hit in an earlier pass, or RP_NONE. portal: RP_NONE for a ray that has not waited.
+typedef struct rp_extension_ray {
+    float3 origin, direction;
+    float t;
+    uint primitive, portal;
+} rp_extension_ray;
+
+static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot) {
+    const uint state = paths->status[slot];
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot);
+    uint3 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).xyz;
+    rp_extension_ray ray;
+    ray.t = INFINITY;
+    ray.primitive = ray.portal = RP_NONE;
+    if ((state & RP_STATUS_MASK) == RP_STATUS_EXTEND_WAITS) {
+        ray.t = as_float(origin.w);
+        ray.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot).w;
+        ray.portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot).w;
+    } else if (state & RP_STATUS_CONNECTED) {
+        direction = RP_PLANE(paths, RP_PLANE_HIT, slot).xyz;
+    }
+    ray.origin = as_float3(origin.xyz);
+    ray.direction = as_float3(direction);
+    return ray;
+}
+
+// The direction alone. REQUIRES: the state of the slot is unfolded.
+static inline float3 rp_direction_of(const rp_paths* paths, uint slot) { return as_float3(RP_PLANE(paths, RP_PLANE_DIRECTION, slot).xyz); }
+
+// What a shadow ray brings if it arrives.
+static inline float3 rp_light_in(uint4 hit, uint4 surface) { return (float3)(as_float(hit.w), as_float(surface.x), as_float(surface.y)); }
+static inline float3 rp_light_on_its_way(const rp_paths* paths, uint slot) {
+    return rp_light_in(RP_PLANE(paths, RP_PLANE_HIT, slot), RP_PLANE(paths, RP_PLANE_SURFACE, slot));
+}
+
+// Brings the planes of an extension ray that was CONNECTED into the form of one that is not. It has no hit yet.
+static inline void rp_unfold_connected(const rp_paths* paths, uint slot, uint state) {
+    if (state & RP_STATUS_LIT) {
+        const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
+        const float3 sum = as_float3(radiance.xyz) + rp_light_on_its_way(paths, slot);
+        RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)(as_uint3(sum), radiance.w);
+    }
+    const uint density = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w;
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(RP_PLANE(paths, RP_PLANE_HIT, slot).xyz, density);
+    RP_PLANE(paths, RP_PLANE_HIT, slot).w = RP_NONE;
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(INFINITY);
+}
+
+// The same of any extension ray: what follows does not have to know in which form it was.
+static inline void rp_unfold_extension(const rp_paths* paths, uint slot, uint state) {
+#ifdef RP_SHORT_STATES
+    if (state & RP_STATUS_CAMERA) {
+        const rp_path_sample sample_id = rp_sample_of(paths, slot, state);
+        RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(INFINITY);
+        RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w = as_uint(0.0f);
+        rp_store_initial_planes(paths, slot, sample_id.pixel, sample_id.sample);
+    }
+#endif
+    if (state & RP_STATUS_CONNECTED) rp_unfold_connected(paths, slot, state);
+}
+
+// The closest hit of an extension ray so far. REQUIRES: the state of the slot is unfolded.
+static inline void rp_store_hit(const rp_paths* paths, uint slot, float t, float3 position, uint primitive, uint geometric_normal,
+                                uint shading_normal, uint portal) {
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(t);
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(position), primitive);
+    const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot).z;
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(geometric_normal, shading_normal, sample, portal);
+}
+
+// An extension ray is done; offset_exponent: at its hit, if it has one.
+static inline void rp_finish_extension(const rp_paths* paths, uint slot, uint offset_exponent) {
+    paths->status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
+}
+
+#ifdef RP_SHORT_STATES
+// The same, where shading finds the surface. block: RP_NONE if there is no hit in this pass; leaf: the reference of what was hit there.
+static inline void rp_finish_extension_deferred(const rp_paths* paths, uint slot, uint state, uint leaf, uint block, float t) {
+    if (block != RP_NONE) {
+        const uint plane = state & RP_STATUS_CAMERA ? RP_PLANE_ORIGIN : state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
+        __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot);
+        found[0] = leaf;
+        found[1] = block;
+        found[2] = as_uint(t);
+    }
+    paths->status[slot] = (state & ~RP_STATUS_MASK) | RP_STATUS_SHADE | (block != RP_NONE ? RP_STATUS_FOUND : 0u);
+}
+#endif
+
+// ---- Shadow rays
+
+typedef struct rp_shadow_ray {
+    float3 origin, direction;
+    float t_max;
+    uint portal;  // RP_NONE: has not waited
+} rp_shadow_ray;
+
+static inline rp_shadow_ray rp_shadow_of(const rp_paths* paths, uint slot, uint state) {
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
+    rp_shadow_ray ray;
+    ray.portal = (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS ? rp_portal_of(paths, slot) : RP_NONE;
+    ray.origin = as_float3(origin.xyz);
+    ray.direction = as_float3(direction.xyz);
+    ray.t_max = as_float(origin.w);
+    return ray;
+}
+
+// A path that has ended behind its shadow ray.
+typedef struct rp_path_end {
+    bool ended;
+    uint pixel;
+    float3 radiance;
+} rp_path_end;
+
+// The shadow ray has been traced: the path ends, its slot is free, and its radiance is for the film; or its extension ray begins, which the planes
+// will show when that has been traced (RP_STATUS_CONNECTED).
+static inline rp_path_end rp_finish_shadow(const rp_paths* paths, uint slot, uint state, bool occluded) {
+    rp_path_end end = {false, 0u, (float3)(0.0f)};
+    if (!(state & RP_STATUS_ENDS)) {
+        // Of single rays these bits hold RP_STATUS_FIRST alone.
+        paths->status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & RP_STATUS_BLOCK_MASK);
+        return end;
+    }
+    const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
+    end.ended = true;
+    end.pixel = radiance.w;
+    end.radiance = occluded ? as_float3(radiance.xyz) : as_float3(radiance.xyz) + rp_light_on_its_way(paths, slot);
+    paths->status[slot] = RP_STATUS_FREE;
+    return end;
+}
+
+// ---- The end of an extension ray, where it is shaded
+
+typedef struct rp_arrival {
+    float3 direction, throughput, radiance, position;
+    float bsdf_density, distance;
+    uint flags, pixel, sample;
+    uint primitive, geometric_normal, shading_normal;  // RP_NONE: no hit, and then the others mean nothing
+    uint offset_exponent;
+#ifdef RP_VERTEX_COLORS
+    uint color;
+#endif
+#ifdef RP_SHORT_STATES
+    // The hit whose surface is still to be found, along the ray from here. block: RP_NONE if there is none.
+    float3 origin;
+    uint leaf, block;
+#endif
+} rp_arrival;
+
+// From planes in the full form.
+static inline rp_arrival rp_make_arrival(uint4 direction, uint4 throughput, uint4 radiance, uint4 hit, uint4 surface) {
+    rp_arrival a;
+    a.direction = as_float3(direction.xyz);
+    a.bsdf_density = as_float(direction.w);
+    a.throughput = as_float3(throughput.xyz);
+    a.flags = throughput.w;
+    a.radiance = as_float3(radiance.xyz);
+    a.pixel = radiance.w;
+    a.position = as_float3(hit.xyz);
+    a.primitive = hit.w;
+    a.geometric_normal = surface.x;
+    a.shading_normal = surface.y;
+    a.sample = surface.z;
+    return a;
+}
+
+#ifdef RP_SHORT_STATES
+// eye: of the camera, for camera rays.
+static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state, float3 eye) {
+    uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
+    uint4 throughput = (uint4)(0u), radiance = (uint4)(0u), hit = (uint4)(0u), surface = (uint4)(0u);
+    if (!(state & RP_STATUS_CAMERA)) {
+        throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot);
+        radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
+        hit = RP_PLANE(paths, RP_PLANE_HIT, slot);
+        surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
+    }
+    uint3 found = hit.xyz;
+    if (state & RP_STATUS_CAMERA) {
+        throughput = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
+        radiance = (uint4)((uint3)(0u), origin.w);
+        surface = (uint4)(0u, 0u, direction.w, RP_NONE);
+        hit.w = RP_NONE;
+        direction.w = as_uint(0.0f);
+        found = origin.xyz;
+        origin.xyz = as_uint3(eye);
+    } else if (state & RP_STATUS_CONNECTED) {
+        if (state & RP_STATUS_LIT) radiance.xyz = as_uint3(as_float3(radiance.xyz) + rp_light_in(hit, surface));
+        found = direction.xyz;
+        direction.xyz = hit.xyz;
+        hit.w = RP_NONE;
+    }
+    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
+    a.origin = as_float3(origin.xyz);
+    a.leaf = found.x;
+    a.block = state & RP_STATUS_FOUND ? found.y : RP_NONE;
+    a.distance = state & RP_STATUS_FOUND ? as_float(found.z) : as_float(origin.w);
+    a.offset_exponent = rp_offset_exponent_of(state);
+#ifdef RP_VERTEX_COLORS
+    a.color = rp_color_of(paths, slot);
+#endif
+    return a;
+}
+#else
+static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state) {
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot);
+    uint4 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot), radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
+    uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
+    uint distance = origin.w;
+    if (state & RP_STATUS_CONNECTED) {
+        const float3 before = as_float3(radiance.xyz), after = before + rp_light_in(hit, surface);
+        radiance.xyz = as_uint3(state & RP_STATUS_LIT ? after : before);
+        const uint4 found = direction;
+        distance = found.z;
+        direction = (uint4)(hit.xyz, found.w);
+        hit = origin;
+        surface.xy = found.xy;
+    }
+    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
+    a.distance = as_float(distance);
+    a.offset_exponent = rp_offset_exponent_of(state);
+#ifdef RP_VERTEX_COLORS
+    a.color = rp_color_of(paths, slot);
+#endif
+    return a;
+}
+#endif
+
+// ---- The rays that leave a vertex
+
+static inline void rp_store_throughput_and_radiance(const rp_paths* paths, uint slot, float3 throughput, uint flags, float3 radiance, uint pixel) {
+    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot) = (uint4)(as_uint3(throughput), flags);
+    RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)(as_uint3(radiance), pixel);
+}
+
+// Status bits that a ray leaving a vertex carries. depth: scattering events before that vertex.
+static inline uint rp_departing_state(uint state, uint depth) {
+#ifdef RP_SHORT_STATES
+    return depth == 0u ? RP_STATUS_FIRST : 0u;
+#else
+    return state & RP_STATUS_BLOCK_MASK;
+#endif
+}
+
+// An extension ray begins. density: of its direction by solid angle, 0 if that is specular.
+static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, uint3 direction, uint density,
+                                      uint sample) {
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(INFINITY));
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(direction, density);
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)((uint3)(0u), RP_NONE);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
+    paths->status[slot] = RP_STATUS_EXTEND | rp_departing_state(state, depth);
+}
+
+// A shadow ray begins, and keeps the extension ray behind it: next_direction and density are that one's. ends: there is none. light: what arrives if
+// nothing is in the way.
+static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, float3 direction, float reach,
+                                   float3 light, bool ends, uint3 next_direction, uint density, uint sample) {
+    const uint3 arrives = as_uint3(light);
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(reach));
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), density);
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(next_direction, arrives.x);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(arrives.yz, sample, RP_NONE);
+    paths->status[slot] = RP_STATUS_SHADOW | (ends ? RP_STATUS_ENDS : 0u) | rp_departing_state(state, depth);
+}
+
+#endif

@@ -1,0 +1,138 @@
+// Scattering by the materials of abi/scene.h that are not diffuse (for those: scatter_lanes.cl): evaluates and samples them.
+#ifndef RP_BSDF_CL
+#define RP_BSDF_CL
+
+#include "common/arithmetic.cl"
+#include "shading/light.cl"
+#include "raypager/abi/scene.h"
+
+// A shading frame on the side of the surface that the ray came from (rp_frame_1).
+typedef struct rp_shading {
+    float3 normal;  // shading normal, towards the viewer
+    float3 tangent, bitangent;
+    float3 geometric_normal;  // towards the viewer
+    float3 view;              // unit, towards the viewer
+    bool inside;              // the viewer is on the side that the surface's own normal points away from
+} rp_shading;
+
+static inline float3 rp_to_local(const rp_shading* s, float3 v) { return (float3)(dot(v, s->tangent), dot(v, s->bitangent), dot(v, s->normal)); }
+static inline float3 rp_to_world(const rp_shading* s, float3 v) { return v.x * s->tangent + v.y * s->bitangent + v.z * s->normal; }
+
+static inline float2 rp_sample_disk(float u, float v) {
+    float sine, cosine;
+    const float r = sqrt(u);
+    rp_sincos_turns_1(v, &sine, &cosine);
+    return (float2)(r * cosine, r * sine);
+}
+
+// Fresnel reflectance of a conductor for unpolarised light, one channel; cosine of the angle of incidence > 0.
+static inline float rp_fresnel_conductor(float cosine, float eta, float k) {
+    const float c2 = cosine * cosine, s2 = 1.0f - c2, e2 = eta * eta, k2 = k * k;
+    const float t0 = e2 - k2 - s2, a2b2 = sqrt(t0 * t0 + 4.0f * e2 * k2), t1 = a2b2 + c2;
+    const float a = sqrt(fmax(0.0f, 0.5f * (a2b2 + t0))), t2 = 2.0f * cosine * a;
+    const float rs = (t1 - t2) / (t1 + t2);
+    const float t3 = c2 * a2b2 + s2 * s2, t4 = t2 * s2;
+    return 0.5f * rs * (1.0f + (t3 - t4) / (t3 + t4));
+}
+static inline float3 rp_fresnel_metal(const __global rp_material* m, float cosine) {
+    return (float3)(rp_fresnel_conductor(cosine, m->eta[0], m->k[0]), rp_fresnel_conductor(cosine, m->eta[1], m->k[1]),
+                    rp_fresnel_conductor(cosine, m->eta[2], m->k[2]));
+}
+
+// Fresnel reflectance of a dielectric; eta = index on the far side over index on this side; *cosine_t is that of refraction.
+static inline float rp_fresnel_dielectric(float cosine, float eta, float* cosine_t) {
+    const float sin2_t = (1.0f - cosine * cosine) / (eta * eta);
+    *cosine_t = 0.0f;
+    if (sin2_t >= 1.0f) return 1.0f;
+    *cosine_t = sqrt(1.0f - sin2_t);
+    const float parallel = (eta * cosine - *cosine_t) / (eta * cosine + *cosine_t);
+    const float perpendicular = (cosine - eta * *cosine_t) / (cosine + eta * *cosine_t);
+    return 0.5f * (parallel * parallel + perpendicular * perpendicular);
+}
+
+// GGX (Walter et al. 2007; Heitz 2014, 2018), isotropic, local frame with z = normal.
+static inline float rp_ggx_d(float3 h, float alpha) {
+    const float a2 = alpha * alpha, t = h.z * h.z * (a2 - 1.0f) + 1.0f;
+    return a2 / (RP_PI * t * t);
+}
+static inline float rp_ggx_lambda(float3 w, float alpha) {
+    const float c2 = w.z * w.z;
+    return 0.5f * (sqrt(1.0f + alpha * alpha * fmax(0.0f, 1.0f - c2) / c2) - 1.0f);
+}
+// Heitz 2018, "Sampling the GGX Distribution of Visible Normals".
+static inline float3 rp_ggx_sample_normal(float3 v, float alpha, float u0, float u1) {
+    const float3 s = normalize((float3)(alpha * v.x, alpha * v.y, v.z));
+    const float length2 = s.x * s.x + s.y * s.y;
+    const float3 t1 = length2 > 0.0f ? (float3)(-s.y, s.x, 0.0f) * rsqrt(length2) : (float3)(1.0f, 0.0f, 0.0f);
+    const float3 t2 = cross(s, t1);
+    float2 p = rp_sample_disk(u0, u1);
+    const float blend = 0.5f * (1.0f + s.z);
+    p.y = (1.0f - blend) * sqrt(fmax(0.0f, 1.0f - p.x * p.x)) + blend * p.y;
+    const float3 n = p.x * t1 + p.y * t2 + sqrt(fmax(0.0f, 1.0f - p.x * p.x - p.y * p.y)) * s;
+    return normalize((float3)(alpha * n.x, alpha * n.y, fmax(1e-6f, n.z)));
+}
+
+static inline bool rp_is_specular(const __global rp_material* m) {
+    return m->kind == RP_MATERIAL_DIELECTRIC || m->kind == RP_MATERIAL_NONE || (m->kind == RP_MATERIAL_CONDUCTOR && m->alpha <= 0.0f);
+}
+
+// BSDF * cosine and density by solid angle of the unit direction; zero for specular materials and below the geometric surface.
+static inline float3 rp_bsdf_evaluate(const __global rp_material* m, const rp_shading* s, float3 direction, float* density) {
+    *density = 0.0f;
+    const float3 v = rp_to_local(s, s->view), l = rp_to_local(s, direction);
+    if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, s->geometric_normal) <= 0.0f) return (float3)(0.0f);
+    const float3 h = normalize(v + l);
+    const float d = rp_ggx_d(h, m->alpha), lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
+    *density = d / ((1.0f + lambda_v) * 4.0f * v.z);
+    return rp_fresnel_metal(m, fmin(1.0f, dot(v, h))) * (d / ((1.0f + lambda_v + lambda_l) * 4.0f * v.z));
+}
+
+typedef struct rp_scatter {
+    float3 direction;  // unit, world
+    float3 weight;     // BSDF * cosine / density; zero: absorbed
+    float density;     // by solid angle; 0 for specular scattering
+    bool transmitted;  // went to the other side of the surface
+} rp_scatter;
+
+static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_shading* s, float4 u) {
+    rp_scatter r;
+    r.direction = s->normal;
+    r.weight = (float3)(0.0f);
+    r.density = 0.0f;
+    r.transmitted = false;
+    const float3 v = rp_to_local(s, s->view);
+    if (m->kind == RP_MATERIAL_NONE || v.z <= 0.0f) return r;
+    if (m->kind == RP_MATERIAL_CONDUCTOR) {
+        const bool mirror = m->alpha <= 0.0f;
+        const float3 h = mirror ? (float3)(0.0f, 0.0f, 1.0f) : rp_ggx_sample_normal(v, m->alpha, u.x, u.y);
+        const float3 l = 2.0f * dot(v, h) * h - v;
+        r.direction = rp_to_world(s, l);
+        if (l.z <= 0.0f || dot(r.direction, s->geometric_normal) <= 0.0f) return r;
+        r.weight = rp_fresnel_metal(m, clamp(dot(v, h), 0.0f, 1.0f));
+        if (!mirror) {
+            const float lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
+            r.weight *= (1.0f + lambda_v) / (1.0f + lambda_v + lambda_l);
+            r.density = rp_ggx_d(h, m->alpha) / ((1.0f + lambda_v) * 4.0f * v.z);
+        }
+    } else {
+        const float eta = s->inside ? 1.0f / m->ior : m->ior;
+        float cosine_t;
+        const float reflectance = rp_fresnel_dielectric(fmin(v.z, 1.0f), eta, &cosine_t);
+        float3 l;
+        if (u.z < reflectance) {
+            l = (float3)(-v.x, -v.y, v.z);
+            r.weight = (float3)(1.0f);
+        } else {
+            l = (float3)(-v.x / eta, -v.y / eta, -cosine_t);
+            r.weight = (float3)(1.0f / (eta * eta));  // radiance is compressed or spread with the solid angle
+            r.transmitted = true;
+        }
+        r.direction = rp_to_world(s, l);
+        // A bent shading normal can send the ray to the wrong side of the surface.
+        if ((dot(r.direction, s->geometric_normal) > 0.0f) == r.transmitted) r.weight = (float3)(0.0f);
+    }
+    r.direction = normalize(r.direction);
+    return r;
+}
+
+#endif

@@ -1,0 +1,115 @@
+// Points on lights (light.cl) on RP_LANES lanes.
+#include "common/begin_lanes.cl"
+#include "common/vector_lanes.cl"
+
+typedef struct RP_NAME(rp_light_sample_) {
+    RP_NAME(rp_vector_) direction;  // unit, from the shaded point
+    RP_FLOATS reach;                // how far the way must be free: the distance, less what rounding may make of the emitter's own surface
+    RP_NAME(rp_vector_) radiance;   // divided by the density of the sample
+    RP_FLOATS density;              // by solid angle, choice of the light included; 0 for lights that no BSDF sample can hit
+} RP_NAME(rp_light_sample_);
+
+// Sine and cosine of u whole turns, u in [0, 1]. Polynomials of Cephes (Moshier 1984) on an eighth of a turn.
+static inline void RP_NAME(rp_sincos_turns_)(RP_FLOATS u, RP_FLOATS* sine, RP_FLOATS* cosine) {
+    const RP_FLOATS quarter = rint(u * 4.0f), x = (u * 4.0f - quarter) * (0.5f * RP_PI), x2 = x * x;
+    const RP_FLOATS s = x + x * x2 * (-1.6666654611e-1f + x2 * (8.3321608736e-3f - x2 * 1.9515295891e-4f));
+    const RP_FLOATS c = 1.0f - 0.5f * x2 + x2 * x2 * (4.166664568298827e-2f + x2 * (-1.388731625493765e-3f + x2 * 2.443315711809948e-5f));
+    const RP_INTS i = RP_TO_INTS(quarter);
+    const RP_INTS odd = (i & 1) != 0, down = (i & 2) != 0, left = ((i + 1) & 2) != 0;
+    const RP_FLOATS a = odd ? c : s, b = odd ? s : c;
+    *sine = down ? -a : a;
+    *cosine = left ? -b : b;
+}
+
+// A uniform direction.
+static inline RP_NAME(rp_vector_) RP_NAME(rp_on_sphere_)(RP_FLOATS u, RP_FLOATS v) {
+    const RP_FLOATS z = 1.0f - 2.0f * u, r = sqrt(rp_max(0.0f, 1.0f - z * z));
+    RP_FLOATS sine, cosine;
+    RP_NAME(rp_sincos_turns_)(v, &sine, &cosine);
+    const RP_NAME(rp_vector_) d = {r * cosine, r * sine, z};
+    return d;
+}
+
+// Power heuristic (Veach 1997) for one sample each.
+static inline RP_FLOATS RP_NAME(rp_mis_weight_)(RP_FLOATS density, RP_FLOATS other) {
+    const RP_FLOATS a = density * density, b = other * other;
+    return isinf(a) ? (RP_FLOATS)(1.0f) : a / (a + b);
+}
+
+// Of each lane a light, chosen by bits.x (rp_choose_light, or with RP_LIGHT_TREE rp_choose_light_at), and a point on it. The words of rp_light are
+// taken as they lie: p and kind, e1 and flags, e2 and area, radiance and probability.
+static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
+                                                                  RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
+    uint number[RP_LANES], word[16][RP_LANES];
+    float along[RP_LANES];
+    RP_STORE(bits.x, number);
+#ifdef RP_LIGHT_TREE
+    uint more[RP_LANES];
+    float place[3][RP_LANES], chance[RP_LANES];
+    RP_STORE(bits.z, more);
+    RP_STORE(point.x, place[0]);
+    RP_STORE(point.y, place[1]);
+    RP_STORE(point.z, place[2]);
+#else
+    float fine[RP_LANES];
+    RP_STORE(RP_NAME(rp_unit_)(bits.z), fine);
+#endif
+    for (uint k = 0u; k < RP_LANES; k++) {
+#ifdef RP_LIGHT_TREE
+        const float3 here = (float3)(place[0][k], place[1][k], place[2][k]);
+        const __global rp_light* light = lights + rp_choose_light_at(steps, lights, here, number[k], more[k], along + k, chance + k);
+#else
+        const __global rp_light* light = lights + rp_choose_light(steps, light_count, number[k], fine[k], along + k);
+#endif
+        for (uint i = 0u; i < 4u; i++) {
+            const uint4 row = vload4(i, (const __global uint*)light);
+            word[4u * i][k] = row.x;
+            word[4u * i + 1u][k] = row.y;
+            word[4u * i + 2u][k] = row.z;
+            word[4u * i + 3u][k] = row.w;
+        }
+    }
+    const RP_FLOATS u = RP_LOAD(along), v = RP_NAME(rp_unit_)(bits.y);
+    const RP_NAME(rp_vector_) p = {RP_AS_FLOATS(RP_LOAD(word[0])), RP_AS_FLOATS(RP_LOAD(word[1])), RP_AS_FLOATS(RP_LOAD(word[2]))};
+    const RP_NAME(rp_vector_) e1 = {RP_AS_FLOATS(RP_LOAD(word[4])), RP_AS_FLOATS(RP_LOAD(word[5])), RP_AS_FLOATS(RP_LOAD(word[6]))};
+    const RP_NAME(rp_vector_) e2 = {RP_AS_FLOATS(RP_LOAD(word[8])), RP_AS_FLOATS(RP_LOAD(word[9])), RP_AS_FLOATS(RP_LOAD(word[10]))};
+    const RP_NAME(rp_vector_) radiance = {RP_AS_FLOATS(RP_LOAD(word[12])), RP_AS_FLOATS(RP_LOAD(word[13])), RP_AS_FLOATS(RP_LOAD(word[14]))};
+    const RP_UINTS kind = RP_LOAD(word[3]), flags = RP_LOAD(word[7]);
+#ifdef RP_LIGHT_TREE
+    const RP_FLOATS probability = RP_LOAD(chance);
+#else
+    const RP_FLOATS probability = RP_AS_FLOATS(RP_LOAD(word[15]));
+#endif
+    const RP_FLOATS area = RP_AS_FLOATS(RP_LOAD(word[11]));
+    const RP_INTS triangle = kind == RP_LIGHT_TRIANGLE, sphere = kind == RP_LIGHT_SPHERE, infinite = kind == RP_LIGHT_INFINITE;
+    const RP_INTS distant = kind == RP_LIGHT_DISTANT, surface = triangle | sphere;
+
+    RP_NAME(rp_vector_) target = p, normal = {(RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f)};
+    if (RP_ANY(triangle)) {
+        const RP_FLOATS root = sqrt(u), b1 = 1.0f - root, b2 = v * root;
+        const RP_NAME(rp_vector_) across = RP_NAME(rp_plus_)(RP_NAME(rp_times_)(e1, b1), RP_NAME(rp_times_)(e2, b2));
+        target = RP_NAME(rp_choose_)(triangle, RP_NAME(rp_plus_)(p, across), target);
+        normal = RP_NAME(rp_choose_)(triangle, RP_NAME(rp_unit_vector_)(RP_NAME(rp_cross_)(e1, e2)), normal);
+    }
+    if (RP_ANY(sphere | infinite)) {
+        const RP_NAME(rp_vector_) anywhere = RP_NAME(rp_on_sphere_)(u, v);
+        target = RP_NAME(rp_choose_)(sphere, RP_NAME(rp_plus_)(p, RP_NAME(rp_times_)(anywhere, e1.x)), target);
+        normal = RP_NAME(rp_choose_)(sphere | infinite, anywhere, normal);
+    }
+    const RP_NAME(rp_vector_) to_light = RP_NAME(rp_minus_)(target, point);
+    const RP_FLOATS distance = sqrt(RP_NAME(rp_dot_)(to_light, to_light));
+    RP_NAME(rp_light_sample_) s;
+    s.direction = RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_choose_)(distant, p, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
+    const RP_FLOATS towards = -RP_NAME(rp_dot_)(normal, s.direction), cosine = (flags & RP_LIGHT_TWO_SIDED) != 0u ? fabs(towards) : towards;
+    const RP_FLOATS of_surface = cosine > 0.0f ? probability * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
+    const RP_FLOATS found = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
+    s.density = (flags & RP_LIGHT_UNSEEN) != 0u ? (RP_FLOATS)(0.0f) : found;
+    // 2^-17 of the coordinates: dozens of roundings, so that rays that graze the emitter do not stop on it.
+    const RP_FLOATS margin = 0x1p-17f * (RP_NAME(rp_largest_)(target) + distance);
+    s.reach = (infinite | distant) ? (RP_FLOATS)(INFINITY) : surface ? distance - margin : distance;
+    const RP_FLOATS weight = (surface | infinite) ? found : distant ? probability : probability * distance * distance;
+    s.radiance = RP_NAME(rp_times_)(radiance, weight > 0.0f ? 1.0f / weight : (RP_FLOATS)(0.0f));
+    return s;
+}
+
+#include "common/end_lanes.cl"

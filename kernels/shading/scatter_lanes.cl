@@ -1,0 +1,135 @@
+// What happens at vertices of paths (scatter.cl), on RP_LANES lanes.
+#include "common/begin_lanes.cl"
+#include "common/vector_lanes.cl"
+
+// A surface that a path has come to.
+typedef struct RP_NAME(rp_vertex_) {
+    RP_NAME(rp_vector_) direction;  // of the ray that came, unit
+    RP_NAME(rp_vector_) throughput, position;
+    RP_NAME(rp_vector_) reflectance;            // of a diffuse material
+    RP_FLOATS offset;                           // how far from `position` rays begin
+    RP_UINTS geometric_normal, shading_normal;  // octahedral
+    RP_UINTS pixel, sample, depth;              // depth: scattering events before this one
+    RP_INTS refraction;                         // abi/path.h
+} RP_NAME(rp_vertex_);
+
+// The rays that leave it: a shadow ray, an extension ray, both or none.
+typedef struct RP_NAME(rp_departure_) {
+    RP_NAME(rp_vector_) start;  // of both
+    RP_INTS shadow, go_on;
+    RP_NAME(rp_vector_) light_direction, light;  // light: what arrives by the shadow ray, times throughput
+    RP_FLOATS light_reach;
+    RP_NAME(rp_vector_) direction, throughput;  // of the extension ray
+    RP_FLOATS density;                          // of its direction, by solid angle; 0: specular
+    RP_INTS refraction;                         // as rp_vertex has it, of the extension ray
+} RP_NAME(rp_departure_);
+
+// A shading frame on the side of the surface that the ray came from.
+typedef struct RP_NAME(rp_frame_) {
+    RP_NAME(rp_vector_) normal;  // shading normal
+    RP_NAME(rp_vector_) tangent, bitangent, geometric_normal;
+    RP_NAME(rp_vector_) view;  // unit, towards the viewer
+    RP_INTS inside;            // the viewer is on the side that the surface's own normal points away from
+} RP_NAME(rp_frame_);
+
+// rp_decode_normal.
+static inline RP_NAME(rp_vector_) RP_NAME(rp_decode_normal_)(RP_UINTS code) {
+    const RP_FLOATS a = RP_TO_FLOATS(RP_AS_INTS(code << 16u) >> 16) * (1.0f / 32767.0f), b = RP_TO_FLOATS(RP_AS_INTS(code) >> 16) * (1.0f / 32767.0f);
+    const RP_FLOATS z = 1.0f - fabs(a) - fabs(b);
+    const RP_FLOATS x = z < 0.0f ? copysign(1.0f - fabs(b), a) : a, y = z < 0.0f ? copysign(1.0f - fabs(a), b) : b;
+    const RP_NAME(rp_vector_) n = {x, y, z};
+    return RP_NAME(rp_times_)(n, 1.0f / sqrt(RP_NAME(rp_dot_)(n, n)));
+}
+
+static inline RP_NAME(rp_vector_) RP_NAME(rp_facing_)(RP_INTS turn, RP_NAME(rp_vector_) v) {
+    const RP_NAME(rp_vector_) r = {turn ? -v.x : v.x, turn ? -v.y : v.y, turn ? -v.z : v.z};
+    return r;
+}
+
+static inline RP_NAME(rp_frame_) RP_NAME(rp_make_frame_at_)(const RP_NAME(rp_vertex_)* vertex) {
+    RP_NAME(rp_frame_) f;
+    const RP_NAME(rp_vector_) geometric = RP_NAME(rp_decode_normal_)(vertex->geometric_normal);
+    const RP_NAME(rp_vector_) shading = RP_NAME(rp_decode_normal_)(vertex->shading_normal);
+    f.view = RP_NAME(rp_times_)(vertex->direction, (RP_FLOATS)(-1.0f));
+    f.inside = RP_NAME(rp_dot_)(geometric, vertex->direction) > 0.0f;
+    f.geometric_normal = RP_NAME(rp_facing_)(f.inside, geometric);
+    f.normal = RP_NAME(rp_facing_)(RP_NAME(rp_dot_)(shading, f.geometric_normal) < 0.0f, shading);
+    // Where interpolation turned the normal away from the viewer, the geometric one serves.
+    f.normal = RP_NAME(rp_choose_)(RP_NAME(rp_dot_)(f.normal, f.view) <= 0.0f, f.geometric_normal, f.normal);
+    // Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+    const RP_NAME(rp_vector_) n = f.normal;
+    const RP_FLOATS sign = copysign((RP_FLOATS)(1.0f), n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+    f.tangent.x = 1.0f + sign * n.x * n.x * a;
+    f.tangent.y = sign * b;
+    f.tangent.z = -sign * n.x;
+    f.bitangent.x = b;
+    f.bitangent.y = sign + n.y * n.y * a;
+    f.bitangent.z = -n.y;
+    return f;
+}
+
+static inline RP_NAME(rp_vector_) RP_NAME(rp_to_world_)(const RP_NAME(rp_frame_)* f, RP_NAME(rp_vector_) v) {
+    return RP_NAME(rp_plus_)(RP_NAME(rp_plus_)(RP_NAME(rp_times_)(f->tangent, v.x), RP_NAME(rp_times_)(f->bitangent, v.y)),
+                             RP_NAME(rp_times_)(f->normal, v.z));
+}
+
+// With the paper's roulette (3.3), half of the paths connect and end, the others go on without; each counts double. connects: this kind of
+// surface can be lit by a light that was chosen. number: of the choice.
+static inline void RP_NAME(rp_choose_rays_)(__constant rp_render_params* params, RP_INTS connects, RP_UINTS number, RP_NAME(rp_departure_)* out) {
+    out->shadow = connects;
+    out->go_on = (RP_INTS)(-1);
+    if (params->roulette_connection == 0u) return;
+    out->shadow = connects & (number < 0x80000000u);
+    out->go_on = out->shadow == 0;
+    out->throughput = RP_NAME(rp_times_)(out->throughput, connects ? (RP_FLOATS)(2.0f) : (RP_FLOATS)(1.0f));
+}
+
+// After the extension ray's weight is in its throughput: Russian roulette on that, without what refraction has changed and will change back when
+// the path comes out again. Else paths end in glass for nothing, and what is left of its caustics is noise. number: in [0, 1).
+static inline void RP_NAME(rp_survive_)(RP_UINTS depth, RP_FLOATS number, RP_NAME(rp_departure_)* out) {
+    const RP_FLOATS largest = rp_max(rp_max(out->throughput.x, out->throughput.y), out->throughput.z);
+    const RP_FLOATS unrefracted = largest * RP_AS_FLOATS(0x3f800000 + (out->refraction << 15));  // rp_refraction
+    const RP_FLOATS survival = depth + 1u >= RP_ROULETTE_DEPTH ? rp_min(0.95f, RP_ROULETTE_SCALE * unrefracted) : (RP_FLOATS)(1.0f);
+    out->go_on &= (largest > 0.0f) & (number < survival);
+    out->throughput = RP_NAME(rp_times_)(out->throughput, survival > 0.0f ? 1.0f / survival : (RP_FLOATS)(0.0f));
+}
+
+// At a diffuse surface.
+static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* params, const __global rp_light* lights,
+                                                const __global uint* light_steps, const RP_NAME(rp_vertex_)* vertex, RP_NAME(rp_departure_)* out) {
+    const RP_NAME(rp_numbers_) light_bits =
+        RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
+    const RP_NAME(rp_numbers_) bits = RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
+    const RP_NAME(rp_frame_) frame = RP_NAME(rp_make_frame_at_)(vertex);
+    const RP_INTS faces = RP_NAME(rp_dot_)(frame.normal, frame.view) > 0.0f;
+    out->start = RP_NAME(rp_plus_)(vertex->position, RP_NAME(rp_times_)(frame.geometric_normal, vertex->offset));
+    out->throughput = vertex->throughput;
+    RP_NAME(rp_choose_rays_)(params, (RP_INTS)(params->light_count != 0u ? -1 : 0), bits.w, out);
+    const RP_NAME(rp_vector_) reflected = RP_NAME(rp_product_)(out->throughput, vertex->reflectance);
+    const RP_NAME(rp_vector_) none = {(RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f)};
+    out->light = out->light_direction = none;
+    out->light_reach = (RP_FLOATS)(0.0f);
+    if (RP_ANY(out->shadow)) {
+        const RP_NAME(rp_light_sample_) light = RP_NAME(rp_sample_light_)(lights, light_steps, params->light_count, out->start, light_bits);
+        const RP_FLOATS cosine = RP_NAME(rp_dot_)(light.direction, frame.normal), density = cosine * RP_INV_PI;
+        const RP_INTS lit = faces & (cosine > 0.0f) & (RP_NAME(rp_dot_)(light.direction, frame.geometric_normal) > 0.0f);
+        const RP_FLOATS weight = light.density > 0.0f ? RP_NAME(rp_mis_weight_)(light.density, density) : (RP_FLOATS)(1.0f);
+        out->light = RP_NAME(rp_times_)(RP_NAME(rp_product_)(reflected, light.radiance), density * weight);
+        out->light_direction = light.direction;
+        out->light_reach = light.reach;
+        out->shadow &= lit & ((out->light.x > 0.0f) | (out->light.y > 0.0f) | (out->light.z > 0.0f));
+    }
+    const RP_FLOATS u = RP_NAME(rp_unit_)(bits.x), r = sqrt(u);
+    RP_FLOATS sine, cosine;
+    RP_NAME(rp_sincos_turns_)(RP_NAME(rp_unit_)(bits.y), &sine, &cosine);
+    const RP_NAME(rp_vector_) upward = {r * cosine, r * sine, sqrt(1.0f - u)};
+    const RP_NAME(rp_vector_) direction = RP_NAME(rp_to_world_)(&frame, upward);
+    out->direction = RP_NAME(rp_times_)(direction, 1.0f / sqrt(RP_NAME(rp_dot_)(direction, direction)));
+    out->density = upward.z * RP_INV_PI;
+    out->throughput = reflected;
+    out->refraction = vertex->refraction;
+    out->go_on &= faces & (upward.z > 0.0f) & (RP_NAME(rp_dot_)(out->direction, frame.geometric_normal) > 0.0f);
+    RP_NAME(rp_survive_)(vertex->depth, RP_NAME(rp_unit_)(light_bits.w), out);
+}
+
+#include "common/end_lanes.cl"

@@ -1,0 +1,332 @@
+// Fourth stage: at the end of an extension ray. Adds what the surface or the background emits, and sends a shadow ray and the next extension
+// ray on their way (shading/scatter.cl). With RP_SHADE_LANES = 16, for CPUs, vertices on diffuse surfaces are seen to sixteen at a time.
+#include "common/noinline.cl"
+#include "common/film.cl"
+#include "common/path_state.cl"
+#include "common/queue.cl"
+#include "shading/scatter.cl"
+#include "shading/surface.cl"
+
+// The range that primitive belongs to.
+static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint count, uint primitive) {
+    uint low = 0u, high = count - 1u;
+    while (low < high) {
+        const uint middle = (low + high + 1u) >> 1u;
+        if (ranges[middle].first_primitive <= primitive)
+            low = middle;
+        else
+            high = middle - 1u;
+    }
+    return low;
+}
+
+static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, float bsdf_density, bool full) {
+    if (params->infinite_light == RP_NONE) return (float3)(0.0f);
+    const __global rp_light* light = lights + params->infinite_light;
+    const float weight = full ? 1.0f : rp_mis_weight_1(bsdf_density, light->probability * (0.25f * RP_INV_PI));
+    return rp_light_radiance(light) * weight;
+}
+
+// The light with this number at the end of a ray. position: there.
+static inline float3 rp_emission(const __global rp_light* lights, const __global uint* light_steps, uint number, float3 position, float3 normal,
+                                 float3 direction, float distance, float bsdf_density, bool full) {
+    const __global rp_light* light = lights + number;
+#ifdef RP_LIGHT_TREE
+    // Where the ray began is not kept in every form of its planes; and what is not exactly the same would show how it was traced.
+    const float3 before = position - distance * direction;
+    const float chance = full ? 1.0f : fmax(rp_light_chance(light_steps, before, number), 0x1p-64f);
+#else
+    const float chance = light->probability;
+#endif
+    const float light_density = rp_light_density(light, chance, normal, direction, distance);
+    if (light_density < 0.0f) return (float3)(0.0f);
+    return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
+}
+
+// A path ends here.
+static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
+                               float3 radiance) {
+    rp_film_add(film, pixel, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
+    rp_free_slot(paths, slot);
+}
+
+// A path that has come to a surface from which it may go on. state: of its slot when it came.
+typedef struct rp_reached_vertex {
+    uint slot, state;
+    const __global rp_material* material;
+    float3 radiance;
+    rp_vertex_1 vertex;
+} rp_reached_vertex;
+
+#ifdef RP_SHORT_STATES
+#if RP_SHADE_LANES == 16
+#error "streams find surfaces themselves"
+#endif
+// Finds the surface at the hit of a path that has come there.
+static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
+    const rp_ray ray = rp_make_ray(a->origin, a->direction);
+    const rp_hit hit = {a->distance, a->leaf, a->block};
+    const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
+    a->position = s.position;
+    a->primitive = rp_hit_primitive(geometry, &hit);
+    a->geometric_normal = s.geometric_normal;
+    a->shading_normal = s.shading_normal;
+    a->offset_exponent = s.offset_exponent;
+#ifdef RP_VERTEX_COLORS
+    a->color = s.color;
+#endif
+}
+#define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
+#define RP_SHADE_GEOMETRY const rp_geometry *geometry,
+#define RP_SHADE_FROM &geometry,
+#else
+#define RP_SHADE_PARAMETERS
+#define RP_SHADE_GEOMETRY
+#define RP_SHADE_FROM
+#endif
+
+// Adds what shines at the end of a ray. False: the path has ended.
+static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
+                             const __global rp_light* lights, const __global uint* light_steps, const __global rp_primitive_range* ranges,
+                             const rp_paths* paths, uint slot, uint state, __global uint* film, rp_reached_vertex* reached) {
+#ifdef RP_SHORT_STATES
+    __constant rp_camera* camera = &params->camera;
+    rp_arrival a = rp_arrival_of(paths, slot, state, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
+    if (a.block != RP_NONE) rp_find_surface(geometry, &a);
+#else
+    const rp_arrival a = rp_arrival_of(paths, slot, state);
+#endif
+    float3 radiance = a.radiance;
+    const uint depth = rp_depth_of(a.flags), pixel = a.pixel;
+    const bool full_emission = rp_was_specular(a.flags);
+
+    if (a.primitive == RP_NONE) {
+        if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
+            if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
+            rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
+            return false;
+        }
+        rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * rp_background(params, lights, a.bsdf_density, full_emission));
+        return false;
+    }
+    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, a.primitive);
+    if (range->first_light != RP_NONE) {
+        const uint number = range->first_light + (a.primitive - range->first_primitive);
+        radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction, a.distance,
+                                               a.bsdf_density, full_emission);
+    }
+    if (depth >= params->max_depth) {
+        rp_end_path(params, paths, slot, film, pixel, radiance);
+        return false;
+    }
+    const __global rp_material* material = materials + range->material;
+    const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u, plain = (material->flags & RP_MATERIAL_PLAIN) != 0u;
+    const float3 root = (float3)(a.shading_normal >> 8 & 255u, a.shading_normal >> 16 & 255u, a.shading_normal >> 24) / 255.0f;
+    float3 reflectance = colored && !plain ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
+#ifdef RP_VERTEX_COLORS
+    if ((range->flags & RP_RANGE_VERTEX_COLOR) && !plain) reflectance = rp_blended_reflectance(a.color);
+#endif
+    reached->slot = slot;
+    reached->state = state;
+    reached->material = material;
+    reached->radiance = radiance;
+    rp_vertex_1* vertex = &reached->vertex;
+    vertex->direction = rp_vector_of(a.direction);
+    vertex->throughput = rp_vector_of(a.throughput);
+    vertex->position = rp_vector_of(a.position);
+    vertex->reflectance = rp_vector_of(reflectance);
+    vertex->offset = rp_offset_distance(a.offset_exponent);
+    vertex->geometric_normal = a.geometric_normal;
+    vertex->shading_normal = colored ? a.geometric_normal : a.shading_normal;
+    vertex->pixel = pixel;
+    vertex->sample = a.sample;
+    vertex->depth = depth;
+    vertex->refraction = rp_refraction_of(a.flags);
+    return true;
+}
+
+// The rays that leave a vertex; the path ends if there is none. state: of the slot so far. mine: counts of bounce rays and shadow rays.
+static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint state, float3 radiance, uint pixel,
+                             uint sample, uint depth, const rp_departure_1* out, __global uint* film, uint* mine) {
+    if (!out->shadow && !out->go_on) {
+        rp_end_path(params, paths, slot, film, pixel, radiance);
+        return;
+    }
+    const bool specular = out->go_on && out->density == 0.0f;
+    const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
+    const uint density = out->go_on ? as_uint(out->density) : 0u;
+    rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
+                                     radiance, pixel);
+    if (out->shadow)
+        rp_begin_shadow(paths, slot, state, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
+                        !out->go_on, direction, density, sample);
+    else
+        rp_begin_extension(paths, slot, state, depth, rp_float3(out->start), direction, density, sample);
+    mine[0] += out->go_on ? 1u : 0u;
+    mine[1] += out->shadow ? 1u : 0u;
+}
+
+static inline void rp_shade_one(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                const rp_reached_vertex* reached, const rp_paths* paths, __global uint* film, uint* mine) {
+    const rp_vertex_1* vertex = &reached->vertex;
+    rp_departure_1 out;
+    if (reached->material->kind == RP_MATERIAL_DIFFUSE)
+        rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
+    else
+        rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
+    rp_depart(params, paths, reached->slot, reached->state, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);
+}
+
+#if RP_SHADE_LANES == 16
+#define RP_FETCHED_AHEAD 12u  // entries of the queue: some hundred nanoseconds
+
+// Vertices on diffuse surfaces that wait for their number to come to sixteen.
+typedef struct rp_gathered {
+    uint count;
+    uint slot[16], state[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
+    float radiance[3][16], vertex[13][16];                 // direction, throughput, position, reflectance, offset
+} rp_gathered;
+
+static inline void rp_gather(rp_gathered* g, const rp_reached_vertex* reached) {
+    const rp_vertex_1* v = &reached->vertex;
+    const uint k = g->count++;
+    g->slot[k] = reached->slot;
+    g->state[k] = reached->state;
+    g->normal[0][k] = v->geometric_normal;
+    g->normal[1][k] = v->shading_normal;
+    g->path[0][k] = v->pixel;
+    g->path[1][k] = v->sample;
+    g->path[2][k] = v->depth;
+    g->path[3][k] = (uint)v->refraction;
+    g->radiance[0][k] = reached->radiance.x;
+    g->radiance[1][k] = reached->radiance.y;
+    g->radiance[2][k] = reached->radiance.z;
+    const rp_vector_1 of[4] = {v->direction, v->throughput, v->position, v->reflectance};
+    for (uint i = 0u; i < 4u; i++) {
+        g->vertex[3u * i][k] = of[i].x;
+        g->vertex[3u * i + 1u][k] = of[i].y;
+        g->vertex[3u * i + 2u][k] = of[i].z;
+    }
+    g->vertex[12][k] = v->offset;
+}
+
+static inline rp_vector_16 rp_load_vector(float (*rows)[16]) {
+    const rp_vector_16 v = {vload16(0, rows[0]), vload16(0, rows[1]), vload16(0, rows[2])};
+    return v;
+}
+static inline void rp_store_vector(rp_vector_16 v, float (*rows)[16]) {
+    vstore16(v.x, 0, rows[0]);
+    vstore16(v.y, 0, rows[1]);
+    vstore16(v.z, 0, rows[2]);
+}
+static inline rp_vector_1 rp_of_lane(float (*rows)[16], uint k) {
+    const rp_vector_1 v = {rows[0][k], rows[1][k], rows[2][k]};
+    return v;
+}
+
+static inline void rp_shade_gathered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                     rp_gathered* g, const rp_paths* paths, __global uint* film, uint* mine) {
+    rp_vertex_16 vertex;
+    vertex.direction = rp_load_vector(g->vertex);
+    vertex.throughput = rp_load_vector(g->vertex + 3);
+    vertex.position = rp_load_vector(g->vertex + 6);
+    vertex.reflectance = rp_load_vector(g->vertex + 9);
+    vertex.offset = vload16(0, g->vertex[12]);
+    vertex.geometric_normal = vload16(0, g->normal[0]);
+    vertex.shading_normal = vload16(0, g->normal[1]);
+    vertex.pixel = vload16(0, g->path[0]);
+    vertex.sample = vload16(0, g->path[1]);
+    vertex.depth = vload16(0, g->path[2]);
+    vertex.refraction = as_int16(vload16(0, g->path[3]));
+    rp_departure_16 all;
+    rp_scatter_diffuse_16(params, lights, light_steps, &vertex, &all);
+    float rows[17][16];  // start, light direction, light, direction, throughput, reach, density
+    int shadow[16], go_on[16];
+    rp_store_vector(all.start, rows);
+    rp_store_vector(all.light_direction, rows + 3);
+    rp_store_vector(all.light, rows + 6);
+    rp_store_vector(all.direction, rows + 9);
+    rp_store_vector(all.throughput, rows + 12);
+    vstore16(all.light_reach, 0, rows[15]);
+    vstore16(all.density, 0, rows[16]);
+    vstore16(all.shadow, 0, shadow);
+    vstore16(all.go_on, 0, go_on);
+    for (uint k = 0u; k < g->count; k++) {
+        rp_departure_1 out;
+        out.start = rp_of_lane(rows, k);
+        out.light_direction = rp_of_lane(rows + 3, k);
+        out.light = rp_of_lane(rows + 6, k);
+        out.direction = rp_of_lane(rows + 9, k);
+        out.throughput = rp_of_lane(rows + 12, k);
+        out.light_reach = rows[15][k];
+        out.density = rows[16][k];
+        out.shadow = shadow[k];
+        out.go_on = go_on[k];
+        out.refraction = (int)g->path[3][k];
+        const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
+        rp_depart(params, paths, g->slot[k], g->state[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, film, mine);
+    }
+    g->count = 0u;
+}
+
+// What one of `step` work-items does, whose number is `item`.
+static RP_NOINLINE void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
+                                      const __global rp_material* restrict materials, const __global rp_light* restrict lights,
+                                      const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
+                                      const __global uint* restrict queue, rp_paths all_paths, __global uint* restrict film, uint* mine) {
+    const rp_paths* const paths = &all_paths;
+    rp_reached_vertex reached;
+    rp_gathered gathered;
+    gathered.count = 0u;
+    // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
+    for (uint run = 64u * item; run < count; run += 64u * step) {
+        for (uint i = run; i < min(run + 64u, count); i++) {
+            const uint later = rp_extend_entry(queue, min(i + RP_FETCHED_AHEAD, count - 1u));
+            rp_fetch_path(paths, later);
+            const uint slot = rp_extend_entry(queue, i), state = rp_state_of(paths, slot);
+            if (!rp_is_to_shade(state)) continue;
+            if (!rp_arrive(params, materials, lights, light_steps, ranges, paths, slot, state, film, &reached)) continue;
+            if (reached.material->kind != RP_MATERIAL_DIFFUSE) {
+                rp_shade_one(params, lights, light_steps, &reached, paths, film, mine);
+                continue;
+            }
+            rp_gather(&gathered, &reached);
+            if (gathered.count == 16u) rp_shade_gathered(params, lights, light_steps, &gathered, paths, film, mine);
+        }
+    }
+    if (gathered.count != 0u) {
+        // The lanes that are empty do what the first does, to no effect.
+        for (uint k = gathered.count; k < 16u; k++) {
+            for (uint i = 0u; i < 13u; i++) gathered.vertex[i][k] = gathered.vertex[i][0];
+            for (uint i = 0u; i < 4u; i++) gathered.path[i][k] = gathered.path[i][0];
+            for (uint i = 0u; i < 2u; i++) gathered.normal[i][k] = gathered.normal[i][0];
+        }
+        rp_shade_gathered(params, lights, light_steps, &gathered, paths, film, mine);
+    }
+}
+#endif
+
+__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials,
+                       const __global rp_light* restrict lights, const __global uint* restrict light_steps,
+                       const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
+                       __global uint4* restrict planes, volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
+    const uint count = counters[RP_COUNT_EXTEND];
+    __local uint totals[2];
+    uint mine[2] = {0u, 0u};
+    rp_begin_totals(totals, 2u);
+#if RP_SHADE_LANES == 16
+    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, paths, film, mine);
+#else
+    rp_reached_vertex reached;
+#ifdef RP_SHORT_STATES
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+#endif
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
+        const uint slot = rp_extend_entry(queue, i), state = rp_state_of(&paths, slot);
+        if (rp_is_to_shade(state) && rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, state, film, &reached))
+            rp_shade_one(params, lights, light_steps, &reached, &paths, film, mine);
+    }
+#endif
+    rp_add_totals(totals, mine, 2u, counters + RP_COUNT_BOUNCE_RAYS);
+}

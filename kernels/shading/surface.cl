@@ -1,0 +1,217 @@
+// What shading needs to know of a hit, read from the block while it is resident.
+#ifndef RP_SURFACE_CL
+#define RP_SURFACE_CL
+
+#include "common/leaf.cl"
+
+typedef struct rp_surface {
+    float3 position;
+    uint geometric_normal, shading_normal;  // octahedral; of a point: its word (abi/block.h), with its colour, in place of the shading normal
+    // 2^(offset_exponent - 150) bounds the rounding error of position along the normal: rays that start here are moved by it.
+    uint offset_exponent;
+#ifdef RP_VERTEX_COLORS
+    uint color;  // of a triangle: see rp_blend_colors
+#endif
+} rp_surface;
+
+// Rounding moves a point that is an affine combination of vertices by a few units in the last place of the largest of them; 2^-20 of it,
+// rounded up to a power of two, is 8 to 16 of these.
+static inline uint rp_offset_exponent(float largest_coordinate) {
+    const uint exponent = as_uint(largest_coordinate) >> 23 & 255u;
+    return exponent + 150u - 127u - 19u;
+}
+static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f, (int)offset_exponent - 150); }
+
+// Without fused operations, so that it makes no difference which kernel a compiler has put these into: on some devices the surface at a hit is
+// found by the stage `shade`, or, if the ray has to wait then, by `extend`.
+static inline float3 rp_scaled(float s, float3 v) { return (float3)(rp_mul(s, v.x), rp_mul(s, v.y), rp_mul(s, v.z)); }
+static inline float3 rp_sum(float3 a, float3 b) { return (float3)(rp_add(a.x, b.x), rp_add(a.y, b.y), rp_add(a.z, b.z)); }
+static inline float rp_squared_length(float3 v) { return rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)); }
+static inline float3 rp_normalized(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
+static inline float3 rp_cross(float3 a, float3 b) {
+    return (float3)(rp_edge_function(a.y, b.z, a.z, b.y), rp_edge_function(a.z, b.x, a.x, b.z), rp_edge_function(a.x, b.y, a.y, b.x));
+}
+
+static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
+
+static inline bool rp_comes_before(float3 a, float3 b) {
+    if (a.x != b.x) return a.x < b.x;
+    if (a.y != b.y) return a.y < b.y;
+    return a.z < b.z;
+}
+
+// Where the normals, or the colours, of a leaf's vertices begin, if its block has any.
+static inline const __global uint* rp_leaf_attributes(const __global rp_block_header* header, uint2 leaf, bool colors) {
+    const uint skipped = colors && (header->flags & RP_BLOCK_NORMALS) ? header->vertex_count : 0u;
+    return (const __global uint*)((const __global uchar*)header + header->attributes_at) + skipped + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+}
+
+// Which vertices of a strip's leaf are the corners of triangle ref & 3, in its true orientation.
+static inline uint3 rp_strip_corners(uint ref) {
+    const uint k = ref & 3u, a = rp_strip_first_vertex(ref, k), b = k + 1u, c = k + 2u;
+    // The orientation turns with each triangle before it whose switch is clear.
+    const uint turns = popcount(~(ref >> 2) & ((1u << k) - 1u)) + (ref & RP_LEAF_WINDING ? 1u : 0u);
+    return turns & 1u ? (uint3)(a, c, b) : (uint3)(a, b, c);
+}
+
+#ifdef RP_VERTEX_COLORS
+// The colour between three corners, with the weights b and c of the second and third, from their colours (abi/block.h): square roots of linear
+// reflectances, of 11, 11 and 10 bits, so that gradients have no steps. Without fused operations, as above.
+static inline uint rp_blend_colors(uint first, uint second, uint third, float b, float c) {
+    const float a = 1.0f - b - c;
+    uint blended = 0u;
+    for (uint k = 0u; k < 3u; k++) {
+        const float x = (float)(first >> 8u * k & 255u), y = (float)(second >> 8u * k & 255u), z = (float)(third >> 8u * k & 255u);
+        const float linear = rp_add(rp_add(rp_mul(a, rp_mul(x, x)), rp_mul(b, rp_mul(y, y))), rp_mul(c, rp_mul(z, z)));
+        const float most = k == 2u ? 1023.0f : 2047.0f, root = rp_mul(sqrt(rp_max(linear, 0.0f)), most / 255.0f);
+        blended |= (uint)rp_min(rp_add(root, 0.5f), most) << 11u * k;
+    }
+    return blended;
+}
+static inline float3 rp_blended_reflectance(uint color) {
+    const float3 root = (float3)((float)(color & 2047u) / 2047.0f, (float)(color >> 11 & 2047u) / 2047.0f, (float)(color >> 22) / 1023.0f);
+    return root * root;
+}
+#endif
+
+#ifdef RP_SURFACE_LANES
+// Where streams find the surfaces of eight or sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
+// depend on the way of tracing.
+#define RP_LANES 1
+#include "shading/surface_lanes.cl"
+#undef RP_LANES
+
+// A triangle in its true orientation, with the octahedral normals of its corners (RP_NONE: none).
+typedef struct rp_triangle {
+    float3 corner[3];
+    uint normal[3];
+#ifdef RP_VERTEX_COLORS
+    uint color[3];
+#endif
+} rp_triangle;
+
+// Triangle ref & 3 of a strip.
+static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref) {
+    const uint2 leaf = rp_leaf_record(block, ref);
+    const uint3 corners = rp_strip_corners(ref);
+    const uint number[3] = {rp_vertex_number(leaf, corners.x), rp_vertex_number(leaf, corners.y), rp_vertex_number(leaf, corners.z)};
+    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
+    const __global uchar* const base = rp_block_of_nodes(block->nodes);
+    const __global rp_block_header* const header = (const __global rp_block_header*)base;
+    const __global uint* normals = rp_leaf_attributes(header, leaf, false);
+    const bool has_normals = (header->flags & RP_BLOCK_NORMALS) != 0u;
+    rp_triangle triangle;
+    for (uint i = 0u; i < 3u; i++) {
+        triangle.corner[i] = rp_vertex(&vertices, number[i]);
+        triangle.normal[i] = has_normals ? normals[number[i]] : RP_NONE;
+    }
+#ifdef RP_VERTEX_COLORS
+    const __global uint* colors = rp_leaf_attributes(header, leaf, true);
+    for (uint i = 0u; i < 3u; i++) triangle.color[i] = header->flags & RP_BLOCK_COLORS ? colors[number[i]] : RP_NONE;
+#endif
+    return triangle;
+}
+
+// The shading normal between the corners, whose first by position is `turns` from the first by number; `normal` if they have none.
+static inline uint rp_shading_normal(const rp_triangle* triangle, uint turns, float b, float c, uint normal) {
+    const uint first = triangle->normal[turns], second = triangle->normal[turns == 2u ? 0u : turns + 1u];
+    const uint third = triangle->normal[turns == 0u ? 2u : turns - 1u];
+    if (first == RP_NONE || second == RP_NONE || third == RP_NONE) return normal;
+    const float3 n = (1.0f - b - c) * rp_decode_normal(first) + b * rp_decode_normal(second) + c * rp_decode_normal(third);
+    return dot(n, n) > 1e-12f ? rp_encode_normal(n) : normal;
+}
+
+#ifdef RP_VERTEX_COLORS
+// Likewise of the colour.
+static inline uint rp_triangle_color(const rp_triangle* triangle, uint turns, float b, float c) {
+    return rp_blend_colors(triangle->color[turns], triangle->color[turns == 2u ? 0u : turns + 1u], triangle->color[turns == 0u ? 2u : turns - 1u], b,
+                           c);
+}
+#endif
+
+static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
+    const rp_triangle triangle = rp_strip_triangle(block, ref);
+    const rp_vector_1 a = rp_vector_of(triangle.corner[0]), b = rp_vector_of(triangle.corner[1]), c = rp_vector_of(triangle.corner[2]);
+    const rp_triangle_point_1 point = rp_point_on_triangle_1(rp_vector_of(ray->origin), rp_vector_of(ray->direction), a, b, c);
+    rp_surface s;
+    s.position = (float3)(point.position.x, point.position.y, point.position.z);
+    s.geometric_normal = point.normal;
+    s.shading_normal = rp_shading_normal(&triangle, (uint)point.turns, point.b, point.c, point.normal);
+    s.offset_exponent = point.offset_exponent;
+#ifdef RP_VERTEX_COLORS
+    s.color = rp_triangle_color(&triangle, (uint)point.turns, point.b, point.c);
+#endif
+    return s;
+}
+#else
+static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
+    const uint2 leaf = rp_leaf_record(block, ref);
+    const uint3 corners = rp_strip_corners(ref);
+    uint3 number = (uint3)(rp_vertex_number(leaf, corners.x), rp_vertex_number(leaf, corners.y), rp_vertex_number(leaf, corners.z));
+    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
+    float3 a = rp_vertex(&vertices, number.x), b = rp_vertex(&vertices, number.y), c = rp_vertex(&vertices, number.z);
+    // Begin with the first vertex by position, so that the arithmetic below does not depend on how the strip lists them.
+    for (int turn = 0; turn < 2 && (rp_comes_before(b, a) || rp_comes_before(c, a)); turn++) {
+        const float3 first = a;
+        a = b;
+        b = c;
+        c = first;
+        number = number.yzx;
+    }
+    const rp_shear shear = rp_make_shear(ray);
+    const rp_sheared sa = rp_shear_vertex(ray, &shear, a), sb = rp_shear_vertex(ray, &shear, b), sc = rp_shear_vertex(ray, &shear, c);
+    const float u = rp_edge_function(sc.x, sb.y, sc.y, sb.x), v = rp_edge_function(sa.x, sc.y, sa.y, sc.x);
+    const float w = rp_edge_function(sb.x, sa.y, sb.y, sa.x), total = u + v + w;
+    const float bb = v / total, bc = w / total;
+    rp_surface s;
+    const float3 e1 = b - a, e2 = c - a;
+    s.position = rp_sum(a, rp_sum(rp_scaled(bb, e1), rp_scaled(bc, e2)));
+    s.geometric_normal = rp_encode_normal(rp_cross(rp_normalized(e1), rp_normalized(e2)));
+    s.shading_normal = s.geometric_normal;
+    s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
+    const __global uchar* const base = rp_block_of_nodes(block->nodes);
+    const __global rp_block_header* const header = (const __global rp_block_header*)base;
+    if (header->flags & RP_BLOCK_NORMALS) {
+        const __global uint* normals = rp_leaf_attributes(header, leaf, false);
+        const uint na = normals[number.x], nb = normals[number.y], nc = normals[number.z];
+        if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
+            const float3 n = rp_sum(rp_sum(rp_scaled(1.0f - bb - bc, rp_decode_normal(na)), rp_scaled(bb, rp_decode_normal(nb))),
+                                    rp_scaled(bc, rp_decode_normal(nc)));
+            if (rp_squared_length(n) > 1e-12f) s.shading_normal = rp_encode_normal(n);
+        }
+    }
+#ifdef RP_VERTEX_COLORS
+    const __global uint* colors = rp_leaf_attributes(header, leaf, true);
+    s.color = header->flags & RP_BLOCK_COLORS ? rp_blend_colors(colors[number.x], colors[number.y], colors[number.z], bb, bc) : RP_NONE;
+#endif
+    return s;
+}
+#endif
+
+// record: rp_sphere. ref: of its leaf.
+static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint ref, float t) {
+    const float4 sphere = rp_decode_sphere(record, ref);
+    const float3 normal = rp_normalized(rp_sum(ray->origin, rp_scaled(t, ray->direction)) - sphere.xyz);
+    rp_surface s;
+    s.position = rp_sum(sphere.xyz, rp_scaled(sphere.w, normal));
+    s.geometric_normal = rp_encode_normal(normal);
+    s.shading_normal = ref & RP_LEAF_POINTS ? record.w : s.geometric_normal;
+    s.offset_exponent = rp_offset_exponent(rp_largest(sphere.xyz) + sphere.w);
+#ifdef RP_VERTEX_COLORS
+    s.color = RP_NONE;
+#endif
+    return s;
+}
+
+static inline rp_surface rp_hit_surface(const rp_geometry* g, const rp_ray* ray, const rp_hit* hit) {
+    const rp_block_view block = rp_view_block(g, g->pages[hit->found_in]);
+#ifndef RP_ONLY_TRIANGLES
+    if (hit->what & RP_LEAF_SPHERES) {
+        const uint4 sphere = rp_spheres(rp_block_of_nodes(block.nodes))[rp_leaf_index(hit->what)];
+        return rp_sphere_surface(ray, sphere, hit->what, hit->t);
+    }
+#endif
+    return rp_triangle_surface(ray, &block, hit->what);
+}
+
+#endif

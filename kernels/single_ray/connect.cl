@@ -1,0 +1,50 @@
+// Fifth stage: traces the shadow rays of the queue, and lets their paths go on or end. Shading adds the light of those that arrive and go on.
+#include "common/film.cl"
+#include "common/leaf.cl"
+#include "common/path_state.cl"
+#include "common/queue.cl"
+
+#define RP_ANY_HIT 1
+#include "single_ray/traverse.cl"
+#undef RP_ANY_HIT
+
+static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, const rp_paths* paths, uint slot,
+                                  __global uint* film RP_VISIT_PARAMETER) {
+    const uint state = rp_state_of(paths, slot);
+    const rp_shadow_ray ray = rp_shadow_of(paths, slot, state);
+    rp_any_walk walk;
+    uint stack[RP_STACK_SIZE];
+    walk.ray = rp_make_ray(ray.origin, ray.direction);
+    walk.t_max = ray.t_max;
+#ifdef RP_RECORD
+    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
+    if (walk.visits.on && ray.portal == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
+        rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
+        return;  // begins anew in the next round
+    }
+#endif
+    rp_begin_any(geometry, &walk, stack, ray.portal);
+    rp_run_any(geometry, &walk, stack, round);
+#ifdef RP_RECORD
+    rp_visit_end(&walk.visits, walk.visits.stopped_by);
+#endif
+    const uint portal = rp_any_portal(&walk);
+    if (portal != RP_NONE) {
+        rp_set_portal(paths, slot, portal);
+        rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_shadow_waits(state), wants);
+        return;
+    }
+    const rp_path_end end = rp_finish_shadow(paths, slot, state, walk.hit);
+    if (end.ended) rp_film_add(film, end.pixel, end.radiance);
+}
+
+__kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
+                         __global uint* restrict status, __global uint4* restrict planes, const __global uint* restrict counters,
+                         __global uint* restrict film RP_VISIT_PARAMETER) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const uint count = counters[RP_COUNT_SHADOW];
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0))
+        rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i),
+                       film RP_VISIT_ARGUMENT);
+}

@@ -1,0 +1,118 @@
+// Third stage: traces the extension rays of the queue until they have found their closest hit or come to an absent block.
+#include "single_ray/persistent.cl"
+#include "common/path_state.cl"
+#include "common/queue.cl"
+#include "shading/surface.cl"
+
+#define RP_ANY_HIT 0
+#include "single_ray/traverse.cl"
+#undef RP_ANY_HIT
+
+// Takes up the ray of a slot where it stands.
+static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk, uint2* stack, const rp_paths* paths, uint slot) {
+    const rp_extension_ray ray = rp_extension_of(paths, slot);
+    walk->best.t = ray.t;
+    walk->best.what = ray.primitive;
+    walk->best.found_in = RP_NONE;
+    walk->ray = rp_make_ray(ray.origin, ray.direction);
+    rp_begin_closest(geometry, walk, stack, ray.portal);
+}
+
+// Puts down what became of it. mine: counts of wants served, and of those without a hit.
+static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand,
+                               const rp_paths* paths, uint slot, uint* mine) {
+    const rp_hit* hit = &walk->best;
+    const uint state = rp_state_of(paths, slot), portal = rp_closest_portal(walk);
+    mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
+    mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
+#ifdef RP_SHORT_STATES
+    if (portal == RP_NONE) {
+        // Shading, which comes next, finds the surface: there all lanes do so at once.
+        rp_finish_extension_deferred(paths, slot, state, hit->what, hit->found_in, hit->t);
+    } else
+#endif
+    {
+        uint offset_exponent = rp_offset_exponent_of(state);
+        rp_unfold_extension(paths, slot, state);
+        if (hit->found_in != RP_NONE) {
+            // Read again, so that no register keeps it along the walk.
+            rp_ray ray = walk->ray;
+            ray.direction = rp_direction_of(paths, slot);
+            const rp_surface s = rp_hit_surface(geometry, &ray, hit);
+            offset_exponent = s.offset_exponent;
+#ifdef RP_VERTEX_COLORS
+            rp_set_color(paths, slot, s.color);
+#endif
+            rp_store_hit(paths, slot, hit->t, s.position, rp_hit_primitive(geometry, hit), s.geometric_normal, s.shading_normal, portal);
+        } else {
+            rp_set_portal(paths, slot, portal);
+        }
+        if (portal == RP_NONE)
+            rp_finish_extension(paths, slot, offset_exponent);
+        else
+            rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
+                        demand + RP_DEMAND_WANTS * block_count);
+    }
+#ifdef RP_COUNT_BOUNCES
+    if (portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
+#endif
+}
+
+__kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
+                        __global uint* restrict status, __global uint4* restrict planes,
+                        volatile __global uint* restrict counters RP_VISIT_PARAMETER) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const uint count = counters[RP_COUNT_EXTEND];
+    __local uint totals[2];
+    uint mine[2] = {0u, 0u};
+    rp_begin_totals(totals, 2u);
+    rp_closest_walk walk;
+    uint2 stack[RP_STACK_SIZE];
+#ifdef RP_SHARED_STACK
+    // REQUIRES: groups of RP_GROUP_SIZE. Not said by an attribute, with which NVIDIA's compiler forgets the most registers that it may use.
+    __local uint2 shared[RP_SHARED_STACK * RP_GROUP_SIZE];
+    walk.shared = shared + get_local_id(0);
+#endif
+#ifdef RP_PERSISTENT
+    const uint parts = rp_part_count();
+    volatile __global uint* const taken = counters + RP_COUNT_EXTEND_TAKEN;
+    bool under_way = false;
+    uint slot = 0u, part = rp_own_part(parts);
+    walk.current = RP_REF_EXIT;
+    for (;;) {
+        const bool ended = walk.current >= RP_REF_STOPPED;
+        if (ended && under_way) {
+            rp_put_down(&geometry, &walk, block_count, demand, &paths, slot, mine);
+            under_way = false;
+        }
+        const bool wanted = ended && part != RP_NONE;
+        const uint i = rp_part_place(rp_take_numbers(wanted, taken + part), part, parts);
+        if (rp_ballot(wanted && i >= count) != 0u) part = rp_next_part(taken, part, parts, count);
+        if (wanted && i < count) {
+            under_way = true;
+            slot = rp_extend_entry(queue, i);
+            rp_take_up(&geometry, &walk, stack, &paths, slot);
+        }
+        // A walk can end where it begins: in an empty scene.
+        if (rp_ballot(under_way) == 0u && part == RP_NONE) break;
+        rp_run_closest(&geometry, &walk, stack, round);
+    }
+#else
+    for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
+        const uint slot = rp_extend_entry(queue, i);
+        rp_take_up(&geometry, &walk, stack, &paths, slot);
+#ifdef RP_RECORD
+        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, &paths, slot, RP_VISIT_BEGIN_EXTEND,
+                            RP_VISIT_RESUME_EXTEND))
+            continue;
+#endif
+        rp_run_closest(&geometry, &walk, stack, round);
+#ifdef RP_RECORD
+        rp_visit_end(&walk.visits, walk.best.found_in);
+#endif
+        rp_put_down(&geometry, &walk, block_count, demand, &paths, slot, mine);
+    }
+#endif
+    rp_add_totals(totals, mine, 2u, counters + RP_COUNT_WANTS_SERVED);
+}

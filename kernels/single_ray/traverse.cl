@@ -1,0 +1,290 @@
+// A ray through the top tree and the resident blocks. Included twice: RP_ANY_HIT 0 defines rp_closest_walk, 1 defines rp_any_walk.
+//
+// Order and progress. A ray visits the portals (sub-boxes of blocks) in the order of a depth-first walk of the top tree, near child first
+// for closest hits, child 0 first for any hit. That order follows from the ray and the tree alone. A ray that comes to an absent block
+// stops there and keeps nothing but the portal: later it walks down the portal's path again, putting on the stack what lies after it in
+// the order, and goes on. So it enters each portal at most once and always moves forward, however block bounds overlap; what a nearer hit
+// has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.) The portals of a block are a subtree
+// and follow each other: where the block is resident, the ray enters it once, in place of all of them.
+// A shadow ray could look at all resident blocks before it waits, since any hit will do. That moves 3 to 9 % fewer bytes, and takes longer
+// (bench/journal/gpu-paging.md).
+//
+// With RP_RECORD, what rays enter is logged as well (single_ray/visits.cl).
+#include "single_ray/persistent.cl"
+#include "single_ray/visits.cl"
+
+// The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: lanes that stand at
+// different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
+// (bench/journal/gpu-traversal.md).
+#undef RP_STACK_CLEAR
+#undef RP_STACK_PUT
+#undef RP_STACK_DROP
+#undef RP_STACK_GET
+#undef RP_BLOCK_IS_OPENED
+// Whether a ray that comes to a block looks at its portals one by one in the top tree. A recorded one always does: the log is of portals.
+#ifdef RP_RECORD
+#define RP_BLOCK_IS_OPENED(page) true
+#else
+#define RP_BLOCK_IS_OPENED(page) ((page).x == RP_NONE)
+#endif
+#if defined(RP_SHARED_STACK) && !RP_ANY_HIT
+#define RP_STACK_CLEAR() w->depth = 0u
+#define RP_STACK_PUT(entry)                                \
+    do {                                                   \
+        if (w->depth < RP_SHARED_STACK)                    \
+            w->shared[w->depth * RP_GROUP_SIZE] = (entry); \
+        else                                               \
+            stack[w->depth] = (entry);                     \
+        w->depth++;                                        \
+    } while (0)
+#define RP_STACK_DROP() w->depth--
+#define RP_STACK_GET() (w->depth < RP_SHARED_STACK ? w->shared[w->depth * RP_GROUP_SIZE] : stack[w->depth])
+#else
+#define RP_STACK_CLEAR() w->top = stack
+#define RP_STACK_PUT(entry) *w->top++ = (entry)
+#define RP_STACK_DROP() w->top--
+#define RP_STACK_GET() (*w->top)
+#endif
+
+#if RP_ANY_HIT
+#define RP_WALK rp_any_walk
+#define RP_BEGIN rp_begin_any
+#define RP_RUN rp_run_any
+#define RP_TO_TOP rp_any_to_top
+#define RP_STOPPED_AT rp_any_portal
+#define RP_STEP rp_any_step
+#define RP_STACK_ENTRY uint
+#define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
+#define RP_POP()                     \
+    do {                             \
+        RP_STACK_DROP();             \
+        w->current = RP_STACK_GET(); \
+    } while (0)
+#define RP_END w->t_max
+#else
+#define RP_WALK rp_closest_walk
+#define RP_BEGIN rp_begin_closest
+#define RP_RUN rp_run_closest
+#define RP_TO_TOP rp_closest_to_top
+#define RP_STOPPED_AT rp_closest_portal
+#define RP_STEP rp_closest_step
+#define RP_STACK_ENTRY uint2
+#define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
+// Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
+// The entry is read twice: with a copy of it kept, what Mesa's llvmpipe 22.3 compiled crashed.
+#define RP_POP()                       \
+    do {                               \
+        RP_STACK_DROP();               \
+        w->current = RP_STACK_GET().x; \
+    } while (as_float(RP_STACK_GET().y) > w->far)
+#define RP_END w->best.t
+#endif
+
+#ifndef RP_WALK_WAITS
+// What a walk has to remember shares a word with the axis of its shear, since registers are short.
+#define RP_WALK_WAITS 1u    // it is entering the block that it waited for
+#define RP_WALK_SERVED 2u   // a hit was found in the block that it had waited for
+#define RP_WALK_IN_VAIN 4u  // none was
+#endif
+
+// A ray on its way. It has ended when current is RP_REF_EXIT, or RP_REF_STOPPED where it has to wait.
+typedef struct RP_WALK {
+    rp_ray ray;
+    rp_shear shear;
+    rp_grid_ray grid_ray;
+    // The block in which it is; of the top tree there are only nodes. Of a walk that has stopped, leaves_at is the portal.
+    rp_block_view block;
+    uint current;
+    float far;  // where the walk ends, times RP_BOX_WIDEN
+#if defined(RP_SHARED_STACK) && !RP_ANY_HIT
+    uint depth;
+    __local RP_STACK_ENTRY* shared;  // this work-item's column of the stack, set by the kernel
+#else
+    RP_STACK_ENTRY* top;  // where the next entry goes: NVIDIA's compiler makes two instructions less of it than of a depth
+#endif
+#if RP_ANY_HIT
+    float t_max;
+    bool hit;
+#else
+    rp_hit best;
+    uint block_index;
+#endif
+#ifdef RP_RECORD
+    rp_visit_log visits;
+#endif
+} RP_WALK;
+
+static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
+    const float3 origin = (float3)(g->top_grid.origin[0], g->top_grid.origin[1], g->top_grid.origin[2]);
+    const float3 cell = (float3)(g->top_grid.cell[0], g->top_grid.cell[1], g->top_grid.cell[2]);
+    w->grid_ray = rp_make_grid_ray(&w->ray, origin, cell);
+    w->block.nodes = g->top_nodes;
+}
+
+// At the end: the portal to wait at, or RP_NONE if the walk is complete.
+static inline uint RP_STOPPED_AT(const RP_WALK* w) { return w->current == RP_REF_STOPPED ? w->block.leaves_at : RP_NONE; }
+
+// Puts the walk at portal `start`, or at the beginning (RP_NONE). REQUIRES: ray, and t_max or best, are set.
+static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
+    w->shear = rp_make_shear(&w->ray);
+    RP_TO_TOP(g, w);
+    w->current = g->top_grid.root;
+    RP_STACK_CLEAR();
+    w->far = RP_END * RP_BOX_WIDEN;
+#if RP_ANY_HIT
+    w->hit = false;
+#else
+    if (start != RP_NONE) w->shear.axis |= RP_WALK_WAITS;
+    w->block_index = RP_NONE;
+#endif
+    RP_PUSH(RP_REF_EXIT, -1.0f);
+    if (start == RP_NONE) return;
+    // Walk down to where the ray stands.
+    const ulong path = g->portal_paths[start];
+    for (int level = 62 - (int)clz(path); level >= 0; level--) {
+#ifdef RP_RECORD
+        // The ray may have stopped at any portal of a block, where the log was full.
+        if (w->current >= RP_REF_PORTAL) w->current = rp_beneath_block(g, w->current);
+#endif
+        // A block as a whole: this portal is the first of it that the ray has come to, or it would have stopped there.
+        if (w->current >= RP_REF_PORTAL) break;
+        const __global uint4* const node = rp_node_at(w->block.nodes, w->current);
+        const uint4 child0 = node[0], child1 = node[1];
+        const float entry0 = rp_box_entry(child0, &w->ray, &w->grid_ray), entry1 = rp_box_entry(child1, &w->ray, &w->grid_ray);
+        const uint taken = (uint)(path >> level) & 1u;
+        const uint4 sibling = taken ? child0 : child1;
+        const float sibling_entry = taken ? entry0 : entry1;
+#if RP_ANY_HIT
+        const uint first = 0u;
+#else
+        const uint first = entry1 < entry0 ? 1u : 0u;
+#endif
+        if (taken == first && rp_box_is_met(sibling_entry, rp_box_exit(sibling, &w->ray, &w->grid_ray, w->far))) RP_PUSH(sibling.w, sibling_entry);
+        w->current = taken ? child1.w : child0.w;
+    }
+}
+
+// From an inner node to one of its children, or to what comes next on the stack.
+static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
+    const __global uint4* const node = rp_node_at(w->block.nodes, w->current);
+    const uint4 child0 = node[0], child1 = node[1];
+    const float entry0 = rp_box_entry(child0, &w->ray, &w->grid_ray), entry1 = rp_box_entry(child1, &w->ray, &w->grid_ray);
+    const bool hit0 = rp_box_is_met(entry0, rp_box_exit(child0, &w->ray, &w->grid_ray, w->far));
+    const bool hit1 = rp_box_is_met(entry1, rp_box_exit(child1, &w->ray, &w->grid_ray, w->far));
+#if RP_ANY_HIT
+    if (hit0 && hit1) {
+        RP_PUSH(child1.w, entry1);
+        w->current = child0.w;
+    } else if (hit0 || hit1) {
+        w->current = hit0 ? child0.w : child1.w;
+    } else {
+        RP_POP();
+    }
+#else
+    // Without branches but for what is done with the stack: in most steps some lanes go each way.
+    const bool second = !hit0 || (hit1 && entry1 < entry0);
+    if (hit0 && hit1) RP_PUSH(second ? child0.w : child1.w, second ? entry0 : entry1);
+    w->current = second ? child1.w : child0.w;
+    if (!(hit0 || hit1)) RP_POP();
+#endif
+}
+
+// Goes on to the end of the walk. With RP_PERSISTENT, all lanes of a hardware vector come here together, those whose walks have ended as
+// well, and return together when too few have walks left. Leaves, returns and portals are looked at in turn, so that a ray that comes from
+// one to the next does not wait for the others to go round the loop.
+static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
+    do {
+        RP_WHILE_INNER(w->current) {
+            RP_STEP(w, stack);
+#ifdef RP_LEAST_INNER
+            // A vote costs a fifth of a step.
+            if (!(w->current & RP_REF_LEAF)) RP_STEP(w, stack);
+#endif
+        }
+        RP_CONVERGE();
+        if (RP_AT_LEAF(w->current)) {
+#if RP_ANY_HIT
+            if (rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, w->t_max)) {
+                w->hit = true;
+#ifdef RP_RECORD
+                if (w->visits.on) {
+                    // The log marks all blocks on the way that stop the ray, up to an absent one: goes on behind this portal.
+                    rp_visit_stop(&w->visits, ((const __global rp_block_header*)rp_block_of_nodes(w->block.nodes))->block_index);
+                    do RP_POP();
+                    while (w->current != RP_REF_RETURN);
+                    continue;
+                }
+#endif
+                w->current = RP_REF_EXIT;
+            } else {
+                RP_POP();
+            }
+#else
+            rp_leaf_closest(g, &w->ray, &w->shear, &w->block, w->block_index, w->current, &w->best);
+            w->far = RP_END * RP_BOX_WIDEN;
+            RP_POP();
+#endif
+        }
+        RP_CONVERGE();
+        if (w->current == RP_REF_RETURN) {
+            RP_TO_TOP(g, w);
+#if !RP_ANY_HIT
+            if (w->shear.axis & RP_WALK_WAITS) w->shear.axis ^= RP_WALK_WAITS | (w->best.found_in != RP_NONE ? RP_WALK_SERVED : RP_WALK_IN_VAIN);
+#endif
+            RP_POP();
+        }
+        if (w->current >= RP_REF_PORTAL && w->current < RP_REF_RETURN) {
+            const uint portal = w->current & ~RP_REF_PORTAL;
+            const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u];
+            const bool whole = portal >= g->top_grid.portal_count;
+            uint4 page;
+            // A branch, so that the page of a whole block need not wait for its record.
+            if (whole)
+                page = g->pages[portal - g->top_grid.portal_count];
+            else
+                page = g->pages[a.w];
+            if (whole && RP_BLOCK_IS_OPENED(page)) {
+                w->current = b.w;
+                continue;
+            }
+            if (page.x == RP_NONE) {
+                w->block.leaves_at = portal;
+                w->current = RP_REF_STOPPED;
+                continue;
+            }
+#if !RP_ANY_HIT
+            w->block_index = a.w;
+#endif
+#ifdef RP_RECORD
+#if RP_ANY_HIT
+            if (!w->hit)  // what it tests beyond its end is not used
+#else
+            if (!rp_visit_add(&w->visits, RP_VISIT_ENTER, a.w)) {
+                w->block.leaves_at = portal;
+                w->current = RP_REF_STOPPED;
+                return;
+            }
+#endif
+#endif
+                rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
+            w->block = rp_view_block(g, page);
+            w->grid_ray = rp_make_grid_ray(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
+            RP_PUSH(RP_REF_RETURN, -1.0f);
+            w->current = whole ? 0u : b.w;
+        }
+    } while (RP_GOES_ON(w->current));
+#if defined(RP_RECORD) && RP_ANY_HIT
+    if (w->hit) w->current = RP_REF_EXIT;
+#endif
+}
+
+#undef RP_WALK
+#undef RP_BEGIN
+#undef RP_RUN
+#undef RP_TO_TOP
+#undef RP_STOPPED_AT
+#undef RP_STEP
+#undef RP_STACK_ENTRY
+#undef RP_PUSH
+#undef RP_POP
+#undef RP_END

@@ -1,0 +1,99 @@
+// On CPUs, what connect.cl does, with streams of rays over the wide form of the blocks. In a render this is a part of stream/trace.cl.
+#include "common/noinline.cl"
+#include "common/film.cl"
+#include "common/path_state.cl"
+#include "common/queue.cl"
+#include "stream/stream_slots.cl"
+#include "stream/traverse.cl"
+#include "stream/waiting_lists.cl"
+
+typedef struct rp_connect_rays {
+    uint first, count;  // in the queue
+    uint slot[RP_STREAM_RAYS], state[RP_STREAM_RAYS];
+} rp_connect_rays;
+
+static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_connect_rays* c,
+                                          const rp_share* share) {
+    const uint count = c->count;
+    uint next;
+    const uint next_count = rp_expected_stream(share, &next);
+    for (uint r = 0u; r < next_count; r++) rp_fetch_shadow(paths, rp_shadow_entry(queue, paths->slot_count, next + r));
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        c->slot[r] = rp_shadow_entry(queue, paths->slot_count, c->first + min(r, count - 1u));
+        c->state[r] = rp_state_of(paths, c->slot[r]);
+    }
+    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
+        rp_shadow_rays8 rays;
+        rp_shadows_of8(paths, c->slot + 8u * i, &rays);
+        rp_set_stream_rays(s, i, rays.origin, rays.direction, rays.t_max, (uint8)(RP_NONE));
+    }
+    s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
+    rp_prepare_stream(s);
+    for (ulong resumed = rp_resumed_rays(c->state) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+        const uint r = rp_lowest(resumed);
+        rp_resume_ray(s, r, g->portals, rp_portal_of(paths, c->slot[r]));
+    }
+}
+
+// Returns whether the ray waits from now on.
+static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint block_count,
+                                        volatile __global uint* demand, const rp_paths* paths, __global uint* film, rp_chains* chains) {
+    const bool occluded = !(s->active >> r & 1ul);
+    const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
+    if (portal == RP_NONE) {
+        const rp_path_end end = rp_finish_shadow(paths, c->slot[r], c->state[r], occluded);
+        if (end.ended) rp_film_add(film, end.pixel, end.radiance);
+        return false;
+    }
+    rp_set_portal(paths, c->slot[r], portal);
+    rp_wait_in_chain(chains, paths, c->slot[r], rp_portal_block(g, portal), rp_shadow_waits(c->state[r]), demand, block_count);
+    return true;
+}
+
+// Returns how many of them wait from now on.
+static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint block_count,
+                                           volatile __global uint* demand, const rp_paths* paths, __global uint* film) {
+    rp_chains chains;
+    rp_begin_chains(&chains, c->first / RP_STREAM_RAYS, true);
+    uint waiting = 0u;
+    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, s, c, r, block_count, demand, paths, film, &chains) ? 1u : 0u;
+    rp_end_chains(&chains, paths, demand, block_count);
+    return waiting;
+}
+
+// As rp_extend_streams.
+static RP_NOINLINE void rp_connect_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count,
+                                           uint round, const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
+                                           volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_paths* const paths = &all_paths;
+    rp_walk walks[RP_WALKS];
+    rp_connect_rays rays[RP_WALKS];
+    for (uint w = 0u; w < RP_WALKS; w++) walks[w].rays = 0ul, rays[w].count = 0u;
+    uint running = (1u << RP_WALKS) - 1u, waiting = 0u;
+    for (uint w = 0u; running != 0u; w = w + 1u < RP_WALKS ? w + 1u : 0u) {
+        if (!(running >> w & 1u)) continue;
+        if (walks[w].rays != 0ul) {
+            rp_step(g, &walks[w], round, true);
+            continue;
+        }
+        if (rays[w].count != 0u) waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, film);
+        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
+        if (rays[w].count == 0u) {
+            running &= ~(1u << w);
+        } else {
+            rp_load_connect_stream(g, paths, queue, &walks[w].stream, &rays[w], &share);
+            rp_begin_walk(&walks[w], wide_top);
+        }
+    }
+    if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);
+}
+
+#ifndef RP_WITHOUT_KERNELS
+__kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
+                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
+                                volatile __global uint* restrict counters, __global uint* restrict film) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, paths, counters, film);
+}
+#endif

@@ -1,0 +1,147 @@
+// On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render this is a part
+// of stream/trace.cl.
+#include "common/noinline.cl"
+#include "common/path_state.cl"
+#include "common/queue.cl"
+#include "stream/stream_slots.cl"
+#include "stream/traverse.cl"
+#include "stream/waiting_lists.cl"
+#include "stream/wide_surface.cl"
+
+// What is known of the rays of a stream beside their paths through space.
+typedef struct rp_extend_rays {
+    uint first, count;  // in the queue
+    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], state[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
+} rp_extend_rays;
+
+static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_extend_rays* e,
+                                         const rp_share* share) {
+    const uint count = e->count;
+    uint next;
+    const uint next_count = rp_expected_stream(share, &next);
+    for (uint r = 0u; r < next_count; r++) rp_fetch_extension(paths, rp_extend_entry(queue, next + r));
+    for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
+        e->slot[r] = rp_extend_entry(queue, e->first + min(r, count - 1u));
+        e->state[r] = rp_state_of(paths, e->slot[r]);
+    }
+    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
+        rp_extension_rays8 rays;
+        rp_extensions_of8(paths, e->slot + 8u * i, vload8(i, e->state), &rays);
+        rp_set_stream_rays(s, i, rays.origin, rays.direction, rays.t, rays.primitive);
+        vstore8(rays.density, i, e->density);
+        vstore8(rays.sample, i, e->sample);
+        vstore8(rays.portal, i, e->portal);
+    }
+    s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
+    rp_prepare_stream(s);
+    for (ulong resumed = rp_resumed_rays(e->state) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+        const uint r = rp_lowest(resumed);
+        rp_resume_ray(s, r, g->portals, e->portal[r]);
+    }
+}
+
+// Counts of one work-item: extension rays that had waited, those of them that hit nothing in the block they had waited for, and rays that wait
+// from now on.
+typedef struct rp_extend_counts {
+    uint served, no_hit, waiting;
+} rp_extend_counts;
+
+// row: if it has a hit, what its planes are to say of it (rp_lay_out_hits8).
+static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
+                                       uint portal, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
+                                       rp_chains* chains, rp_extend_counts* counts) {
+    const uint slot = e->slot[r], state = e->state[r], waited_at = e->portal[r];
+    const float t = RP_OF_RAY(s->t, r);
+    const bool has_hit = rp_hit_in_launch(s, r);
+    uint offset_exponent = rp_offset_exponent_of(state), last_block = rp_kept_last_block(state);
+    if (has_hit) {
+        offset_exponent = surfaces->offset_exponent[r];
+#ifdef RP_VERTEX_COLORS
+        rp_set_color(paths, slot, surfaces->color[r]);
+#endif
+        last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
+    }
+    const uint kept = rp_store_stream_extension(paths, slot, state, has_hit, t, portal, row);
+    if (waited_at != RP_NONE) {
+        counts->served++;
+        if (!has_hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
+    }
+    if (portal == RP_NONE) {
+        rp_finish_stream_extension(paths, slot, offset_exponent, kept, last_block);
+#ifdef RP_COUNT_BOUNCES
+        if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
+#endif
+    } else {
+        counts->waiting++;
+        rp_wait_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
+    }
+}
+
+static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, uint block_count,
+                                          volatile __global uint* demand, const rp_paths* paths, rp_extend_counts* counts) {
+    rp_wide_surfaces surfaces;
+    rp_find_surfaces(s, &surfaces);
+    rp_chains chains;
+    rp_begin_chains(&chains, e->first / RP_STREAM_RAYS, false);
+    for (uint first = 0u; first < e->count; first += 8u) {
+        const uint i = first / 8u;
+        uint portal[8];
+        for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
+        // Where there is no hit, nothing of this is used.
+        const rp_hits8 hits = {
+            {as_uint8(vload8(i, surfaces.position[0])), as_uint8(vload8(i, surfaces.position[1])), as_uint8(vload8(i, surfaces.position[2]))},
+            vload8(i, (const uint*)s->primitive),
+            vload8(i, surfaces.geometric_normal),
+            vload8(i, surfaces.shading_normal),
+            as_uint8(vload8(i, (const float*)s->t)),
+            vload8(0, portal),
+            vload8(i, e->density),
+            vload8(i, e->sample)};
+        uint8 rows[8];
+        rp_lay_out_hits8(&hits, vload8(i, e->state), rows);
+        for (uint k = 0u; k < min(e->count - first, 8u); k++)
+            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], rows[k], block_count, demand, paths, &chains, counts);
+    }
+    rp_end_chains(&chains, paths, demand, block_count);
+}
+
+// Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.
+static RP_NOINLINE void rp_extend_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count, uint round,
+                                          const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
+                                          volatile __global uint* restrict counters) {
+    const rp_paths* const paths = &all_paths;
+    rp_extend_counts counts = {0u, 0u, 0u};
+    rp_walk walks[RP_WALKS];
+    rp_extend_rays rays[RP_WALKS];
+    // To begin with, each is at the end of a stream of no rays: so there is one place where the next one is taken.
+    for (uint w = 0u; w < RP_WALKS; w++) walks[w].rays = 0ul, rays[w].count = 0u;
+    uint running = (1u << RP_WALKS) - 1u;
+    for (uint w = 0u; running != 0u; w = w + 1u < RP_WALKS ? w + 1u : 0u) {
+        if (!(running >> w & 1u)) continue;
+        if (walks[w].rays != 0ul) {
+            rp_step(g, &walks[w], round, false);
+            continue;
+        }
+        if (rays[w].count != 0u) rp_store_extend_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &counts);
+        rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
+        if (rays[w].count == 0u) {
+            running &= ~(1u << w);
+        } else {
+            rp_load_extend_stream(g, paths, queue, &walks[w].stream, &rays[w], &share);
+            rp_begin_walk(&walks[w], wide_top);
+        }
+    }
+    rp_count_add(counters + RP_COUNT_WANTS_SERVED, counts.served);
+    rp_count_add(counters + RP_COUNT_WANTS_NO_HIT, counts.no_hit);
+    if (counts.waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, counts.waiting);
+}
+
+#ifndef RP_WITHOUT_KERNELS
+__kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
+                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
+                               volatile __global uint* restrict counters) {
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, paths, counters);
+}
+#endif

@@ -1,0 +1,123 @@
+// Tells whether a cached block file still has the geometry of a scene, cut as the options say. What the scene looks like does not count: it is set
+// when the file is opened (restyle.hpp). A scene file counts by what it says of geometry, meshes and clouds by size and time of their files.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <span>
+#include <system_error>
+#include <type_traits>
+
+#include "bake/bake.hpp"
+#include "base/hash.hpp"
+#include "gather/lights.hpp"
+
+namespace raypager {
+namespace {
+
+// Counts up whenever the same scene would be baked into other bytes.
+constexpr uint32_t baker_version = 9;
+
+class Fingerprint {
+public:
+    template <class T>
+    requires std::is_arithmetic_v<T>
+    void add(T value) { add_bytes(std::as_bytes(std::span(&value, 1))); }
+    template <class T, size_t n>
+    void add(const T (&values)[n]) {
+        for (const T& value : values) add(value);
+    }
+    void add(const std::string& text) {
+        add(text.size());
+        add_bytes(std::as_bytes(std::span(text)));
+    }
+    void add(const Float3& v) {
+        for (const float value : {v.x, v.y, v.z}) add(value);
+    }
+    void add_bytes(std::span<const std::byte> bytes) { hash_ = hash64(bytes, hash_); }
+
+    Status add_file(const std::string& path) {
+        std::error_code error;
+        const auto size = std::filesystem::file_size(path, error);
+        if (error) return Status::failed(fmt::format("{}: cannot be examined: {}", path, error.message()));
+        const auto time = std::filesystem::last_write_time(path, error);
+        if (error) return Status::failed(fmt::format("{}: cannot be examined: {}", path, error.message()));
+        const auto whole = std::filesystem::absolute(path, error);
+        add(error ? path : whole.lexically_normal().string());
+        add(uint64_t{size});
+        add(static_cast<int64_t>(time.time_since_epoch().count()));
+        return {};
+    }
+
+    uint64_t value() const { return hash_; }
+
+private:
+    uint64_t hash_ = 0;
+};
+
+void add_points(Fingerprint& f, const PointOptions& options) {
+    f.add(options.radius);
+    f.add(options.radius_from_spacing);
+    f.add(options.radius_scale);
+    f.add(options.cull_to_camera);
+    f.add(options.cull_margin);
+    f.add(options.filter_to_image);
+}
+
+Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
+    for (const auto& row : shape.to_world.m)
+        for (const double value : row) f.add(value);
+    f.add(shape.reverse_orientation);
+    f.add(shape.material);
+    f.add(shape.backdrop);
+    // Which light it is counts, not how it shines; but whether it does at all decides what is in the list of lights.
+    f.add(shape.area_light.value_or(RP_NONE));
+    f.add(shape.area_light && is_black(scene.area_lights[*shape.area_light]));
+    f.add(shape.unseen);
+    if (shape.points) {
+        f.add(shape.points->name());
+        f.add(shape.points->reading());
+        f.add(shape.points->has_color());
+        f.add(shape.point_radius);
+        f.add(shape.radius_scale);
+        if (const auto* points = dynamic_cast<const PointsInMemory*>(shape.points.get())) f.add_bytes(std::as_bytes(std::span(points->points())));
+        for (const std::string& file : shape.points->files()) RAYPAGER_TRY(f.add_file(file));
+        return {};
+    }
+    if (!shape.mesh) {
+        f.add(shape.sphere.center);
+        f.add(shape.sphere.radius);
+        return {};
+    }
+    f.add(shape.vertex_colors);
+    if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get())) {
+        f.add_bytes(std::as_bytes(std::span(mesh->mesh().positions)));
+        f.add_bytes(std::as_bytes(std::span(mesh->mesh().triangles)));
+        f.add_bytes(std::as_bytes(std::span(mesh->mesh().normals)));
+        f.add_bytes(std::as_bytes(std::span(mesh->mesh().colors)));
+        return {};  // its name has the line of a scene file, which may move
+    }
+    f.add(shape.mesh->name());
+    for (const std::string& file : shape.mesh->files()) RAYPAGER_TRY(f.add_file(file));
+    return {};
+}
+
+}  // namespace
+
+Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options) {
+    Fingerprint f;
+    f.add(baker_version);
+    f.add(options.block_bytes);
+    f.add(options.sub_boxes);
+    f.add(options.position_error);
+    add_points(f, options.points);
+    // Only then do blocks depend on who looks at them.
+    if (options.points.cull_to_camera || options.points.filter_to_image) {
+        for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward}) f.add(v);
+        for (const uint32_t value : {scene.width, scene.height}) f.add(value);
+    }
+    for (const Shape& shape : scene.shapes)
+        if (auto status = add_shape(f, scene, shape); !status.ok()) return status;
+    return f.value();
+}
+
+}  // namespace raypager

@@ -1,0 +1,88 @@
+#include "block/wide_top.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "base/check.hpp"
+#include "block/wide_node.hpp"
+#include "block/wide_tree_writer.hpp"
+
+namespace raypager {
+namespace {
+
+static_assert(sizeof(rp_wide_portal) == sizeof(rp_portal) && offsetof(rp_wide_portal, block) == offsetof(rp_portal, block));
+
+// All that a grid can tell: the box of the root, which no node holds.
+constexpr rp_child whole_grid = {0xffff0000u, 0xffff0000u, 0xffff0000u, 0};
+
+// Entering a portal, relative to a wide node.
+constexpr float portal_cost = 1.0f;
+
+// The grid's box, rounded outwards to floats.
+Box world_box(const rp_top_grid& grid, const rp_child& child) {
+    Box box;
+    const rp_u32 words[3] = {child.x, child.y, child.z};
+    const auto place = [&](int axis, rp_u32 q) { return double(grid.origin[axis]) + double(grid.cell[axis]) * RP_GRID_VALUE(q); };
+    constexpr float inf = std::numeric_limits<float>::infinity();
+    for (int a = 0; a < 3; a++) {
+        box.lower[a] = std::nextafter(static_cast<float>(place(a, words[a] & 0xffffu)), -inf);
+        box.upper[a] = std::nextafter(static_cast<float>(place(a, words[a] >> 16)), inf);
+    }
+    return box;
+}
+
+// Adds the subtree, parents first.
+uint32_t add(const rp_top_grid& grid, std::span<const rp_node> nodes, rp_u32 ref, const Box& box, std::vector<BinaryNode>& out) {
+    const auto index = static_cast<uint32_t>(out.size());
+    out.emplace_back();
+    out[index].box = box;
+    if (ref >= RP_REF_PORTAL) {
+        out[index].item = ref & ~RP_REF_PORTAL;
+        out[index].leaf_cost = portal_cost;
+        return index;
+    }
+    uint32_t children[2];
+    for (int side = 0; side < 2; side++) {
+        const rp_child& child = nodes[ref].child[side];
+        children[side] = add(grid, nodes, child.ref, world_box(grid, child), out);
+    }
+    // What bakers write is nested already. The order in which streams wait depends on it, so it holds whatever a file says.
+    for (const uint32_t child : children) out[index].box.grow(out[child].box);
+    out[index].left = children[0];
+    out[index].right = children[1];
+    return index;
+}
+
+rp_wide_portal make_portal(const Box& tight, rp_u32 block) {
+    const Box box = with_slack(tight);
+    return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, 0};
+}
+
+}  // namespace
+
+WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
+                      std::span<const rp_u32> wide_roots) {
+    WideTop top;
+    std::vector<BinaryNode> binary;
+    if (!portals.empty()) add(grid, nodes, grid.root, world_box(grid, whole_grid), binary);
+    top.portals.resize(portals.size());
+    for (const BinaryNode& node : binary)
+        if (node.is_leaf()) top.portals[node.item] = make_portal(node.box, portals[node.item].block);
+    Collapse collapse;
+    collapse.run(binary);
+    WideTreeWriter writer(binary, collapse, top.bytes, [&](const BinaryNode& node, std::vector<std::byte>& out) {
+        const rp_wide_leaf head = {RP_WIDE_PORTAL, 0, 0, 0, portals[node.item].block};
+        const rp_u32 words[2] = {wide_roots[node.item], node.item};
+        const auto append = [&out](const void* data, size_t count) {
+            const auto* begin = static_cast<const std::byte*>(data);
+            out.insert(out.end(), begin, begin + count);
+        };
+        append(&head, sizeof head);
+        append(words, sizeof words);
+    });
+    writer.finish(RP_NONE, binary.empty() ? RP_NONE : writer.add_root(0));
+    return top;
+}
+
+}  // namespace raypager

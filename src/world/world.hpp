@@ -1,0 +1,128 @@
+// All primitives of a scene, in world space, as the cut and the builders of blocks see them.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/huge_pages.hpp"
+#include "raypager/abi/types.h"
+#include "raypager/scene.hpp"
+#include "scene/lane_box.hpp"
+#include "world/vertex_table.hpp"
+
+namespace raypager {
+
+struct WorldSphere {
+    Float3 center;
+    float radius;                   // of a point: exactly what its word says
+    uint32_t point_word = RP_NONE;  // of a point of a coloured cloud (abi/block.h; RP_NONE is none, for it has code 255); a sphere: RP_NONE
+    bool is_point() const { return point_word != RP_NONE; }
+};
+
+// Which attributes vertices have beside a position.
+struct VertexAttributes {
+    bool normals = false, colors = false;
+    uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0); }  // in a block, positions uncoded
+};
+
+struct World {
+    UnwrittenVector<Float3> positions;
+    std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
+    std::vector<uint32_t> colors;   // likewise; as in abi/block.h
+    // A triangle: its vertices, counter-clockwise seen from the side of its normal.
+    // A sphere: its index among the spheres, then RP_NONE twice.
+    std::vector<Triangle> primitives;
+    std::vector<WorldSphere> spheres;
+    // Of the primitives, in the scene, where these are only some of the scene's; empty: primitive i has the id i.
+    std::vector<uint32_t> ids;
+    Box bounds;
+
+    bool is_sphere(uint32_t primitive) const { return primitives[primitive][1] == RP_NONE; }
+    const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
+    uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
+    uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
+    uint32_t color(uint32_t vertex) const { return colors.empty() ? RP_NONE : colors[vertex]; }
+    VertexBits vertex(uint32_t index) const { return {positions[index], normal(index), color(index)}; }
+    VertexAttributes attributes() const { return {!normals.empty(), !colors.empty()}; }
+};
+
+// Centre +- radius, rounded outwards.
+Box sphere_bounds(const WorldSphere& sphere);
+// Exact bounds of a triangle, safe bounds of a sphere.
+inline LaneBox primitive_bounds(const World& world, uint32_t primitive) {
+    LaneBox box;
+    if (world.is_sphere(primitive)) {
+        const Box bounds = sphere_bounds(world.sphere(primitive));
+        box.lower = Lanes{bounds.lower[0], bounds.lower[1], bounds.lower[2], 0};
+        box.upper = Lanes{bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+        return box;
+    }
+    for (const uint32_t v : world.primitives[primitive]) {
+        const Float3& p = world.positions[v];
+        box.grow(Lanes{p.x, p.y, p.z, 0});
+    }
+    return box;
+}
+
+// What the cut and the builders move about.
+struct PrimitiveRef {
+    Box box;
+    uint32_t id;      // its number in the world
+    uint32_t weight;  // estimated bytes in a block
+    // Twice the centre.
+    float centroid(int axis) const { return box.lower[axis] + box.upper[axis]; }
+    // The same for all axes; the fourth lanes hold other members.
+    LaneBox lanes() const {
+        LaneBox result;
+        std::memcpy(&result.lower, box.lower, sizeof result.lower);
+        std::memcpy(&result.upper, reinterpret_cast<const char*>(this) + offsetof(PrimitiveRef, box.upper), sizeof result.upper);
+        return result;
+    }
+};
+static_assert(sizeof(PrimitiveRef) == 32);
+// Of all of them together.
+uint64_t weight_of(std::span<const PrimitiveRef> refs);
+using PrimitiveRefs = UnwrittenVector<PrimitiveRef>;
+// What the cut of a world takes for each primitive, besides the refs at hand (world_cut.hpp): its place in the order, its region, a share of the
+// sample, and something for the grid of regions.
+inline constexpr uint64_t cut_memory = 16;
+
+// Without its weight. In two pieces, as it is read: what is written in smaller ones is waited for.
+inline PrimitiveRef make_ref(const World& world, uint32_t primitive) {
+    const LaneBox box = primitive_bounds(world, primitive);
+    const Lanes first = __builtin_shufflevector(box.lower, box.upper, 0, 1, 2, 4),
+                second = __builtin_shufflevector(box.upper, Lanes{std::bit_cast<float>(primitive), 0, 0, 0}, 1, 2, 4, 5);
+    return std::bit_cast<PrimitiveRef>(std::array{first, second});
+}
+// One for each of the primitives, in their order.
+void make_refs(const World& world, std::span<const uint32_t> primitives, PrimitiveRefs& refs);
+
+// Gives refs their weights.
+class Weigher {
+public:
+    // Triangles share vertices by index, or have vertices of their own, which are compared.
+    enum class Sharing : uint8_t { by_index, by_value };
+    Weigher(const World& world, Sharing sharing);
+    // Of refs that lie together.
+    void weigh(std::span<PrimitiveRef> refs) const;
+    // Of any refs: by index the same, else rather too low.
+    void guess(std::span<PrimitiveRef> refs) const;
+
+private:
+    void weigh_by_index(std::span<PrimitiveRef> refs) const;
+    void weigh_by_value(std::span<PrimitiveRef> refs) const;
+
+    const World& world_;
+    const Sharing sharing_;
+    std::vector<uint8_t> uses_;  // by index: how many triangles use each vertex, at most 255
+};
+
+// The estimate itself, for a triangle that has this many vertices for itself: a half in a closed mesh, three if it stands alone.
+inline constexpr uint32_t sphere_weight = 16 + 4 + 6;  // record, id, share of nodes
+uint32_t triangle_weight(float own_vertices, const VertexAttributes& attributes);
+
+}  // namespace raypager
