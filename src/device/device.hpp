@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "base/memory.hpp"
-#include "device/device_list.hpp"
 #include "device/kernel_sources.hpp"
+#include "raypager/devices.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {

@@ -1,5 +1,3 @@
-#include "device/device_list.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "device/faults.hpp"
 #include "device/select.hpp"
+#include "raypager/devices.hpp"
 
 namespace raypager {
 namespace {

@@ -1,7 +1,7 @@
-#include "device/profile.hpp"
-
 #include <algorithm>
 #include <thread>
+
+#include "raypager/device_profile.hpp"
 
 namespace raypager {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "device/device_list.hpp"
+#include "raypager/devices.hpp"
 
 namespace raypager {
 

@@ -25,7 +25,7 @@ protected:
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
         options_.spp = 4;
-        options_.paths = 128;
+        options_.tuning.paths = 128;
         const auto whole = render(*file_, options_, {});
         ASSERT_TRUE(whole.ok()) << whole.status().message();
         hash_ = whole->report.film_hash;

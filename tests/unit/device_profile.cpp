@@ -1,9 +1,9 @@
 // What the program chooses by the class of a device, and what users may change of it.
+#include "raypager/device_profile.hpp"
+
 #include <gtest/gtest.h>
 
 #include <set>
-
-#include "device/profile.hpp"
 
 namespace raypager {
 namespace {
