@@ -18,8 +18,6 @@ typedef struct rp_paths {
     __global uint* status;
     __global uint4* planes;
 } rp_paths;
-#define RP_MAKE_PATHS(slot_count, status, planes) \
-    { slot_count, status, planes }
 
 #define RP_PLANE(paths, plane, slot) (paths)->planes[RP_PLANE_INDEX(plane, (size_t)(paths)->slot_count, slot)]
 
@@ -301,8 +299,9 @@ typedef struct rp_arrival {
 #endif
 } rp_arrival;
 
-// From planes in the full form.
-static inline rp_arrival rp_make_arrival(uint4 direction, uint4 throughput, uint4 radiance, uint4 hit, uint4 surface) {
+// From planes in the full form, but for the distance.
+static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint state, uint4 direction, uint4 throughput, uint4 radiance, uint4 hit,
+                                         uint4 surface, float distance) {
     rp_arrival a;
     a.direction = as_float3(direction.xyz);
     a.bsdf_density = as_float(direction.w);
@@ -315,6 +314,11 @@ static inline rp_arrival rp_make_arrival(uint4 direction, uint4 throughput, uint
     a.geometric_normal = surface.x;
     a.shading_normal = surface.y;
     a.sample = surface.z;
+    a.distance = distance;
+    a.offset_exponent = rp_offset_exponent_of(state);
+#ifdef RP_VERTEX_COLORS
+    a.color = rp_color_of(paths, slot);
+#endif
     return a;
 }
 
@@ -344,15 +348,11 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
         direction.xyz = hit.xyz;
         hit.w = RP_NONE;
     }
-    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
+    const float distance = state & RP_STATUS_FOUND ? as_float(found.z) : as_float(origin.w);
+    rp_arrival a = rp_make_arrival(paths, slot, state, direction, throughput, radiance, hit, surface, distance);
     a.origin = as_float3(origin.xyz);
     a.leaf = found.x;
     a.block = state & RP_STATUS_FOUND ? found.y : RP_NONE;
-    a.distance = state & RP_STATUS_FOUND ? as_float(found.z) : as_float(origin.w);
-    a.offset_exponent = rp_offset_exponent_of(state);
-#ifdef RP_VERTEX_COLORS
-    a.color = rp_color_of(paths, slot);
-#endif
     return a;
 }
 #else
@@ -370,13 +370,7 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
         hit = origin;
         surface.xy = found.xy;
     }
-    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
-    a.distance = as_float(distance);
-    a.offset_exponent = rp_offset_exponent_of(state);
-#ifdef RP_VERTEX_COLORS
-    a.color = rp_color_of(paths, slot);
-#endif
-    return a;
+    return rp_make_arrival(paths, slot, state, direction, throughput, radiance, hit, surface, as_float(distance));
 }
 #endif
 

@@ -310,7 +310,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
                        const __global rp_light* restrict lights, const __global uint* restrict light_steps,
                        const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
                        __global uint4* restrict planes, volatile __global uint* restrict counters, __global uint* restrict film) {
-    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
+    const rp_paths paths = {params->slot_count, status, planes};
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};

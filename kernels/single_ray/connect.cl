@@ -42,7 +42,7 @@ __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, u
                          __global uint* restrict status, __global uint4* restrict planes, const __global uint* restrict counters,
                          __global uint* restrict film RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
         rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i),

@@ -62,7 +62,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
                         __global uint* restrict status, __global uint4* restrict planes,
                         volatile __global uint* restrict counters RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};

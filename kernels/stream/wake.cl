@@ -42,7 +42,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
                              volatile __global uint* restrict awake, volatile __global uint* restrict counters,
                              volatile __global uint* restrict demand, uint named, uint16 new_blocks, rp_page_changes changes) {
     const uint items = (uint)get_global_size(0), item = (uint)get_global_id(0);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, 0);  // whose planes nothing here looks at
+    const rp_paths paths = {slot_count, status, 0};  // whose planes nothing here looks at
     if (item == 0u) {
         rp_change_pages(pages, &changes);
         for (uint i = 0u; i < RP_COUNTERS_PER_ROUND; i++) counters[i] = 0u;
