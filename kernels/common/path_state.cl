@@ -391,10 +391,10 @@ static inline uint rp_departing_state(uint state, uint depth) {
 }
 
 // An extension ray begins. density: of its direction by solid angle, 0 if that is specular.
-static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, uint3 direction, uint density,
+static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, float3 direction, float density,
                                       uint sample) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(INFINITY));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(direction, density);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(density));
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
     paths->status[slot] = RP_STATUS_EXTEND | rp_departing_state(state, depth);
@@ -403,11 +403,11 @@ static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint sta
 // A shadow ray begins, and keeps the extension ray behind it: next_direction and density are that one's. ends: there is none. light: what arrives if
 // nothing is in the way.
 static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, float3 direction, float reach,
-                                   float3 light, bool ends, uint3 next_direction, uint density, uint sample) {
+                                   float3 light, bool ends, float3 next_direction, float density, uint sample) {
     const uint3 arrives = as_uint3(light);
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(reach));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), density);
-    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(next_direction, arrives.x);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(density));
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(next_direction), arrives.x);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(arrives.yz, sample, RP_NONE);
     paths->status[slot] = RP_STATUS_SHADOW | (ends ? RP_STATUS_ENDS : 0u) | rp_departing_state(state, depth);
 }

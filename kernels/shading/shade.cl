@@ -153,8 +153,8 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
         return;
     }
     const bool specular = out->go_on && out->density == 0.0f;
-    const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
-    const uint density = out->go_on ? as_uint(out->density) : 0u;
+    const float3 direction = out->go_on ? rp_float3(out->direction) : (float3)(0.0f);
+    const float density = out->go_on ? out->density : 0.0f;
     rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
                                      radiance, pixel);
     if (out->shadow)
