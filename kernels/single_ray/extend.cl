@@ -22,18 +22,18 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand,
                                const rp_paths* paths, uint slot, uint* mine) {
     const rp_hit* hit = &walk->best;
-    const uint state = rp_state_of(paths, slot), portal = rp_closest_portal(walk);
+    const uint status = rp_status_of(paths, slot), portal = rp_closest_portal(walk);
     mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
     mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
 #ifdef RP_SHORT_STATES
     if (portal == RP_NONE) {
         // Shading, which comes next, finds the surface: there all lanes do so at once.
-        rp_finish_extension_deferred(paths, slot, state, hit->what, hit->found_in, hit->t);
+        rp_finish_extension_deferred(paths, slot, status, hit->what, hit->found_in, hit->t);
     } else
 #endif
     {
-        uint offset_exponent = rp_offset_exponent_of(state);
-        rp_unfold_extension(paths, slot, state);
+        uint offset_exponent = rp_offset_exponent_of(status);
+        rp_unfold_extension(paths, slot, status);
         if (hit->found_in != RP_NONE) {
             // Read again, so that no register keeps it along the walk.
             rp_ray ray = walk->ray;

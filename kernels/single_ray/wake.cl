@@ -20,12 +20,12 @@
 // Queues of extension rays and of shadow rays, two kinds in each; free list; and those that wait, which are only counted.
 #define RP_LISTS_FILLED 4u
 
-// What a slot in this state can do, if it does not wait.
-static inline uint rp_kind_of_state(uint state) {
-    if (rp_is_free(state)) return RP_KIND_FREE;
-    if (rp_is_idle(state)) return RP_KIND_IDLE;
-    const uint kind = rp_has_shadow_ray(state) ? RP_KIND_SHADOW : RP_KIND_EXTEND;
-    return rp_leaves_first_vertex(state) ? kind - 1u : kind;
+// What a slot with this status word can do, if it does not wait.
+static inline uint rp_kind_of_status(uint status) {
+    if (rp_is_free(status)) return RP_KIND_FREE;
+    if (rp_is_idle(status)) return RP_KIND_IDLE;
+    const uint kind = rp_has_shadow_ray(status) ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+    return rp_leaves_first_vertex(status) ? kind - 1u : kind;
 }
 
 static inline uint rp_list_total(const __local uint* count, uint list) {
@@ -49,15 +49,15 @@ static inline uint rp_waiting_asleep(ulong sleep_group) { return (uint)(sleep_gr
 
 // Four bits a slot of a sleeping group: what each can do. All loads of a kind are under way together: one after the other they would take most of the
 // time.
-static inline ulong rp_sleep_group_kinds(const __global uint* status, const __global rp_page* pages, uint slot_count, uint sleep_group,
+static inline ulong rp_sleep_group_kinds(const __global uint* statuses, const __global rp_page* pages, uint slot_count, uint sleep_group,
                                          uint bit_scale, ulong* blocks) {
-    const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_SLEEP_GROUP * sleep_group);
-    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(status, slot_count) + (size_t)RP_SLEEP_GROUP * sleep_group);
-    uint state[RP_SLEEP_GROUP], block[RP_SLEEP_GROUP], address[RP_SLEEP_GROUP];
+    const __global uint4* const at = (const __global uint4*)(statuses + (size_t)RP_SLEEP_GROUP * sleep_group);
+    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(statuses, slot_count) + (size_t)RP_SLEEP_GROUP * sleep_group);
+    uint status[RP_SLEEP_GROUP], block[RP_SLEEP_GROUP], address[RP_SLEEP_GROUP];
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i += 4u) {
         const uint4 four = at[i / 4u];
-        state[i] = four.x, state[i + 1u] = four.y, state[i + 2u] = four.z, state[i + 3u] = four.w;
+        status[i] = four.x, status[i + 1u] = four.y, status[i + 2u] = four.z, status[i + 3u] = four.w;
     }
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i += 4u) {
@@ -65,13 +65,13 @@ static inline ulong rp_sleep_group_kinds(const __global uint* status, const __gl
         block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_waits(state[i]) ? pages[block[i]].address : 0u;
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_waits(status[i]) ? pages[block[i]].address : 0u;
     ulong kinds = 0ul;
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i++) {
         const bool waits = address[i] == RP_NONE;
         if (waits) *blocks |= rp_block_bit(block[i], bit_scale);
-        const uint kind = RP_SLEEP_GROUP * sleep_group + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_state(state[i]);
+        const uint kind = RP_SLEEP_GROUP * sleep_group + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_status(status[i]);
         kinds |= (ulong)kind << (4u * i);
     }
     return kinds;
@@ -85,7 +85,7 @@ static inline ulong rp_of_kind(ulong kinds, uint kind) {
 static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
 
 // Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together (1, 2, 4 or 8)
-// stay together, so that the stages find their states side by side.
+// stay together, so that the stages find their planes side by side.
 static inline ulong rp_keep_together(ulong kinds, uint together) {
     const ulong free = rp_of_kind(kinds, RP_KIND_FREE);
     ulong unused = free | rp_of_kind(kinds, RP_KIND_IDLE) | rp_of_kind(kinds, RP_KIND_NONE);
@@ -98,7 +98,7 @@ static inline ulong rp_keep_together(ulong kinds, uint together) {
 
 // A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_SLEEP_GROUPS times as many sleeping groups, and then, each
 // work-item one after the other, at the slots of those that do not sleep.
-__kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
+__kernel void rp_wake(const __global uint* restrict statuses, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
                       __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict sleep_groups,
                       uint bit_scale, ulong came, uint slots_together) {
     __local uint awake[RP_WAKE_GROUP * RP_WAKE_SLEEP_GROUPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
@@ -127,7 +127,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         kinds[k] = ~0ul;
         if (at >= awake_count) continue;
         ulong blocks = 0ul;
-        kinds[k] = rp_keep_together(rp_sleep_group_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
+        kinds[k] = rp_keep_together(rp_sleep_group_kinds(statuses, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
         const uint wait = rp_count_kind(kinds[k], RP_KIND_WAITING), end = rp_count_kind(kinds[k], RP_KIND_IDLE);
         sleep_groups[awake[at]] = wait + end == RP_SLEEP_GROUP ? rp_asleep(wait, blocks) : 0ul;
         waiting += wait;
