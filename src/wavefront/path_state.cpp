@@ -35,17 +35,16 @@ Status read_statuses(Queue& queue, const PathSlots& slots, uint64_t first, std::
     return queue.read_now(slots.status(), first * sizeof(uint32_t), std::as_writable_bytes(statuses));
 }
 
-bool is_camera_ray(uint32_t status, SlotForm form) { return form == SlotForm::single_rays && (status & RP_STATUS_CAMERA) != 0; }
-
 }  // namespace
 
 uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(vertex_colors) * sizeof(uint32_t); }
 uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_SLEEP_GROUP * sizeof(uint32_t); }
 uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
 
-Result<PathSlots> PathSlots::create(Device& device, uint32_t count, bool vertex_colors) {
+Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, bool vertex_colors) {
     PathSlots slots;
     slots.count_ = count;
+    slots.form_ = form;
     auto status = device.allocate(status_runs(vertex_colors) * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
     if (!status) return status.status();
     slots.status_ = std::move(*status);
@@ -60,7 +59,10 @@ Status PathSlots::clear(Queue& queue) const {
     return queue.fill_zero(status_, 0, status_.bytes());
 }
 
-Status PathSlots::add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const {
+// With streams this bit is of a block's number, as RP_STATUS_FOUND is.
+bool PathSlots::is_camera_ray(uint32_t status) const { return form_ == BlockForm::stored && (status & RP_STATUS_CAMERA) != 0; }
+
+Status PathSlots::add_samples_under_way(Queue& queue, bool untraced, std::vector<rp_path_sample>& samples) const {
     const uint64_t most = std::min<uint64_t>(count_, slots_at_once);
     std::vector<uint32_t> statuses(most);
     std::vector<PlanePair> ray(untraced ? most : 0), radiance(most), surface(most);
@@ -73,7 +75,7 @@ Status PathSlots::add_samples_under_way(Queue& queue, SlotForm form, bool untrac
         for (uint64_t i = 0; i < count; i++) {
             const uint32_t phase = statuses[i] & RP_PHASE_MASK;
             if (phase == RP_PHASE_FREE || phase == RP_PHASE_IDLE) continue;
-            const bool camera = is_camera_ray(statuses[i], form);
+            const bool camera = is_camera_ray(statuses[i]);
             RAYPAGER_CHECK(untraced || !camera);
             samples.push_back(camera ? rp_path_sample{of_pair(ray[i], RP_PLANE_ORIGIN).w, of_pair(ray[i], RP_PLANE_DIRECTION).w}
                                      : rp_path_sample{of_pair(radiance[i], RP_PLANE_RADIANCE).w, of_pair(surface[i], RP_PLANE_SURFACE).z});
@@ -123,7 +125,7 @@ Status PathSlots::read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hi
     return {};
 }
 
-Status PathSlots::read_distances(Queue& queue, SlotForm form, size_t count, std::vector<float>& distances) const {
+Status PathSlots::read_distances(Queue& queue, size_t count, std::vector<float>& distances) const {
     std::vector<PlanePair> ray(count), hit(count);
     std::vector<uint32_t> statuses(count);
     RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_ORIGIN, 0, ray));
@@ -131,9 +133,8 @@ Status PathSlots::read_distances(Queue& queue, SlotForm form, size_t count, std:
     RAYPAGER_TRY(read_statuses(queue, *this, 0, statuses));
     distances.clear();
     for (size_t i = 0; i < count; i++) {
-        const Plane &origin = of_pair(ray[i], RP_PLANE_ORIGIN), &found = is_camera_ray(statuses[i], form) ? origin : of_pair(hit[i], RP_PLANE_HIT);
-        // With streams this bit is of a block's number.
-        const bool surface_to_be_found = form == SlotForm::single_rays && (statuses[i] & RP_STATUS_FOUND) != 0;
+        const Plane &origin = of_pair(ray[i], RP_PLANE_ORIGIN), &found = is_camera_ray(statuses[i]) ? origin : of_pair(hit[i], RP_PLANE_HIT);
+        const bool surface_to_be_found = form_ == BlockForm::stored && (statuses[i] & RP_STATUS_FOUND) != 0;
         distances.push_back(number(surface_to_be_found ? found.z : origin.w));
     }
     return {};
