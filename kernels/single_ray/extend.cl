@@ -27,7 +27,7 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
     mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
 #ifdef RP_SHORT_STATES
     if (portal == RP_NONE) {
-        // Shading, which comes next, finds the surface: there all lanes do so at once.
+        // Shading, which comes next, finds the surface: there all work-items of a sub-group do so at once.
         rp_finish_extension_deferred(paths, slot, status, hit->what, hit->found_in, hit->t);
     } else
 #endif

@@ -13,7 +13,7 @@
 #include "single_ray/persistent.cl"
 #include "single_ray/visits.cl"
 
-// The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: lanes that stand at
+// The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: those of a sub-group that stand at
 // different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
 // (bench/journal/gpu-traversal.md).
 #undef RP_STACK_CLEAR
@@ -181,7 +181,7 @@ static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
         RP_POP();
     }
 #else
-    // Without branches but for what is done with the stack: in most steps some lanes go each way.
+    // Without branches but for what is done with the stack: in most steps some work-items of a sub-group go each way.
     const bool second = !hit0 || (hit1 && entry1 < entry0);
     if (hit0 && hit1) RP_PUSH(second ? child0.w : child1.w, second ? entry0 : entry1);
     w->current = second ? child1.w : child0.w;
@@ -189,7 +189,7 @@ static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
 #endif
 }
 
-// Goes on to the end of the walk. With RP_PERSISTENT, all lanes of a hardware vector come here together, those whose walks have ended as
+// Goes on to the end of the walk. With RP_PERSISTENT, all work-items of a sub-group come here together, those whose walks have ended as
 // well, and return together when too few have walks left. Leaves, returns and portals are looked at in turn, so that a ray that comes from
 // one to the next does not wait for the others to go round the loop.
 static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {

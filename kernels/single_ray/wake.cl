@@ -6,7 +6,7 @@
 #include "raypager/abi/block.h"
 
 // What a slot can do. Rays from the first vertex of their path come first in their queues, as far as one work-group fills these: their
-// neighbours are rays from neighbouring points, so that lanes which trace them together go the same way (shadow rays - 9 % on an H100).
+// neighbours are rays from neighbouring points, so that work-items which trace them together go the same way (shadow rays - 9 % on an H100).
 #define RP_KIND_FIRST_EXTEND 0u
 #define RP_KIND_EXTEND 1u
 #define RP_KIND_FIRST_SHADOW 2u
@@ -102,14 +102,14 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
                       __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict sleep_groups,
                       uint bit_scale, ulong came, uint slots_together) {
     __local uint awake[RP_WAKE_GROUP * RP_WAKE_SLEEP_GROUPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
-    const uint lane = get_local_id(0), sleep_group_count = (slot_count + RP_SLEEP_GROUP - 1u) / RP_SLEEP_GROUP;
-    for (uint kind = lane; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
-    if (lane == 0u) awake_count = 0u;
+    const uint item = get_local_id(0), sleep_group_count = (slot_count + RP_SLEEP_GROUP - 1u) / RP_SLEEP_GROUP;
+    for (uint kind = item; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
+    if (item == 0u) awake_count = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
     uint waiting = 0u;
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + lane;
+        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + item;
         if (i >= sleep_group_count) continue;
         const ulong sleep_group = sleep_groups[i];
         if (sleep_group == 0ul || (sleep_group & came) != 0ul)
@@ -123,7 +123,7 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
     uint mine[RP_LISTED_KINDS] = {0u, 0u, 0u, 0u, 0u};
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        const uint at = k * RP_WAKE_GROUP + lane;
+        const uint at = k * RP_WAKE_GROUP + item;
         kinds[k] = ~0ul;
         if (at >= awake_count) continue;
         ulong blocks = 0ul;
@@ -139,7 +139,7 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
         if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     if (waiting != 0u) atomic_add(&count[RP_KIND_WAITING], waiting);
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint list = lane; list < RP_LISTS_FILLED; list += RP_WAKE_GROUP) {
+    for (uint list = item; list < RP_LISTS_FILLED; list += RP_WAKE_GROUP) {
         const uint total = rp_list_total(count, list);
         base[list] = total != 0u ? atomic_add(counters + rp_list_counter(list), total) : 0u;
     }
@@ -149,8 +149,8 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
     uint free = base[2] + mine[RP_KIND_FREE];
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        if (k * RP_WAKE_GROUP + lane >= awake_count) continue;
-        const uint first = RP_SLEEP_GROUP * awake[k * RP_WAKE_GROUP + lane];
+        if (k * RP_WAKE_GROUP + item >= awake_count) continue;
+        const uint first = RP_SLEEP_GROUP * awake[k * RP_WAKE_GROUP + item];
         // Kind by kind, as most slots that are looked at wait when little is resident.
 #define RP_LIST(kind, place) \
     for (ulong left = rp_of_kind(kinds[k], kind); left != 0ul; left &= left - 1ul) place = first + rp_lowest(left) / 4u
