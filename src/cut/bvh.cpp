@@ -64,11 +64,11 @@ private:
 
     void group_triangles(std::span<const PrimitiveRef> refs) {
         std::array<Triangle, most_covered> triangles;
-        std::array<LaneBox, most_covered> boxes;
+        std::array<Box4, most_covered> boxes;
         // They lie anywhere in the world's arrays. Asked for one after the other, with nothing done in between, memory brings many at a time.
         for (size_t i = 0; i < refs.size(); i++) {
             triangles[i] = world_.primitives[refs[i].id];
-            boxes[i] = refs[i].lanes();
+            boxes[i] = refs[i].box4();
         }
         std::array<VertexBits, 3 * most_covered> vertices;
         for (size_t i = 0; i < refs.size(); i++)
