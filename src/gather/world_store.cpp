@@ -41,7 +41,7 @@ Status WorldStore::add(const Shape& shape, const Placement& placement, TriangleM
 }
 
 void WorldStore::add(const WorldSphere& sphere) {
-    world_.primitives.push_back({static_cast<uint32_t>(world_.spheres.size()), RP_NONE, RP_NONE});
+    world_.primitives.push_back(World::sphere_entry(world_.spheres.size()));
     world_.spheres.push_back(sphere);
     world_.bounds.grow(sphere_bounds(sphere));
 }

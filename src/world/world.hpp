@@ -29,19 +29,29 @@ struct VertexAttributes {
     uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0); }  // in a block, positions uncoded
 };
 
+// The kinds of leaves in blocks.
+enum class PrimitiveKind { triangle, sphere, point };
+
 struct World {
     UnwrittenVector<Float3> positions;
     std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
     std::vector<uint32_t> colors;   // likewise; as in abi/block.h
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
-    // A sphere: its index among the spheres, then RP_NONE twice.
+    // A sphere or a point: sphere_entry.
     std::vector<Triangle> primitives;
     std::vector<WorldSphere> spheres;
     // Of the primitives, in the scene, where these are only some of the scene's; empty: primitive i has the id i.
     std::vector<uint32_t> ids;
     Box bounds;
 
+    // In the place of vertices: a sphere's number among the spheres, and what no vertex is called.
+    static Triangle sphere_entry(size_t number) { return {static_cast<uint32_t>(number), RP_NONE, RP_NONE}; }
+    // Points, too.
     bool is_sphere(uint32_t primitive) const { return primitives[primitive][1] == RP_NONE; }
+    PrimitiveKind kind(uint32_t primitive) const {
+        if (!is_sphere(primitive)) return PrimitiveKind::triangle;
+        return sphere(primitive).is_point() ? PrimitiveKind::point : PrimitiveKind::sphere;
+    }
     const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
     uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
