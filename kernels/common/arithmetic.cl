@@ -65,13 +65,6 @@ static inline float rp_grid_near(uint word, uint selector) { return as_float(0x4
 static inline float rp_grid_far(uint word, uint selector) { return as_float(0x47000000u | (word >> (16u - selector) & 0xffffu) << 7); }
 #endif
 
-// The sum of three numbers, independent of their order, and with exactly the opposite sign if all signs are reversed.
-static inline float rp_sum3(float a, float b, float c) {
-    const float high = rp_max(rp_max(a, b), c), low = rp_min(rp_min(a, b), c);
-    const float middle = rp_max(rp_min(a, b), rp_min(rp_max(a, b), c));
-    return rp_add(rp_add(high, low), middle);
-}
-
 // 1 / x, with 0 and tiny values replaced by a huge reciprocal that keeps the sign, so that no product with it is NaN.
 static inline float rp_safe_reciprocal(float x) { return 1.0f / (fabs(x) < 1e-18f ? copysign(1e-18f, x) : x); }
 
