@@ -13,6 +13,7 @@
 #define RP_MASK(condition) ((condition) ? 1u : 0u)
 #define RP_MUL(a, b) rp_mul(a, b)
 #define RP_ADD(a, b) rp_add(a, b)
+#define RP_TO_NEAREST_INTS(x) convert_int_rte(x)
 #define RP_LOAD(from) (*(from))
 #define RP_STORE(values, to) (*(to) = (values))
 #else
@@ -23,6 +24,8 @@
 #define RP_MASK(condition) RP_JOIN(rp_mask, RP_LANES)(condition)
 #define RP_MUL(a, b) ((a) * (b))
 #define RP_ADD(a, b) ((a) + (b))
+// PoCL converts to the nearest integers lane by lane.
+#define RP_TO_NEAREST_INTS(x) RP_TO_INTS(rint(x))
 #define RP_LOAD(from) RP_JOIN(vload, RP_LANES)(0, from)
 #define RP_STORE(values, to) RP_JOIN(vstore, RP_LANES)(values, 0, to)
 #endif

@@ -11,6 +11,7 @@
 #undef RP_MASK
 #undef RP_MUL
 #undef RP_ADD
+#undef RP_TO_NEAREST_INTS
 #undef RP_UINTS
 #undef RP_INTS
 #undef RP_FLOATS

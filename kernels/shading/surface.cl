@@ -3,6 +3,7 @@
 #define RP_SURFACE_CL
 
 #include "common/leaf.cl"
+#include "common/normal.cl"
 
 typedef struct rp_surface {
     float3 position;
