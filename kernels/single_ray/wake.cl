@@ -96,6 +96,23 @@ static inline ulong rp_keep_together(ulong kinds, uint together) {
     return kinds ^ (free & ~unused) * (RP_KIND_FREE ^ RP_KIND_IDLE);
 }
 
+// Lists sleeping groups that are awake, of those that a work-group looks at, for all its work-items. Returns how many rays wait in this one's others.
+static inline uint rp_find_awake(const __global ulong* sleep_groups, uint sleep_group_count, ulong came, __local uint* awake,
+                                 __local uint* awake_count) {
+    uint waiting = 0u;
+#pragma unroll
+    for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
+        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + get_local_id(0);
+        if (i >= sleep_group_count) continue;
+        const ulong sleep_group = sleep_groups[i];
+        if (sleep_group == 0ul || (sleep_group & came) != 0ul)
+            awake[atomic_inc(awake_count)] = i;
+        else
+            waiting += rp_waiting_asleep(sleep_group);
+    }
+    return waiting;
+}
+
 // A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_SLEEP_GROUPS times as many sleeping groups, and then, each
 // work-item one after the other, at the slots of those that do not sleep.
 __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
@@ -106,17 +123,7 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
     for (uint kind = item; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
     if (item == 0u) awake_count = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);
-    uint waiting = 0u;
-#pragma unroll
-    for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + item;
-        if (i >= sleep_group_count) continue;
-        const ulong sleep_group = sleep_groups[i];
-        if (sleep_group == 0ul || (sleep_group & came) != 0ul)
-            awake[atomic_inc(&awake_count)] = i;
-        else
-            waiting += rp_waiting_asleep(sleep_group);
-    }
+    uint waiting = rp_find_awake(sleep_groups, sleep_group_count, came, awake, &awake_count);
     // The words of sleeping groups, too: other work-items change them from here on.
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
     ulong kinds[RP_WAKE_SLEEP_GROUPS];
