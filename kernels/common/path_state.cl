@@ -11,6 +11,7 @@
 #define RP_PATH_STATE_CL
 
 #include "common/prefetch.cl"
+#include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 
@@ -91,17 +92,22 @@ static inline void rp_set_portal(const rp_paths* paths, uint slot, uint portal) 
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = portal;
 }
 
-// Status words of rays that wait.
+// Status words of rays that wait for a block.
 static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
-    return RP_PHASE_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
+    return RP_PHASE_EXTEND_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
 }
-static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | (status & RP_STATUS_ENDS); }
+static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | (status & RP_STATUS_ENDS); }
 
 // The ray of a slot waits for a block. waiting_status: one of the two above. wants: of all blocks.
-static inline void rp_wait_for(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* wants) {
+static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* wants) {
     paths->status[slot] = waiting_status;
     rp_set_wait_word(paths, slot, block);
     atomic_inc(wants + block);
+}
+
+// Where that is on the device what a slot waits for, by its status word and its wait word: RP_NONE, not there yet; 0, it does not wait.
+static inline uint rp_awaited_address(const __global rp_page* pages, uint status, uint wait_word) {
+    return rp_waits(status) ? pages[wait_word].address : 0u;
 }
 
 #ifdef RP_VERTEX_COLORS

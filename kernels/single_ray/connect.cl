@@ -31,7 +31,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     const uint portal = rp_any_portal(&walk);
     if (portal != RP_NONE) {
         rp_set_portal(paths, slot, portal);
-        rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_shadow_waits(status), wants);
+        rp_wait_for_block(paths, slot, rp_portal_block(geometry, portal), rp_shadow_waits(status), wants);
         return;
     }
     const rp_path_end end = rp_finish_shadow(paths, slot, status, walk.hit);

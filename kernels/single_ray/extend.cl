@@ -50,8 +50,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         if (portal == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);
         else
-            rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
-                        demand + RP_DEMAND_WANTS * block_count);
+            rp_wait_for_block(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
+                              demand + RP_DEMAND_WANTS * block_count);
     }
 #ifdef RP_COUNT_BOUNCES
     if (portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);

@@ -65,7 +65,7 @@ static inline ulong rp_sleep_group_kinds(const __global uint* statuses, const __
         block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_waits(status[i]) ? pages[block[i]].address : 0u;
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_awaited_address(pages, status[i], block[i]);
     ulong kinds = 0ul;
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i++) {

@@ -46,7 +46,7 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
         return false;
     }
     rp_set_portal(paths, c->slot[r], portal);
-    rp_wait_in_chain(chains, paths, c->slot[r], rp_portal_block(g, portal), rp_shadow_waits(c->status[r]), demand, block_count);
+    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_portal_block(g, portal), rp_shadow_waits(c->status[r]), demand, block_count);
     return true;
 }
 

@@ -73,7 +73,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
     } else {
         counts->waiting++;
-        rp_wait_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
+        rp_wait_for_block_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
     }
 }
 

@@ -65,6 +65,10 @@
 #define RP_STATUS_OFFSET_MASK 0xffu
 #define RP_STATUS_BLOCK_SHIFT 15
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
+// What a ray waits for, while it is in one of the phases above that wait: in bits that single rays have no other use for, and streams only where a
+// ray does not wait. Another kind, as pages of textures, would say in the slot's wait word which one it is, as blocks do.
+#define RP_WAIT_SHIFT 18
+#define RP_WAIT_BLOCK 0u  // geometry; the only kind so far
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_SLEEP_GROUP - 1u)) / RP_SLEEP_GROUP * RP_SLEEP_GROUP)
 
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says

@@ -163,6 +163,6 @@ __kernel void rp_probe_chains(const __global uint* restrict blocks, uint block_c
     rp_chains chains;
     rp_begin_chains(&chains, 3u, shadow != 0u);
     for (uint r = 0u; r < RP_STREAM_RAYS; r++)
-        rp_wait_in_chain(&chains, &paths, first + r, blocks[first + r], rp_extension_waits(0u, 0u), demand, block_count);
+        rp_wait_for_block_in_chain(&chains, &paths, first + r, blocks[first + r], rp_extension_waits(0u, 0u), demand, block_count);
     rp_end_chains(&chains, &paths, demand, block_count);
 }
