@@ -123,7 +123,7 @@ Status Renderer::prepare() {
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
     pixels_ = uint64_t{params->width} * params->height;
-    auto device = Device::open(options_.device, options_.memory_limit, options_.tuning);
+    auto device = Device::open(options_.device, options_.memory_limit, options_.tuning, options_.device_hooks);
     if (!device) return device.status();
     device_ = std::move(*device);
     RAYPAGER_TRY(check_picture_size(*params, device_->info()));
@@ -167,7 +167,7 @@ Status Renderer::make_device_state(rp_render_params params, uint64_t memory_limi
     residency_.reset();
     if (device_->budget().limit() != memory_limit) {
         device_.reset();
-        auto device = Device::open(options_.device, memory_limit, options_.tuning);
+        auto device = Device::open(options_.device, memory_limit, options_.tuning, options_.device_hooks);
         if (!device) return device.status();
         device_ = std::move(*device);
     }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@
 #include "wavefront/traversal.hpp"
 
 namespace raypager {
+
+class DeviceHooks;
 
 enum class Connection { queue, roulette };  // shadow rays in a queue of their own, or the paper's choice (3.3)
 
@@ -76,6 +79,8 @@ struct RenderOptions {
     std::optional<uint32_t> read_ahead_threads;  // none: what suits the device
     uint32_t rounds_under_way = 0;               // 1 or 2; 0: what suits the device
     std::optional<uint32_t> evict_ahead;         // for tests: as PolicySettings has it
+    uint32_t visit_events = 0;                   // for tests: that the log of recorded paths has room for; 0: as many as suit
+    std::shared_ptr<DeviceHooks> device_hooks;   // for tests: null: none
     CheckpointOptions checkpoint;
     double stall_seconds = 30;  // a render that makes no progress for so long says so; 0: never
     // Set from outside. stop: end soon, with an even picture. Few more samples begin, so that every pixel gets one, and paths under way may finish

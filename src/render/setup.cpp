@@ -8,7 +8,6 @@
 #include "base/hash.hpp"
 #include "base/memory.hpp"
 #include "base/words.hpp"
-#include "device/faults.hpp"
 #include "device/kernel_tokens.hpp"
 #include "raypager/abi/film.h"
 #include "residency/residency.hpp"
@@ -135,7 +134,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     // What one shadow ray passes is logged together (kernels/single_ray/visits.cl).
     const double least = 256 + static_cast<double>(scene.blocks.size());
     visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, least, std::max(least, 4194304.0)));
-    if (const uint32_t events = device_faults().visit_events) visits.capacity = events;
+    if (options.visit_events) visits.capacity = options.visit_events;
     return visits;
 }
 

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "cut/top_tree.hpp"
-#include "device/faults.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/failing_device.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
 #include "unit/bake_scenes.hpp"
@@ -46,9 +46,8 @@ void draw_paged(const Scene& scene) {
     }
     options.traversal = Traversal::ray;
     options.slab_bytes = (*file)->scene().largest_block(BlockForm::stored) + 64;
-    device_faults().persistent_threads = true;
+    options.device_hooks = std::make_shared<support::PersistentDevice>();
     const auto persistent = render(**file, options, {});
-    device_faults().clear();
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, resident->report.film_hash);
 }
@@ -153,9 +152,8 @@ TEST(SmallRender, records_the_same_in_a_log_without_room) {
     ASSERT_TRUE(usual.ok()) << usual.status().message();
     for (const uint32_t events : {2u, 3u, 5u}) {
         SCOPED_TRACE(events);
-        device_faults().visit_events = events;
+        options.visit_events = events;
         const auto stopped = support::render_rounds(**file, options, 5000);
-        device_faults().clear();
         ASSERT_TRUE(stopped.ok()) << stopped.status().message();
         EXPECT_TRUE(stopped->report.complete);
         EXPECT_EQ(stopped->report.film_hash, usual->report.film_hash);
@@ -240,9 +238,8 @@ TEST(SmallRender, goes_on_from_a_checkpoint_of_a_recorded_render) {
         options.checkpoint = {};
         options.checkpoint.file = folder.path() / fmt::format("{}.ckpt", rounds);
         options.record_paths = 1 << 20;
-        device_faults().visit_events = 2;
+        options.visit_events = 2;
         const auto stopped = support::render_rounds(**file, options, rounds);
-        device_faults().clear();
         ASSERT_TRUE(stopped.ok()) << stopped.status().message();
         ASSERT_FALSE(stopped->report.complete);
         options.record_paths = 0;
@@ -266,9 +263,8 @@ TEST(SmallRender, an_empty_scene_is_its_background) {
     ASSERT_TRUE(result.ok()) << result.status().message();
     for (const float value : result->image.values) EXPECT_NEAR(value, 0.3f, 1e-6);
     options.traversal = Traversal::ray;
-    device_faults().persistent_threads = true;  // whose walks end where they begin
+    options.device_hooks = std::make_shared<support::PersistentDevice>();  // whose walks end where they begin
     const auto persistent = render(**file, options, {});
-    device_faults().clear();
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, result->report.film_hash);
 }
