@@ -115,7 +115,12 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
     if (!S_ISREG(info.st_mode)) return Status::failed(path.string() + ": is not a regular file");
     file.size_ = static_cast<uint64_t>(info.st_size);
     std::byte start[3];
-    if (::pread(file.descriptor_, start, sizeof(start), 0) != sizeof(start) || !looks_packed(start)) return file;
+    if (file.size_ < sizeof(start)) return file;
+    if (read_all(file.descriptor_, 0, start) < sizeof(start)) {
+        if (errno) return system_error(path, "cannot be read");
+        return file;
+    }
+    if (!looks_packed(start)) return file;
     auto unpacked = unpacked_content(file, {info.st_dev, info.st_ino, file.size_, info.st_mtim.tv_sec, info.st_mtim.tv_nsec});
     if (!unpacked) return unpacked.status();
     file.unpacked_ = std::move(*unpacked);

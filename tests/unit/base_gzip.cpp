@@ -88,6 +88,19 @@ TEST_F(BaseGzip, AFullDiskNamesTheFileAndTheWayOut) {
     EXPECT_TRUE(InputFile::open(path).ok()) << "a failure is not kept";
 }
 
+TEST_F(BaseGzip, WhoseStartCannotBeReadIsNotTakenForUnpacked) {
+    const auto path = folder_.write("a.gz", gzip_of("content"));
+    disk_.fail_read_in = 1;  // comes up short
+    const auto text = read_text(path);
+    ASSERT_TRUE(text.ok()) << text.status().message();
+    EXPECT_EQ(*text, "content");
+    disk_.error_number = EIO;
+    disk_.fail_read_in = 1;
+    const auto file = InputFile::open(path);
+    ASSERT_FALSE(file.ok());
+    EXPECT_EQ(file.status().message(), path.string() + ": cannot be read: Input/output error");
+}
+
 TEST_F(BaseGzip, IsUnpackedOnceUntilItChanges) {
     const auto path = folder_.write("a.gz", gzip_of("first"));
     ASSERT_TRUE(InputFile::open(path).ok());
