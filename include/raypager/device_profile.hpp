@@ -20,6 +20,9 @@ struct DeviceProfile {
     bool streams = false;             // it traces rays in streams, over blocks in wide form
     bool caches_slots = false;  // slots are read through caches that hold few of them: more than the roomy number only as far as loads cost more
 
+    // Kernels.
+    uint32_t cache_kernels = 1;  // whether they are kept on disk when they are built; 0: the driver does so itself
+
     // Memory.
     uint32_t limit_quarters = 3;      // of the device's memory, or the host's where it shares that, by default
     uint64_t pinned_ahead_bytes = 0;  // of host memory for blocks, pinned while kernels are built

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/file_system.hpp"
 #include "base/gzip.hpp"
 
 namespace raypager {
@@ -22,15 +23,13 @@ Status system_error(const std::filesystem::path& path, const char* what) {
     return Status::failed(fmt::format("{}: {}: {}", path.string(), what, std::strerror(errno)));
 }
 
-bool faulty(FileOperation operation) { return inject_fault(operation) == Fault::error; }
+FileSystem& file_system() { return FileSystem::current(); }
 
 // offset -1: where the file's position is.
 bool write_all(int descriptor, std::span<const std::byte> bytes, int64_t offset) {
     while (!bytes.empty()) {
-        const Fault fault = inject_fault(FileOperation::write);
-        if (fault == Fault::error) return false;
-        const size_t count = fault == Fault::shortened ? (bytes.size() + 1) / 2 : bytes.size();
-        const ssize_t done = offset < 0 ? ::write(descriptor, bytes.data(), count) : ::pwrite(descriptor, bytes.data(), count, offset);
+        const ssize_t done =
+            offset < 0 ? file_system().write(descriptor, bytes) : file_system().pwrite(descriptor, bytes, static_cast<uint64_t>(offset));
         if (done < 0 && errno == EINTR) continue;
         if (done < 0) return false;
         if (offset >= 0) offset += done;
@@ -39,14 +38,11 @@ bool write_all(int descriptor, std::span<const std::byte> bytes, int64_t offset)
     return true;
 }
 
-// path: for faults on purpose. How many bytes came: fewer than asked for after an error, or with errno 0 at the end of the file.
-size_t read_all(int descriptor, const std::filesystem::path& path, uint64_t offset, std::span<std::byte> bytes) {
+// How many bytes came: fewer than asked for after an error, or with errno 0 at the end of the file.
+size_t read_all(int descriptor, uint64_t offset, std::span<std::byte> bytes) {
     size_t total = 0;
     while (total < bytes.size()) {
-        const Fault fault = inject_fault(FileOperation::read, path);
-        if (fault == Fault::error) return total;
-        const size_t left = bytes.size() - total, count = fault == Fault::shortened ? (left + 1) / 2 : left;
-        const ssize_t done = ::pread(descriptor, bytes.data() + total, count, static_cast<off_t>(offset + total));
+        const ssize_t done = file_system().pread(descriptor, bytes.subspan(total), offset + total);
         if (done < 0 && errno == EINTR) continue;
         if (done == 0) errno = 0;
         if (done <= 0) return total;
@@ -77,7 +73,7 @@ std::string_view stem_of_temporary(std::string_view name, std::string_view exten
 // Opens a temporary file, empty and locked. errno says why if the result is -1; EWOULDBLOCK: somebody else is writing it.
 int open_locked(const std::filesystem::path& path) {
     while (true) {
-        const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+        const int descriptor = file_system().open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0644);
         if (descriptor < 0) return -1;
         struct stat info {};
         const Lock lock = try_lock(descriptor);
@@ -112,14 +108,19 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
     InputFile file;
     file.path_ = path;
     // Nonblocking: a pipe of that name must be refused, not waited for. Regular files do not care.
-    if (!faulty(FileOperation::open)) file.descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    file.descriptor_ = file_system().open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK, 0);
     if (file.descriptor_ < 0) return system_error(path, "cannot be opened");
     struct stat info {};
     if (::fstat(file.descriptor_, &info) != 0) return system_error(path, "cannot be examined");
     if (!S_ISREG(info.st_mode)) return Status::failed(path.string() + ": is not a regular file");
     file.size_ = static_cast<uint64_t>(info.st_size);
     std::byte start[3];
-    if (::pread(file.descriptor_, start, sizeof(start), 0) != sizeof(start) || !looks_packed(start)) return file;
+    if (file.size_ < sizeof(start)) return file;
+    if (read_all(file.descriptor_, 0, start) < sizeof(start)) {
+        if (errno) return system_error(path, "cannot be read");
+        return file;
+    }
+    if (!looks_packed(start)) return file;
     auto unpacked = unpacked_content(file, {info.st_dev, info.st_ino, file.size_, info.st_mtim.tv_sec, info.st_mtim.tv_nsec});
     if (!unpacked) return unpacked.status();
     file.unpacked_ = std::move(*unpacked);
@@ -133,7 +134,7 @@ Status InputFile::read(uint64_t offset, std::span<std::byte> bytes) const {
         return Status::failed(fmt::format("{}: ends at byte {}, but {} bytes from byte {} on are needed; the file is truncated", path_.string(),
                                           size_, bytes.size(), offset));
     if (unpacked_) return unpacked_->content->read(offset, bytes);
-    const size_t done = read_all(descriptor_, path_, offset, bytes);
+    const size_t done = read_all(descriptor_, offset, bytes);
     if (done == bytes.size()) return {};
     if (errno) return system_error(path_, "cannot be read");
     return Status::failed(fmt::format("{}: ended at byte {} while it was read", path_.string(), offset + done));
@@ -168,7 +169,7 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
     OutputFile file;
     file.path_ = path;
     file.temporary_ = temporary_path(path);
-    if (!faulty(FileOperation::create)) file.descriptor_ = open_locked(file.temporary_);
+    file.descriptor_ = open_locked(file.temporary_);
     if (file.descriptor_ < 0 && errno == EWOULDBLOCK)
         return Status::failed(fmt::format("{}: is being written by another process at this moment", path.string()));
     if (file.descriptor_ < 0) return system_error(path, "cannot be written");
@@ -215,8 +216,8 @@ Status OutputFile::write_at(uint64_t offset, std::span<const std::byte> bytes) {
 
 Status OutputFile::commit() {
     RAYPAGER_TRY(flush());
-    if (faulty(FileOperation::sync) || ::fsync(descriptor_) != 0) return system_error(path_, "cannot be written");
-    if (faulty(FileOperation::rename) || ::rename(temporary_.c_str(), path_.c_str()) != 0) return system_error(path_, "cannot be put in place");
+    if (file_system().fsync(descriptor_) != 0) return system_error(path_, "cannot be written");
+    if (file_system().rename(temporary_, path_) != 0) return system_error(path_, "cannot be put in place");
     ::close(descriptor_);
     descriptor_ = -1;
     return {};
@@ -241,7 +242,7 @@ Result<GrowingFile> GrowingFile::reopen(const std::filesystem::path& path) { ret
 Result<GrowingFile> GrowingFile::open(const std::filesystem::path& path, int flags) {
     GrowingFile file;
     file.path_ = path;
-    if (!faulty(FileOperation::create)) file.descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0644);
+    file.descriptor_ = file_system().open(path, O_WRONLY | O_CLOEXEC | flags, 0644);
     if (file.descriptor_ < 0) return system_error(path, "cannot be written");
     if (const off_t end = ::lseek(file.descriptor_, 0, SEEK_END); end > 0) file.size_ = static_cast<uint64_t>(end);
     return file;
@@ -266,7 +267,7 @@ size_t remove_abandoned_temporaries(const std::filesystem::path& folder, std::st
         const std::string name = entry->path().filename().string();
         const std::string_view stem = stem_of_temporary(name, extension);
         if (stem.empty() || !is_target(stem)) continue;
-        const int descriptor = ::open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+        const int descriptor = file_system().open(entry->path(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0);
         if (descriptor < 0) continue;
         if (try_lock(descriptor) == Lock::taken && ::unlink(entry->path().c_str()) == 0) removed++;
         ::close(descriptor);
@@ -281,18 +282,9 @@ size_t remove_abandoned_temporaries(const std::filesystem::path& target) {
 
 Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path& beside) {
     const std::filesystem::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
-    int descriptor = -1;
-    const bool fails = faulty(FileOperation::create);
-#ifdef O_TMPFILE
-    if (!fails) descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-#endif
-    // Some file systems have none without a name: it loses it at once.
-    if (!fails && descriptor < 0) {
-        std::filesystem::path name = temporary_path(beside);
-        name += ".spill";
-        descriptor = ::open(name.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-        if (descriptor >= 0) ::unlink(name.c_str());
-    }
+    std::filesystem::path name = temporary_path(beside);
+    name += ".spill";
+    const int descriptor = file_system().create_unnamed(name);
     if (descriptor < 0) return system_error(folder, "no scratch file can be made there");
     return std::shared_ptr<SpillFile>(new SpillFile(descriptor, folder));
 }
@@ -308,7 +300,7 @@ Result<uint64_t> SpillFile::append(std::span<const std::byte> bytes) {
 }
 
 Status SpillFile::read(uint64_t offset, std::span<std::byte> bytes) const {
-    if (const size_t done = read_all(descriptor_, folder_, offset, bytes); done < bytes.size())
+    if (const size_t done = read_all(descriptor_, offset, bytes); done < bytes.size())
         return Status::failed(fmt::format("{}: a scratch file there cannot be read at byte {}: {}", folder_.string(), offset + done,
                                           errno ? std::strerror(errno) : "it has ended"));
     return {};

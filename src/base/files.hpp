@@ -1,5 +1,5 @@
 // Files whose failures are values. Every write goes to a temporary file beside the target that is renamed when it is whole, so that
-// a reader never sees half a file and a failed write leaves the old file as it was. Tests inject failures through FaultPlan.
+// a reader never sees half a file and a failed write leaves the old file as it was. All of it goes through FileSystem.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,6 @@
 #include <string_view>
 #include <vector>
 
-#include "base/fault_plan.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {

@@ -4,13 +4,11 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <thread>
 
 #include "base/check.hpp"
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "base/words.hpp"
-#include "device/faults.hpp"
 #include "device/program_cache.hpp"
 #include "device/select.hpp"
 
@@ -88,14 +86,6 @@ uint64_t Event::duration_ns() const {
 
 namespace {
 
-// Gives a command, unless a fault that was set strikes it.
-template <class Enqueue>
-cl_int command(const Enqueue& enqueue) {
-    DeviceFaults& faults = device_faults();
-    if (faults.lose_in.load(std::memory_order_relaxed) > 0 && faults.lose_in.fetch_sub(1) == 1) faults.lost = true;
-    return faults.lost.load(std::memory_order_relaxed) ? CL_INVALID_COMMAND_QUEUE : enqueue();
-}
-
 // In pieces: NVIDIA's driver (580) never comes back from filling 2^31 words or more with a pattern of four bytes. last: of the last piece.
 cl_int enqueue_zeros(const cl::CommandQueue& queue, const cl::Buffer& buffer, uint64_t offset, uint64_t bytes, cl::Event* last) {
     constexpr uint64_t most = uint64_t{1} << 30;
@@ -143,7 +133,6 @@ Status Queue::copy(const Buffer& source, const Buffer& target) {
 Status Queue::write(const Buffer& buffer, uint64_t offset, std::span<const std::byte> source, Event* event, const Event* after) {
     RAYPAGER_CHECK(offset + source.size() <= buffer.bytes());
     if (source.empty()) return {};
-    while (uploads_ && device_faults().hold_uploads) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::vector<cl::Event> before;
     if (after && !after->empty()) before.push_back(after->handle());
     const cl_int code = command([&] {
@@ -184,10 +173,13 @@ Status Queue::finish() {
     return code == CL_SUCCESS ? Status() : cl_failed("finishing a queue", code);
 }
 
-Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64_t memory_limit, const ProfileChanges& tuning) {
-    auto chosen = select_device(selector);
+Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64_t memory_limit, const ProfileChanges& tuning,
+                                             std::shared_ptr<DeviceHooks> hooks) {
+    if (!hooks) hooks = std::make_shared<DeviceHooks>();
+    auto chosen = select_device(selector, *hooks);
     if (!chosen) return chosen.status();
     std::unique_ptr<Device> device(new Device);
+    device->hooks_ = std::move(hooks);
     device->info_ = chosen->info;
     apply(tuning, device->info_.profile);
     device->device_ = chosen->device;
@@ -199,8 +191,8 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
         const auto properties = queue != &device->uploads_ ? cl::QueueProperties::Profiling : cl::QueueProperties::None;
         queue->queue_ = cl::CommandQueue(device->context_, chosen->device, properties, &code);
         if (code != CL_SUCCESS) return cl_failed("creating a command queue", code);
+        queue->hooks_ = device->hooks_.get();
     }
-    device->uploads_.uploads_ = true;
     const uint64_t most = device->info_.memory_bytes;
     if (memory_limit > most)
         return Status::usage(
@@ -217,7 +209,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     size_t group = 0;
     chosen->device.getInfo(CL_DEVICE_MAX_WORK_GROUP_SIZE, &group);
     device->group_size_ = static_cast<uint32_t>(std::min<size_t>(64, std::max<size_t>(1, group)));
-    device->persistent_threads_ = (device->since_volta() && device->group_size_ % 32 == 0) || device_faults().persistent_threads;
+    device->persistent_threads_ = (device->since_volta() && device->group_size_ % 32 == 0) || device->hooks_->has_persistent_threads();
     return device;
 }
 
@@ -273,7 +265,7 @@ Result<Buffer> Device::allocate(uint64_t bytes, std::string_view what) {
     buffer.bytes_ = bytes;
     buffer.reservation_ = std::shared_ptr<void>(nullptr, [budget = budget_, bytes](void*) { budget->release(bytes); });
     // Linux hands out memory that it does not have, and kills when it is used.
-    const bool too_much = budget_->used() > device_faults().memory_bytes || (profile().shares_host_memory && bytes > available_memory());
+    const bool too_much = !hooks_->may_allocate(budget_->used()) || (profile().shares_host_memory && bytes > available_memory());
     cl_int code = too_much ? CL_MEM_OBJECT_ALLOCATION_FAILURE : CL_SUCCESS;
     const bool huge = profile().shares_host_memory && bytes >= huge_page;
     // Rays jump about in the geometry: in large pages looking up addresses costs a CPU little.
@@ -301,13 +293,11 @@ Result<Buffer> Device::upload(std::span<const std::byte> contents, std::string_v
 }
 
 Result<PinnedBuffer> Device::allocate_pinned(uint64_t bytes) {
-    std::atomic<int64_t>& fail_in = device_faults().fail_pinned_in;
-    if (fail_in.load(std::memory_order_relaxed) > 0 && fail_in.fetch_sub(1) == 1)
-        return cl_failed(fmt::format("allocating {} of pinned host memory", format_bytes(bytes)), CL_OUT_OF_HOST_MEMORY);
     // A driver pins 4 KiB of new memory in 2 us (H100), and launches nothing meanwhile; large pages that are there already, 20 times as fast.
     PinnedBuffer pinned;
-    cl_int code = CL_SUCCESS;
-    HostBuffer made = in_huge_pages(context_, bytes, !profile().shares_host_memory, &code);
+    cl_int code = hooks_->may_pin() ? CL_SUCCESS : CL_OUT_OF_HOST_MEMORY;
+    HostBuffer made;
+    if (code == CL_SUCCESS) made = in_huge_pages(context_, bytes, !profile().shares_host_memory, &code);
     if (code != CL_SUCCESS) return cl_failed(fmt::format("allocating {} of pinned host memory", format_bytes(bytes)), code);
     pinned.handle_ = std::move(made.buffer);
     pinned.bytes_ = made.memory;
@@ -357,7 +347,7 @@ Result<cl::Program> Device::program(const std::string& stage, const std::string&
     const std::string options = build_options(definitions), key = stage + " " + options;
     if (const auto found = programs_.find(key); found != programs_.end()) return found->second;
     const auto begin = std::chrono::steady_clock::now();
-    auto built = build_program(context_, device_, info_, stage + ".cl", options, more_sources_);
+    auto built = build_program(context_, device_, info_, stage + ".cl", options, more_sources_, *hooks_);
     if (!built) return built.status();
     build_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     programs_[key] = *built;

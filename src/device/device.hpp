@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/memory.hpp"
+#include "device/hooks.hpp"
 #include "device/kernel_sources.hpp"
 #include "raypager/devices.hpp"
 #include "raypager/status.hpp"
@@ -130,8 +131,13 @@ public:
 
 private:
     friend class Device;
+    // Gives a command, unless the device is lost.
+    template <class Enqueue>
+    cl_int command(const Enqueue& enqueue) {
+        return hooks_->may_command() ? enqueue() : CL_INVALID_COMMAND_QUEUE;
+    }
     cl::CommandQueue queue_;
-    bool uploads_ = false;
+    DeviceHooks* hooks_ = nullptr;
 };
 
 template <class T>
@@ -141,12 +147,15 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 
 class Device {
 public:
-    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: default_limit(). tuning: of its profile.
-    static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit, const ProfileChanges& tuning = {});
+    // selector: an index of list_devices, part of a name, or empty for the default. memory_limit 0: default_limit(). tuning: of its profile. hooks:
+    // null: none.
+    static Result<std::unique_ptr<Device>> open(const std::string& selector, uint64_t memory_limit, const ProfileChanges& tuning = {},
+                                                std::shared_ptr<DeviceHooks> hooks = nullptr);
 
     const DeviceInfo& info() const { return info_; }
     const DeviceProfile& profile() const { return info_.profile; }
     const MemoryBudget& budget() const { return *budget_; }
+    DeviceHooks& hooks() const { return *hooks_; }
     const DefaultLimit& default_limit() const { return default_limit_; }  // three quarters of its memory; on a CPU half of main memory
     // Whether an allocation within the limit has failed because the device had no more memory to give.
     bool refused_memory() const { return refused_memory_; }
@@ -196,6 +205,7 @@ private:
     std::string build_options(const std::string& definitions) const;
 
     DeviceInfo info_;
+    std::shared_ptr<DeviceHooks> hooks_;  // never null
     cl::Device device_;
     cl::Context context_;
     Queue kernels_, uploads_, beside_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "device/faults.hpp"
 #include "device/select.hpp"
 #include "raypager/devices.hpp"
 
@@ -47,10 +46,10 @@ size_t default_device(const std::vector<FoundDevice>& found) {
 
 }  // namespace
 
-Result<std::vector<FoundDevice>> find_devices() {
+Result<std::vector<FoundDevice>> find_devices(DeviceHooks& hooks) {
     std::vector<cl::Platform> platforms;
     // Without any platform the loader answers with an error of its own (CL_PLATFORM_NOT_FOUND_KHR).
-    if (cl::Platform::get(&platforms) != CL_SUCCESS || platforms.empty() || device_faults().no_platform)
+    if (cl::Platform::get(&platforms) != CL_SUCCESS || platforms.empty() || !hooks.has_platforms())
         return Status::failed("no OpenCL platform found; install one, for instance pocl-opencl-icd (CPU) or the driver of your GPU");
     std::vector<FoundDevice> found;
     for (const cl::Platform& platform : platforms) {
@@ -80,14 +79,14 @@ Result<std::vector<FoundDevice>> find_devices() {
             found.push_back(entry);
         }
     }
-    if (found.empty() || device_faults().no_device)
+    if (found.empty() || !hooks.has_devices())
         return Status::failed("OpenCL has platforms but no usable device; check the driver of your GPU, or install pocl-opencl-icd");
     if (const size_t chosen = default_device(found); chosen < found.size()) found[chosen].info.is_default = true;
     return found;
 }
 
-Result<FoundDevice> select_device(const std::string& selector) {
-    auto found = find_devices();
+Result<FoundDevice> select_device(const std::string& selector, DeviceHooks& hooks) {
+    auto found = find_devices(hooks);
     if (!found) return found.status();
     for (const FoundDevice& entry : *found)
         if (selector.empty() ? entry.info.is_default : matches(entry.info, selector)) return entry;
@@ -96,7 +95,8 @@ Result<FoundDevice> select_device(const std::string& selector) {
 }
 
 Result<std::vector<DeviceInfo>> list_devices() {
-    auto found = find_devices();
+    DeviceHooks none;
+    auto found = find_devices(none);
     if (!found) return found.status();
     std::vector<DeviceInfo> infos;
     for (const FoundDevice& entry : *found) infos.push_back(entry.info);

@@ -124,6 +124,7 @@ constexpr double most_slots_of_all = 1 << 30, most_threads = 256, most_items = 1
 using P = DeviceProfile;
 // What decides whether a device works at all is not among them.
 constexpr ProfileField fields[] = {
+    {"cache-kernels", &P::cache_kernels, 0, 1, counts, "1: kernels are kept on disk once they are built; 0: that is left to the driver"},
     {"default-slots", &P::default_slots, 1024, most_slots_of_all, counts, "path slots while everything is resident"},
     {"roomy-slots", &P::roomy_slots, 1024, most_slots_of_all, counts, "path slots where all geometry fits beside them"},
     {"most-slots", &P::most_slots, 1024, most_slots_of_all, counts, "path slots where blocks are swapped, at most"},
@@ -169,9 +170,10 @@ DeviceProfile device_profile(DeviceType type, std::string_view platform, uint32_
     if (host_threads == 0) host_threads = std::thread::hardware_concurrency();
     // Streams are for compilers that map vectors of sixteen numbers to the vector unit of a CPU. That of Mesa's rusticl takes them apart, and
     // takes minutes.
-    if (type == DeviceType::cpu) return cpu_profile(platform != "rusticl", units, host_threads);
-    DeviceProfile profile = gpu_profile(units, host_threads);
+    DeviceProfile profile = type == DeviceType::cpu ? cpu_profile(platform != "rusticl", units, host_threads) : gpu_profile(units, host_threads);
     if (platform.find("NVIDIA") != std::string_view::npos) suit_nvidia(profile);
+    // PoCL keeps what it compiles itself, and being asked for a binary makes it compile every kernel once more, for work-groups of any size.
+    if (platform == "Portable Computing Language") profile.cache_kernels = 0;
     return profile;
 }
 

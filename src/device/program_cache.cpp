@@ -11,7 +11,6 @@
 #include "base/hash.hpp"
 #include "base/log.hpp"
 #include "device/device.hpp"
-#include "device/faults.hpp"
 
 namespace raypager {
 namespace {
@@ -75,9 +74,6 @@ std::filesystem::path cache_folder() {
     return {};
 }
 
-// PoCL keeps what it compiles itself, and being asked for a binary makes it compile every kernel once more, for work-groups of any size.
-bool caches_programs(const DeviceInfo& info) { return info.platform == "Portable Computing Language" && !device_faults().cache_kernels; }
-
 std::string build_log(const cl::Program& program, const cl::Device& device) {
     std::string log;
     program.getBuildInfo(device, CL_PROGRAM_BUILD_LOG, &log);
@@ -120,19 +116,19 @@ Result<std::string> expand_kernel_source(const std::string& name, std::span<cons
 }
 
 Result<cl::Program> build_program(const cl::Context& context, const cl::Device& device, const DeviceInfo& info, const std::string& source,
-                                  const std::string& options, std::span<const KernelSource> more) {
+                                  const std::string& options, std::span<const KernelSource> more, DeviceHooks& hooks) {
     auto text = expand_kernel_source(source, more);
     if (!text) return text.status();
     const std::string identity = fmt::format("{}|{}|{}|{}|{}", info.platform, info.name, info.driver, options, *text);
-    const std::filesystem::path folder = caches_programs(info) ? std::filesystem::path() : cache_folder();
+    const std::filesystem::path folder = info.profile.cache_kernels ? cache_folder() : std::filesystem::path();
     const std::filesystem::path path = folder.empty() ? folder : folder / (hex64(hash64(identity)) + ".bin");
     cl::Program program;
-    const bool fail = device_faults().fail_builds;
-    if (!fail && load_binary(path, context, device, options, program)) return program;
+    const bool builds = hooks.may_build();
+    if (builds && load_binary(path, context, device, options, program)) return program;
     cl_int code = CL_SUCCESS;
     program = cl::Program(context, *text, false, &code);
     if (code != CL_SUCCESS) return cl_failed("creating program " + source, code);
-    code = fail ? CL_BUILD_PROGRAM_FAILURE : program.build({device}, options.c_str());
+    code = builds ? program.build({device}, options.c_str()) : CL_BUILD_PROGRAM_FAILURE;
     if (code != CL_SUCCESS) {
         std::string log = build_log(program, device);
         for (char& c : log)

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "device/hooks.hpp"
 #include "raypager/devices.hpp"
 
 namespace raypager {
@@ -14,8 +15,8 @@ struct FoundDevice {
     cl::Device device;
 };
 
-Result<std::vector<FoundDevice>> find_devices();
+Result<std::vector<FoundDevice>> find_devices(DeviceHooks& hooks);
 // An index, part of a name or platform, or empty for the default.
-Result<FoundDevice> select_device(const std::string& selector);
+Result<FoundDevice> select_device(const std::string& selector, DeviceHooks& hooks);
 
 }  // namespace raypager

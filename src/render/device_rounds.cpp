@@ -33,7 +33,7 @@ Status DeviceRounds::make(const rp_render_params& params, uint64_t memory_limit)
     residency_.reset();
     if (device_->budget().limit() != memory_limit) {
         device_.reset();
-        auto device = Device::open(options_.device, memory_limit, options_.tuning.profile);
+        auto device = Device::open(options_.device, memory_limit, options_.tuning.profile, instruments_.device_hooks);
         if (!device) return device.status();
         device_ = std::move(*device);
     }

@@ -16,7 +16,7 @@ Status RenderJob::prepare() {
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
     pixels_ = uint64_t{params->width} * params->height;
-    auto device = Device::open(options_.device, options_.memory_limit, options_.tuning.profile);
+    auto device = Device::open(options_.device, options_.memory_limit, options_.tuning.profile, instruments_.device_hooks);
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
     RAYPAGER_TRY(check_picture_size(*params, info));

@@ -6,7 +6,6 @@
 
 #include "base/memory.hpp"
 #include "base/words.hpp"
-#include "device/faults.hpp"
 #include "render/params.hpp"
 #include "wavefront/block_form.hpp"
 #include "wavefront/sample_order.hpp"
@@ -37,7 +36,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     // What one shadow ray passes is logged together (kernels/single_ray/visits.cl).
     const double least = 256 + static_cast<double>(scene.blocks.size());
     visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, least, std::max(least, 4194304.0)));
-    if (const uint32_t events = device_faults().visit_events) visits.capacity = events;
+    if (instruments.visit_events) visits.capacity = instruments.visit_events;
     return visits;
 }
 

@@ -1,9 +1,11 @@
 // The whole job for those who measure and test it: a render from any source of blocks, with what is not for users.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "device/hooks.hpp"
 #include "raypager/session.hpp"
 #include "residency/block_table.hpp"
 #include "residency/demand_trace.hpp"
@@ -21,6 +23,8 @@ struct RenderInstruments {
     std::optional<uint32_t> read_ahead_threads;  // none: what suits the device
     uint32_t rounds_under_way = 0;               // 1 or 2; 0: what suits the device
     std::optional<uint32_t> evict_ahead;         // as PolicySettings has it
+    uint32_t visit_events = 0;                   // that the log of recorded paths has room for; 0: as many as suit
+    std::shared_ptr<DeviceHooks> device_hooks;   // null: none
 };
 
 struct MeasuredRender : RenderResult {

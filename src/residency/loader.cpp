@@ -7,8 +7,6 @@
 #include <new>
 #include <utility>
 
-#include "base/fault_plan.hpp"
-
 namespace raypager {
 namespace {
 
@@ -124,7 +122,7 @@ Status Loader::bring(std::vector<Load>& loads) {
                 std::memcpy(&header, load.bytes.data(), sizeof header);
                 load.arrival = {load.block, header.leaves_at, header.vertices_at};
             }
-            inject_delay();
+            device_.hooks().before_upload();
         }
         return submit(loads);
     } catch (const std::bad_alloc&) {

@@ -9,6 +9,7 @@
 #include "base/hash.hpp"
 #include "render/checkpoint_format.hpp"
 #include "support/device_scene.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
 
@@ -35,7 +36,6 @@ protected:
         ASSERT_TRUE(text.ok());
         good_ = *text;
     }
-    void TearDown() override { fault_plan().fail_write_in = 0; }
 
     void expect_refused(const RenderOptions& options, const std::string& because) const {
         const auto result = render(*file_, options, {});
@@ -61,6 +61,7 @@ protected:
     }
 
     support::TemporaryFolder folder_;
+    support::FailingFileSystem disk_;
     std::shared_ptr<const BlockFile> file_;
     RenderOptions options_;
     std::string good_;
@@ -195,8 +196,8 @@ TEST_F(CheckpointFiles, that_cannot_be_written_leave_the_old_one_and_the_render_
         callbacks.progress = [&](const RenderProgress&) {
             before = *read_text(options_.checkpoint.file);
             if (++rounds == 3) {
-                fault_plan().error_number = ENOSPC;
-                fault_plan().fail_write_in = nth;
+                disk_.error_number = ENOSPC;
+                disk_.fail_write_in = nth;
             }
         };
         options_.progress_seconds = 0;

@@ -13,6 +13,7 @@
 #include "residency/transcode.hpp"
 #include "store/check_scene.hpp"
 #include "store/format.hpp"
+#include "support/failing_file_system.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager {
@@ -380,33 +381,32 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksKnowSpheres) {
 
 // Failing reads and full disks.
 TEST_F(DamagedBlockFile, InjectedFaults) {
-    FaultPlan& plan = fault_plan();
+    support::FailingFileSystem disk;
     for (int n = 1; n <= 12; n++) {
-        plan.error_number = EIO;
-        plan.fail_read_in = n;
+        disk.error_number = EIO;
+        disk.fail_read_in = n;
         const auto file = BlockFile::open(path_);
-        const bool fired = plan.fail_read_in == 0;
-        plan.fail_read_in = 0;
+        const bool fired = disk.fail_read_in == 0;
+        disk.fail_read_in = 0;
         EXPECT_EQ(file.ok(), !fired) << n;
     }
     const Scene scene = scene_of({mesh_shape(terrain(300))});
     bool finished = false;
     for (int n = 1; n <= 64 && !finished; n++) {
-        plan.error_number = ENOSPC;
-        plan.fail_write_in = n;
+        disk.error_number = ENOSPC;
+        disk.fail_write_in = n;
         const auto summary = bake(scene, {}, folder_ / "full.rpb");
-        const bool fired = plan.fail_write_in == 0;
-        plan.fail_write_in = 0;
+        const bool fired = disk.fail_write_in == 0;
+        disk.fail_write_in = 0;
         EXPECT_EQ(summary.ok(), !fired) << n;
         EXPECT_EQ(std::filesystem::exists(folder_ / "full.rpb"), !fired) << n;
         finished = !fired;
     }
     EXPECT_TRUE(finished);
     // Short reads are completed, not believed.
-    plan.error_number = 0;
-    plan.fail_read_in = 2;
+    disk.error_number = 0;
+    disk.fail_read_in = 2;
     EXPECT_TRUE(BlockFile::open(path_).ok());
-    plan.fail_read_in = 0;
 }
 
 }  // namespace

@@ -8,10 +8,11 @@
 #include <thread>
 
 #include "device/device.hpp"
-#include "device/faults.hpp"
 #include "support/device_scene.hpp"
+#include "support/failing_device.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
@@ -24,6 +25,7 @@ protected:
         auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
+        options_.instruments.device_hooks = device_;
         options_.spp = 4;
         options_.tuning.paths = 128;
         const auto whole = render(*file_, options_, {});
@@ -35,7 +37,6 @@ protected:
             warnings_.push_back(text);
         };
     }
-    void TearDown() override { device_faults().clear(); }
 
     // One line that contains all of these.
     static void expect_told(const std::string& message, const std::vector<std::string>& named) {
@@ -45,7 +46,8 @@ protected:
 
     support::TemporaryFolder folder_;
     std::shared_ptr<const BlockFile> file_;
-    RenderOptions options_;
+    const std::shared_ptr<support::FailingDevice> device_ = std::make_shared<support::FailingDevice>();
+    support::TestOptions options_;
     RenderCallbacks callbacks_;
     uint64_t hash_ = 0, used_ = 0;
     std::mutex mutex_;
@@ -53,13 +55,13 @@ protected:
 };
 
 TEST_F(DeviceFailures, none_there) {
-    device_faults().no_platform = true;
+    device_->no_platform = true;
     auto result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
     expect_told(result.status().message(), {"no OpenCL platform", "install"});
     EXPECT_EQ(result.status().exit_code(), 1);
-    device_faults().clear();
-    device_faults().no_device = true;
+    device_->clear();
+    device_->no_device = true;
     result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
     expect_told(result.status().message(), {"no usable device"});
@@ -67,7 +69,7 @@ TEST_F(DeviceFailures, none_there) {
 }
 
 TEST_F(DeviceFailures, kernels_that_do_not_build) {
-    device_faults().fail_builds = true;
+    device_->fail_builds = true;
     const auto result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
     expect_told(result.status().message(), {".cl", "does not build", "CL_BUILD_PROGRAM_FAILURE"});
@@ -75,7 +77,7 @@ TEST_F(DeviceFailures, kernels_that_do_not_build) {
 
 // Other programs hold memory that the limit counts as ours.
 TEST_F(DeviceFailures, memory_refused_leads_to_a_smaller_pool) {
-    device_faults().memory_bytes = used_ * 3 / 4;
+    device_->memory_bytes = used_ * 3 / 4;
     const auto result = render(*file_, options_, callbacks_);
     ASSERT_TRUE(result.ok()) << result.status().message();
     EXPECT_EQ(result->report.film_hash, hash_);
@@ -92,7 +94,7 @@ TEST_F(DeviceFailures, too_little_memory_is_refused_with_the_least_that_would_do
     const std::string least = message.substr(message.find(key), message.find(' ', message.find(key) + key.size()) - message.find(key));
     options_.memory_limit = 0;
     // What is planned for is up to some hundred bytes more than what is then allocated: sizes are rounded up.
-    device_faults().memory_bytes = std::stoull(least.substr(key.size())) / 20 * 19;
+    device_->memory_bytes = std::stoull(least.substr(key.size())) / 20 * 19;
     const auto result = render(*file_, options_, callbacks_);
     ASSERT_FALSE(result.ok());
     expect_told(result.status().message(), {least, "refused"});
@@ -113,10 +115,10 @@ TEST_F(DeviceFailures, lost_in_mid_render_keeps_the_checkpoint) {
         uint32_t rounds = 0;
         callbacks_.progress = [&](const RenderProgress&) {
             // The first checkpoint has been written by then.
-            if (rounds++ == 1) device_faults().lose_in = 1 + random() % (part < 3 ? 20 : 400);
+            if (rounds++ == 1) device_->lose_in = 1 + random() % (part < 3 ? 20 : 400);
         };
         const auto result = render(*file_, options_, callbacks_);
-        device_faults().clear();
+        device_->clear();
         if (result.ok()) {
             EXPECT_EQ(result->report.film_hash, hash_);
             done = true;
@@ -132,7 +134,7 @@ TEST_F(DeviceFailures, lost_in_mid_render_keeps_the_checkpoint) {
 
 TEST_F(DeviceFailures, lost_before_anything_was_kept) {
     options_.progress_seconds = 0;
-    callbacks_.progress = [&](const RenderProgress&) { device_faults().lose_in = 1; };
+    callbacks_.progress = [&](const RenderProgress&) { device_->lose_in = 1; };
     const auto result = render(*file_, options_, callbacks_);
     ASSERT_FALSE(result.ok());
     expect_told(result.status().message(), {"device is lost"});
@@ -142,7 +144,7 @@ TEST_F(DeviceFailures, lost_before_anything_was_kept) {
 // The watchdog tells what a render without progress waits for, and goes on telling; the render ends well once its blocks come.
 TEST_F(DeviceFailures, a_loader_that_does_not_deliver_is_told) {
     options_.stall_seconds = 0.05;
-    device_faults().hold_uploads = true;
+    device_->hold_uploads = true;
     // On a busy machine a thread may be kept off the processor for as long, before it waits or has begun to load: that is told, too.
     const auto is_of_the_loader = [](const std::string& text) {
         return text.find("waiting for a block") != std::string::npos && text.find("being brought for") != std::string::npos;
@@ -154,7 +156,7 @@ TEST_F(DeviceFailures, a_loader_that_does_not_deliver_is_told) {
             const std::lock_guard lock(mutex_);
             told = std::count_if(warnings_.begin(), warnings_.end(), is_of_the_loader);
         }
-        device_faults().hold_uploads = false;
+        device_->hold_uploads = false;
     });
     const auto result = render(*file_, options_, callbacks_);
     release.join();

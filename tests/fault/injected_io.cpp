@@ -12,10 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "base/fault_plan.hpp"
 #include "cli/program.hpp"
-#include "device/faults.hpp"
 #include "render/checkpoint.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/sheet_scene.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -29,7 +28,7 @@ struct Outcome {
     std::string errors;
 };
 
-// The program inside this process, so that a fault plan reaches it.
+// The program inside this process, so that its files are those that fail.
 Outcome run(const Arguments& arguments) {
     testing::internal::CaptureStderr();
     testing::internal::CaptureStdout();
@@ -63,15 +62,10 @@ bool is_temporary(const std::filesystem::path& path) { return path.filename().st
 class InjectedIo : public testing::Test {
 protected:
     void SetUp() override {
-        device_faults().cache_kernels = true;
-        // A cache of kernels of its own, so that faults meet it. One a process: drivers remember where theirs is.
+        // A cache of kernels of its own, so that faults meet it (PoCL has to be told to use it). One a process: drivers remember where theirs is.
         static const support::TemporaryFolder cache;
         ::setenv("XDG_CACHE_HOME", cache.path().c_str(), 1);
         support::write_sheet_scene(folder_, 40);
-    }
-    void TearDown() override {
-        fault_plan().clear();
-        device_faults().clear();
     }
 
     std::string at(const std::string& name) const { return (folder_ / name).string(); }
@@ -94,11 +88,11 @@ protected:
                 ASSERT_LT(n, 2000) << "no end of operations";
                 for (const std::string& name : outputs) folder_.write(name, old_content);
                 prepare();
-                fault_plan().error_number = error.number;
-                fault_plan().fail_any_in = n;
+                disk_.error_number = error.number;
+                disk_.fail_any_in = n;
                 const Outcome outcome = run(arguments);
-                reached = fault_plan().fail_any_in <= 0;
-                fault_plan().clear();
+                reached = disk_.fail_any_in <= 0;
+                disk_.clear();
                 check(outcome, outputs, right);
                 if (HasFatalFailure()) return;
                 (outcome.status == 0 ? unharmed : failed)++;
@@ -111,6 +105,7 @@ protected:
     }
 
     support::TemporaryFolder folder_;
+    support::FailingFileSystem disk_;
 
 private:
     static constexpr const char* old_content = "the old file\n";
@@ -169,21 +164,22 @@ using InjectedIoOnDevice = InjectedIo;
 
 TEST_F(InjectedIoOnDevice, RenderOfABlockFile) {
     ASSERT_EQ(run({"bake", at("scene.pbrt"), "-o", at("a.rpb"), "--block-size", "16K"}).status, 0);
-    expect_nothing_lost(
-        {"render", at("a.rpb"), "-o", at("a.pfm"), "--geometry-limit", "1%", "--paths", "64", "--log", at("log.csv"), "--report", at("report.json")},
-        {"a.pfm", "log.csv", "report.json"});
+    expect_nothing_lost({"render", at("a.rpb"), "-o", at("a.pfm"), "--geometry-limit", "1%", "--paths", "64", "--tune", "cache-kernels=1", "--log",
+                         at("log.csv"), "--report", at("report.json")},
+                        {"a.pfm", "log.csv", "report.json"});
 }
 
 // Baked on the way, into a cache.
 TEST_F(InjectedIoOnDevice, RenderOfAScene) {
-    expect_nothing_lost({"render", at("scene.pbrt"), "-o", at("a.pfm"), "--cache-dir", at("baked"), "--paths", "64"}, {"a.pfm"},
-                        [&] { std::filesystem::remove_all(folder_ / "baked"); });
+    expect_nothing_lost({"render", at("scene.pbrt"), "-o", at("a.pfm"), "--cache-dir", at("baked"), "--paths", "64", "--tune", "cache-kernels=1"},
+                        {"a.pfm"}, [&] { std::filesystem::remove_all(folder_ / "baked"); });
 }
 
 // A checkpoint is read, written on the way and written at the end. What cannot be written is a warning; the file stays one to go on from.
 TEST_F(InjectedIoOnDevice, RenderFromACheckpoint) {
     ASSERT_EQ(run({"bake", at("scene.pbrt"), "-o", at("a.rpb"), "--block-size", "16K"}).status, 0);
-    Arguments job = {"render", at("a.rpb"), "-o", at("a.pfm"), "--paths", "32", "--checkpoint", at("a.ckpt"), "--checkpoint-every", "0.000001"};
+    Arguments job = {"render",          at("a.rpb"),    "-o",         at("a.pfm"),          "--paths", "32", "--tune",
+                     "cache-kernels=1", "--checkpoint", at("a.ckpt"), "--checkpoint-every", "0.000001"};
     const Arguments one_sample = {"--spp", "1"}, two_samples = {"--spp", "2", "--resume"};
     Arguments first = job;
     first.insert(first.end(), one_sample.begin(), one_sample.end());

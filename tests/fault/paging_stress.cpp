@@ -13,13 +13,13 @@
 #include <set>
 #include <thread>
 
-#include "base/fault_plan.hpp"
-#include "device/faults.hpp"
 #include "raypager/abi/path.h"
 #include "raypager/abi/wide.h"
 #include "render/render.hpp"
 #include "residency/read_ahead.hpp"
 #include "support/device_scene.hpp"
+#include "support/failing_device.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/sanitizers.hpp"
 #include "support/test_options.hpp"
 #include "unit/bake_scenes.hpp"
@@ -32,6 +32,16 @@ constexpr uint32_t triangles = 30000, least_blocks = 200;  // sanitizers cost fi
 #else
 constexpr uint32_t triangles = 100000, least_blocks = 600;
 #endif
+
+// Blocks wait before they are uploaded, as files do.
+class SlowUploads final : public DeviceHooks {
+public:
+    explicit SlowUploads(support::FailingFileSystem& disk) : disk_(disk) {}
+    void before_upload() override { disk_.delay(); }
+
+private:
+    support::FailingFileSystem& disk_;
+};
 
 class PagingStressOnDevice : public testing::Test {
 protected:
@@ -53,13 +63,14 @@ protected:
         file_ = *file;
         ASSERT_GE(file_->scene().blocks.size(), least_blocks);
         options_.tuning.paths = 128;
+        options_.instruments.device_hooks = std::make_shared<SlowUploads>(disk_);
         const auto resident = render(*file_, options_, {});
         ASSERT_TRUE(resident.ok()) << resident.status().message();
         hash_ = resident->report.film_hash;
     }
-    void TearDown() override { fault_plan().clear(); }
 
     support::TemporaryFolder folder_;
+    support::FailingFileSystem disk_;
     std::shared_ptr<const BlockFile> file_;
     support::TestOptions options_;
     uint64_t hash_ = 0;
@@ -79,15 +90,15 @@ TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
         options.instruments.loader_threads = 1 + random() % 4;
         options.instruments.read_ahead_threads = random() % 4;
         options.host_limit = random() % 2 ? 1 : uint64_t{1} << 30;  // no cache at all, or one for everything
-        fault_plan().seed = seed;
-        fault_plan().longest_delay_us = 1 + random() % 300;
-        fault_plan().one_short_in = 3;
+        disk_.seed = seed;
+        disk_.longest_delay_us = 1 + random() % 300;
+        disk_.one_short_in = 3;
         const std::string what = fmt::format("seed {}, {}, {} loads in flight by {} threads, {} that read ahead, host limit {}", seed,
                                              policy_name(options.tuning.policy), options.tuning.loads_in_flight, options.instruments.loader_threads,
                                              *options.instruments.read_ahead_threads, options.host_limit);
         SCOPED_TRACE(what);
         const auto result = render(*file_, options, {});
-        fault_plan().clear();
+        disk_.clear();
         ASSERT_TRUE(result.ok()) << result.status().message();
         EXPECT_EQ(result->report.film_hash, hash_);
         EXPECT_LE(result->report.peak.geometry_bytes, options.geometry_limit);
@@ -110,15 +121,15 @@ bool is_block(std::span<const std::byte> bytes, BlockForm form, uint32_t block) 
 
 // The cache in front of the file, used by several threads at once with room for a few blocks: everybody gets the right bytes, and whoever
 // waits is woken.
-void use_from_many_threads(const BlockFile& file, BlockForm form) {
+void use_from_many_threads(const BlockFile& file, BlockForm form, support::FailingFileSystem& disk) {
     auto device = Device::open("", 0);
     ASSERT_TRUE(device.ok()) << device.status().message();
     const BakedScene& scene = file.scene();
     HostCache cache(**device, file, form, 9 * uint64_t{scene.largest_block(form)});
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE(seed);
-    fault_plan().seed = seed;
-    fault_plan().longest_delay_us = 100;
+    disk.seed = seed;
+    disk.longest_delay_us = 100;
     std::atomic<int> wrong{0}, failed{0};
     const auto use_blocks = [&](uint32_t thread_seed) {
         std::mt19937 random(thread_seed);
@@ -129,7 +140,7 @@ void use_from_many_threads(const BlockFile& file, BlockForm form) {
                 failed++;
                 continue;
             }
-            inject_delay();
+            disk.delay();
             wrong += !is_block(*bytes, form, block) || bytes->size() != scene.blocks[block].bytes(form);
             cache.release(block);
         }
@@ -142,18 +153,19 @@ void use_from_many_threads(const BlockFile& file, BlockForm form) {
 }
 
 TEST_F(PagingStressOnDevice, TheHostCacheServesManyThreads) {
-    for (const BlockForm form : {BlockForm::stored, BlockForm::wide}) use_from_many_threads(*file_, form);
+    for (const BlockForm form : {BlockForm::stored, BlockForm::wide}) use_from_many_threads(*file_, form, disk_);
 }
 
 // Without the first piece of pinned memory there is no cache; without a later one it makes do with what it has.
 TEST_F(PagingStressOnDevice, TheHostCacheMakesDoWithThePinnedMemoryItGets) {
     const BlockForm form = support::default_form();
-    auto device = Device::open("", 0);
+    const auto failing_device = std::make_shared<support::FailingDevice>();
+    auto device = Device::open("", 0, {}, failing_device);
     ASSERT_TRUE(device.ok()) << device.status().message();
     for (const int64_t failing : {1, 3}) {
         SCOPED_TRACE(failing);
         HostCache cache(**device, *file_, form, 9 * uint64_t{file_->scene().largest_block(form)});
-        device_faults().fail_pinned_in = failing;
+        failing_device->fail_pinned_in = failing;
         std::atomic<int> failed{0};
         std::vector<std::thread> threads;
         for (uint32_t t = 0; t < 4; t++)
@@ -167,8 +179,7 @@ TEST_F(PagingStressOnDevice, TheHostCacheMakesDoWithThePinnedMemoryItGets) {
                 }
             });
         for (std::thread& thread : threads) thread.join();
-        EXPECT_LE(device_faults().fail_pinned_in, 0);
-        device_faults().clear();
+        EXPECT_LE(failing_device->fail_pinned_in, 0);
         // Only whoever asked for the first piece, or waited for it, is refused; later callers try again.
         EXPECT_EQ(failed > 0, failing == 1);
         EXPECT_GT(cache.peak_bytes(), 0u);
@@ -237,8 +248,8 @@ TEST_F(PagingStressOnDevice, BlocksAreReadAheadBesideLoads) {
     if (!(*device)->thread_safe()) GTEST_SKIP() << "no threads on this device";
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE(seed);
-    fault_plan().seed = seed;
-    fault_plan().longest_delay_us = 100;
+    disk_.seed = seed;
+    disk_.longest_delay_us = 100;
     for (const bool once : {false, true}) {
         HostCache cache(**device, *file_, form, 9 * uint64_t{file_->scene().largest_block(form)}, once);
         ReadAhead ahead(cache, 3, 1 << 20);
@@ -281,10 +292,10 @@ TEST_F(PagingStressOnDevice, WhatRaysWaitForIsReadAhead) {
     ahead.want(blocks);
     EXPECT_TRUE(within_seconds([&] { return std::all_of(blocks.begin(), blocks.end(), is_there); }));
     ahead.want({});
-    fault_plan().error_number = EIO;
-    fault_plan().fail_read_in = 1;
+    disk_.error_number = EIO;
+    disk_.fail_read_in = 1;
     ahead.want({50});
-    EXPECT_TRUE(within_seconds([] { return fault_plan().fail_read_in <= 0; }));
+    EXPECT_TRUE(within_seconds([&] { return disk_.fail_read_in <= 0; }));
     EXPECT_TRUE(within_seconds([&] { return !cache.knows(50); }));
     const auto bytes = cache.acquire(50);
     ASSERT_TRUE(bytes.ok());
@@ -344,7 +355,7 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
 // Nothing is read more often than it has to be: what is read ahead is what comes next, and stays until it has come.
 TEST_F(PagingStressOnDevice, WhatIsReadAheadIsNotReadAgain) {
     const BlockForm form = support::default_form();
-    auto device = Device::open("", 0);
+    auto device = Device::open("", 0, {}, std::make_shared<SlowUploads>(disk_));
     ASSERT_TRUE(device.ok()) << device.status().message();
     const BakedScene& scene = file_->scene();
     const uint64_t largest = scene.largest_block(form), average = scene.geometry_bytes(form) / scene.blocks.size();
@@ -359,13 +370,13 @@ TEST_F(PagingStressOnDevice, WhatIsReadAheadIsNotReadAgain) {
         auto residency = Residency::create(**device, *file_, settings);
         ASSERT_TRUE(residency.ok()) << residency.status().message();
         constexpr int64_t many = int64_t{1} << 40;
-        fault_plan().seed = 1;
-        fault_plan().longest_delay_us = 200;
-        fault_plan().only_file = "tiny.rpb";
-        fault_plan().fail_read_in = many;
+        disk_.seed = 1;
+        disk_.longest_delay_us = 200;
+        disk_.only_file = "tiny.rpb";
+        disk_.fail_read_in = many;
         ASSERT_TRUE((*residency)->load_all((*device)->kernels()).ok());
-        const int64_t reads = many - fault_plan().fail_read_in;
-        fault_plan().clear();
+        const int64_t reads = many - disk_.fail_read_in;
+        disk_.clear();
         EXPECT_GE(reads, static_cast<int64_t>(scene.blocks.size()));
         EXPECT_LE(reads, static_cast<int64_t>(scene.blocks.size() * 21 / 20));
         fmt::print("{} readers: {} reads of {} blocks\n", readers, reads, scene.blocks.size());
@@ -380,10 +391,10 @@ TEST_F(PagingStressOnDevice, WhoComesForABlockThatCouldNotBeReadAheadReadsIt) {
     ASSERT_TRUE(device.ok()) << device.status().message();
     HostCache cache(**device, *file_, form, uint64_t{1} << 30);
     for (const int error : {ENOMEM, EIO}) {
-        fault_plan().error_number = error;
-        fault_plan().fail_read_in = 1;
+        disk_.error_number = error;
+        disk_.fail_read_in = 1;
         EXPECT_TRUE(cache.read_ahead(50));
-        fault_plan().clear();
+        disk_.clear();
         EXPECT_FALSE(cache.knows(50));
     }
     const auto bytes = cache.acquire(50);
@@ -404,12 +415,12 @@ TEST_F(PagingStressOnDevice, AFailingReadEndsTheRender) {
     const auto loads = static_cast<int64_t>(whole->report.paging.loads);
     ASSERT_GT(loads, 10);
     for (const int64_t n : {int64_t{1}, loads / 2, loads * 4 / 5}) {
-        fault_plan().error_number = EIO;
-        fault_plan().only_file = "tiny.rpb";
-        fault_plan().fail_read_in = n;
+        disk_.error_number = EIO;
+        disk_.only_file = "tiny.rpb";
+        disk_.fail_read_in = n;
         const auto result = render(*file_, options, {});
-        EXPECT_LE(fault_plan().fail_read_in, 0) << n << " of " << loads;
-        fault_plan().clear();
+        EXPECT_LE(disk_.fail_read_in, 0) << n << " of " << loads;
+        disk_.clear();
         ASSERT_FALSE(result.ok()) << n << " of " << loads;
         EXPECT_NE(result.status().message().find("tiny.rpb"), std::string::npos) << result.status().message();
         EXPECT_NE(result.status().message().find("block "), std::string::npos) << result.status().message();

@@ -2,10 +2,10 @@
 // never exceeds its limit; and every render ends, with room for just the largest block.
 #include <gtest/gtest.h>
 
-#include "device/faults.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/failing_device.hpp"
 #include "support/recorded_films.hpp"
 #include "support/test_options.hpp"
 
@@ -205,9 +205,8 @@ TEST_P(SamePicture, by_persistent_threads) {
         options.tuning.traversal = Traversal::ray;
         options.geometry_limit_percent = percent;
         options.instruments.rounds_under_way = percent < 100 ? 2 : 1;
-        device_faults().persistent_threads = true;
+        options.instruments.device_hooks = std::make_shared<support::PersistentDevice>();
         expect_same(options, "by persistent threads at " + std::to_string(percent) + " %");
-        device_faults().clear();
     }
 }
 

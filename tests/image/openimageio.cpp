@@ -8,6 +8,7 @@
 #include "base/files.hpp"
 #include "image/formats.hpp"
 #include "raypager/picture.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {
@@ -139,12 +140,12 @@ TEST_F(ImageOpenImageIo, RawElevationsAreTheStoredNumbers) {
 
 TEST_F(ImageOpenImageIo, AFailedWriteLeavesNothing) {
     const support::TemporaryFolder folder;
+    support::FailingFileSystem disk;
+    disk.error_number = ENOSPC;
     for (const char* name : {"a.exr", "a.png"}) {
-        fault_plan().error_number = ENOSPC;
-        fault_plan().fail_write_in = 1;
+        disk.fail_write_in = 1;
         const Status status = write_image(folder / name, ramp(30, 20, 3));
-        fault_plan().fail_write_in = 0;
-        fault_plan().error_number = 0;
+        EXPECT_EQ(disk.fail_write_in, 0) << name;
         EXPECT_FALSE(status.ok()) << name;
         EXPECT_TRUE(folder.files().empty()) << name;
     }

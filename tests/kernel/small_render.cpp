@@ -8,9 +8,9 @@
 #include <set>
 
 #include "cut/top_tree.hpp"
-#include "device/faults.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/failing_device.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
 #include "support/test_options.hpp"
@@ -47,9 +47,8 @@ void draw_paged(const Scene& scene) {
     }
     options.tuning.traversal = Traversal::ray;
     options.instruments.slab_bytes = (*file)->scene().largest_block(BlockForm::stored) + 64;
-    device_faults().persistent_threads = true;
+    options.instruments.device_hooks = std::make_shared<support::PersistentDevice>();
     const auto persistent = render(**file, options, {});
-    device_faults().clear();
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, resident->report.film_hash);
 }
@@ -154,9 +153,8 @@ TEST(SmallRender, records_the_same_in_a_log_without_room) {
     ASSERT_TRUE(usual.ok()) << usual.status().message();
     for (const uint32_t events : {2u, 3u, 5u}) {
         SCOPED_TRACE(events);
-        device_faults().visit_events = events;
+        options.instruments.visit_events = events;
         const auto stopped = support::render_rounds(**file, options, 5000);
-        device_faults().clear();
         ASSERT_TRUE(stopped.ok()) << stopped.status().message();
         EXPECT_TRUE(stopped->report.complete);
         EXPECT_EQ(stopped->report.film_hash, usual->report.film_hash);
@@ -241,9 +239,8 @@ TEST(SmallRender, goes_on_from_a_checkpoint_of_a_recorded_render) {
         options.checkpoint = {};
         options.checkpoint.file = folder.path() / fmt::format("{}.ckpt", rounds);
         options.instruments.record_paths = 1 << 20;
-        device_faults().visit_events = 2;
+        options.instruments.visit_events = 2;
         const auto stopped = support::render_rounds(**file, options, rounds);
-        device_faults().clear();
         ASSERT_TRUE(stopped.ok()) << stopped.status().message();
         ASSERT_FALSE(stopped->report.complete);
         options.instruments.record_paths = 0;
@@ -267,9 +264,8 @@ TEST(SmallRender, an_empty_scene_is_its_background) {
     ASSERT_TRUE(result.ok()) << result.status().message();
     for (const float value : result->image.values) EXPECT_NEAR(value, 0.3f, 1e-6);
     options.tuning.traversal = Traversal::ray;
-    device_faults().persistent_threads = true;  // whose walks end where they begin
+    options.instruments.device_hooks = std::make_shared<support::PersistentDevice>();  // whose walks end where they begin
     const auto persistent = render(**file, options, {});
-    device_faults().clear();
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, result->report.film_hash);
 }

@@ -91,6 +91,15 @@ foreach(file ${sources})
     endif()
 endforeach()
 
+# What fails on purpose is of tests alone: it is handed to the program from outside, which does not know of it.
+file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.hpp)
+foreach(file ${sources})
+    file(STRINGS ${ROOT}/${file} found REGEX "[Ff]ault_?[Pp]lan|[Dd]evice_?[Ff]aults|inject_|[Ff]ailing_?(Device|File)|ScopedFileSystem|\"support/" LIMIT_COUNT 1)
+    if(found AND NOT file MATCHES "^src/base/file_system[.][ch]pp$")
+        list(APPEND errors "${file}: knows of faults on purpose, or puts a file system in place, which only tests do: ${found}")
+    endif()
+endforeach()
+
 # Kernels: what both ways of tracing use lies below them, and neither knows the other.
 set(kernels_common "common")
 set(kernels_shading "common|shading")

@@ -10,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "cut/distribute.hpp"
 #include "gather/gather.hpp"
+#include "support/failing_file_system.hpp"
 #include "unit/bake_scenes.hpp"
 #include "world/bake_memory.hpp"
 
@@ -401,16 +402,16 @@ TEST_F(BakeOutOfCore, StopsAtAnyStageWithoutATrace) {
 // The disk fills up, or fails to be read, at any write or read.
 TEST_F(BakeOutOfCore, AFailingDiskIsOneClearError) {
     const Scene scene = large_scene();
-    FaultPlan& plan = fault_plan();
+    support::FailingFileSystem disk;
     int met = 0;
     for (const bool write : {true, false}) {
         for (const int after : {1, 3, 20, 60}) {
             SCOPED_TRACE(testing::Message() << (write ? "write " : "read ") << after);
-            plan.error_number = write ? ENOSPC : EIO;
-            (write ? plan.fail_write_in : plan.fail_read_in) = after;
+            disk.error_number = write ? ENOSPC : EIO;
+            (write ? disk.fail_write_in : disk.fail_read_in) = after;
             const auto summary = bake_at(scene, smallest_bake_limit(), folder_ / "a.rpb");
-            const bool failed = (write ? plan.fail_write_in : plan.fail_read_in) <= 0;
-            plan.fail_read_in = plan.fail_write_in = 0;
+            const bool failed = (write ? disk.fail_write_in : disk.fail_read_in) <= 0;
+            disk.fail_read_in = disk.fail_write_in = 0;
             EXPECT_EQ(summary.ok(), !failed);
             met += failed;
             if (!failed) continue;
@@ -422,7 +423,6 @@ TEST_F(BakeOutOfCore, AFailingDiskIsOneClearError) {
             EXPECT_EQ(files_in(folder_ / ""), 0u);
         }
     }
-    plan.error_number = 0;
     EXPECT_GT(met, 5) << "the faults did not happen";
 }
 

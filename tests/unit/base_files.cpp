@@ -7,6 +7,7 @@
 
 #include "base/files.hpp"
 #include "base/parallel.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {
@@ -16,8 +17,8 @@ using support::read_file;
 
 class BaseFiles : public testing::Test {
 protected:
-    void TearDown() override { fault_plan().clear(); }
     support::TemporaryFolder folder_;
+    support::FailingFileSystem disk_;
 };
 
 TEST_F(BaseFiles, OnlyAbandonedTemporariesOfTheTargetAreRemoved) {
@@ -50,11 +51,11 @@ TEST_F(BaseFiles, EveryOperationCanFailAndLeavesTheOldFile) {
     folder_.write("a", "old");
     int failed = 0;
     for (int n = 1;; n++) {
-        fault_plan().error_number = ENOSPC;
-        fault_plan().fail_any_in = n;
+        disk_.error_number = ENOSPC;
+        disk_.fail_any_in = n;
         const Status status = write_text(folder_ / "a", "new");
-        const bool met = fault_plan().fail_any_in <= 0;
-        fault_plan().clear();
+        const bool met = disk_.fail_any_in <= 0;
+        disk_.clear();
         EXPECT_EQ(status.ok(), !met);
         EXPECT_EQ(read_file(folder_ / "a"), met ? "old" : "new");
         EXPECT_EQ(folder_.files().size(), 1u) << "a temporary file is left";
@@ -71,13 +72,28 @@ TEST_F(BaseFiles, AGrowingFileHoldsWholeRows) {
     EXPECT_TRUE(log->append("one\n").ok());
     EXPECT_EQ(read_file(folder_ / "log"), "one\n");
     // The row after the first: half of it arrives, the other half does not.
-    fault_plan().one_short_in = 1;
-    fault_plan().fail_write_in = 2;
-    fault_plan().error_number = ENOSPC;
+    disk_.one_short_in = 1;
+    disk_.fail_write_in = 2;
+    disk_.error_number = ENOSPC;
     EXPECT_FALSE(log->append("two, which is longer\n").ok());
     EXPECT_EQ(read_file(folder_ / "log"), "one\n");
     EXPECT_TRUE(log->append("three\n").ok()) << "short writes go on";
     EXPECT_EQ(read_file(folder_ / "log"), "one\nthree\n");
+}
+
+TEST_F(BaseFiles, GoThroughTheFileSystemThatIsInPlace) {
+    disk_.error_number = ENOSPC;
+    disk_.fail_any_in = 1;
+    {
+        support::FailingFileSystem other;
+        EXPECT_TRUE(write_text(folder_ / "a", "one").ok());
+        other.error_number = EIO;
+        other.fail_any_in = 1;
+        EXPECT_FALSE(write_text(folder_ / "a", "two").ok());
+    }
+    EXPECT_EQ(disk_.fail_any_in, 1) << "asked while another was in its place";
+    EXPECT_FALSE(write_text(folder_ / "a", "three").ok());
+    EXPECT_EQ(read_file(folder_ / "a"), "one");
 }
 
 TEST_F(BaseFiles, APipeIsRefusedNotWaitedFor) {
@@ -90,8 +106,8 @@ TEST_F(BaseFiles, APipeIsRefusedNotWaitedFor) {
 TEST_F(BaseFiles, ReadsGoOnAfterShortOnes) {
     const std::string content(100000, 'x');
     folder_.write("a", content);
-    fault_plan().one_short_in = 2;
-    fault_plan().longest_delay_us = 10;
+    disk_.one_short_in = 2;
+    disk_.longest_delay_us = 10;
     const auto text = read_text(folder_ / "a");
     ASSERT_TRUE(text.ok());
     EXPECT_EQ(*text, content);

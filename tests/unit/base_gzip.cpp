@@ -7,6 +7,7 @@
 
 #include "base/files.hpp"
 #include "raypager/import.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/gzip.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -17,10 +18,7 @@ using support::gzip_of;
 
 class BaseGzip : public testing::Test {
 protected:
-    void TearDown() override {
-        fault_plan().clear();
-        forget_unpacked_files();
-    }
+    void TearDown() override { forget_unpacked_files(); }
     void expect_content(const std::string& name, const std::string& packed, const std::string& content) {
         const auto text = read_text(folder_.write(name, packed));
         ASSERT_TRUE(text.ok()) << text.status().message();
@@ -34,6 +32,7 @@ protected:
         EXPECT_EQ(file.status().message().find('\n'), std::string::npos);
     }
     support::TemporaryFolder folder_;
+    support::FailingFileSystem disk_;
 };
 
 TEST_F(BaseGzip, ReadsAsWhatWasPacked) {
@@ -77,8 +76,8 @@ TEST_F(BaseGzip, DamageIsSaidNotRead) {
 
 TEST_F(BaseGzip, AFullDiskNamesTheFileAndTheWayOut) {
     const std::string sound = gzip_of("content");
-    fault_plan().error_number = ENOSPC;
-    fault_plan().fail_write_in = 1;
+    disk_.error_number = ENOSPC;
+    disk_.fail_write_in = 1;
     const auto path = folder_.write("bad.gz", sound);
     const auto file = InputFile::open(path);
     ASSERT_FALSE(file.ok());
@@ -86,17 +85,30 @@ TEST_F(BaseGzip, AFullDiskNamesTheFileAndTheWayOut) {
     EXPECT_EQ(message.find(path.string()), 0u) << message;
     EXPECT_NE(message.find("No space left"), std::string::npos) << message;
     EXPECT_NE(message.find("TMPDIR"), std::string::npos) << message;
-    fault_plan().clear();
+    disk_.clear();
     EXPECT_TRUE(InputFile::open(path).ok()) << "a failure is not kept";
+}
+
+TEST_F(BaseGzip, WhoseStartCannotBeReadIsNotTakenForUnpacked) {
+    const auto path = folder_.write("a.gz", gzip_of("content"));
+    disk_.fail_read_in = 1;  // comes up short
+    const auto text = read_text(path);
+    ASSERT_TRUE(text.ok()) << text.status().message();
+    EXPECT_EQ(*text, "content");
+    disk_.error_number = EIO;
+    disk_.fail_read_in = 1;
+    const auto file = InputFile::open(path);
+    ASSERT_FALSE(file.ok());
+    EXPECT_EQ(file.status().message(), path.string() + ": cannot be read: Input/output error");
 }
 
 TEST_F(BaseGzip, IsUnpackedOnceUntilItChanges) {
     const auto path = folder_.write("a.gz", gzip_of("first"));
     ASSERT_TRUE(InputFile::open(path).ok());
-    fault_plan().error_number = EIO;
-    fault_plan().fail_write_in = 1;
+    disk_.error_number = EIO;
+    disk_.fail_write_in = 1;
     EXPECT_TRUE(InputFile::open(path).ok()) << "unpacked again";
-    fault_plan().clear();
+    disk_.clear();
     folder_.write("a.gz", gzip_of("second one"));
     const auto text = read_text(path);
     ASSERT_TRUE(text.ok());

@@ -6,6 +6,7 @@
 
 #include "bench/export.hpp"
 #include "import/mesh_file.hpp"
+#include "support/failing_file_system.hpp"
 #include "unit/bake_scenes.hpp"
 #include "unit/procedural_meshes.hpp"
 
@@ -137,11 +138,10 @@ TEST_F(BenchExport, RefusesWhatMitsubaHasNot) {
 TEST_F(BenchExport, AFullDiskIsAnError) {
     ASSERT_TRUE(run().ok());
     std::filesystem::remove_all(folder / "out");
-    fault_plan().error_number = ENOSPC;
-    fault_plan().fail_write_in = 2;
+    support::FailingFileSystem disk;
+    disk.error_number = ENOSPC;
+    disk.fail_write_in = 2;
     const auto made = bench::export_to_mitsuba(*file, folder / "out");
-    fault_plan().fail_write_in = 0;
-    fault_plan().error_number = 0;
     ASSERT_FALSE(made.ok());
     EXPECT_NE(made.status().message().find("No space left"), std::string::npos);
     EXPECT_FALSE(std::filesystem::exists(folder / "out/scene.xml"));

@@ -9,6 +9,7 @@
 
 #include "base/files.hpp"
 #include "image/formats.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {
@@ -73,11 +74,10 @@ TEST(ImagePfm, AFailedWriteLeavesTheOldFile) {
     const support::TemporaryFolder folder;
     const Image old = random_image(5, 4, 3, 1);
     ASSERT_TRUE(write_image(folder / "d.pfm", old).ok());
-    fault_plan().error_number = ENOSPC;
-    fault_plan().fail_write_in = 1;
+    support::FailingFileSystem disk;
+    disk.error_number = ENOSPC;
+    disk.fail_write_in = 1;
     const Status status = write_image(folder / "d.pfm", random_image(50, 40, 3, 2));
-    fault_plan().fail_write_in = 0;
-    fault_plan().error_number = 0;
     ASSERT_FALSE(status.ok());
     EXPECT_NE(status.message().find("d.pfm"), std::string::npos) << status.message();
     EXPECT_EQ(folder.files().size(), 1u);

@@ -8,6 +8,7 @@
 #include "procedural/heightmap.hpp"
 #include "procedural/make_scene.hpp"
 #include "raypager/picture.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/procedural_meshes.hpp"
 
@@ -174,13 +175,11 @@ TEST(ProceduralScenes, AFullDiskLeavesNoHalfFiles) {
     for (const char* kind : all_kinds)
         for (int64_t nth = 1;; nth++) {
             const support::TemporaryFolder folder;
-            fault_plan().error_number = ENOSPC;
-            fault_plan().fail_write_in = nth;
+            support::FailingFileSystem disk;
+            disk.error_number = ENOSPC;
+            disk.fail_write_in = nth;
             const auto made = make_scene(wanted(kind, folder.path(), 5000));
-            const bool reached = fault_plan().fail_write_in == 0;
-            fault_plan().fail_write_in = 0;
-            fault_plan().error_number = 0;
-            if (!reached) {
+            if (disk.fail_write_in > 0) {
                 EXPECT_TRUE(made.ok()) << made.status().message();
                 EXPECT_GT(nth, 3);
                 break;
@@ -198,11 +197,10 @@ TEST(ProceduralScenes, AFullDiskLeavesNoHalfFiles) {
 TEST(ProceduralScenes, AnOldSceneFileDoesNotSurviveAFailure) {
     const support::TemporaryFolder folder;
     ASSERT_TRUE(make_scene(wanted("terrain", folder.path(), 2000)).ok());
-    fault_plan().error_number = EIO;
-    fault_plan().fail_write_in = 2;
+    support::FailingFileSystem disk;
+    disk.error_number = EIO;
+    disk.fail_write_in = 2;
     const auto made = make_scene(wanted("terrain", folder.path(), 3000));
-    fault_plan().fail_write_in = 0;
-    fault_plan().error_number = 0;
     EXPECT_FALSE(made.ok());
     EXPECT_FALSE(std::filesystem::exists(folder / "scene.pbrt"));
 }
