@@ -21,6 +21,7 @@
 #include "residency/read_ahead.hpp"
 #include "support/device_scene.hpp"
 #include "support/sanitizers.hpp"
+#include "support/thorough.hpp"
 #include "unit/blocks_scenes.hpp"
 
 namespace raypager {
@@ -66,7 +67,7 @@ protected:
 
 TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
     const char* wanted = std::getenv("RAYPAGER_SCHEDULES");
-    const int schedules = wanted ? std::atoi(wanted) : 4;
+    const int schedules = wanted ? std::atoi(wanted) : support::thorough() ? 50 : 3;
     const uint32_t first_seed = std::random_device{}();
     for (int i = 0; i < schedules; i++) {
         const uint32_t seed = first_seed + static_cast<uint32_t>(i);
