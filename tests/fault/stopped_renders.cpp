@@ -5,23 +5,17 @@
 #include <atomic>
 #include <random>
 
-#include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
-#include "support/small_scene.hpp"
+#include "support/small_scene_file.hpp"
 
 namespace raypager {
 namespace {
 
 using support::render_rounds;
 
-class StoppedRenders : public testing::Test {
+class StoppedRenders : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
         options_.spp = 12;
         options_.together = 4;
         options_.width = 24;
@@ -38,8 +32,6 @@ protected:
         return std::move(result->image);
     }
 
-    support::TemporaryFolder folder_;
-    std::shared_ptr<const BlockFile> file_;
     RenderOptions options_;
 };
 
