@@ -82,25 +82,32 @@ function(raypager_libraries)
     # What needs the libraries of the edges lies in files of that name.
     list(FILTER engine EXCLUDE REGEX "openimageio[^/]*\\.cpp$")
     add_library(raypager_engine STATIC ${engine} ${RAYPAGER_KERNEL_SOURCES})
-    target_include_directories(raypager_engine PUBLIC ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
-    target_compile_definitions(raypager_engine PUBLIC CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120 CL_HPP_MINIMUM_OPENCL_VERSION=120
-        RAYPAGER_VERSION="${PROJECT_VERSION}")
-    target_link_libraries(raypager_engine PUBLIC raypager_options OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json PRIVATE ZLIB::ZLIB ${RAYPAGER_GLU})
+    target_include_directories(raypager_engine PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/include> $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src>
+        $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+    target_compile_features(raypager_engine PUBLIC cxx_std_20)
+    set_target_properties(raypager_engine PROPERTIES OUTPUT_NAME raypager EXPORT_NAME raypager)
+    # What only the engine and the tests, which look into it, compile with, users of the library do not see.
+    add_library(raypager_inside INTERFACE)
+    target_compile_definitions(raypager_inside INTERFACE CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120
+        CL_HPP_MINIMUM_OPENCL_VERSION=120 RAYPAGER_VERSION="${PROJECT_VERSION}" $<$<BOOL:${RAYPAGER_EDGES}>:RAYPAGER_EDGES=1>)
+    target_link_libraries(raypager_inside INTERFACE raypager_options nlohmann_json::nlohmann_json)
+    target_link_libraries(raypager_engine PUBLIC $<BUILD_INTERFACE:raypager_inside> PRIVATE OpenCL::OpenCL Threads::Threads ZLIB::ZLIB ${RAYPAGER_GLU})
     target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_GLU_INCLUDE})
     # Compiled with each source that uses it, fmt takes more of the time than most sources. Debian has no static library of it.
     if(RAYPAGER_STATIC)
-        target_compile_definitions(raypager_engine PUBLIC FMT_HEADER_ONLY)
+        target_compile_definitions(raypager_inside INTERFACE FMT_HEADER_ONLY)
     else()
-        target_link_libraries(raypager_engine PUBLIC fmt::fmt)
+        target_link_libraries(raypager_engine PRIVATE fmt::fmt)
+        target_link_libraries(raypager_inside INTERFACE fmt::fmt)
     endif()
     raypager_unity(raypager_engine)
     target_precompile_headers(raypager_engine PRIVATE <algorithm> <string> <vector> <memory> <functional> <filesystem> <fmt/format.h>)
     # The headers of these libraries do not stand up to our warnings.
     if(RAYPAGER_EDGES)
-        target_compile_definitions(raypager_engine PUBLIC RAYPAGER_EDGES=1)
         # OpenImageIO is for programs that read and write pictures: it takes a quarter of a second to load.
         file(GLOB openimageio CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/*/*openimageio*.cpp)
         add_library(raypager_openimageio STATIC ${openimageio})
+        set_target_properties(raypager_openimageio PROPERTIES EXPORT_NAME openimageio)
         target_compile_definitions(raypager_openimageio INTERFACE RAYPAGER_OPENIMAGEIO=1)
         target_include_directories(raypager_openimageio SYSTEM PRIVATE ${RAYPAGER_OPENIMAGEIO_INCLUDE})
         target_link_libraries(raypager_openimageio PUBLIC raypager_engine PRIVATE ${RAYPAGER_OPENIMAGEIO} ${RAYPAGER_OPENIMAGEIO_UTIL} Imath::Imath)

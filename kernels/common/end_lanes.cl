@@ -8,6 +8,10 @@
 #undef RP_STORE
 #undef RP_LOAD
 #undef RP_ANY
+#undef RP_MASK
+#undef RP_MUL
+#undef RP_ADD
+#undef RP_TO_NEAREST_INTS
 #undef RP_UINTS
 #undef RP_INTS
 #undef RP_FLOATS

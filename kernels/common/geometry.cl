@@ -39,8 +39,8 @@ typedef struct rp_geometry {
     { top_grid, top_nodes, portals, portal_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7 }
 #endif
 
-// atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, lanes of a vector
-// that have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/journal/gpu-paging.md).
+// atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, work-items
+// of a sub-group that have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/journal/gpu-paging.md).
 static inline void rp_add_without_result(volatile __global uint* word, uint number) {
 #ifdef RP_NV_PTX
     asm volatile("red.global.add.u32 [%0], %1;" : : "l"(word), "r"(number));

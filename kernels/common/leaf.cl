@@ -76,8 +76,8 @@ static inline rp_vertices rp_leaf_vertices(const rp_block_view* block, uint2 lea
 static inline float3 rp_vertex(const rp_vertices* v, uint number) { return rp_load3(v->section + (v->first + 3u * number)); }
 #endif
 
-// Which triangles of a strip the ray's line may hit, as bits. The rest of the test is for these alone (rp_strip_hit): lanes of a GPU that ran
-// into it at different triangles of their strips would wait for each other at each of them.
+// Which triangles of a strip the ray's line may hit, as bits. The rest of the test is for these alone (rp_strip_hit): work-items of a sub-group
+// that ran into it at different triangles of their strips would wait for each other at each of them.
 static inline uint rp_strip_candidates(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref) {
     const uint2 leaf = rp_leaf_record(block, ref);
     const uint count = (ref & 3u) + 1u;

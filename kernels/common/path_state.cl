@@ -1,6 +1,8 @@
-// The state of paths: all that kernels know of where the words of a path slot lie, what they mean in which state of the slot, and which bits of its
-// status word say so (abi/path.h has the layout). Stages ask for what they need by name; a new field of a path is added here, in abi/path.h and in
+// The state of paths: all that kernels know of where the words of a path slot lie, what they mean, and which bits of its status word say so
+// (abi/path.h has the layout). Stages ask for what they need by name; a new field of a path is added here, in abi/path.h and in
 // src/wavefront/path_state.cpp.
+//
+// The state of a path is all that its slot holds. `status` is one word of it, and its phase, the lowest bits of that word, is what the slot is about.
 //
 // Planes are in one of two forms. In the full form each plane holds what abi/path.h names first. In the compact one (RP_STATUS_CAMERA,
 // RP_STATUS_CONNECTED, RP_STATUS_FOUND) they still hold what the stage before has left, so that it need not be written and read again; unfolding
@@ -9,6 +11,7 @@
 #define RP_PATH_STATE_CL
 
 #include "common/prefetch.cl"
+#include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 
@@ -18,8 +21,6 @@ typedef struct rp_paths {
     __global uint* status;
     __global uint4* planes;
 } rp_paths;
-#define RP_MAKE_PATHS(slot_count, status, planes) \
-    { slot_count, status, planes }
 
 #define RP_PLANE(paths, plane, slot) (paths)->planes[RP_PLANE_INDEX(plane, (size_t)(paths)->slot_count, slot)]
 
@@ -37,35 +38,34 @@ static inline void rp_fetch_shadow(const rp_paths* paths, uint slot) { rp_fetch_
 
 // ---- What a status word says
 
-static inline uint rp_state_of(const rp_paths* paths, uint slot) { return paths->status[slot]; }
-// state: as returned by functions of this file.
-static inline void rp_set_state(const rp_paths* paths, uint slot, uint state) { paths->status[slot] = state; }
-static inline bool rp_is_free(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_FREE; }
-static inline bool rp_is_idle(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_IDLE; }
-static inline bool rp_extends(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_EXTEND; }
-static inline bool rp_connects(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_SHADOW; }
-static inline bool rp_is_to_shade(uint state) { return (state & RP_STATUS_MASK) == RP_STATUS_SHADE; }
-static inline bool rp_waits(uint state) { return (state & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS; }
+static inline uint rp_status_of(const rp_paths* paths, uint slot) { return paths->status[slot]; }
+// status: as returned by functions of this file.
+static inline void rp_set_status(const rp_paths* paths, uint slot, uint status) { paths->status[slot] = status; }
+static inline uint rp_phase_of(uint status) { return status & RP_PHASE_MASK; }
+static inline bool rp_is_free(uint status) { return rp_phase_of(status) == RP_PHASE_FREE; }
+static inline bool rp_is_idle(uint status) { return rp_phase_of(status) == RP_PHASE_IDLE; }
+static inline bool rp_extends(uint status) { return rp_phase_of(status) == RP_PHASE_EXTEND; }
+static inline bool rp_connects(uint status) { return rp_phase_of(status) == RP_PHASE_SHADOW; }
+static inline bool rp_is_to_shade(uint status) { return rp_phase_of(status) == RP_PHASE_SHADE; }
+static inline bool rp_waits(uint status) { return rp_phase_of(status) >= RP_PHASE_EXTEND_WAITS; }
 // Nothing about such a slot changes before something comes from outside: it waits, or no samples are left for it.
-static inline bool rp_can_sleep(uint state) { return (state & RP_STATUS_MASK) >= RP_STATUS_IDLE; }
+static inline bool rp_can_sleep(uint status) { return rp_phase_of(status) >= RP_PHASE_IDLE; }
 // Has a shadow ray, which may wait.
-static inline bool rp_has_shadow_ray(uint state) {
-    return (state & RP_STATUS_MASK) == RP_STATUS_SHADOW || (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS;
-}
-static inline bool rp_leaves_first_vertex(uint state) { return (state & RP_STATUS_FIRST) != 0u; }
+static inline bool rp_has_shadow_ray(uint status) { return rp_phase_of(status) == RP_PHASE_SHADOW || rp_phase_of(status) == RP_PHASE_SHADOW_WAITS; }
+static inline bool rp_leaves_first_vertex(uint status) { return (status & RP_STATUS_FIRST) != 0u; }
 // With streams: the block that the path met last, as far as there is room for its number.
-static inline uint rp_last_block_of(uint state) { return state >> RP_STATUS_BLOCK_SHIFT; }
+static inline uint rp_last_block_of(uint status) { return status >> RP_STATUS_BLOCK_SHIFT; }
 static inline uint rp_last_block_bits(uint block) { return min(block, ~0u >> RP_STATUS_BLOCK_SHIFT) << RP_STATUS_BLOCK_SHIFT; }
-static inline uint rp_offset_exponent_of(uint state) { return state >> RP_STATUS_OFFSET_SHIFT & RP_STATUS_OFFSET_MASK; }
+static inline uint rp_offset_exponent_of(uint status) { return status >> RP_STATUS_OFFSET_SHIFT & RP_STATUS_OFFSET_MASK; }
 
 // With streams: what becomes of the status word of a ray whose block has come. shadow: whether it is a shadow ray.
-static inline uint rp_woken_state(uint state, bool shadow, uint block) {
+static inline uint rp_woken_status(uint status, bool shadow, uint block) {
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
-    return (state & kept) | (shadow ? RP_STATUS_SHADOW : RP_STATUS_EXTEND) | RP_STATUS_RESUMED | rp_last_block_bits(block);
+    return (status & kept) | (shadow ? RP_PHASE_SHADOW : RP_PHASE_EXTEND) | RP_STATUS_RESUMED | rp_last_block_bits(block);
 }
 
-static inline void rp_free_slot(const rp_paths* paths, uint slot) { paths->status[slot] = RP_STATUS_FREE; }
-static inline void rp_retire_slot(const rp_paths* paths, uint slot) { paths->status[slot] = RP_STATUS_IDLE; }
+static inline void rp_free_slot(const rp_paths* paths, uint slot) { paths->status[slot] = RP_PHASE_FREE; }
+static inline void rp_retire_slot(const rp_paths* paths, uint slot) { paths->status[slot] = RP_PHASE_IDLE; }
 
 // ---- The flags of a path: depth, whether its last scattering was specular, refraction
 
@@ -92,17 +92,22 @@ static inline void rp_set_portal(const rp_paths* paths, uint slot, uint portal) 
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = portal;
 }
 
-// Status words of rays that wait.
+// Status words of rays that wait for a block.
 static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
-    return RP_STATUS_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
+    return RP_PHASE_EXTEND_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
 }
-static inline uint rp_shadow_waits(uint state) { return RP_STATUS_SHADOW_WAITS | (state & RP_STATUS_ENDS); }
+static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | (status & RP_STATUS_ENDS); }
 
-// The ray of a slot waits for a block. waiting_state: one of the two above. wants: of all blocks.
-static inline void rp_wait_for(const rp_paths* paths, uint slot, uint block, uint waiting_state, volatile __global uint* wants) {
-    paths->status[slot] = waiting_state;
+// The ray of a slot waits for a block. waiting_status: one of the two above. wants: of all blocks.
+static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* wants) {
+    paths->status[slot] = waiting_status;
     rp_set_wait_word(paths, slot, block);
     atomic_inc(wants + block);
+}
+
+// Where that is on the device what a slot waits for, by its status word and its wait word: RP_NONE, not there yet; 0, it does not wait.
+static inline uint rp_awaited_address(const __global rp_page* pages, uint status, uint wait_word) {
+    return rp_waits(status) ? pages[wait_word].address : 0u;
 }
 
 #ifdef RP_VERTEX_COLORS
@@ -115,10 +120,10 @@ static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
 // ---- Camera paths
 
 // The pixel and sample of a path under way.
-static inline rp_path_sample rp_sample_of(const rp_paths* paths, uint slot, uint state) {
+static inline rp_path_sample rp_sample_of(const rp_paths* paths, uint slot, uint status) {
     rp_path_sample sample_id;
 #ifdef RP_SHORT_STATES
-    if (state & RP_STATUS_CAMERA) {
+    if (status & RP_STATUS_CAMERA) {
         sample_id.pixel = RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w;
         sample_id.sample = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w;
         return sample_id;
@@ -141,12 +146,12 @@ static inline void rp_store_camera_path(const rp_paths* paths, uint slot, uint p
 #ifdef RP_SHORT_STATES
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), pixel);
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), sample);
-    paths->status[slot] = RP_STATUS_EXTEND | RP_STATUS_CAMERA;
+    paths->status[slot] = RP_PHASE_EXTEND | RP_STATUS_CAMERA;
 #else
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), as_uint(INFINITY));
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(0.0f));
     rp_store_initial_planes(paths, slot, pixel, sample);
-    paths->status[slot] = RP_STATUS_EXTEND;
+    paths->status[slot] = RP_PHASE_EXTEND;
 #endif
 }
 
@@ -160,17 +165,17 @@ typedef struct rp_extension_ray {
 } rp_extension_ray;
 
 static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot) {
-    const uint state = paths->status[slot];
+    const uint status = paths->status[slot];
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot);
     uint3 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).xyz;
     rp_extension_ray ray;
     ray.t = INFINITY;
     ray.primitive = ray.portal = RP_NONE;
-    if ((state & RP_STATUS_MASK) == RP_STATUS_EXTEND_WAITS) {
+    if (rp_phase_of(status) == RP_PHASE_EXTEND_WAITS) {
         ray.t = as_float(origin.w);
         ray.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot).w;
         ray.portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot).w;
-    } else if (state & RP_STATUS_CONNECTED) {
+    } else if (status & RP_STATUS_CONNECTED) {
         direction = RP_PLANE(paths, RP_PLANE_HIT, slot).xyz;
     }
     ray.origin = as_float3(origin.xyz);
@@ -178,7 +183,7 @@ static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot)
     return ray;
 }
 
-// The direction alone. REQUIRES: the state of the slot is unfolded.
+// The direction alone. REQUIRES: the planes of the slot are unfolded.
 static inline float3 rp_direction_of(const rp_paths* paths, uint slot) { return as_float3(RP_PLANE(paths, RP_PLANE_DIRECTION, slot).xyz); }
 
 // What a shadow ray brings if it arrives.
@@ -188,8 +193,8 @@ static inline float3 rp_light_on_its_way(const rp_paths* paths, uint slot) {
 }
 
 // Brings the planes of an extension ray that was CONNECTED into the form of one that is not. It has no hit yet.
-static inline void rp_unfold_connected(const rp_paths* paths, uint slot, uint state) {
-    if (state & RP_STATUS_LIT) {
+static inline void rp_unfold_connected(const rp_paths* paths, uint slot, uint status) {
+    if (status & RP_STATUS_LIT) {
         const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
         const float3 sum = as_float3(radiance.xyz) + rp_light_on_its_way(paths, slot);
         RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)(as_uint3(sum), radiance.w);
@@ -201,19 +206,19 @@ static inline void rp_unfold_connected(const rp_paths* paths, uint slot, uint st
 }
 
 // The same of any extension ray: what follows does not have to know in which form it was.
-static inline void rp_unfold_extension(const rp_paths* paths, uint slot, uint state) {
+static inline void rp_unfold_extension(const rp_paths* paths, uint slot, uint status) {
 #ifdef RP_SHORT_STATES
-    if (state & RP_STATUS_CAMERA) {
-        const rp_path_sample sample_id = rp_sample_of(paths, slot, state);
+    if (status & RP_STATUS_CAMERA) {
+        const rp_path_sample sample_id = rp_sample_of(paths, slot, status);
         RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(INFINITY);
         RP_PLANE(paths, RP_PLANE_DIRECTION, slot).w = as_uint(0.0f);
         rp_store_initial_planes(paths, slot, sample_id.pixel, sample_id.sample);
     }
 #endif
-    if (state & RP_STATUS_CONNECTED) rp_unfold_connected(paths, slot, state);
+    if (status & RP_STATUS_CONNECTED) rp_unfold_connected(paths, slot, status);
 }
 
-// The closest hit of an extension ray so far. REQUIRES: the state of the slot is unfolded.
+// The closest hit of an extension ray so far. REQUIRES: the planes of the slot are unfolded.
 static inline void rp_store_hit(const rp_paths* paths, uint slot, float t, float3 position, uint primitive, uint geometric_normal,
                                 uint shading_normal, uint portal) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(t);
@@ -224,20 +229,20 @@ static inline void rp_store_hit(const rp_paths* paths, uint slot, float t, float
 
 // An extension ray is done; offset_exponent: at its hit, if it has one.
 static inline void rp_finish_extension(const rp_paths* paths, uint slot, uint offset_exponent) {
-    paths->status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
+    paths->status[slot] = RP_PHASE_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT;
 }
 
 #ifdef RP_SHORT_STATES
 // The same, where shading finds the surface. block: RP_NONE if there is no hit in this pass; leaf: the reference of what was hit there.
-static inline void rp_finish_extension_deferred(const rp_paths* paths, uint slot, uint state, uint leaf, uint block, float t) {
+static inline void rp_finish_extension_deferred(const rp_paths* paths, uint slot, uint status, uint leaf, uint block, float t) {
     if (block != RP_NONE) {
-        const uint plane = state & RP_STATUS_CAMERA ? RP_PLANE_ORIGIN : state & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
+        const uint plane = status & RP_STATUS_CAMERA ? RP_PLANE_ORIGIN : status & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
         __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot);
         found[0] = leaf;
         found[1] = block;
         found[2] = as_uint(t);
     }
-    paths->status[slot] = (state & ~RP_STATUS_MASK) | RP_STATUS_SHADE | (block != RP_NONE ? RP_STATUS_FOUND : 0u);
+    paths->status[slot] = (status & ~RP_PHASE_MASK) | RP_PHASE_SHADE | (block != RP_NONE ? RP_STATUS_FOUND : 0u);
 }
 #endif
 
@@ -249,10 +254,10 @@ typedef struct rp_shadow_ray {
     uint portal;  // RP_NONE: has not waited
 } rp_shadow_ray;
 
-static inline rp_shadow_ray rp_shadow_of(const rp_paths* paths, uint slot, uint state) {
+static inline rp_shadow_ray rp_shadow_of(const rp_paths* paths, uint slot, uint status) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
     rp_shadow_ray ray;
-    ray.portal = (state & RP_STATUS_MASK) == RP_STATUS_SHADOW_WAITS ? rp_portal_of(paths, slot) : RP_NONE;
+    ray.portal = rp_phase_of(status) == RP_PHASE_SHADOW_WAITS ? rp_portal_of(paths, slot) : RP_NONE;
     ray.origin = as_float3(origin.xyz);
     ray.direction = as_float3(direction.xyz);
     ray.t_max = as_float(origin.w);
@@ -268,18 +273,18 @@ typedef struct rp_path_end {
 
 // The shadow ray has been traced: the path ends, its slot is free, and its radiance is for the film; or its extension ray begins, which the planes
 // will show when that has been traced (RP_STATUS_CONNECTED).
-static inline rp_path_end rp_finish_shadow(const rp_paths* paths, uint slot, uint state, bool occluded) {
+static inline rp_path_end rp_finish_shadow(const rp_paths* paths, uint slot, uint status, bool occluded) {
     rp_path_end end = {false, 0u, (float3)(0.0f)};
-    if (!(state & RP_STATUS_ENDS)) {
+    if (!(status & RP_STATUS_ENDS)) {
         // Of single rays these bits hold RP_STATUS_FIRST alone.
-        paths->status[slot] = RP_STATUS_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (state & RP_STATUS_BLOCK_MASK);
+        paths->status[slot] = RP_PHASE_EXTEND | RP_STATUS_CONNECTED | (occluded ? 0u : RP_STATUS_LIT) | (status & RP_STATUS_BLOCK_MASK);
         return end;
     }
     const uint4 radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
     end.ended = true;
     end.pixel = radiance.w;
     end.radiance = occluded ? as_float3(radiance.xyz) : as_float3(radiance.xyz) + rp_light_on_its_way(paths, slot);
-    paths->status[slot] = RP_STATUS_FREE;
+    paths->status[slot] = RP_PHASE_FREE;
     return end;
 }
 
@@ -301,8 +306,9 @@ typedef struct rp_arrival {
 #endif
 } rp_arrival;
 
-// From planes in the full form.
-static inline rp_arrival rp_make_arrival(uint4 direction, uint4 throughput, uint4 radiance, uint4 hit, uint4 surface) {
+// From planes in the full form, but for the distance.
+static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint status, uint4 direction, uint4 throughput, uint4 radiance, uint4 hit,
+                                         uint4 surface, float distance) {
     rp_arrival a;
     a.direction = as_float3(direction.xyz);
     a.bsdf_density = as_float(direction.w);
@@ -315,22 +321,27 @@ static inline rp_arrival rp_make_arrival(uint4 direction, uint4 throughput, uint
     a.geometric_normal = surface.x;
     a.shading_normal = surface.y;
     a.sample = surface.z;
+    a.distance = distance;
+    a.offset_exponent = rp_offset_exponent_of(status);
+#ifdef RP_VERTEX_COLORS
+    a.color = rp_color_of(paths, slot);
+#endif
     return a;
 }
 
 #ifdef RP_SHORT_STATES
 // eye: of the camera, for camera rays.
-static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state, float3 eye) {
+static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint status, float3 eye) {
     uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
     uint4 throughput = (uint4)(0u), radiance = (uint4)(0u), hit = (uint4)(0u), surface = (uint4)(0u);
-    if (!(state & RP_STATUS_CAMERA)) {
+    if (!(status & RP_STATUS_CAMERA)) {
         throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot);
         radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
         hit = RP_PLANE(paths, RP_PLANE_HIT, slot);
         surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
     }
     uint3 found = hit.xyz;
-    if (state & RP_STATUS_CAMERA) {
+    if (status & RP_STATUS_CAMERA) {
         throughput = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
         radiance = (uint4)((uint3)(0u), origin.w);
         surface = (uint4)(0u, 0u, direction.w, RP_NONE);
@@ -338,45 +349,35 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
         direction.w = as_uint(0.0f);
         found = origin.xyz;
         origin.xyz = as_uint3(eye);
-    } else if (state & RP_STATUS_CONNECTED) {
-        if (state & RP_STATUS_LIT) radiance.xyz = as_uint3(as_float3(radiance.xyz) + rp_light_in(hit, surface));
+    } else if (status & RP_STATUS_CONNECTED) {
+        if (status & RP_STATUS_LIT) radiance.xyz = as_uint3(as_float3(radiance.xyz) + rp_light_in(hit, surface));
         found = direction.xyz;
         direction.xyz = hit.xyz;
         hit.w = RP_NONE;
     }
-    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
+    const float distance = status & RP_STATUS_FOUND ? as_float(found.z) : as_float(origin.w);
+    rp_arrival a = rp_make_arrival(paths, slot, status, direction, throughput, radiance, hit, surface, distance);
     a.origin = as_float3(origin.xyz);
     a.leaf = found.x;
-    a.block = state & RP_STATUS_FOUND ? found.y : RP_NONE;
-    a.distance = state & RP_STATUS_FOUND ? as_float(found.z) : as_float(origin.w);
-    a.offset_exponent = rp_offset_exponent_of(state);
-#ifdef RP_VERTEX_COLORS
-    a.color = rp_color_of(paths, slot);
-#endif
+    a.block = status & RP_STATUS_FOUND ? found.y : RP_NONE;
     return a;
 }
 #else
-static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint state) {
+static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint status) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), throughput = RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot);
     uint4 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot), radiance = RP_PLANE(paths, RP_PLANE_RADIANCE, slot);
     uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
     uint distance = origin.w;
-    if (state & RP_STATUS_CONNECTED) {
+    if (status & RP_STATUS_CONNECTED) {
         const float3 before = as_float3(radiance.xyz), after = before + rp_light_in(hit, surface);
-        radiance.xyz = as_uint3(state & RP_STATUS_LIT ? after : before);
+        radiance.xyz = as_uint3(status & RP_STATUS_LIT ? after : before);
         const uint4 found = direction;
         distance = found.z;
         direction = (uint4)(hit.xyz, found.w);
         hit = origin;
         surface.xy = found.xy;
     }
-    rp_arrival a = rp_make_arrival(direction, throughput, radiance, hit, surface);
-    a.distance = as_float(distance);
-    a.offset_exponent = rp_offset_exponent_of(state);
-#ifdef RP_VERTEX_COLORS
-    a.color = rp_color_of(paths, slot);
-#endif
-    return a;
+    return rp_make_arrival(paths, slot, status, direction, throughput, radiance, hit, surface, as_float(distance));
 }
 #endif
 
@@ -388,34 +389,34 @@ static inline void rp_store_throughput_and_radiance(const rp_paths* paths, uint 
 }
 
 // Status bits that a ray leaving a vertex carries. depth: scattering events before that vertex.
-static inline uint rp_departing_state(uint state, uint depth) {
+static inline uint rp_departing_status(uint status, uint depth) {
 #ifdef RP_SHORT_STATES
     return depth == 0u ? RP_STATUS_FIRST : 0u;
 #else
-    return state & RP_STATUS_BLOCK_MASK;
+    return status & RP_STATUS_BLOCK_MASK;
 #endif
 }
 
 // An extension ray begins. density: of its direction by solid angle, 0 if that is specular.
-static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, uint3 direction, uint density,
+static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint status, uint depth, float3 origin, float3 direction, float density,
                                       uint sample) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(INFINITY));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(direction, density);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(density));
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)((uint3)(0u), RP_NONE);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
-    paths->status[slot] = RP_STATUS_EXTEND | rp_departing_state(state, depth);
+    paths->status[slot] = RP_PHASE_EXTEND | rp_departing_status(status, depth);
 }
 
 // A shadow ray begins, and keeps the extension ray behind it: next_direction and density are that one's. ends: there is none. light: what arrives if
 // nothing is in the way.
-static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint state, uint depth, float3 origin, float3 direction, float reach,
-                                   float3 light, bool ends, uint3 next_direction, uint density, uint sample) {
+static inline void rp_begin_shadow(const rp_paths* paths, uint slot, uint status, uint depth, float3 origin, float3 direction, float reach,
+                                   float3 light, bool ends, float3 next_direction, float density, uint sample) {
     const uint3 arrives = as_uint3(light);
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(origin), as_uint(reach));
-    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), density);
-    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(next_direction, arrives.x);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), as_uint(density));
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(next_direction), arrives.x);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(arrives.yz, sample, RP_NONE);
-    paths->status[slot] = RP_STATUS_SHADOW | (ends ? RP_STATUS_ENDS : 0u) | rp_departing_state(state, depth);
+    paths->status[slot] = RP_PHASE_SHADOW | (ends ? RP_STATUS_ENDS : 0u) | rp_departing_status(status, depth);
 }
 
 #endif

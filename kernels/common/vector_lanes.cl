@@ -17,6 +17,7 @@ static inline rp_vector_1 rp_vector_of(float3 v) {
     const rp_vector_1 r = {v.x, v.y, v.z};
     return r;
 }
+static inline float3 rp_float3(rp_vector_1 v) { return (float3)(v.x, v.y, v.z); }
 #endif
 
 static inline RP_NAME(rp_vector_) RP_NAME(rp_plus_)(RP_NAME(rp_vector_) a, RP_NAME(rp_vector_) b) {

@@ -2,21 +2,21 @@
 #ifndef RP_BSDF_CL
 #define RP_BSDF_CL
 
-#include "common/arithmetic.cl"
+#include "common/normal.cl"
 #include "shading/light.cl"
 #include "raypager/abi/scene.h"
 
-// A shading frame on the side of the surface that the ray came from (rp_frame_1).
-typedef struct rp_shading {
-    float3 normal;  // shading normal, towards the viewer
-    float3 tangent, bitangent;
-    float3 geometric_normal;  // towards the viewer
-    float3 view;              // unit, towards the viewer
-    bool inside;              // the viewer is on the side that the surface's own normal points away from
-} rp_shading;
+#define RP_LANES 1
+#include "shading/frame_lanes.cl"
+#undef RP_LANES
 
-static inline float3 rp_to_local(const rp_shading* s, float3 v) { return (float3)(dot(v, s->tangent), dot(v, s->bitangent), dot(v, s->normal)); }
-static inline float3 rp_to_world(const rp_shading* s, float3 v) { return v.x * s->tangent + v.y * s->bitangent + v.z * s->normal; }
+static inline float3 rp_to_local(const rp_frame_1* f, float3 v) {
+    return (float3)(dot(v, rp_float3(f->tangent)), dot(v, rp_float3(f->bitangent)), dot(v, rp_float3(f->normal)));
+}
+// Not rp_to_world_1: what compilers of GPUs fuse in one expression they may not fuse there, and the picture would be another one.
+static inline float3 rp_to_world(const rp_frame_1* f, float3 v) {
+    return v.x * rp_float3(f->tangent) + v.y * rp_float3(f->bitangent) + v.z * rp_float3(f->normal);
+}
 
 static inline float2 rp_sample_disk(float u, float v) {
     float sine, cosine;
@@ -77,10 +77,10 @@ static inline bool rp_is_specular(const __global rp_material* m) {
 }
 
 // BSDF * cosine and density by solid angle of the unit direction; zero for specular materials and below the geometric surface.
-static inline float3 rp_bsdf_evaluate(const __global rp_material* m, const rp_shading* s, float3 direction, float* density) {
+static inline float3 rp_bsdf_evaluate(const __global rp_material* m, const rp_frame_1* f, float3 direction, float* density) {
     *density = 0.0f;
-    const float3 v = rp_to_local(s, s->view), l = rp_to_local(s, direction);
-    if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, s->geometric_normal) <= 0.0f) return (float3)(0.0f);
+    const float3 v = rp_to_local(f, rp_float3(f->view)), l = rp_to_local(f, direction);
+    if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, rp_float3(f->geometric_normal)) <= 0.0f) return (float3)(0.0f);
     const float3 h = normalize(v + l);
     const float d = rp_ggx_d(h, m->alpha), lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
     *density = d / ((1.0f + lambda_v) * 4.0f * v.z);
@@ -94,20 +94,20 @@ typedef struct rp_scatter {
     bool transmitted;  // went to the other side of the surface
 } rp_scatter;
 
-static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_shading* s, float4 u) {
+static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_frame_1* f, float4 u) {
     rp_scatter r;
-    r.direction = s->normal;
+    r.direction = rp_float3(f->normal);
     r.weight = (float3)(0.0f);
     r.density = 0.0f;
     r.transmitted = false;
-    const float3 v = rp_to_local(s, s->view);
+    const float3 v = rp_to_local(f, rp_float3(f->view));
     if (m->kind == RP_MATERIAL_NONE || v.z <= 0.0f) return r;
     if (m->kind == RP_MATERIAL_CONDUCTOR) {
         const bool mirror = m->alpha <= 0.0f;
         const float3 h = mirror ? (float3)(0.0f, 0.0f, 1.0f) : rp_ggx_sample_normal(v, m->alpha, u.x, u.y);
         const float3 l = 2.0f * dot(v, h) * h - v;
-        r.direction = rp_to_world(s, l);
-        if (l.z <= 0.0f || dot(r.direction, s->geometric_normal) <= 0.0f) return r;
+        r.direction = rp_to_world(f, l);
+        if (l.z <= 0.0f || dot(r.direction, rp_float3(f->geometric_normal)) <= 0.0f) return r;
         r.weight = rp_fresnel_metal(m, clamp(dot(v, h), 0.0f, 1.0f));
         if (!mirror) {
             const float lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
@@ -115,7 +115,7 @@ static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_
             r.density = rp_ggx_d(h, m->alpha) / ((1.0f + lambda_v) * 4.0f * v.z);
         }
     } else {
-        const float eta = s->inside ? 1.0f / m->ior : m->ior;
+        const float eta = f->inside ? 1.0f / m->ior : m->ior;
         float cosine_t;
         const float reflectance = rp_fresnel_dielectric(fmin(v.z, 1.0f), eta, &cosine_t);
         float3 l;
@@ -127,9 +127,9 @@ static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_
             r.weight = (float3)(1.0f / (eta * eta));  // radiance is compressed or spread with the solid angle
             r.transmitted = true;
         }
-        r.direction = rp_to_world(s, l);
+        r.direction = rp_to_world(f, l);
         // A bent shading normal can send the ray to the wrong side of the surface.
-        if ((dot(r.direction, s->geometric_normal) > 0.0f) == r.transmitted) r.weight = (float3)(0.0f);
+        if ((dot(r.direction, rp_float3(f->geometric_normal)) > 0.0f) == r.transmitted) r.weight = (float3)(0.0f);
     }
     r.direction = normalize(r.direction);
     return r;

@@ -38,6 +38,7 @@ static inline RP_FLOATS RP_NAME(rp_mis_weight_)(RP_FLOATS density, RP_FLOATS oth
 
 // Of each lane a light, chosen by bits.x (rp_choose_light, or with RP_LIGHT_TREE rp_choose_light_at), and a point on it. The words of rp_light are
 // taken as they lie: p and kind, e1 and flags, e2 and area, radiance and probability.
+// Long, since in two pieces LLVM no longer inlines it where there is one lane.
 static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
                                                                   RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
     uint number[RP_LANES], word[16][RP_LANES];

@@ -17,7 +17,9 @@
 #undef RP_LANES
 #if RP_SHADE_LANES == 16
 #define RP_LANES 16
+#include "common/normal_lanes.cl"
 #include "common/random_lanes.cl"
+#include "shading/frame_lanes.cl"
 #include "shading/light_lanes.cl"
 #include "shading/scatter_lanes.cl"
 #undef RP_LANES
@@ -26,16 +28,12 @@
 // Logarithm of the square of an index of refraction, in steps of about 1/256: exponent and mantissa of a float, read as one number.
 static inline int rp_refraction(float ior) { return clamp((as_int(ior * ior) - 0x3f800000) >> 15, -2048, 2048); }
 
-static inline float3 rp_float3(rp_vector_1 v) { return (float3)(v.x, v.y, v.z); }
-
 // As rp_scatter_diffuse_1, at surfaces of other materials.
 static inline void rp_scatter_special(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
                                       const __global rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
     const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const rp_frame_1 frame = rp_make_frame_at_1(vertex);
-    const rp_shading shading = {rp_float3(frame.normal),           rp_float3(frame.tangent), rp_float3(frame.bitangent),
-                                rp_float3(frame.geometric_normal), rp_float3(frame.view),    frame.inside};
+    const rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
     const rp_vector_1 away = rp_times_1(frame.geometric_normal, vertex->offset);
     out->start = rp_plus_1(vertex->position, away);
     out->throughput = vertex->throughput;
@@ -43,7 +41,7 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
     if (out->shadow) {
         const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
         float density;
-        const rp_vector_1 reflected = rp_vector_of(rp_bsdf_evaluate(material, &shading, rp_float3(light.direction), &density));
+        const rp_vector_1 reflected = rp_vector_of(rp_bsdf_evaluate(material, &frame, rp_float3(light.direction), &density));
         const float weight = light.density > 0.0f ? rp_mis_weight_1(light.density, density) : 1.0f;
         out->light = rp_times_1(rp_product_1(rp_product_1(out->throughput, reflected), light.radiance), weight);
         out->light_direction = light.direction;
@@ -52,7 +50,7 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
     }
     if (!out->go_on) return;
     const float4 numbers = (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), rp_unit_1(bits.z), rp_unit_1(bits.w));
-    const rp_scatter scatter = rp_bsdf_sample(material, &shading, numbers);
+    const rp_scatter scatter = rp_bsdf_sample(material, &frame, numbers);
     out->direction = rp_vector_of(scatter.direction);
     out->density = scatter.density;
     out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));

@@ -24,55 +24,6 @@ typedef struct RP_NAME(rp_departure_) {
     RP_INTS refraction;                         // as rp_vertex has it, of the extension ray
 } RP_NAME(rp_departure_);
 
-// A shading frame on the side of the surface that the ray came from.
-typedef struct RP_NAME(rp_frame_) {
-    RP_NAME(rp_vector_) normal;  // shading normal
-    RP_NAME(rp_vector_) tangent, bitangent, geometric_normal;
-    RP_NAME(rp_vector_) view;  // unit, towards the viewer
-    RP_INTS inside;            // the viewer is on the side that the surface's own normal points away from
-} RP_NAME(rp_frame_);
-
-// rp_decode_normal.
-static inline RP_NAME(rp_vector_) RP_NAME(rp_decode_normal_)(RP_UINTS code) {
-    const RP_FLOATS a = RP_TO_FLOATS(RP_AS_INTS(code << 16u) >> 16) * (1.0f / 32767.0f), b = RP_TO_FLOATS(RP_AS_INTS(code) >> 16) * (1.0f / 32767.0f);
-    const RP_FLOATS z = 1.0f - fabs(a) - fabs(b);
-    const RP_FLOATS x = z < 0.0f ? copysign(1.0f - fabs(b), a) : a, y = z < 0.0f ? copysign(1.0f - fabs(a), b) : b;
-    const RP_NAME(rp_vector_) n = {x, y, z};
-    return RP_NAME(rp_times_)(n, 1.0f / sqrt(RP_NAME(rp_dot_)(n, n)));
-}
-
-static inline RP_NAME(rp_vector_) RP_NAME(rp_facing_)(RP_INTS turn, RP_NAME(rp_vector_) v) {
-    const RP_NAME(rp_vector_) r = {turn ? -v.x : v.x, turn ? -v.y : v.y, turn ? -v.z : v.z};
-    return r;
-}
-
-static inline RP_NAME(rp_frame_) RP_NAME(rp_make_frame_at_)(const RP_NAME(rp_vertex_)* vertex) {
-    RP_NAME(rp_frame_) f;
-    const RP_NAME(rp_vector_) geometric = RP_NAME(rp_decode_normal_)(vertex->geometric_normal);
-    const RP_NAME(rp_vector_) shading = RP_NAME(rp_decode_normal_)(vertex->shading_normal);
-    f.view = RP_NAME(rp_times_)(vertex->direction, (RP_FLOATS)(-1.0f));
-    f.inside = RP_NAME(rp_dot_)(geometric, vertex->direction) > 0.0f;
-    f.geometric_normal = RP_NAME(rp_facing_)(f.inside, geometric);
-    f.normal = RP_NAME(rp_facing_)(RP_NAME(rp_dot_)(shading, f.geometric_normal) < 0.0f, shading);
-    // Where interpolation turned the normal away from the viewer, the geometric one serves.
-    f.normal = RP_NAME(rp_choose_)(RP_NAME(rp_dot_)(f.normal, f.view) <= 0.0f, f.geometric_normal, f.normal);
-    // Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
-    const RP_NAME(rp_vector_) n = f.normal;
-    const RP_FLOATS sign = copysign((RP_FLOATS)(1.0f), n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-    f.tangent.x = 1.0f + sign * n.x * n.x * a;
-    f.tangent.y = sign * b;
-    f.tangent.z = -sign * n.x;
-    f.bitangent.x = b;
-    f.bitangent.y = sign + n.y * n.y * a;
-    f.bitangent.z = -n.y;
-    return f;
-}
-
-static inline RP_NAME(rp_vector_) RP_NAME(rp_to_world_)(const RP_NAME(rp_frame_)* f, RP_NAME(rp_vector_) v) {
-    return RP_NAME(rp_plus_)(RP_NAME(rp_plus_)(RP_NAME(rp_times_)(f->tangent, v.x), RP_NAME(rp_times_)(f->bitangent, v.y)),
-                             RP_NAME(rp_times_)(f->normal, v.z));
-}
-
 // With the paper's roulette (3.3), half of the paths connect and end, the others go on without; each counts double. connects: this kind of
 // surface can be lit by a light that was chosen. number: of the choice.
 static inline void RP_NAME(rp_choose_rays_)(__constant rp_render_params* params, RP_INTS connects, RP_UINTS number, RP_NAME(rp_departure_)* out) {
@@ -100,7 +51,7 @@ static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* par
     const RP_NAME(rp_numbers_) light_bits =
         RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const RP_NAME(rp_numbers_) bits = RP_NAME(rp_random_bits_)(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const RP_NAME(rp_frame_) frame = RP_NAME(rp_make_frame_at_)(vertex);
+    const RP_NAME(rp_frame_) frame = RP_NAME(rp_make_frame_)(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
     const RP_INTS faces = RP_NAME(rp_dot_)(frame.normal, frame.view) > 0.0f;
     out->start = RP_NAME(rp_plus_)(vertex->position, RP_NAME(rp_times_)(frame.geometric_normal, vertex->offset));
     out->throughput = vertex->throughput;

@@ -50,9 +50,9 @@ static inline void rp_end_path(__constant rp_render_params* params, const rp_pat
     rp_free_slot(paths, slot);
 }
 
-// A path that has come to a surface from which it may go on. state: of its slot when it came.
+// A path that has come to a surface from which it may go on. status: of its slot when it came.
 typedef struct rp_reached_vertex {
-    uint slot, state;
+    uint slot, status;
     const __global rp_material* material;
     float3 radiance;
     rp_vertex_1 vertex;
@@ -88,13 +88,13 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 // Adds what shines at the end of a ray. False: the path has ended.
 static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
                              const __global rp_light* lights, const __global uint* light_steps, const __global rp_primitive_range* ranges,
-                             const rp_paths* paths, uint slot, uint state, __global uint* film, rp_reached_vertex* reached) {
+                             const rp_paths* paths, uint slot, uint status, __global uint* film, rp_reached_vertex* reached) {
 #ifdef RP_SHORT_STATES
     __constant rp_camera* camera = &params->camera;
-    rp_arrival a = rp_arrival_of(paths, slot, state, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
+    rp_arrival a = rp_arrival_of(paths, slot, status, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
     if (a.block != RP_NONE) rp_find_surface(geometry, &a);
 #else
-    const rp_arrival a = rp_arrival_of(paths, slot, state);
+    const rp_arrival a = rp_arrival_of(paths, slot, status);
 #endif
     float3 radiance = a.radiance;
     const uint depth = rp_depth_of(a.flags), pixel = a.pixel;
@@ -127,7 +127,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     if ((range->flags & RP_RANGE_VERTEX_COLOR) && !plain) reflectance = rp_blended_reflectance(a.color);
 #endif
     reached->slot = slot;
-    reached->state = state;
+    reached->status = status;
     reached->material = material;
     reached->radiance = radiance;
     rp_vertex_1* vertex = &reached->vertex;
@@ -145,23 +145,23 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     return true;
 }
 
-// The rays that leave a vertex; the path ends if there is none. state: of the slot so far. mine: counts of bounce rays and shadow rays.
-static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint state, float3 radiance, uint pixel,
+// The rays that leave a vertex; the path ends if there is none. status: of the slot so far. mine: counts of bounce rays and shadow rays.
+static inline void rp_depart(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint status, float3 radiance, uint pixel,
                              uint sample, uint depth, const rp_departure_1* out, __global uint* film, uint* mine) {
     if (!out->shadow && !out->go_on) {
         rp_end_path(params, paths, slot, film, pixel, radiance);
         return;
     }
     const bool specular = out->go_on && out->density == 0.0f;
-    const uint3 direction = out->go_on ? as_uint3(rp_float3(out->direction)) : (uint3)(0u);
-    const uint density = out->go_on ? as_uint(out->density) : 0u;
+    const float3 direction = out->go_on ? rp_float3(out->direction) : (float3)(0.0f);
+    const float density = out->go_on ? out->density : 0.0f;
     rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
                                      radiance, pixel);
     if (out->shadow)
-        rp_begin_shadow(paths, slot, state, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
+        rp_begin_shadow(paths, slot, status, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
                         !out->go_on, direction, density, sample);
     else
-        rp_begin_extension(paths, slot, state, depth, rp_float3(out->start), direction, density, sample);
+        rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
 }
@@ -174,7 +174,7 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
         rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
     else
         rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
-    rp_depart(params, paths, reached->slot, reached->state, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);
+    rp_depart(params, paths, reached->slot, reached->status, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);
 }
 
 #if RP_SHADE_LANES == 16
@@ -183,15 +183,15 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
 // Vertices on diffuse surfaces that wait for their number to come to sixteen.
 typedef struct rp_gathered {
     uint count;
-    uint slot[16], state[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
-    float radiance[3][16], vertex[13][16];                 // direction, throughput, position, reflectance, offset
+    uint slot[16], status[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
+    float radiance[3][16], vertex[13][16];                  // direction, throughput, position, reflectance, offset
 } rp_gathered;
 
 static inline void rp_gather(rp_gathered* g, const rp_reached_vertex* reached) {
     const rp_vertex_1* v = &reached->vertex;
     const uint k = g->count++;
     g->slot[k] = reached->slot;
-    g->state[k] = reached->state;
+    g->status[k] = reached->status;
     g->normal[0][k] = v->geometric_normal;
     g->normal[1][k] = v->shading_normal;
     g->path[0][k] = v->pixel;
@@ -264,7 +264,7 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
         out.go_on = go_on[k];
         out.refraction = (int)g->path[3][k];
         const float3 radiance = (float3)(g->radiance[0][k], g->radiance[1][k], g->radiance[2][k]);
-        rp_depart(params, paths, g->slot[k], g->state[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, film, mine);
+        rp_depart(params, paths, g->slot[k], g->status[k], radiance, g->path[0][k], g->path[1][k], g->path[2][k], &out, film, mine);
     }
     g->count = 0u;
 }
@@ -283,9 +283,9 @@ static RP_NOINLINE void rp_shade_runs(uint item, uint step, uint count, __consta
         for (uint i = run; i < min(run + 64u, count); i++) {
             const uint later = rp_extend_entry(queue, min(i + RP_FETCHED_AHEAD, count - 1u));
             rp_fetch_path(paths, later);
-            const uint slot = rp_extend_entry(queue, i), state = rp_state_of(paths, slot);
-            if (!rp_is_to_shade(state)) continue;
-            if (!rp_arrive(params, materials, lights, light_steps, ranges, paths, slot, state, film, &reached)) continue;
+            const uint slot = rp_extend_entry(queue, i), status = rp_status_of(paths, slot);
+            if (!rp_is_to_shade(status)) continue;
+            if (!rp_arrive(params, materials, lights, light_steps, ranges, paths, slot, status, film, &reached)) continue;
             if (reached.material->kind != RP_MATERIAL_DIFFUSE) {
                 rp_shade_one(params, lights, light_steps, &reached, paths, film, mine);
                 continue;
@@ -310,7 +310,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
                        const __global rp_light* restrict lights, const __global uint* restrict light_steps,
                        const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
                        __global uint4* restrict planes, volatile __global uint* restrict counters, __global uint* restrict film) {
-    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
+    const rp_paths paths = {params->slot_count, status, planes};
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};
@@ -323,8 +323,8 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
 #endif
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
-        const uint slot = rp_extend_entry(queue, i), state = rp_state_of(&paths, slot);
-        if (rp_is_to_shade(state) && rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, state, film, &reached))
+        const uint slot = rp_extend_entry(queue, i), status = rp_status_of(&paths, slot);
+        if (rp_is_to_shade(status) && rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, film, &reached))
             rp_shade_one(params, lights, light_steps, &reached, &paths, film, mine);
     }
 #endif

@@ -3,6 +3,7 @@
 #define RP_SURFACE_CL
 
 #include "common/leaf.cl"
+#include "common/normal.cl"
 
 typedef struct rp_surface {
     float3 position;
@@ -29,7 +30,7 @@ static inline float3 rp_sum(float3 a, float3 b) { return (float3)(rp_add(a.x, b.
 static inline float rp_squared_length(float3 v) { return rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)); }
 static inline float3 rp_normalized(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
 static inline float3 rp_cross(float3 a, float3 b) {
-    return (float3)(rp_edge_function(a.y, b.z, a.z, b.y), rp_edge_function(a.z, b.x, a.x, b.z), rp_edge_function(a.x, b.y, a.y, b.x));
+    return (float3)(rp_edge_function_1(a.y, b.z, a.z, b.y), rp_edge_function_1(a.z, b.x, a.x, b.z), rp_edge_function_1(a.x, b.y, a.y, b.x));
 }
 
 static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
@@ -160,8 +161,8 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     }
     const rp_shear shear = rp_make_shear(ray);
     const rp_sheared sa = rp_shear_vertex(ray, &shear, a), sb = rp_shear_vertex(ray, &shear, b), sc = rp_shear_vertex(ray, &shear, c);
-    const float u = rp_edge_function(sc.x, sb.y, sc.y, sb.x), v = rp_edge_function(sa.x, sc.y, sa.y, sc.x);
-    const float w = rp_edge_function(sb.x, sa.y, sb.y, sa.x), total = u + v + w;
+    const float u = rp_edge_function_1(sc.x, sb.y, sc.y, sb.x), v = rp_edge_function_1(sa.x, sc.y, sa.y, sc.x);
+    const float w = rp_edge_function_1(sb.x, sa.y, sb.y, sa.x), total = u + v + w;
     const float bb = v / total, bc = w / total;
     rp_surface s;
     const float3 e1 = b - a, e2 = c - a;

@@ -12,16 +12,6 @@ static inline RP_NAME(rp_vector_) RP_NAME(rp_permute_)(RP_INTS axis, RP_NAME(rp_
     return r;
 }
 
-// Octahedral, see rp_decode_normal. Of any length but 0.
-static inline RP_UINTS RP_NAME(rp_encode_normal_)(RP_NAME(rp_vector_) n) {
-    const RP_FLOATS scale = 1.0f / (fabs(n.x) + fabs(n.y) + fabs(n.z));
-    const RP_FLOATS u = n.x * scale, v = n.y * scale;
-    const RP_FLOATS x = n.z < 0.0f ? copysign(1.0f - fabs(v), u) : u, y = n.z < 0.0f ? copysign(1.0f - fabs(u), v) : v;
-    const RP_UINTS i = RP_AS_UINTS(RP_TO_INTS(rint(rp_min(rp_max(x, -1.0f), 1.0f) * 32767.0f)));
-    const RP_UINTS j = RP_AS_UINTS(RP_TO_INTS(rint(rp_min(rp_max(y, -1.0f), 1.0f) * 32767.0f)));
-    return (i & 0xffffu) | j << 16;
-}
-
 // Position order, for rp_triangle_point_.
 static inline RP_INTS RP_NAME(rp_comes_before_)(RP_NAME(rp_vector_) a, RP_NAME(rp_vector_) b) {
     return (a.x < b.x) | ((a.x == b.x) & ((a.y < b.y) | ((a.y == b.y) & (a.z < b.z))));

@@ -10,8 +10,8 @@
 
 static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, const rp_paths* paths, uint slot,
                                   __global uint* film RP_VISIT_PARAMETER) {
-    const uint state = rp_state_of(paths, slot);
-    const rp_shadow_ray ray = rp_shadow_of(paths, slot, state);
+    const uint status = rp_status_of(paths, slot);
+    const rp_shadow_ray ray = rp_shadow_of(paths, slot, status);
     rp_any_walk walk;
     uint stack[RP_STACK_SIZE];
     walk.ray = rp_make_ray(ray.origin, ray.direction);
@@ -31,10 +31,10 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     const uint portal = rp_any_portal(&walk);
     if (portal != RP_NONE) {
         rp_set_portal(paths, slot, portal);
-        rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_shadow_waits(state), wants);
+        rp_wait_for_block(paths, slot, rp_portal_block(geometry, portal), rp_shadow_waits(status), wants);
         return;
     }
-    const rp_path_end end = rp_finish_shadow(paths, slot, state, walk.hit);
+    const rp_path_end end = rp_finish_shadow(paths, slot, status, walk.hit);
     if (end.ended) rp_film_add(film, end.pixel, end.radiance);
 }
 
@@ -42,7 +42,7 @@ __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, u
                          __global uint* restrict status, __global uint4* restrict planes, const __global uint* restrict counters,
                          __global uint* restrict film RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
         rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i),

@@ -22,18 +22,18 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand,
                                const rp_paths* paths, uint slot, uint* mine) {
     const rp_hit* hit = &walk->best;
-    const uint state = rp_state_of(paths, slot), portal = rp_closest_portal(walk);
+    const uint status = rp_status_of(paths, slot), portal = rp_closest_portal(walk);
     mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
     mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
 #ifdef RP_SHORT_STATES
     if (portal == RP_NONE) {
-        // Shading, which comes next, finds the surface: there all lanes do so at once.
-        rp_finish_extension_deferred(paths, slot, state, hit->what, hit->found_in, hit->t);
+        // Shading, which comes next, finds the surface: there all work-items of a sub-group do so at once.
+        rp_finish_extension_deferred(paths, slot, status, hit->what, hit->found_in, hit->t);
     } else
 #endif
     {
-        uint offset_exponent = rp_offset_exponent_of(state);
-        rp_unfold_extension(paths, slot, state);
+        uint offset_exponent = rp_offset_exponent_of(status);
+        rp_unfold_extension(paths, slot, status);
         if (hit->found_in != RP_NONE) {
             // Read again, so that no register keeps it along the walk.
             rp_ray ray = walk->ray;
@@ -50,8 +50,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         if (portal == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);
         else
-            rp_wait_for(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
-                        demand + RP_DEMAND_WANTS * block_count);
+            rp_wait_for_block(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
+                              demand + RP_DEMAND_WANTS * block_count);
     }
 #ifdef RP_COUNT_BOUNCES
     if (portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
@@ -62,7 +62,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
                         __global uint* restrict status, __global uint4* restrict planes,
                         volatile __global uint* restrict counters RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};

@@ -12,7 +12,7 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
                           const __global uint* restrict free_list, __global uint* restrict status, __global uint4* restrict planes,
                           __global uint* restrict queue, const __global rp_path_sample* restrict again, uint listed, uint later) {
     const rp_supply supply = rp_read_supply(counters);
-    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
+    const rp_paths paths = {params->slot_count, status, planes};
     rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later);
 }
 

@@ -1,6 +1,6 @@
-// Persistent threads: a fixed number of work-items that fetch a new ray when theirs has ended, all lanes of a hardware vector together.
-// That needs votes among lanes, which OpenCL C 1.2 does not have; RP_PERSISTENT is defined where a device's own instructions are known: the
-// number of lanes with walks left below which those without fetch new ones. RP_LEAST_INNER, if defined, is the number of lanes at inner
+// Persistent threads: a fixed number of work-items that fetch a new ray when theirs has ended, all work-items of a sub-group (a warp) together.
+// That needs votes in a sub-group, which OpenCL C 1.2 does not have; RP_PERSISTENT is defined where a device's own instructions are known: the
+// number of work-items with walks left below which those without fetch new ones. RP_LEAST_INNER, if defined, is the number of work-items at inner
 // nodes below which those that have come to leaves go first.
 #ifndef RP_PERSISTENT_CL
 #define RP_PERSISTENT_CL
@@ -18,7 +18,7 @@
 #endif
 
 // Rays that follow each other in the queue share what they read, so those that a processor traces at a time should lie together: it has a part of the
-// queue, of which its vectors take the next rays, and then goes on with the parts of others. RP_PART_RUN: so many rays in a row are of one part.
+// queue, of which its sub-groups take the next rays, and then goes on with the parts of others. RP_PART_RUN: so many rays in a row are of one part.
 // Where no processor has a number, there are three parts, so that tests come by them.
 #if defined(RP_PART_RUN) && defined(RP_NV_PTX)
 static inline uint rp_part_count(void) {
@@ -43,58 +43,60 @@ static inline uint rp_part_place(uint number, uint part, uint parts) {
 #endif
 
 #if defined(RP_PERSISTENT) && defined(RP_NV_PTX)
-// Bit i: condition of lane i. All 32 lanes come together here.
+// Bit i: condition of work-item i of the sub-group. All 32 come together here.
 static inline uint rp_ballot(bool condition) {
     uint r;
     asm volatile("{.reg .pred p; setp.ne.u32 p, %1, 0; vote.sync.ballot.b32 %0, p, 0xffffffff;}" : "=r"(r) : "r"((uint)condition));
     return r;
 }
-// Bit i: lane i is at an inner node, or, as a number with a sign, not below 0.
+// Bit i: work-item i is at an inner node, or, as a number with a sign, not below 0.
 static inline uint rp_ballot_inner(uint current) {
     uint r;
     asm volatile("{.reg .pred p; setp.ge.s32 p, %1, 0; vote.sync.ballot.b32 %0, p, 0xffffffff;}" : "=r"(r) : "r"(current));
     return r;
 }
-static inline uint rp_lane(void) {
+// The number of this work-item in its sub-group.
+static inline uint rp_subgroup_index(void) {
     uint r;
     asm("mov.u32 %0, %%laneid;" : "=r"(r));
     return r;
 }
-static inline uint rp_from_lane(uint value, uint lane) {
+// What work-item `index` of the sub-group has for value.
+static inline uint rp_from_subgroup_index(uint value, uint index) {
     uint r;
-    asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, 0xffffffff;" : "=r"(r) : "r"(value), "r"(lane));
+    asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, 0xffffffff;" : "=r"(r) : "r"(value), "r"(index));
     return r;
 }
-// A value of which the compiler knows nothing. Where it knows what some lanes will vote it may give them a copy of the vote, at which they wait for
-// ever.
+// A value of which the compiler knows nothing. Where it knows what some work-items will vote it may give them a copy of the vote, at which they wait
+// for ever.
 static inline uint rp_opaque(uint value) {
     asm volatile("mov.b32 %0, %0;" : "+r"(value));
     return value;
 }
-// One number each, counted up from *counter, for the lanes that want one.
+// One number each, counted up from *counter, for the work-items that want one.
 static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) {
-    const uint takers = rp_ballot(wanted), lane = rp_lane();
+    const uint takers = rp_ballot(wanted), index = rp_subgroup_index();
     if (takers == 0u) return 0u;
     const uint leader = 31u - clz(takers);
     uint first = 0u;
-    if (lane == leader) first = atomic_add(counter, popcount(takers));
-    return rp_from_lane(first, leader) + popcount(takers & ((1u << lane) - 1u));
+    if (index == leader) first = atomic_add(counter, popcount(takers));
+    return rp_from_subgroup_index(first, leader) + popcount(takers & ((1u << index) - 1u));
 }
 // The next part behind this one of which not all are taken, or RP_NONE. taken: numbers taken, of each part; count: rays in the queue.
 static inline uint rp_next_part(volatile __global uint* taken, uint part, uint parts, uint count) {
     uint next = RP_NONE;
     for (uint base = 1u; base < parts && next == RP_NONE; base += 32u) {
-        const uint ahead = base + rp_lane(), other = (part + ahead) % parts;
+        const uint ahead = base + rp_subgroup_index(), other = (part + ahead) % parts;
         const uint left = rp_ballot(rp_opaque((ahead < parts) & (rp_part_place(taken[other], other, parts) < count)) != 0u);
-        const uint found = rp_from_lane(other, rp_lowest_bit(left));
+        const uint found = rp_from_subgroup_index(other, rp_lowest_bit(left));
         next = left != 0u ? found : next;
     }
     return next;
 }
-// Lanes that have run ahead wait for the others.
+// Work-items of a sub-group that have run ahead wait for the others.
 #define RP_CONVERGE() asm volatile("bar.warp.sync 0xffffffff;")
 #elif defined(RP_PERSISTENT)
-// Vectors of one lane, with which tests come by the same loops on any device.
+// Sub-groups of one work-item, with which tests come by the same loops on any device.
 static inline uint rp_ballot(bool condition) { return condition ? 1u : 0u; }
 static inline uint rp_ballot_inner(uint current) { return rp_ballot(!(current & RP_REF_LEAF)); }
 static inline uint rp_take_numbers(bool wanted, volatile __global uint* counter) { return wanted ? atomic_inc(counter) : 0u; }
@@ -117,7 +119,7 @@ static inline uint rp_next_part(volatile __global uint* taken, uint part, uint p
 #define RP_GOES_ON(current) ((current) < RP_REF_STOPPED)
 #endif
 
-// The loop over inner nodes: all lanes come to it together and leave it together, with RP_LEAST_INNER some of them still at inner nodes.
+// The loop over inner nodes: all of a sub-group come to it together and leave it together, with RP_LEAST_INNER some of them still at inner nodes.
 #ifdef RP_LEAST_INNER
 static inline bool rp_stays_inner(uint current) {
     const uint inner = rp_ballot_inner(current);

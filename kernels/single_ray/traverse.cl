@@ -13,7 +13,7 @@
 #include "single_ray/persistent.cl"
 #include "single_ray/visits.cl"
 
-// The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: lanes that stand at
+// The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: those of a sub-group that stand at
 // different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
 // (bench/journal/gpu-traversal.md).
 #undef RP_STACK_CLEAR
@@ -50,6 +50,8 @@
 #define RP_WALK rp_any_walk
 #define RP_BEGIN rp_begin_any
 #define RP_RUN rp_run_any
+#define RP_LEAF rp_any_at_leaf
+#define RP_ENTER rp_any_enter
 #define RP_TO_TOP rp_any_to_top
 #define RP_STOPPED_AT rp_any_portal
 #define RP_STEP rp_any_step
@@ -65,6 +67,8 @@
 #define RP_WALK rp_closest_walk
 #define RP_BEGIN rp_begin_closest
 #define RP_RUN rp_run_closest
+#define RP_LEAF rp_closest_at_leaf
+#define RP_ENTER rp_closest_enter
 #define RP_TO_TOP rp_closest_to_top
 #define RP_STOPPED_AT rp_closest_portal
 #define RP_STEP rp_closest_step
@@ -181,7 +185,7 @@ static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
         RP_POP();
     }
 #else
-    // Without branches but for what is done with the stack: in most steps some lanes go each way.
+    // Without branches but for what is done with the stack: in most steps some work-items of a sub-group go each way.
     const bool second = !hit0 || (hit1 && entry1 < entry0);
     if (hit0 && hit1) RP_PUSH(second ? child0.w : child1.w, second ? entry0 : entry1);
     w->current = second ? child1.w : child0.w;
@@ -189,7 +193,73 @@ static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
 #endif
 }
 
-// Goes on to the end of the walk. With RP_PERSISTENT, all lanes of a hardware vector come here together, those whose walks have ended as
+// At a leaf.
+static inline void RP_LEAF(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack) {
+#if RP_ANY_HIT
+    if (!rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, w->t_max)) {
+        RP_POP();
+        return;
+    }
+    w->hit = true;
+#ifdef RP_RECORD
+    if (w->visits.on) {
+        // The log marks all blocks on the way that stop the ray, up to an absent one: goes on behind this portal.
+        rp_visit_stop(&w->visits, ((const __global rp_block_header*)rp_block_of_nodes(w->block.nodes))->block_index);
+        do RP_POP();
+        while (w->current != RP_REF_RETURN);
+        return;
+    }
+#endif
+    w->current = RP_REF_EXIT;
+#else
+    rp_leaf_closest(g, &w->ray, &w->shear, &w->block, w->block_index, w->current, &w->best);
+    w->far = RP_END * RP_BOX_WIDEN;
+    RP_POP();
+#endif
+}
+
+// At a portal: enters its block, opens it, or stops.
+static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
+    const uint portal = w->current & ~RP_REF_PORTAL;
+    const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u];
+    const bool whole = portal >= g->top_grid.portal_count;
+    uint4 page;
+    // A branch, so that the page of a whole block need not wait for its record.
+    if (whole)
+        page = g->pages[portal - g->top_grid.portal_count];
+    else
+        page = g->pages[a.w];
+    if (whole && RP_BLOCK_IS_OPENED(page)) {
+        w->current = b.w;
+        return;
+    }
+    if (page.x == RP_NONE) {
+        w->block.leaves_at = portal;
+        w->current = RP_REF_STOPPED;
+        return;
+    }
+#if !RP_ANY_HIT
+    w->block_index = a.w;
+#endif
+#ifdef RP_RECORD
+#if RP_ANY_HIT
+    if (!w->hit)  // what it tests beyond its end is not used
+#else
+    if (!rp_visit_add(&w->visits, RP_VISIT_ENTER, a.w)) {
+        w->block.leaves_at = portal;
+        w->current = RP_REF_STOPPED;
+        return;
+    }
+#endif
+#endif
+        rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
+    w->block = rp_view_block(g, page);
+    w->grid_ray = rp_make_grid_ray(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
+    RP_PUSH(RP_REF_RETURN, -1.0f);
+    w->current = whole ? 0u : b.w;
+}
+
+// Goes on to the end of the walk. With RP_PERSISTENT, all work-items of a sub-group come here together, those whose walks have ended as
 // well, and return together when too few have walks left. Leaves, returns and portals are looked at in turn, so that a ray that comes from
 // one to the next does not wait for the others to go round the loop.
 static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
@@ -202,29 +272,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #endif
         }
         RP_CONVERGE();
-        if (RP_AT_LEAF(w->current)) {
-#if RP_ANY_HIT
-            if (rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, w->t_max)) {
-                w->hit = true;
-#ifdef RP_RECORD
-                if (w->visits.on) {
-                    // The log marks all blocks on the way that stop the ray, up to an absent one: goes on behind this portal.
-                    rp_visit_stop(&w->visits, ((const __global rp_block_header*)rp_block_of_nodes(w->block.nodes))->block_index);
-                    do RP_POP();
-                    while (w->current != RP_REF_RETURN);
-                    continue;
-                }
-#endif
-                w->current = RP_REF_EXIT;
-            } else {
-                RP_POP();
-            }
-#else
-            rp_leaf_closest(g, &w->ray, &w->shear, &w->block, w->block_index, w->current, &w->best);
-            w->far = RP_END * RP_BOX_WIDEN;
-            RP_POP();
-#endif
-        }
+        if (RP_AT_LEAF(w->current)) RP_LEAF(g, w, stack);
         RP_CONVERGE();
         if (w->current == RP_REF_RETURN) {
             RP_TO_TOP(g, w);
@@ -233,45 +281,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #endif
             RP_POP();
         }
-        if (w->current >= RP_REF_PORTAL && w->current < RP_REF_RETURN) {
-            const uint portal = w->current & ~RP_REF_PORTAL;
-            const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u];
-            const bool whole = portal >= g->top_grid.portal_count;
-            uint4 page;
-            // A branch, so that the page of a whole block need not wait for its record.
-            if (whole)
-                page = g->pages[portal - g->top_grid.portal_count];
-            else
-                page = g->pages[a.w];
-            if (whole && RP_BLOCK_IS_OPENED(page)) {
-                w->current = b.w;
-                continue;
-            }
-            if (page.x == RP_NONE) {
-                w->block.leaves_at = portal;
-                w->current = RP_REF_STOPPED;
-                continue;
-            }
-#if !RP_ANY_HIT
-            w->block_index = a.w;
-#endif
-#ifdef RP_RECORD
-#if RP_ANY_HIT
-            if (!w->hit)  // what it tests beyond its end is not used
-#else
-            if (!rp_visit_add(&w->visits, RP_VISIT_ENTER, a.w)) {
-                w->block.leaves_at = portal;
-                w->current = RP_REF_STOPPED;
-                return;
-            }
-#endif
-#endif
-                rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
-            w->block = rp_view_block(g, page);
-            w->grid_ray = rp_make_grid_ray(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
-            RP_PUSH(RP_REF_RETURN, -1.0f);
-            w->current = whole ? 0u : b.w;
-        }
+        if (w->current >= RP_REF_PORTAL && w->current < RP_REF_RETURN) RP_ENTER(g, w, stack, round);
     } while (RP_GOES_ON(w->current));
 #if defined(RP_RECORD) && RP_ANY_HIT
     if (w->hit) w->current = RP_REF_EXIT;
@@ -281,6 +291,8 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #undef RP_WALK
 #undef RP_BEGIN
 #undef RP_RUN
+#undef RP_LEAF
+#undef RP_ENTER
 #undef RP_TO_TOP
 #undef RP_STOPPED_AT
 #undef RP_STEP

@@ -59,12 +59,12 @@ static inline bool rp_visit_add(const rp_visit_log* log, uint kind, uint block) 
 // next round. If it had waited for a block, which may be gone by then, it wants that again.
 static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* wants,
                                   const rp_paths* paths, uint slot, uint begin_kind, uint resume_kind) {
-    const uint state = rp_state_of(paths, slot);
-    const rp_path_sample sample_id = rp_sample_of(paths, slot, state);
+    const uint status = rp_status_of(paths, slot);
+    const rp_path_sample sample_id = rp_sample_of(paths, slot, status);
     log->words = words;
     log->pixel = sample_id.pixel;
     log->sample = sample_id.sample;
-    const bool resumed = rp_waits(state);
+    const bool resumed = rp_waits(status);
     log->kind = resumed ? resume_kind : begin_kind;
     log->stopped_by = RP_VISIT_NO_BLOCK;
     log->on = rp_path_hash(log->pixel, log->sample) <= words[RP_VISIT_THRESHOLD];

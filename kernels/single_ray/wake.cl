@@ -6,7 +6,7 @@
 #include "raypager/abi/block.h"
 
 // What a slot can do. Rays from the first vertex of their path come first in their queues, as far as one work-group fills these: their
-// neighbours are rays from neighbouring points, so that lanes which trace them together go the same way (shadow rays - 9 % on an H100).
+// neighbours are rays from neighbouring points, so that work-items which trace them together go the same way (shadow rays - 9 % on an H100).
 #define RP_KIND_FIRST_EXTEND 0u
 #define RP_KIND_EXTEND 1u
 #define RP_KIND_FIRST_SHADOW 2u
@@ -20,12 +20,12 @@
 // Queues of extension rays and of shadow rays, two kinds in each; free list; and those that wait, which are only counted.
 #define RP_LISTS_FILLED 4u
 
-// What a slot in this state can do, if it does not wait.
-static inline uint rp_kind_of_state(uint state) {
-    if (rp_is_free(state)) return RP_KIND_FREE;
-    if (rp_is_idle(state)) return RP_KIND_IDLE;
-    const uint kind = rp_has_shadow_ray(state) ? RP_KIND_SHADOW : RP_KIND_EXTEND;
-    return rp_leaves_first_vertex(state) ? kind - 1u : kind;
+// What a slot with this status word can do, if it does not wait.
+static inline uint rp_kind_of_status(uint status) {
+    if (rp_is_free(status)) return RP_KIND_FREE;
+    if (rp_is_idle(status)) return RP_KIND_IDLE;
+    const uint kind = rp_has_shadow_ray(status) ? RP_KIND_SHADOW : RP_KIND_EXTEND;
+    return rp_leaves_first_vertex(status) ? kind - 1u : kind;
 }
 
 static inline uint rp_list_total(const __local uint* count, uint list) {
@@ -49,15 +49,15 @@ static inline uint rp_waiting_asleep(ulong sleep_group) { return (uint)(sleep_gr
 
 // Four bits a slot of a sleeping group: what each can do. All loads of a kind are under way together: one after the other they would take most of the
 // time.
-static inline ulong rp_sleep_group_kinds(const __global uint* status, const __global rp_page* pages, uint slot_count, uint sleep_group,
+static inline ulong rp_sleep_group_kinds(const __global uint* statuses, const __global rp_page* pages, uint slot_count, uint sleep_group,
                                          uint bit_scale, ulong* blocks) {
-    const __global uint4* const at = (const __global uint4*)(status + (size_t)RP_SLEEP_GROUP * sleep_group);
-    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(status, slot_count) + (size_t)RP_SLEEP_GROUP * sleep_group);
-    uint state[RP_SLEEP_GROUP], block[RP_SLEEP_GROUP], address[RP_SLEEP_GROUP];
+    const __global uint4* const at = (const __global uint4*)(statuses + (size_t)RP_SLEEP_GROUP * sleep_group);
+    const __global uint4* const waited_for = (const __global uint4*)(rp_wait_words(statuses, slot_count) + (size_t)RP_SLEEP_GROUP * sleep_group);
+    uint status[RP_SLEEP_GROUP], block[RP_SLEEP_GROUP], address[RP_SLEEP_GROUP];
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i += 4u) {
         const uint4 four = at[i / 4u];
-        state[i] = four.x, state[i + 1u] = four.y, state[i + 2u] = four.z, state[i + 3u] = four.w;
+        status[i] = four.x, status[i + 1u] = four.y, status[i + 2u] = four.z, status[i + 3u] = four.w;
     }
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i += 4u) {
@@ -65,13 +65,13 @@ static inline ulong rp_sleep_group_kinds(const __global uint* status, const __gl
         block[i] = four.x, block[i + 1u] = four.y, block[i + 2u] = four.z, block[i + 3u] = four.w;
     }
 #pragma unroll
-    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_waits(state[i]) ? pages[block[i]].address : 0u;
+    for (uint i = 0u; i < RP_SLEEP_GROUP; i++) address[i] = rp_awaited_address(pages, status[i], block[i]);
     ulong kinds = 0ul;
 #pragma unroll
     for (uint i = 0u; i < RP_SLEEP_GROUP; i++) {
         const bool waits = address[i] == RP_NONE;
         if (waits) *blocks |= rp_block_bit(block[i], bit_scale);
-        const uint kind = RP_SLEEP_GROUP * sleep_group + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_state(state[i]);
+        const uint kind = RP_SLEEP_GROUP * sleep_group + i >= slot_count ? RP_KIND_NONE : waits ? RP_KIND_WAITING : rp_kind_of_status(status[i]);
         kinds |= (ulong)kind << (4u * i);
     }
     return kinds;
@@ -85,7 +85,7 @@ static inline ulong rp_of_kind(ulong kinds, uint kind) {
 static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
 
 // Free slots of which a neighbour is still in use are not given out, but count as idle for now: slots that are filled together (1, 2, 4 or 8)
-// stay together, so that the stages find their states side by side.
+// stay together, so that the stages find their planes side by side.
 static inline ulong rp_keep_together(ulong kinds, uint together) {
     const ulong free = rp_of_kind(kinds, RP_KIND_FREE);
     ulong unused = free | rp_of_kind(kinds, RP_KIND_IDLE) | rp_of_kind(kinds, RP_KIND_NONE);
@@ -96,38 +96,45 @@ static inline ulong rp_keep_together(ulong kinds, uint together) {
     return kinds ^ (free & ~unused) * (RP_KIND_FREE ^ RP_KIND_IDLE);
 }
 
-// A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_SLEEP_GROUPS times as many sleeping groups, and then, each
-// work-item one after the other, at the slots of those that do not sleep.
-__kernel void rp_wake(const __global uint* restrict status, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
-                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict sleep_groups,
-                      uint bit_scale, ulong came, uint slots_together) {
-    __local uint awake[RP_WAKE_GROUP * RP_WAKE_SLEEP_GROUPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
-    const uint lane = get_local_id(0), sleep_group_count = (slot_count + RP_SLEEP_GROUP - 1u) / RP_SLEEP_GROUP;
-    for (uint kind = lane; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
-    if (lane == 0u) awake_count = 0u;
-    barrier(CLK_LOCAL_MEM_FENCE);
+// Lists sleeping groups that are awake, of those that a work-group looks at, for all its work-items. Returns how many rays wait in this one's others.
+static inline uint rp_find_awake(const __global ulong* sleep_groups, uint sleep_group_count, ulong came, __local uint* awake,
+                                 __local uint* awake_count) {
     uint waiting = 0u;
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + lane;
+        const uint i = (get_group_id(0) * RP_WAKE_SLEEP_GROUPS + k) * RP_WAKE_GROUP + get_local_id(0);
         if (i >= sleep_group_count) continue;
         const ulong sleep_group = sleep_groups[i];
         if (sleep_group == 0ul || (sleep_group & came) != 0ul)
-            awake[atomic_inc(&awake_count)] = i;
+            awake[atomic_inc(awake_count)] = i;
         else
             waiting += rp_waiting_asleep(sleep_group);
     }
+    return waiting;
+}
+
+// A work-group of RP_WAKE_GROUP looks at the words of RP_WAKE_SLEEP_GROUPS times as many sleeping groups, and then, each
+// work-item one after the other, at the slots of those that do not sleep.
+__kernel void rp_wake(const __global uint* restrict statuses, const __global rp_page* restrict pages, uint slot_count, __global uint* restrict queue,
+                      __global uint* restrict free_list, volatile __global uint* restrict counters, __global ulong* restrict sleep_groups,
+                      uint bit_scale, ulong came, uint slots_together) {
+    __local uint awake[RP_WAKE_GROUP * RP_WAKE_SLEEP_GROUPS], awake_count, count[RP_COUNTED_KINDS], base[RP_LISTS_FILLED];
+    const uint item = get_local_id(0), sleep_group_count = (slot_count + RP_SLEEP_GROUP - 1u) / RP_SLEEP_GROUP;
+    for (uint kind = item; kind < RP_COUNTED_KINDS; kind += RP_WAKE_GROUP) count[kind] = 0u;
+    if (item == 0u) awake_count = 0u;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    uint waiting = rp_find_awake(sleep_groups, sleep_group_count, came, awake, &awake_count);
     // The words of sleeping groups, too: other work-items change them from here on.
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
     ulong kinds[RP_WAKE_SLEEP_GROUPS];
     uint mine[RP_LISTED_KINDS] = {0u, 0u, 0u, 0u, 0u};
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        const uint at = k * RP_WAKE_GROUP + lane;
+        const uint at = k * RP_WAKE_GROUP + item;
         kinds[k] = ~0ul;
         if (at >= awake_count) continue;
         ulong blocks = 0ul;
-        kinds[k] = rp_keep_together(rp_sleep_group_kinds(status, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
+        kinds[k] = rp_keep_together(rp_sleep_group_kinds(statuses, pages, slot_count, awake[at], bit_scale, &blocks), slots_together);
         const uint wait = rp_count_kind(kinds[k], RP_KIND_WAITING), end = rp_count_kind(kinds[k], RP_KIND_IDLE);
         sleep_groups[awake[at]] = wait + end == RP_SLEEP_GROUP ? rp_asleep(wait, blocks) : 0ul;
         waiting += wait;
@@ -139,7 +146,7 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
         if (mine[kind] != 0u) mine[kind] = atomic_add(&count[kind], mine[kind]);  // from now on: where this work-item's share begins
     if (waiting != 0u) atomic_add(&count[RP_KIND_WAITING], waiting);
     barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint list = lane; list < RP_LISTS_FILLED; list += RP_WAKE_GROUP) {
+    for (uint list = item; list < RP_LISTS_FILLED; list += RP_WAKE_GROUP) {
         const uint total = rp_list_total(count, list);
         base[list] = total != 0u ? atomic_add(counters + rp_list_counter(list), total) : 0u;
     }
@@ -149,8 +156,8 @@ __kernel void rp_wake(const __global uint* restrict status, const __global rp_pa
     uint free = base[2] + mine[RP_KIND_FREE];
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
-        if (k * RP_WAKE_GROUP + lane >= awake_count) continue;
-        const uint first = RP_SLEEP_GROUP * awake[k * RP_WAKE_GROUP + lane];
+        if (k * RP_WAKE_GROUP + item >= awake_count) continue;
+        const uint first = RP_SLEEP_GROUP * awake[k * RP_WAKE_GROUP + item];
         // Kind by kind, as most slots that are looked at wait when little is resident.
 #define RP_LIST(kind, place) \
     for (ulong left = rp_of_kind(kinds[k], kind); left != 0ul; left &= left - 1ul) place = first + rp_lowest(left) / 4u

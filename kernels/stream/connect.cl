@@ -9,7 +9,7 @@
 
 typedef struct rp_connect_rays {
     uint first, count;  // in the queue
-    uint slot[RP_STREAM_RAYS], state[RP_STREAM_RAYS];
+    uint slot[RP_STREAM_RAYS], status[RP_STREAM_RAYS];
 } rp_connect_rays;
 
 static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_connect_rays* c,
@@ -20,7 +20,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
     for (uint r = 0u; r < next_count; r++) rp_fetch_shadow(paths, rp_shadow_entry(queue, paths->slot_count, next + r));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         c->slot[r] = rp_shadow_entry(queue, paths->slot_count, c->first + min(r, count - 1u));
-        c->state[r] = rp_state_of(paths, c->slot[r]);
+        c->status[r] = rp_status_of(paths, c->slot[r]);
     }
     for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
         rp_shadow_rays8 rays;
@@ -29,7 +29,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (ulong resumed = rp_resumed_rays(c->state) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+    for (ulong resumed = rp_resumed_rays(c->status) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
         const uint r = rp_lowest(resumed);
         rp_resume_ray(s, r, g->portals, rp_portal_of(paths, c->slot[r]));
     }
@@ -41,12 +41,12 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
     const bool occluded = !(s->active >> r & 1ul);
     const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
     if (portal == RP_NONE) {
-        const rp_path_end end = rp_finish_shadow(paths, c->slot[r], c->state[r], occluded);
+        const rp_path_end end = rp_finish_shadow(paths, c->slot[r], c->status[r], occluded);
         if (end.ended) rp_film_add(film, end.pixel, end.radiance);
         return false;
     }
     rp_set_portal(paths, c->slot[r], portal);
-    rp_wait_in_chain(chains, paths, c->slot[r], rp_portal_block(g, portal), rp_shadow_waits(c->state[r]), demand, block_count);
+    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_portal_block(g, portal), rp_shadow_waits(c->status[r]), demand, block_count);
     return true;
 }
 
@@ -93,7 +93,7 @@ __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* re
                                 const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
                                 volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const rp_paths paths = {slot_count, status, planes};
     rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, paths, counters, film);
 }
 #endif

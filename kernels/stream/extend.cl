@@ -11,7 +11,7 @@
 // What is known of the rays of a stream beside their paths through space.
 typedef struct rp_extend_rays {
     uint first, count;  // in the queue
-    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], state[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
+    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], status[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
 } rp_extend_rays;
 
 static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_extend_rays* e,
@@ -22,11 +22,11 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* p
     for (uint r = 0u; r < next_count; r++) rp_fetch_extension(paths, rp_extend_entry(queue, next + r));
     for (uint r = 0u; r < RP_STREAM_RAYS; r++) {
         e->slot[r] = rp_extend_entry(queue, e->first + min(r, count - 1u));
-        e->state[r] = rp_state_of(paths, e->slot[r]);
+        e->status[r] = rp_status_of(paths, e->slot[r]);
     }
     for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) {
         rp_extension_rays8 rays;
-        rp_extensions_of8(paths, e->slot + 8u * i, vload8(i, e->state), &rays);
+        rp_extensions_of8(paths, e->slot + 8u * i, vload8(i, e->status), &rays);
         rp_set_stream_rays(s, i, rays.origin, rays.direction, rays.t, rays.primitive);
         vstore8(rays.density, i, e->density);
         vstore8(rays.sample, i, e->sample);
@@ -34,7 +34,7 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* p
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
-    for (ulong resumed = rp_resumed_rays(e->state) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
+    for (ulong resumed = rp_resumed_rays(e->status) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
         const uint r = rp_lowest(resumed);
         rp_resume_ray(s, r, g->portals, e->portal[r]);
     }
@@ -50,10 +50,10 @@ typedef struct rp_extend_counts {
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
                                        uint portal, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
                                        rp_chains* chains, rp_extend_counts* counts) {
-    const uint slot = e->slot[r], state = e->state[r], waited_at = e->portal[r];
+    const uint slot = e->slot[r], status = e->status[r], waited_at = e->portal[r];
     const float t = RP_OF_RAY(s->t, r);
     const bool has_hit = rp_hit_in_launch(s, r);
-    uint offset_exponent = rp_offset_exponent_of(state), last_block = rp_kept_last_block(state);
+    uint offset_exponent = rp_offset_exponent_of(status), last_block = rp_kept_last_block(status);
     if (has_hit) {
         offset_exponent = surfaces->offset_exponent[r];
 #ifdef RP_VERTEX_COLORS
@@ -61,7 +61,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
         last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
     }
-    const uint kept = rp_store_stream_extension(paths, slot, state, has_hit, t, portal, row);
+    const uint kept = rp_store_stream_extension(paths, slot, status, has_hit, t, portal, row);
     if (waited_at != RP_NONE) {
         counts->served++;
         if (!has_hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
@@ -73,7 +73,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
     } else {
         counts->waiting++;
-        rp_wait_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
+        rp_wait_for_block_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
     }
 }
 
@@ -98,7 +98,7 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
             vload8(i, e->density),
             vload8(i, e->sample)};
         uint8 rows[8];
-        rp_lay_out_hits8(&hits, vload8(i, e->state), rows);
+        rp_lay_out_hits8(&hits, vload8(i, e->status), rows);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
             rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], rows[k], block_count, demand, paths, &chains, counts);
     }
@@ -141,7 +141,7 @@ __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* res
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
                                volatile __global uint* restrict counters) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, planes);
+    const rp_paths paths = {slot_count, status, planes};
     rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, paths, counters);
 }
 #endif

@@ -16,7 +16,7 @@ __kernel void rp_generate_stream(__constant rp_render_params* restrict params, v
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     const rp_supply supply = {found[0], (ulong)found[2] << 32 | found[1], found[3]};
-    const rp_paths paths = RP_MAKE_PATHS(params->slot_count, status, planes);
+    const rp_paths paths = {params->slot_count, status, planes};
     rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later);
     // What has been given out is accounted for by the last work-group: the others know by then how much there was. The fence keeps their reading
     // before their counting.

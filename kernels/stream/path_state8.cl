@@ -5,7 +5,7 @@
 #include "common/path_state.cl"
 #include "stream/transpose.cl"
 
-static inline int8 rp_have_waited8(uint8 state) { return (state & RP_STATUS_RESUMED) != 0u; }
+static inline int8 rp_have_waited8(uint8 status) { return (status & RP_STATUS_RESUMED) != 0u; }
 
 // A plane and the one beside it (RP_PLANE_PAIR) of eight slots: words[k] is word k of all of them; the second plane's begin with 4.
 static inline void rp_read_planes8(const rp_paths* paths, uint plane, const uint* slot, uint8* words) {
@@ -19,11 +19,11 @@ typedef struct rp_extension_rays8 {
     uint8 origin[3], direction[3], t, primitive, portal, density, sample;
 } rp_extension_rays8;
 
-static inline void rp_extensions_of8(const rp_paths* paths, const uint* slot, uint8 state, rp_extension_rays8* rays) {
+static inline void rp_extensions_of8(const rp_paths* paths, const uint* slot, uint8 status, rp_extension_rays8* rays) {
     uint8 ray[8], hit[8];
     rp_read_planes8(paths, RP_PLANE_ORIGIN, slot, ray);
     rp_read_planes8(paths, RP_PLANE_HIT, slot, hit);
-    const int8 connected = (state & RP_STATUS_CONNECTED) != 0u;
+    const int8 connected = (status & RP_STATUS_CONNECTED) != 0u;
 #pragma unroll
     for (uint a = 0u; a < 3u; a++) {
         rays->origin[a] = ray[a];
@@ -31,7 +31,7 @@ static inline void rp_extensions_of8(const rp_paths* paths, const uint* slot, ui
     }
     rays->t = connected ? as_uint8((float8)(INFINITY)) : ray[3];
     rays->primitive = connected ? (uint8)(RP_NONE) : hit[3];
-    rays->portal = rp_have_waited8(state) ? hit[7] : (uint8)(RP_NONE);
+    rays->portal = rp_have_waited8(status) ? hit[7] : (uint8)(RP_NONE);
     rays->density = ray[7];
     rays->sample = hit[6];
 }
@@ -58,8 +58,8 @@ typedef struct rp_hits8 {
 } rp_hits8;
 
 // rows[k]: for rp_store_stream_extension of ray k.
-static inline void rp_lay_out_hits8(const rp_hits8* hits, uint8 state, uint8* rows) {
-    const int8 stays_connected = ((state & RP_STATUS_CONNECTED) != 0u) & (hits->portal == RP_NONE);
+static inline void rp_lay_out_hits8(const rp_hits8* hits, uint8 status, uint8* rows) {
+    const int8 stays_connected = ((status & RP_STATUS_CONNECTED) != 0u) & (hits->portal == RP_NONE);
     rows[0] = hits->position[0];
     rows[1] = hits->position[1];
     rows[2] = hits->position[2];
@@ -73,11 +73,11 @@ static inline void rp_lay_out_hits8(const rp_hits8* hits, uint8 state, uint8* ro
 
 // The state of an extension ray behind a pass in a stream. Returns what of its status word stays (for rp_extension_waits and
 // rp_finish_stream_extension). has_hit: a hit was found in this pass; row: of rp_lay_out_hits8 then.
-static inline uint rp_store_stream_extension(const rp_paths* paths, uint slot, uint state, bool has_hit, float t, uint portal, uint8 row) {
-    uint connected = state & (RP_STATUS_CONNECTED | RP_STATUS_LIT);
+static inline uint rp_store_stream_extension(const rp_paths* paths, uint slot, uint status, bool has_hit, float t, uint portal, uint8 row) {
+    uint connected = status & (RP_STATUS_CONNECTED | RP_STATUS_LIT);
     if (has_hit) {
         if (connected != 0u && portal != RP_NONE) {
-            rp_unfold_connected(paths, slot, state);
+            rp_unfold_connected(paths, slot, status);
             connected = 0u;
         }
         if (connected == 0u) RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(t);
@@ -92,8 +92,8 @@ static inline uint rp_store_stream_extension(const rp_paths* paths, uint slot, u
 
 // kept: see rp_store_stream_extension; last_block: bits of the status word (rp_last_block_bits).
 static inline void rp_finish_stream_extension(const rp_paths* paths, uint slot, uint offset_exponent, uint kept, uint last_block) {
-    paths->status[slot] = RP_STATUS_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept | last_block;
+    paths->status[slot] = RP_PHASE_SHADE | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept | last_block;
 }
-static inline uint rp_kept_last_block(uint state) { return state & RP_STATUS_BLOCK_MASK; }
+static inline uint rp_kept_last_block(uint status) { return status & RP_STATUS_BLOCK_MASK; }
 
 #endif

@@ -6,7 +6,7 @@
 // covers the roundings of the product (2^-24) and of the shift itself (2^-23 of it). So the entry is at most (p - o) r, rounded once,
 // and r differs by a factor 1 + 2^-24 from the exact reciprocal. RP_BOX_WIDEN covers both roundings, and those of the distance that a
 // primitive's test returns, which is between crossings (p' - o) r, rounded twice, of planes p' of the primitive's own bounds, the last
-// of which is in front of the ray (rp_in_bounds). That a ray which the test of a primitive accepts meets its bounds at all holds up to roundings of
+// of which is in front of the ray (rp_in_bounds_). That a ray which the test of a primitive accepts meets its bounds at all holds up to roundings of
 // the test, some 2^-22 of the coordinates of the primitive relative to the ray's origin: along an axis that moves crossings by as much of themselves
 // (RP_BOX_WIDEN again), or, where the primitive reaches behind the origin, by as much of its extent: RP_WIDE_SLACK_OF_EXTENT.
 // tests/property/wide_boxes tries to refute all this.
@@ -30,7 +30,7 @@
 typedef struct rp_stream {
     float16 origin[3][RP_PACKETS], direction[3][RP_PACKETS], inverse[3][RP_PACKETS];
     float16 near_shift[3][RP_PACKETS], far_shift[3][RP_PACKETS];
-    float16 shear[3][RP_PACKETS];                      // see rp_shear
+    float16 shear[2][RP_PACKETS];                      // see rp_shear
     float16 t[RP_PACKETS];                             // closest hit so far, or the ray's end
     uint16 primitive[RP_PACKETS];                      // hit so far
     uint16 hit_low[RP_PACKETS], hit_high[RP_PACKETS];  // address of the leaf in which this launch found it, plus the primitive's number in it; or 0
@@ -79,9 +79,9 @@ static inline void rp_prepare_stream(rp_stream* s) {
         const float16 x = s->direction[0][p], y = s->direction[1][p], z = s->direction[2][p];
         const float16 mx = fabs(x), my = fabs(y), mz = fabs(z);
         const int16 along_x = mx >= rp_max(my, mz), along_y = my >= mz;  // where not along x
-        s->shear[2][p] = 1.0f / (along_x ? x : along_y ? y : z);
-        s->shear[0][p] = (along_x ? y : along_y ? z : x) * s->shear[2][p];
-        s->shear[1][p] = (along_x ? z : along_y ? x : y) * s->shear[2][p];
+        const float16 shear_z = along_x ? s->inverse[0][p] : along_y ? s->inverse[1][p] : s->inverse[2][p];
+        s->shear[0][p] = (along_x ? y : along_y ? z : x) * shear_z;
+        s->shear[1][p] = (along_x ? z : along_y ? x : y) * shear_z;
         const int16 axis = along_x ? (int16)(0) : along_y ? (int16)(1) : (int16)(2);
         s->axis[p] = convert_uchar16(axis);
         s->packet_signs[p] = rp_common(signs);

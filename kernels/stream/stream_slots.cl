@@ -6,9 +6,9 @@
 #include "stream/stream.cl"
 
 // Of a stream's rays, by the status words of their slots, those that had waited.
-static inline ulong rp_resumed_rays(const uint* state) {
+static inline ulong rp_resumed_rays(const uint* status) {
     ulong resumed = 0ul;
-    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) resumed |= (ulong)rp_mask8(rp_have_waited8(vload8(i, state))) << (8u * i);
+    for (uint i = 0u; i < RP_STREAM_RAYS / 8u; i++) resumed |= (ulong)rp_mask8(rp_have_waited8(vload8(i, status))) << (8u * i);
     return resumed;
 }
 

@@ -26,7 +26,7 @@ static inline uint rp_wake_lists(volatile __global uint* lists, uint part, uint 
             const uint slot = link[k] - 1u;
             link[k] = rp_wait_word(paths, slot);
             left &= link[k] == 0u ? ~(1u << k) : ~0u;
-            rp_set_state(paths, slot, rp_woken_state(rp_state_of(paths, slot), k >= RP_LISTS, block));
+            rp_set_status(paths, slot, rp_woken_status(rp_status_of(paths, slot), k >= RP_LISTS, block));
             atomic_or(awake + slot / 32u, 1u << slot % 32u);
             woken++;
         }
@@ -42,7 +42,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
                              volatile __global uint* restrict awake, volatile __global uint* restrict counters,
                              volatile __global uint* restrict demand, uint named, uint16 new_blocks, rp_page_changes changes) {
     const uint items = (uint)get_global_size(0), item = (uint)get_global_id(0);
-    const rp_paths paths = RP_MAKE_PATHS(slot_count, status, 0);  // whose planes nothing here looks at
+    const rp_paths paths = {slot_count, status, 0};  // whose planes nothing here looks at
     if (item == 0u) {
         rp_change_pages(pages, &changes);
         for (uint i = 0u; i < RP_COUNTERS_PER_ROUND; i++) counters[i] = 0u;
@@ -68,7 +68,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
 #define RP_KIND_SHADOW 1u
 #define RP_KIND_OTHER 2u
 #define RP_KINDS 3u
-static inline uint rp_kind_of(uint state) { return rp_extends(state) ? RP_KIND_EXTEND : rp_connects(state) ? RP_KIND_SHADOW : RP_KIND_OTHER; }
+static inline uint rp_kind_of(uint status) { return rp_extends(status) ? RP_KIND_EXTEND : rp_connects(status) ? RP_KIND_SHADOW : RP_KIND_OTHER; }
 
 // From numbers of rays a bundle to where each begins. Returns their sum.
 static inline uint rp_begin_bundles(uint* bundles) {
@@ -110,18 +110,18 @@ static inline bool rp_next_words(rp_awake_words* words, const __global ulong* aw
     return words->count != 0u;
 }
 
-static inline void rp_fetch_slots(const rp_awake_words* words, uint i, const __global uint* status, const __global ulong* awake) {
+static inline void rp_fetch_slots(const rp_awake_words* words, uint i, const __global uint* statuses, const __global ulong* awake) {
     if (i + RP_WORDS_AHEAD >= words->count) return;
     const uint word = words->number[i + RP_WORDS_AHEAD];
     const ulong slots = awake[word];
     for (uint part = 0u; part < RP_AWAKE_SLOTS; part += 16u)
-        if ((slots >> part & 0xfffful) != 0ul) rp_fetch_early(status + (RP_AWAKE_SLOTS * word + part));
+        if ((slots >> part & 0xfffful) != 0ul) rp_fetch_early(statuses + (RP_AWAKE_SLOTS * word + part));
 }
 
-static inline uint rp_bundle_of(uint state, uint bundle_scale) { return mul_hi(rp_last_block_of(state), bundle_scale); }
+static inline uint rp_bundle_of(uint status, uint bundle_scale) { return mul_hi(rp_last_block_of(status), bundle_scale); }
 
 // awake: see abi/path.h. queue: has room for one more than slot_count for each work-item, which stands for nothing.
-__kernel void rp_wake_stream(const __global uint* restrict status, uint slot_count, __global ulong* restrict awake, __global uint* restrict queue,
+__kernel void rp_wake_stream(const __global uint* restrict statuses, uint slot_count, __global ulong* restrict awake, __global uint* restrict queue,
                              __global uint* restrict free_list, volatile __global uint* restrict counters, uint bundle_scale) {
     const uint items = (uint)get_global_size(0), words = RP_AWAKE_WORDS(slot_count), each = (words + items - 1u) / items;
     const uint first = min((uint)get_global_id(0) * each, words);
@@ -134,15 +134,15 @@ __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_cou
     free.count = 0u;
     for (found.next = first, found.end = min(first + each, words); rp_next_words(&found, awake);) {
         for (uint i = 0u; i < found.count; i++) {
-            rp_fetch_slots(&found, i, status, awake);
+            rp_fetch_slots(&found, i, statuses, awake);
             const uint word = found.number[i];
             ulong asleep = 0ul;
             for (ulong look = awake[word]; look != 0ul; look &= look - 1ul) {
-                const uint bit = rp_lowest(look), slot = RP_AWAKE_SLOTS * word + bit, state = status[slot];
-                bundles[rp_kind_of(state)][rp_bundle_of(state, bundle_scale)]++;
-                asleep |= (rp_can_sleep(state) ? 1ul : 0ul) << bit;
+                const uint bit = rp_lowest(look), slot = RP_AWAKE_SLOTS * word + bit, status = statuses[slot];
+                bundles[rp_kind_of(status)][rp_bundle_of(status, bundle_scale)]++;
+                asleep |= (rp_can_sleep(status) ? 1ul : 0ul) << bit;
                 free.slot[free.count] = slot;
-                free.count += rp_is_free(state) ? 1u : 0u;
+                free.count += rp_is_free(status) ? 1u : 0u;
                 if (free.count == RP_FREE_AT_ONCE) rp_list_free(&free, free_list, counters);
             }
             if (asleep != 0ul) awake[word] &= ~asleep;
@@ -156,10 +156,10 @@ __kernel void rp_wake_stream(const __global uint* restrict status, uint slot_cou
     const uint first_shadow = slot_count - 1u - atomic_add(counters + RP_COUNT_SHADOW, rp_begin_bundles(bundles[RP_KIND_SHADOW]));
     for (found.next = first; rp_next_words(&found, awake);) {
         for (uint i = 0u; i < found.count; i++) {
-            rp_fetch_slots(&found, i, status, awake);
+            rp_fetch_slots(&found, i, statuses, awake);
             for (ulong look = awake[found.number[i]]; look != 0ul; look &= look - 1ul) {
-                const uint slot = RP_AWAKE_SLOTS * found.number[i] + rp_lowest(look), state = status[slot], kind = rp_kind_of(state);
-                const uint place = bundles[kind][rp_bundle_of(state, bundle_scale)]++;
+                const uint slot = RP_AWAKE_SLOTS * found.number[i] + rp_lowest(look), status = statuses[slot], kind = rp_kind_of(status);
+                const uint place = bundles[kind][rp_bundle_of(status, bundle_scale)]++;
                 queue[kind == RP_KIND_EXTEND ? first_extend + place : kind == RP_KIND_SHADOW ? first_shadow - place : nowhere] = slot;
             }
         }

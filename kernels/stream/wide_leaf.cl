@@ -7,7 +7,7 @@
 #include "stream/stream.cl"
 
 #define RP_LANES 16
-#include "stream/triangle_vector.cl"
+#include "common/triangle_lanes.cl"
 #undef RP_LANES
 // A ray alone: in sixteen lanes, where permutations have as many (two rays, if the leaf has no more than eight triangles); else eight triangles at a
 // time.
@@ -16,7 +16,7 @@
 #endif
 #ifdef RP_EIGHT_LANES
 #define RP_LANES 8
-#include "stream/triangle_vector.cl"
+#include "common/triangle_lanes.cl"
 #undef RP_LANES
 #endif
 
@@ -98,14 +98,15 @@ static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wid
     const float8 *x = corners->at[ix], *y = corners->at[iy], *z = corners->at[axis];
     const float ox = RP_OF_RAY(s->origin[ix], r), oy = RP_OF_RAY(s->origin[iy], r), oz = RP_OF_RAY(s->origin[axis], r);
     const float shear_x = RP_OF_RAY(s->shear[0], r), shear_y = RP_OF_RAY(s->shear[1], r);
-    const rp_points_8 a = {x[0] - ox, y[0] - oy, z[0] - oz}, b = {x[1] - ox, y[1] - oy, z[1] - oz}, c = {x[2] - ox, y[2] - oy, z[2] - oz};
+    const rp_vector_8 a = {x[0] - ox, y[0] - oy, z[0] - oz}, b = {x[1] - ox, y[1] - oy, z[1] - oz}, c = {x[2] - ox, y[2] - oy, z[2] - oz};
     rp_edges_8 edges;
     const uint inside = rp_inside_8(a.x - shear_x * a.z, a.y - shear_y * a.z, b.x - shear_x * b.z, b.y - shear_y * b.z, c.x - shear_x * c.z,
                                     c.y - shear_y * c.z, lanes, &edges);
     if (inside == 0u) return false;
+    const rp_vector_8 inverse = {(float8)(RP_OF_RAY(s->inverse[ix], r)), (float8)(RP_OF_RAY(s->inverse[iy], r)),
+                                 (float8)(RP_OF_RAY(s->inverse[axis], r))};
     float8 t;
-    const uint in_front = rp_distance_8(&edges, &a, &b, &c, (float8)(RP_OF_RAY(s->shear[2], r)), (float8)(RP_OF_RAY(s->inverse[ix], r)),
-                                        (float8)(RP_OF_RAY(s->inverse[iy], r)), (float8)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
+    const uint in_front = rp_distance_8(&edges, &a, &b, &c, inverse, inside, &t);
     const uint hit = in_front & rp_mask8(t <= RP_OF_RAY(s->t, r));
     if (hit == 0u) return false;
     if (any_hit) return true;
@@ -151,11 +152,12 @@ static inline bool rp_ray_hits_triangles(rp_stream* s, uint r, const __global rp
     const uint inside = rp_inside_16(rp_pick16(x, a), rp_pick16(y, a), rp_pick16(x, b), rp_pick16(y, b), rp_pick16(x, c), rp_pick16(y, c),
                                      (1u << leaf->count) - 1u, &edges);
     if (inside == 0u) return false;
-    const rp_points_16 pa = {rp_pick16(rx, a), rp_pick16(ry, a), rp_pick16(rz, a)}, pb = {rp_pick16(rx, b), rp_pick16(ry, b), rp_pick16(rz, b)};
-    const rp_points_16 pc = {rp_pick16(rx, c), rp_pick16(ry, c), rp_pick16(rz, c)};
+    const rp_vector_16 pa = {rp_pick16(rx, a), rp_pick16(ry, a), rp_pick16(rz, a)}, pb = {rp_pick16(rx, b), rp_pick16(ry, b), rp_pick16(rz, b)};
+    const rp_vector_16 pc = {rp_pick16(rx, c), rp_pick16(ry, c), rp_pick16(rz, c)};
+    const rp_vector_16 inverse = {(float16)(RP_OF_RAY(s->inverse[ix], r)), (float16)(RP_OF_RAY(s->inverse[iy], r)),
+                                  (float16)(RP_OF_RAY(s->inverse[axis], r))};
     float16 t;
-    const uint in_front = rp_distance_16(&edges, &pa, &pb, &pc, (float16)(RP_OF_RAY(s->shear[2], r)), (float16)(RP_OF_RAY(s->inverse[ix], r)),
-                                         (float16)(RP_OF_RAY(s->inverse[iy], r)), (float16)(RP_OF_RAY(s->inverse[axis], r)), inside, &t);
+    const uint in_front = rp_distance_16(&edges, &pa, &pb, &pc, inverse, inside, &t);
     const uint hit = in_front & rp_mask16(t <= RP_OF_RAY(s->t, r));
     if (hit == 0u) return false;
     if (any_hit) return true;
@@ -197,16 +199,15 @@ static inline uint rp_two_rays_hit_triangles(rp_stream* s, uint r, uint q, const
     const uint inside = rp_inside_16(RP_PICK_OF_BOTH(x, a), RP_PICK_OF_BOTH(y, a), RP_PICK_OF_BOTH(x, b), RP_PICK_OF_BOTH(y, b),
                                      RP_PICK_OF_BOTH(x, c), RP_PICK_OF_BOTH(y, c), lanes | lanes << 8, &edges);
     if (inside == 0u) return 0u;
-    const rp_points_16 pa = {RP_PICK_OF_BOTH(rx, a), RP_PICK_OF_BOTH(ry, a), RP_PICK_OF_BOTH(rz, a)};
-    const rp_points_16 pb = {RP_PICK_OF_BOTH(rx, b), RP_PICK_OF_BOTH(ry, b), RP_PICK_OF_BOTH(rz, b)};
-    const rp_points_16 pc = {RP_PICK_OF_BOTH(rx, c), RP_PICK_OF_BOTH(ry, c), RP_PICK_OF_BOTH(rz, c)};
+    const rp_vector_16 pa = {RP_PICK_OF_BOTH(rx, a), RP_PICK_OF_BOTH(ry, a), RP_PICK_OF_BOTH(rz, a)};
+    const rp_vector_16 pb = {RP_PICK_OF_BOTH(rx, b), RP_PICK_OF_BOTH(ry, b), RP_PICK_OF_BOTH(rz, b)};
+    const rp_vector_16 pc = {RP_PICK_OF_BOTH(rx, c), RP_PICK_OF_BOTH(ry, c), RP_PICK_OF_BOTH(rz, c)};
     const uint axis_r = RP_BYTE_OF_RAY(s->axis, r), axis_q = RP_BYTE_OF_RAY(s->axis, q);
-    const float16 inverse_x = rp_two8(RP_OF_RAY(s->inverse[rp_axis_x(axis_r)], r), RP_OF_RAY(s->inverse[rp_axis_x(axis_q)], q));
-    const float16 inverse_y = rp_two8(RP_OF_RAY(s->inverse[rp_axis_y(axis_r)], r), RP_OF_RAY(s->inverse[rp_axis_y(axis_q)], q));
-    const float16 inverse_z = rp_two8(RP_OF_RAY(s->inverse[axis_r], r), RP_OF_RAY(s->inverse[axis_q], q));
+    const rp_vector_16 inverse = {rp_two8(RP_OF_RAY(s->inverse[rp_axis_x(axis_r)], r), RP_OF_RAY(s->inverse[rp_axis_x(axis_q)], q)),
+                                  rp_two8(RP_OF_RAY(s->inverse[rp_axis_y(axis_r)], r), RP_OF_RAY(s->inverse[rp_axis_y(axis_q)], q)),
+                                  rp_two8(RP_OF_RAY(s->inverse[axis_r], r), RP_OF_RAY(s->inverse[axis_q], q))};
     float16 t;
-    const uint in_front = rp_distance_16(&edges, &pa, &pb, &pc, rp_two8(RP_OF_RAY(s->shear[2], r), RP_OF_RAY(s->shear[2], q)), inverse_x, inverse_y,
-                                         inverse_z, inside, &t);
+    const uint in_front = rp_distance_16(&edges, &pa, &pb, &pc, inverse, inside, &t);
     const uint hit = in_front & rp_mask16(t <= rp_two8(RP_OF_RAY(s->t, r), RP_OF_RAY(s->t, q)));
     if (hit == 0u) return 0u;
     if (any_hit) return ((hit & 0xffu) != 0u ? 1u : 0u) | ((hit & 0xff00u) != 0u ? 2u : 0u);
@@ -256,7 +257,8 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
     const __global uchar* corners = rp_leaf_corners(leaf);
     const float16 ox = s->origin[ix][p], oy = s->origin[iy][p], oz = s->origin[axis][p];
     const float16 shear_x = s->shear[0][p], shear_y = s->shear[1][p];
-    rp_points_16 relative[RP_WIDE_LEAF_VERTICES];
+    const rp_vector_16 inverse = {s->inverse[ix][p], s->inverse[iy][p], s->inverse[axis][p]};
+    rp_vector_16 relative[RP_WIDE_LEAF_VERTICES];
     float16 x[RP_WIDE_LEAF_VERTICES], y[RP_WIDE_LEAF_VERTICES];
     for (uint v = 0u; v < vertices; v++) {
         const float16 rx = at[vertices * ix + v] - ox, ry = at[vertices * iy + v] - oy, rz = at[vertices * axis + v] - oz;
@@ -279,8 +281,7 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
         const uint k = rp_lowest(candidates), inside = inside_of[k] & lanes;
         const uint a = corners[k], b = corners[count + k], c = corners[2u * count + k];
         float16 t;
-        uint hit = rp_distance_16(&edges[k], &relative[a], &relative[b], &relative[c], s->shear[2][p], s->inverse[ix][p], s->inverse[iy][p],
-                                  s->inverse[axis][p], inside, &t);
+        uint hit = rp_distance_16(&edges[k], &relative[a], &relative[b], &relative[c], inverse, inside, &t);
         const uint id = ids[k];
         if (any_hit) {
             hit &= rp_mask16(t <= s->t[p]);

@@ -17,6 +17,7 @@
 #endif
 #endif
 #define RP_LANES RP_SURFACE_HITS
+#include "common/normal_lanes.cl"
 #include "shading/surface_lanes.cl"
 #undef RP_LANES
 

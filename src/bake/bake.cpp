@@ -1,11 +1,13 @@
-#include "bake/bake.hpp"
+#include "raypager/bake.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <memory>
 #include <new>
+#include <optional>
 
 #include "bake/build_blocks.hpp"
 #include "bake/restyle.hpp"
@@ -17,6 +19,7 @@
 #include "cut/world_cut.hpp"
 #include "gather/gather.hpp"
 #include "store/block_file.hpp"
+#include "store/memory_blocks.hpp"
 #include "world/bake_memory.hpp"
 
 namespace raypager {
@@ -58,13 +61,16 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
 
 class Bake {
 public:
-    Bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output) : scene_(scene), options_(options), output_(output) {
+    // beside: where scratch files go, in the folder of that path.
+    Bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& beside) : scene_(scene), options_(options), beside_(beside) {
         if (options_.host_limit != 0) return;
         limit_ = default_limit(total_memory() / 2, available_memory());
         options_.host_limit = std::max(limit_.bytes, BakeMemory::smallest_limit(options_.block_bytes));
     }
 
-    Result<BakeSummary> run() {
+    // open: makes the sink, once it is clear that there is something to bake.
+    template <class Open>
+    Result<BakeSummary> run(const Open& open) {
         const auto start = std::chrono::steady_clock::now();
         BakeSummary summary;
         RAYPAGER_TRY(check_options(options_));
@@ -73,10 +79,10 @@ public:
         if (!fingerprint) return fingerprint.status();
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : least_automatic);
         if (!memory) return memory.status();
-        auto writer = BlockFileWriter::create(output_);
-        if (!writer) return writer.status();
+        const Result<BlockSink*> sink = open();
+        if (!sink) return sink.status();
 
-        const GatherLimits limits = {*memory, output_, options_.stop};
+        const GatherLimits limits = {*memory, beside_, options_.stop};
         auto gathered = gather(
             scene_, limits, [this](const char* name, double fraction) { report(name, fraction); }, options_.points, cell());
         if (!gathered) return gathered.status();
@@ -87,15 +93,18 @@ public:
         baked.fingerprint = *fingerprint;
         baked.position_cell = cell();
         std::vector<PortalBox> portal_boxes;
-        RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, *writer, baked, portal_boxes, summary.buckets)
-                                       : build_in_memory(gathered->world, *writer, baked, portal_boxes));
+        RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, **sink, baked, portal_boxes, summary.buckets)
+                                       : build_in_memory(gathered->world, **sink, baked, portal_boxes));
         TopTree top = build_top_tree(portal_boxes);
         baked.top_grid = top.grid;
         baked.top_nodes = std::move(top.nodes);
         baked.portal_paths = std::move(top.paths);
-        RAYPAGER_TRY(writer->finish(baked));
+        RAYPAGER_TRY((*sink)->finish(baked));
 
-        if (gathered->spilled && limit_.reduced()) summary.reduced_limit = limit_;
+        if (gathered->spilled && limit_.reduced()) {
+            summary.reduced_limit = limit_.bytes;
+            summary.usual_limit = limit_.usual;
+        }
         summary.triangles = baked.triangles;
         summary.spheres = baked.spheres;
         summary.blocks = baked.blocks.size();
@@ -122,7 +131,7 @@ private:
         return BakeMemory::plan(options_.host_limit, options_.block_bytes);
     }
 
-    Status build_in_memory(const World& world, BlockFileWriter& writer, BakedScene& baked, std::vector<PortalBox>& portal_boxes) {
+    Status build_in_memory(const World& world, BlockSink& sink, BakedScene& baked, std::vector<PortalBox>& portal_boxes) {
         report("cut", 0);
         const Weigher weigher(world, Weigher::Sharing::by_index);
         WorldCut cut(world, weigher);
@@ -130,18 +139,18 @@ private:
         if (!memory) return memory.status();
         const WorldParts parts = std::move(cut).run(options_.block_bytes, memory->cut);
         report("cut", 1);
-        BlockBuilder builder(building(*memory), writer, baked);
+        BlockBuilder builder(building(*memory), sink, baked);
         RAYPAGER_TRY(builder.build(world, weigher, parts, [this](double fraction) { report("build", fraction); }));
         portal_boxes = builder.portal_boxes();
         return {};
     }
 
     // Splits what is too large until it fits into memory, depth first: the blocks come in the order of the cuts.
-    Status build_from_disk(Gathered& gathered, BlockFileWriter& writer, BakedScene& baked, std::vector<PortalBox>& portal_boxes, uint64_t& buckets) {
+    Status build_from_disk(Gathered& gathered, BlockSink& sink, BakedScene& baked, std::vector<PortalBox>& portal_boxes, uint64_t& buckets) {
         const auto memory = settle_block_size(gathered.weight);
         if (!memory) return memory.status();
-        const DistributeSettings settings = {*memory, output_, options_.stop, [this](double fraction) { report("distribute", fraction); }};
-        BlockBuilder builder(building(*memory), writer, baked);
+        const DistributeSettings settings = {*memory, beside_, options_.stop, [this](double fraction) { report("distribute", fraction); }};
+        BlockBuilder builder(building(*memory), sink, baked);
         std::vector<Bucket> stack;
         stack.push_back(std::move(*gathered.spilled));
         const double all = static_cast<double>(baked.triangles + baked.spheres);
@@ -177,7 +186,7 @@ private:
     const Scene& scene_;
     BakeOptions options_;
     DefaultLimit limit_;  // where none was given
-    const std::filesystem::path& output_;
+    const std::filesystem::path& beside_;
 };
 
 }  // namespace
@@ -185,11 +194,40 @@ private:
 uint64_t smallest_bake_limit(uint64_t block_bytes) { return BakeMemory::smallest_limit(block_bytes); }
 
 Result<BakeSummary> bake(const Scene& scene, const BakeOptions& options, const std::filesystem::path& output) {
+    std::optional<BlockFileWriter> writer;
     try {
-        return Bake(scene, options, output).run();
+        return Bake(scene, options, output).run([&]() -> Result<BlockSink*> {
+            auto created = BlockFileWriter::create(output);
+            if (!created) return created.status();
+            return &writer.emplace(std::move(*created));
+        });
     } catch (const std::bad_alloc&) {
         return Status::failed(fmt::format("{}: not enough memory to bake the scene; give a smaller --host-limit", output.string()));
     }
+}
+
+Result<BakedInMemory> bake(const Scene& scene, const BakeOptions& options) {
+    std::error_code error;
+    const std::filesystem::path scratch = std::filesystem::temp_directory_path(error) / "raypager";
+    if (error) return Status::failed("there is no folder for temporary files; set TMPDIR");
+    const auto blocks = std::make_shared<MemoryBlocks>();
+    try {
+        auto summary = Bake(scene, options, scratch).run([&]() -> Result<BlockSink*> { return blocks.get(); });
+        if (!summary) return summary.status();
+        return BakedInMemory{Blocks(blocks), std::move(*summary)};
+    } catch (const std::bad_alloc&) {
+        return Status::failed("not enough memory to keep the baked scene; bake it into a file");
+    }
+}
+
+Result<std::optional<Blocks>> open_baked(const std::filesystem::path& path, const Scene& scene, uint64_t fingerprint) {
+    Result<bool> good = false;
+    const auto file = BlockFile::open(path, [&](BakedScene& baked) {
+        if (baked.fingerprint == fingerprint) good = restyle(scene, baked);
+    });
+    if (!file) return file.status();
+    if (!good) return good.status();
+    return *good ? std::optional(Blocks(*file)) : std::nullopt;
 }
 
 }  // namespace raypager

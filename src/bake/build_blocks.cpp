@@ -104,7 +104,7 @@ Status BlockBuilder::append(PackedBlock& block) {
     record.spheres = block.spheres;
     std::copy_n(block.bounds.lower, 3, record.lower);
     std::copy_n(block.bounds.upper, 3, record.upper);
-    RAYPAGER_TRY(writer_.append(block.bytes, record));
+    RAYPAGER_TRY(sink_.append(block.bytes, record));
     baked_.blocks.push_back(record);
     for (const PackedPortal& packed : block.portals) {
         rp_portal portal = {};

@@ -9,7 +9,7 @@
 #include "cut/top_tree.hpp"
 #include "cut/world_cut.hpp"
 #include "pack/pack.hpp"
-#include "store/block_file.hpp"
+#include "store/block_sink.hpp"
 #include "world/world.hpp"
 
 namespace raypager {
@@ -23,7 +23,7 @@ struct BlockBuilding {
 
 class BlockBuilder {
 public:
-    BlockBuilder(const BlockBuilding& settings, BlockFileWriter& writer, BakedScene& baked) : settings_(settings), writer_(writer), baked_(baked) {}
+    BlockBuilder(const BlockBuilding& settings, BlockSink& sink, BakedScene& baked) : settings_(settings), sink_(sink), baked_(baked) {}
     // Builds a block of each part, or several where its bytes were underestimated, and appends them in order.
     Status build(const World& world, const Weigher& weigher, const WorldParts& parts, const std::function<void(double)>& progress);
     // Of all portals so far.
@@ -34,7 +34,7 @@ private:
     Status append(PackedBlock& block);
 
     const BlockBuilding settings_;
-    BlockFileWriter& writer_;
+    BlockSink& sink_;
     BakedScene& baked_;
     std::vector<PortalBox> portal_boxes_;
 };

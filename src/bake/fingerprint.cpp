@@ -7,9 +7,9 @@
 #include <system_error>
 #include <type_traits>
 
-#include "bake/bake.hpp"
 #include "base/hash.hpp"
 #include "gather/lights.hpp"
+#include "raypager/bake.hpp"
 
 namespace raypager {
 namespace {

@@ -39,9 +39,6 @@ private:
     std::shared_ptr<const UnpackedFile> unpacked_;  // null: it is read as it is
 };
 
-// Gives the disk space back that unpacked files take which nobody has open, and which would be kept for the next time that they are opened.
-void forget_unpacked_files();
-
 // The temporary file is locked while it is written, so that one whose writer was killed can be told from one that still grows.
 class OutputFile {
 public:

@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "base/log.hpp"
+#include "raypager/import.hpp"
 
 namespace raypager {
 namespace {

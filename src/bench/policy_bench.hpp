@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bench/replay.hpp"
-#include "device/profile.hpp"
-#include "residency/policy_names.hpp"
+#include "raypager/device_profile.hpp"
+#include "raypager/tuning.hpp"
 
 namespace raypager::bench {
 

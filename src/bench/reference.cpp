@@ -43,7 +43,7 @@ std::filesystem::path reference_path(const BakedScene& scene, const RenderOption
     return settings.folder / fmt::format("reference-{}.pfm", hex64(key));
 }
 
-Result<Reference> find_or_make_reference(const BlockFile& file, const RenderOptions& options, const ReferenceSettings& settings) {
+Result<Reference> find_or_make_reference(const BlockSource& file, const RenderOptions& options, const ReferenceSettings& settings) {
     Reference reference;
     reference.spp = settings.spp;
     reference.seed = options.seed ^ other_seed;

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "image/image.hpp"
+#include "raypager/picture.hpp"
 #include "render/render.hpp"
-#include "store/block_file.hpp"
+#include "store/block_source.hpp"
 
 namespace raypager::bench {
 
@@ -24,7 +24,7 @@ struct Reference {
 };
 
 // options: of the renders that will be compared with it; size and camera are filled in. Renders it with all the memory there is.
-Result<Reference> find_or_make_reference(const BlockFile& file, const RenderOptions& options, const ReferenceSettings& settings);
+Result<Reference> find_or_make_reference(const BlockSource& file, const RenderOptions& options, const ReferenceSettings& settings);
 // Where it lies, or will lie.
 std::filesystem::path reference_path(const BakedScene& scene, const RenderOptions& options, const ReferenceSettings& settings);
 

@@ -57,7 +57,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
 
 Status StageTracer::make_slots(uint32_t count) {
     for (PathSlots* slots : {&slots_, &kept_slots_}) {
-        auto made = PathSlots::create(*device_, count, true);
+        auto made = PathSlots::create(*device_, count, form_, true);
         if (!made) return made.status();
         *slots = std::move(*made);
     }
@@ -139,8 +139,7 @@ Status StageTracer::hits(std::vector<SurfacePoint>& hits) {
 
 Status StageTracer::distances(std::vector<float>& distances) {
     RAYPAGER_CHECK(purpose_ != RayPurpose::shadow);
-    const SlotForm form = form_ == BlockForm::stored ? SlotForm::single_rays : SlotForm::streams;
-    return slots_.read_distances(device_->kernels(), form, count_, distances);
+    return slots_.read_distances(device_->kernels(), count_, distances);
 }
 
 Status StageTracer::blocked(std::vector<bool>& blocked) {

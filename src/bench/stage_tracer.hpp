@@ -10,9 +10,9 @@
 #include "raypager/status.hpp"
 #include "residency/residency.hpp"
 #include "store/block_file.hpp"
+#include "wavefront/block_form.hpp"
 #include "wavefront/geometry_buffers.hpp"
 #include "wavefront/path_state.hpp"
-#include "wavefront/traversal.hpp"
 
 namespace raypager::bench {
 

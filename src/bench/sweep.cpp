@@ -8,8 +8,8 @@
 
 #include "base/hash.hpp"
 #include "base/words.hpp"
-#include "bench/baselines.hpp"
-#include "film/compare.hpp"
+#include "raypager/baselines.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -20,12 +20,12 @@ RenderOptions options_of(const SweepSettings& settings, const SweepVariant& vari
     RenderOptions options = settings.base;
     options.geometry_limit = variant.limit.bytes;
     options.geometry_limit_percent = variant.limit.percent;
-    options.policy = variant.policy.kind;
+    options.tuning.policy = variant.policy.kind;
     options.connection = variant.connection;
-    options.paths = variant.paths.per_pixel ? variant.paths.per_pixel * options.width * options.height : variant.paths.count;
+    options.tuning.paths = variant.paths.per_pixel ? variant.paths.per_pixel * options.width * options.height : variant.paths.count;
     if (variant.policy.baseline == Baseline::paper) use_paper_settings(options, options.width, options.height);
     if (variant.policy.baseline == Baseline::host) {
-        options.pool_place = PoolPlace::host;
+        options.tuning.pool_place = PoolPlace::host;
         options.geometry_limit = 0;
         options.geometry_limit_percent = 0;
     }
@@ -41,14 +41,16 @@ Status add_point(SweepRun& run, const Image& image, const Image& reference, doub
     return {};
 }
 
-Result<SweepRun> run_one(const BlockFile& file, const RenderOptions& options, const Image& reference) {
+Result<SweepRun> run_one(const BlockSource& file, const RenderOptions& options, bool keep_journal, const Image& reference) {
     SweepRun run;
     RenderCallbacks callbacks;
     callbacks.snapshot = [&](const Image& image, const RenderProgress& progress) {
         if (progress.spp < 1) return Status();  // a picture with black pixels is no stage of convergence
         return add_point(run, image, reference, progress.seconds - progress.snapshot_seconds, progress.spp, progress.bytes_loaded);
     };
-    auto result = render(file, options, callbacks);
+    RenderInstruments instruments;
+    instruments.keep_journal = keep_journal;
+    auto result = render(file, options, callbacks, instruments);
     if (!result) return result.status();
     run.report = result->report;
     run.seconds = run.report.seconds.render - run.report.seconds.snapshots;
@@ -59,7 +61,7 @@ Result<SweepRun> run_one(const BlockFile& file, const RenderOptions& options, co
 }
 
 // So that no variant pays for building kernels or touching memory first.
-Status warm_up(const BlockFile& file, const SweepSettings& settings) {
+Status warm_up(const BlockSource& file, const SweepSettings& settings) {
     RenderOptions options = settings.base;
     options.spp = 1;
     options.time_seconds = 0;
@@ -149,7 +151,7 @@ std::optional<double> seconds_left(const SweepSettings& settings, const std::vec
     return left;
 }
 
-Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& given, const std::vector<SweepRun>& earlier, const SweepHooks& hooks) {
+Result<SweepResult> run_sweep(const BlockSource& file, const SweepSettings& given, const std::vector<SweepRun>& earlier, const SweepHooks& hooks) {
     const auto say = [&hooks](const std::string& text) {
         if (hooks.note) hooks.note(text);
     };
@@ -180,10 +182,9 @@ Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& given,
             const auto left = seconds_left(settings, known);
             say(fmt::format("{} of {}{}: {} at {}", repeat * result.variants.size() + variant + 1, all,
                             left ? fmt::format(", {} left", format_duration(*left)) : "", v.settings_name(), v.limit_name()));
-            RenderOptions options = options_of(settings, v);
-            options.keep_journal = repeat == 0;
+            const RenderOptions options = options_of(settings, v);
             const auto begin = std::chrono::steady_clock::now();
-            auto run = run_one(file, options, result.reference.image);
+            auto run = run_one(file, options, repeat == 0, result.reference.image);
             // A signal also ends the work of compilers: that fails, then.
             result.stopped = result.stopped || (run ? !run->report.complete : is_stopped());
             if (result.stopped) continue;

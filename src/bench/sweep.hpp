@@ -12,7 +12,7 @@
 
 #include "bench/reference.hpp"
 #include "render/render.hpp"
-#include "store/block_file.hpp"
+#include "store/block_source.hpp"
 
 namespace raypager::bench {
 
@@ -96,7 +96,7 @@ struct SweepHooks {
     const std::atomic<bool>* stop = nullptr;                               // the run under way is given up soon after it becomes true
 };
 // earlier: runs that need not be made again.
-Result<SweepResult> run_sweep(const BlockFile& file, const SweepSettings& settings, const std::vector<SweepRun>& earlier, const SweepHooks& hooks);
+Result<SweepResult> run_sweep(const BlockSource& file, const SweepSettings& settings, const std::vector<SweepRun>& earlier, const SweepHooks& hooks);
 
 // Films of runs with the same connection rule and number of samples must have the same hash. A line for each that differs.
 std::vector<std::string> find_different_films(const std::vector<SweepVariant>& variants, const std::vector<SweepRun>& runs);

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "device/profile.hpp"
+#include "raypager/device_profile.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "store/block_file.hpp"
-#include "wavefront/traversal.hpp"
+#include "wavefront/block_form.hpp"
 
 namespace raypager::bench {
 

@@ -6,12 +6,10 @@
 
 #include "raypager/abi/block.h"
 #include "raypager/abi/scene.h"
+#include "raypager/blocks.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
-
-// How a block lies in a device's memory: as it is stored (GPUs), or as abi/wide.h says (CPUs).
-enum class BlockForm { stored, wide };
 
 struct BlockRecord {
     uint64_t offset = 0;    // in the file

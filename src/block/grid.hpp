@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raypager/abi/block.h"
-#include "scene/lane_box.hpp"
+#include "scene/box4.hpp"
 
 namespace raypager {
 

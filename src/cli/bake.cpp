@@ -1,4 +1,4 @@
-#include "bake/bake.hpp"
+#include "raypager/bake.hpp"
 
 #include <fmt/format.h>
 

@@ -9,7 +9,7 @@
 #include "cli/report.hpp"
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 
 namespace raypager {
 namespace {
@@ -72,9 +72,9 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     progress_line("");
     if (!summary) return summary;
     print_issues(summary->issues);
-    if (summary->reduced_limit.reduced())
+    if (summary->reduced_limit > 0)
         log_note(fmt::format("only {} of main memory are free for the bake, not {} as usual: it went over the disk",
-                             format_bytes(summary->reduced_limit.bytes), format_bytes(summary->reduced_limit.usual)));
+                             format_bytes(summary->reduced_limit), format_bytes(summary->usual_limit)));
     if (summary->points_culled || summary->points_merged)
         log_note(fmt::format("left out: {} that the camera does not see, {} that share a pixel with others", counted(summary->points_culled, "point"),
                              format_count(summary->points_merged)));

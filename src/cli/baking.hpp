@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "bake/bake.hpp"
-#include "import/bare_look.hpp"
+#include "raypager/bake.hpp"
+#include "raypager/import.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 

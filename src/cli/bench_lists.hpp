@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cli/option_parser.hpp"
-#include "residency/policy_names.hpp"
+#include "raypager/tuning.hpp"
 
 namespace raypager {
 

@@ -7,7 +7,6 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
-#include "bench/baselines.hpp"
 #include "bench/sweep_figures.hpp"
 #include "cli/bench.hpp"
 #include "cli/bench_lists.hpp"
@@ -18,6 +17,7 @@
 #include "cli/stop_signal.hpp"
 #include "cli/sweep_state.hpp"
 #include "cli/values.hpp"
+#include "raypager/baselines.hpp"
 
 namespace raypager {
 namespace {
@@ -150,7 +150,7 @@ Json run_json(const bench::SweepResult& result, const bench::SweepRun& run) {
             {"convergence", curve}};
 }
 
-Json sweep_json(const SweepGiven& given, const bench::SweepResult& result, const BakedScene& scene, const std::string& date) {
+Json sweep_json(const SweepGiven& given, const bench::SweepResult& result, const Blocks& scene, const std::string& date) {
     const RenderReport& first = result.runs.front().report;
     const auto figures = bench::variant_figures(result);
     Json variants = Json::array(), runs = Json::array();
@@ -188,7 +188,7 @@ Json sweep_json(const SweepGiven& given, const bench::SweepResult& result, const
         {"runs", runs}};
 }
 
-Status write_results(const SweepGiven& given, const bench::SweepResult& result, const BakedScene& scene) {
+Status write_results(const SweepGiven& given, const bench::SweepResult& result, const Blocks& scene) {
     const std::string date = fmt::format("{:%Y-%m-%d %H:%M}", fmt::localtime(std::time(nullptr)));
     RAYPAGER_TRY(write_text(given.folder / "sweep.csv", bench::runs_csv(result)));
     RAYPAGER_TRY(write_text(given.folder / "convergence.csv", bench::convergence_csv(result)));
@@ -219,18 +219,17 @@ Status run_bench_sweep(const Arguments& arguments) {
     const auto opened =
         open_scene({given.inputs.begin(), given.inputs.end()}, given.render.cache_directory, {given.render.bake, view, stderr_is_terminal()});
     if (!opened) return opened.status();
-    const BakedScene& scene = opened->file->scene();
-    const auto options = effective_options(given.render, scene);
+    const auto options = effective_options(given.render, opened->blocks);
     if (!options) return options.status();
     given.sweep.base = *options;
     if (given.sweep.reference.spp == 0)
         given.sweep.reference.spp = given.render.options.time_seconds > 0 && !given.render.options.spp ? 1024 : std::min(65535u, 16 * options->spp);
     given.sweep.reference.folder = reference_folder(given);
     for (const SweepPolicy& policy : given.sweep.policies)
-        if (const auto difference = bench::paper_bake_difference(scene); difference && policy.baseline == SweepPolicy::Baseline::paper)
+        if (const auto difference = paper_bake_difference(opened->blocks); difference && policy.baseline == SweepPolicy::Baseline::paper)
             log_note(*difference);
 
-    auto state = SweepState::open(given.folder, given.sweep, scene, given.resume);
+    auto state = SweepState::open(given.folder, given.sweep, opened->blocks.source().scene(), given.resume);
     if (!state) return state.status();
     if (!state->earlier().empty())
         log_note(fmt::format("going on with {} of {}", format_count(state->earlier().size()), counted(bench::run_count(given.sweep), "run")));
@@ -239,12 +238,12 @@ Status run_bench_sweep(const Arguments& arguments) {
     hooks.note = [](const std::string& text) { progress_line("sweep: " + text); };
     hooks.finished = [&state](const bench::SweepRun& run, const bench::SweepVariant& variant) { return state->add(run, variant); };
     hooks.stop = &signal.stop();
-    const auto result = bench::run_sweep(*opened->file, given.sweep, state->earlier(), hooks);
+    const auto result = bench::run_sweep(opened->blocks.source(), given.sweep, state->earlier(), hooks);
     progress_line("");
     if (!result) return result.status();
     if (result->stopped) return stopped_early(given, *result);
     RAYPAGER_TRY(state->finish());
-    RAYPAGER_TRY(write_results(given, *result, scene));
+    RAYPAGER_TRY(write_results(given, *result, opened->blocks));
     std::fputs(bench::sweep_table(*result).c_str(), stdout);
     log_note(fmt::format("results: {}", given.folder.string()));
     if (result->different_films.empty()) return {};

@@ -1,11 +1,10 @@
-#include "film/compare.hpp"
-
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "cli/verbs.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 

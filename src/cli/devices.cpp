@@ -1,3 +1,5 @@
+#include "raypager/devices.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
-#include "device/device_list.hpp"
 
 namespace raypager {
 namespace {

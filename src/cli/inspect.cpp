@@ -92,28 +92,30 @@ double share(uint64_t bytes, const Parts& parts) {
     return all > 0 ? double(bytes) / double(all) : 0;
 }
 
-std::string as_json(const BakedScene& scene, const Parts& parts, bool verified) {
+std::string as_json(const std::shared_ptr<const BlockFile>& file, const Parts& parts, bool verified) {
+    const BakedScene& scene = file->scene();
+    const Blocks blocks(file);
     Json shares = Json::object();
     for (const NamedPart& part : named_parts) shares[part.name] = share(parts.*part.bytes, parts);
     const TopFigures top = top_figures(scene);
-    return json_text({{"scene", scene_json(scene, BlockForm::stored)},
-                      {"scene_on_cpu", scene_json(scene, BlockForm::wide)},
+    return json_text({{"scene", scene_json(blocks, BlockForm::stored)},
+                      {"scene_on_cpu", scene_json(blocks, BlockForm::wide)},
                       {"parts", shares},
                       {"top_tree", {{"portals", top.portals}, {"nodes", top.nodes}, {"depth", top.depth}}},
-                      {"bounds", bounds_json(scene)},
-                      {"camera", camera_json(scene.camera, scene.width, scene.height, scene)},
+                      {"bounds", bounds_json(blocks)},
+                      {"camera", camera_json(scene.camera, scene.width, scene.height, blocks)},
                       {"position_cell", scene.position_cell},
                       {"lights", scene.lights.size()},
                       {"materials", scene.materials.size()},
                       {"verified", verified}});
 }
 
-std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
-    const BakedScene& scene = file.scene();
+std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& parts, bool verified) {
+    const BakedScene& scene = file->scene();
     const TopFigures top = top_figures(scene);
     const uint64_t primitives = scene.triangles + scene.spheres;
     const double bytes_each = primitives > 0 ? double(scene.geometry_bytes(BlockForm::stored)) / double(primitives) : 0;
-    std::string text = fmt::format("{}: {}\n", file.path().string(), format_bytes(file.file_bytes()));
+    std::string text = fmt::format("{}: {}\n", file->path().string(), format_bytes(file->file_bytes()));
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<12} {}\n", name, value); };
     line("primitives", primitives_text(scene.triangles, scene.spheres));
     line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
@@ -127,7 +129,7 @@ std::string as_text(const BlockFile& file, const Parts& parts, bool verified) {
     line("shading", fmt::format("{}, {}", counted(scene.materials.size(), "material"), counted(scene.lights.size(), "light")));
     const auto point = [](const float(&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
     line("bounds", fmt::format("{} to {}", point(scene.lower), point(scene.upper)));
-    const std::string camera = camera_string(scene.camera, scene.width, scene.height, center_of(scene));
+    const std::string camera = camera_string(scene.camera, scene.width, scene.height, center_of(Blocks(file)));
     line("camera", camera.empty() ? "none that --camera could describe: its axes are not at right angles, or its pixels not square" : camera);
     line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));
     text += "  share of bytes\n";
@@ -160,7 +162,7 @@ Status run_inspect(const Arguments& arguments) {
     if (!file) return file.status();
     const auto parts = read_all_blocks(**file, verify);
     if (!parts) return parts.status();
-    const std::string text = json ? as_json((*file)->scene(), *parts, verify) : as_text(**file, *parts, verify);
+    const std::string text = json ? as_json(*file, *parts, verify) : as_text(*file, *parts, verify);
     std::fputs(text.c_str(), stdout);
     return {};
 }

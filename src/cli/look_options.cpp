@@ -11,8 +11,7 @@
 #include <span>
 
 #include "cli/output_paths.hpp"
-#include "import/materials.hpp"
-#include "import/pbrt_spectra.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {
@@ -59,20 +58,6 @@ std::optional<Float3> color_within(std::span<const std::string> words, double hi
         c[i] = static_cast<float>(*value);
     }
     return Float3{c[0], c[1], c[2]};
-}
-
-struct NamedMetal {
-    const char *name, *eta, *k;
-};
-constexpr NamedMetal metals[] = {{"gold", "metal-Au-eta", "metal-Au-k"},      {"silver", "metal-Ag-eta", "metal-Ag-k"},
-                                 {"copper", "metal-Cu-eta", "metal-Cu-k"},    {"brass", "metal-CuZn-eta", "metal-CuZn-k"},
-                                 {"aluminium", "metal-Al-eta", "metal-Al-k"}, {"aluminum", "metal-Al-eta", "metal-Al-k"}};
-
-std::optional<rp_material> named_metal(const std::string& name, float roughness) {
-    if (name == "chrome") return conductor_of_reflectance({0.55f, 0.556f, 0.554f}, roughness);
-    for (const NamedMetal& metal : metals)
-        if (name == metal.name) return conductor_material(*named_spectrum(metal.eta), *named_spectrum(metal.k), roughness);
-    return std::nullopt;
 }
 
 // "NAME", "R,G,B" or "#rrggbb", and perhaps ",roughness" behind it.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cli/option_parser.hpp"
-#include "import/bare_look.hpp"
+#include "raypager/import.hpp"
 
 namespace raypager {
 

@@ -1,6 +1,6 @@
 #include "cli/program.hpp"
 #ifdef RAYPAGER_OPENIMAGEIO
-#include "image/openimageio.hpp"
+#include "raypager/picture.hpp"
 #endif
 
 int main(int count, char** values) {

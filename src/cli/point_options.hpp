@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cli/option_parser.hpp"
-#include "clouds/point_cloud.hpp"
+#include "raypager/bake.hpp"
 
 namespace raypager {
 

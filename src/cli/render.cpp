@@ -1,5 +1,3 @@
-#include "render/render.hpp"
-
 #include <fmt/format.h>
 
 #include <chrono>
@@ -8,7 +6,6 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
-#include "bench/baselines.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/render_settings.hpp"
@@ -18,6 +15,8 @@
 #include "cli/turntable.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
+#include "raypager/baselines.hpp"
+#include "raypager/session.hpp"
 
 namespace raypager {
 namespace {
@@ -30,7 +29,7 @@ Status check_outputs(const RenderSettings& settings) {
     if (settings.log) RAYPAGER_TRY(check_output_path(*settings.log));
     if (settings.report) RAYPAGER_TRY(check_output_path(*settings.report));
     if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) RAYPAGER_TRY(check_output_path(checkpoint));
-    if (settings.record_trace) RAYPAGER_TRY(check_output_path(*settings.record_trace));
+    if (const auto& trace = settings.options.record.file; !trace.empty()) RAYPAGER_TRY(check_output_path(trace));
     return {};
 }
 
@@ -42,19 +41,17 @@ Result<std::optional<Image>> read_reference(const RenderSettings& settings) {
     return std::optional(std::move(*image));
 }
 
-Status write_results(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderResult& result,
+Status write_results(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderResult& result,
                      const ReportSeconds& seconds) {
     RAYPAGER_TRY(write_image(settings.output, result.image));
-    if (settings.record_trace && result.trace) {
-        RAYPAGER_TRY(write_demand_trace(*settings.record_trace, *result.trace));
-        log_note(fmt::format("demand trace: {}, {} of {} paths", settings.record_trace->string(), format_count(result.trace->path_count()),
-                             format_count(result.trace->recorded.paths)));
-    }
+    if (const auto& trace = effective.record.file; !trace.empty() && result.report.complete)
+        log_note(fmt::format("demand trace: {}, {} of {} paths", trace.string(), format_count(result.report.recorded_paths),
+                             format_count(result.report.rays.camera)));
     if (!settings.report) return {};
     return write_text(*settings.report, json_text(report_json(settings, effective, scene, result.report, seconds)));
 }
 
-void print_summary(const RenderSettings& settings, const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds,
+void print_summary(const RenderSettings& settings, const Blocks& scene, const RenderReport& report, const ReportSeconds& seconds,
                    std::optional<double> rmse, uint64_t ground) {
     std::fputs(summary_text(scene, report, seconds, ground).c_str(), stderr);
     if (rmse) log_note(fmt::format("RMSE against {}: {:.6g}", settings.reference->string(), *rmse));
@@ -87,11 +84,11 @@ Status render_to_files(const RenderSettings& settings) {
         request.options.host_limit = std::max(settings.options.host_limit, smallest_bake_limit(request.options.block_bytes));
     const auto opened = open_scene(settings.inputs, settings.cache_directory, request);
     if (!opened) return opened.status();
-    const BakedScene& scene = opened->file->scene();
+    const Blocks& scene = opened->blocks;
     auto options = effective_options(settings, scene);
     if (!options) return options.status();
     if (settings.paper_preset)
-        if (const auto difference = bench::paper_bake_difference(scene)) log_note(*difference);
+        if (const auto difference = paper_bake_difference(scene)) log_note(*difference);
     if (settings.turntable > 0) return render_turntable(settings, *options, *opened, begin);
     auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
     if (!monitor) return monitor.status();
@@ -100,7 +97,7 @@ Status render_to_files(const RenderSettings& settings) {
     options->stop_now = &signal.stop_now();
     RenderCallbacks callbacks = monitor->callbacks(*options);
     callbacks.begins = [&signal] { signal.set_mode(StopMode::keep); };
-    auto result = render(*opened->file, *options, callbacks);
+    auto result = render(opened->blocks, *options, callbacks);
     progress_line("");
     if (!result) return result.status();
     expose(result->image, settings.exposure);

@@ -5,7 +5,7 @@
 #include "base/log.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/values.hpp"
-#include "film/compare.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "base/files.hpp"
 #include "cli/render_settings.hpp"
-#include "image/image.hpp"
-#include "render/render.hpp"
+#include "raypager/picture.hpp"
+#include "raypager/session.hpp"
 
 namespace raypager {
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/baselines.hpp"
 #include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/point_options.hpp"
@@ -13,6 +12,7 @@
 #include "cli/values.hpp"
 #include "cli/view.hpp"
 #include "raypager/abi/types.h"
+#include "raypager/baselines.hpp"
 
 namespace raypager {
 namespace {
@@ -20,7 +20,6 @@ namespace {
 constexpr uint64_t most_samples = 65535;  // what the film's fixed point holds without overflow (abi/film.h)
 constexpr uint64_t most_paths = uint64_t{1} << 30;
 constexpr uint64_t most_loads = 1024;
-constexpr uint64_t default_trace_paths = 500000;
 constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
 constexpr const char* about_render =
@@ -65,16 +64,17 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
                       options.geometry_limit_percent = limit->percent;
                       return {};
                   });
-    parser.option("paths", "N", "path slots: paths in flight at once (default: chosen from the limits)", into_count(options.paths, 1, most_paths));
+    parser.option("paths", "N", "path slots: paths in flight at once (default: chosen from the limits)",
+                  into_count(options.tuning.paths, 1, most_paths));
     parser.option("policy", "NAME", "which blocks come and go: aged-wants, most-wanted, wanted-per-byte, lru or sweep (default: aged-wants)",
-                  into(options.policy, parse_policy));
+                  into(options.tuning.policy, parse_policy));
     parser.option("connection", "NAME",
                   "shadow rays: in a queue of their own, or by roulette against path continuation: queue or roulette "
                   "(default: queue)",
                   into(options.connection, parse_connection));
     parser.option("traversal", "NAME",
                   "rays one by one or in streams, over blocks in the form for either: auto, ray or stream (default: auto, streams on CPUs)",
-                  into(options.traversal, parse_traversal));
+                  into(options.tuning.traversal, parse_traversal));
 }
 
 // Options for measurements: what the engine decides by itself, and baselines. None of them changes the picture, but the preset's roulette
@@ -86,19 +86,25 @@ void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
                   "in, least bounced out); options behind this one override it",
                   [&settings](const std::string& text) -> Status {
                       if (text != "paper") return Status::usage(fmt::format("'{}' is not a preset; there is one, paper", text));
-                      const uint32_t paths = settings.options.paths;
-                      bench::use_paper_settings(settings.options, 0, 0);
-                      settings.options.paths = paths;  // the default follows from the size of the picture
+                      const uint32_t paths = settings.options.tuning.paths;
+                      use_paper_settings(settings.options, 0, 0);
+                      settings.options.tuning.paths = paths;  // the default follows from the size of the picture
                       settings.paper_preset = true;
                       return {};
                   });
     parser.option("pool", "PLACE",
                   "device, or as a baseline host: all geometry in mapped host memory, read across the bus without paging "
                   "(default: device)",
-                  into(options.pool_place, parse_pool));
-    parser.option("record-trace", "FILE", "record which blocks paths enter, for 'raypager bench policy'", into_optional_path(settings.record_trace));
+                  into(options.tuning.pool_place, parse_pool));
+    parser.option("record-trace", "FILE", "record which blocks paths enter, for 'raypager bench policy'", into_path(options.record.file));
     parser.option("trace-paths", "N", "about how many of all paths to record, spread evenly (default: 500K)",
-                  into(options.record_paths, [](const std::string& text) { return parse_count(text, 1, most_paths); }));
+                  [&settings](const std::string& text) -> Status {
+                      const auto count = parse_count(text, 1, most_paths);
+                      if (!count) return count.status();
+                      settings.options.record.paths = *count;
+                      settings.trace_paths_given = true;
+                      return {};
+                  });
 }
 
 // What becomes of a picture beside its light: these are for scenes and block files, too.
@@ -158,7 +164,7 @@ Status check_distinct_files(const OptionParser& parser, const RenderSettings& se
     if (settings.log) files.emplace_back("--log", *settings.log);
     if (settings.report) files.emplace_back("--report", *settings.report);
     if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) files.emplace_back("--checkpoint", checkpoint);
-    if (settings.record_trace) files.emplace_back("--record-trace", *settings.record_trace);
+    if (const auto& trace = settings.options.record.file; !trace.empty()) files.emplace_back("--record-trace", trace);
     for (size_t i = read_only; i < files.size(); ++i)
         for (size_t j = 0; j < i; ++j)
             if (same_file(files[i].second, files[j].second))
@@ -174,7 +180,7 @@ Status check_picture_options(const OptionParser& parser, const RenderSettings& s
     const std::pair<bool, const char*> single[] = {{!settings.options.checkpoint.file.empty(), "--checkpoint"},
                                                    {settings.log.has_value(), "--log"},
                                                    {settings.reference.has_value(), "--reference"},
-                                                   {settings.record_trace.has_value(), "--record-trace"},
+                                                   {!settings.options.record.file.empty(), "--record-trace"},
                                                    {settings.bake.points.cull_to_camera, "--cull-to-camera"}};
     for (const auto& [given, name] : single)
         if (given) return parser.wrong(fmt::format("--turntable: {} is for one picture; leave one of them out", name));
@@ -193,9 +199,9 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
     if (has_ending(settings.inputs.front(), ".rpb") && changes_points(settings.bake.points))
         return parser.wrong(
             fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
-    if (settings.record_trace && options.spp == 0 && options.time_seconds > 0)
+    if (!options.record.file.empty() && options.spp == 0 && options.time_seconds > 0)
         return parser.wrong("--record-trace: needs --spp as well as --time: the share of paths to record follows from how many there can be");
-    if (options.record_paths && !settings.record_trace)
+    if (settings.trace_paths_given && options.record.file.empty())
         return parser.wrong("--trace-paths: says how much to record; name a file with --record-trace");
     return check_distinct_files(parser, settings);
 }
@@ -234,21 +240,22 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("loads-in-flight", "N",
                   "blocks on their way at once while others must leave for them (default: by pool and blocks, 2 to 16 on CPUs, to 64 on GPUs)",
-                  into_count(options.loads_in_flight, 1, most_loads));
+                  into_count(options.tuning.loads_in_flight, 1, most_loads));
     parser.option("hold", "PERCENT",
                   "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 40% or 100%)",
-                  into(options.hold_above_ready, parse_share));
-    parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.wait_for_loads);
-    parser.option("tile", "PIXELS", "camera paths start in tiles of this many pixels a side (default: 16)", into_count(options.tile_size, 1, 1024));
+                  into(options.tuning.hold_above_ready, parse_share));
+    parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.tuning.wait_for_loads);
+    parser.option("tile", "PIXELS", "camera paths start in tiles of this many pixels a side (default: 16)",
+                  into_count(options.tuning.tile_size, 1, 1024));
     parser.option("together", "N",
                   "samples of a pixel that are begun one after the other, 1 to 64 (default: up to 16; 1 with --time, --snapshots, --log or "
                   "--checkpoint, and in bench sweep); a resumed render keeps its order",
-                  into_count(options.together, 1, 64));
+                  into_count(options.tuning.together, 1, 64));
     parser.option("region", "PIXELS",
                   "this many pixels get most of their samples before the next ones begin; 0: all pixels at once (default: by path slots in "
                   "long renders without --time, --snapshots, --log and --checkpoint, 0 in others); a resumed render keeps its order",
-                  into(options.region, [](const std::string& text) { return parse_count(text, 0, uint64_t{1} << 31); }));
-    add_tune_option(parser, options.tuning);
+                  into(options.tuning.region, [](const std::string& text) { return parse_count(text, 0, uint64_t{1} << 31); }));
+    add_tune_option(parser, options.tuning.profile);
 }
 
 Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arguments) {
@@ -273,20 +280,19 @@ Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arg
     RAYPAGER_TRY(check_combinations(parser, settings));
     RAYPAGER_TRY(check_look_options(parser, settings.look, settings.inputs));
     RAYPAGER_TRY(check_picture_options(parser, settings));
-    if (settings.record_trace && settings.options.record_paths == 0) settings.options.record_paths = default_trace_paths;
     return std::optional(std::move(settings));
 }
 
-Result<RenderOptions> effective_options(const RenderSettings& settings, const BakedScene& scene) {
+Result<RenderOptions> effective_options(const RenderSettings& settings, const Blocks& scene) {
     RenderOptions options = settings.options;
     if (options.width == 0) {
-        options.width = scene.width;
-        options.height = scene.height;
+        options.width = scene.width();
+        options.height = scene.height();
     }
-    if (settings.paper_preset && options.paths == 0) options.paths = bench::paper_paths_per_pixel * options.width * options.height;
+    if (settings.paper_preset && options.tuning.paths == 0) options.tuning.paths = paper_paths_per_pixel * options.width * options.height;
     // With a time limit alone, samples are taken for as long as there is time.
-    if (options.spp == 0) options.spp = options.time_seconds > 0 ? static_cast<uint32_t>(most_samples) : scene.spp;
-    const auto camera = choose_camera(settings.camera, scene.camera, scene.width, scene.height, options.width, options.height);
+    if (options.spp == 0) options.spp = options.time_seconds > 0 ? static_cast<uint32_t>(most_samples) : scene.spp();
+    const auto camera = choose_camera(settings.camera, scene.camera(), scene.width(), scene.height(), options.width, options.height);
     if (!camera) return camera.status().at("render");
     options.camera = *camera;
     return options;

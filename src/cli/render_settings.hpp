@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
-#include "bake/bake.hpp"
 #include "cli/camera_text.hpp"
 #include "cli/look_options.hpp"
 #include "cli/option_parser.hpp"
-#include "import/bare_look.hpp"
+#include "raypager/bake.hpp"
+#include "raypager/import.hpp"
 #include "raypager/scene.hpp"
-#include "render/render.hpp"
+#include "raypager/session.hpp"
 
 namespace raypager {
 
@@ -25,8 +25,9 @@ struct RenderSettings {
     LookTexts texts;         // what was said of it
     double exposure = 0;     // the picture is multiplied by 2 to the power of this
     uint32_t turntable = 0;  // pictures all around; 0: one, and none of that
-    std::optional<std::filesystem::path> cache_directory, reference, log, report, record_trace;
+    std::optional<std::filesystem::path> cache_directory, reference, log, report;
     bool paper_preset = false;
+    bool trace_paths_given = false;
     double snapshot_seconds = 0;  // 0: no snapshots
     bool progress = false;        // even without a terminal
 };
@@ -41,6 +42,6 @@ void add_device_options(OptionParser& parser, RenderSettings& settings);
 void add_tuning_options(OptionParser& parser, RenderSettings& settings);
 
 // settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given.
-Result<RenderOptions> effective_options(const RenderSettings& settings, const BakedScene& scene);
+Result<RenderOptions> effective_options(const RenderSettings& settings, const Blocks& scene);
 
 }  // namespace raypager

@@ -38,7 +38,7 @@ Json point_radius_json(const PointOptions& options) {
     return options.radius_from_spacing ? Json("auto") : Json(nullptr);
 }
 
-Json settings_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report) {
+Json settings_json(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderReport& report) {
     const CheckpointOptions& checkpoint = effective.checkpoint;
     Json inputs = Json::array();
     for (const auto& input : settings.inputs) inputs.push_back(input.string());
@@ -59,15 +59,15 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"connection", report.connection},
             {"traversal", report.form == BlockForm::wide ? "stream" : "ray"},
             {"preset", settings.paper_preset ? Json("paper") : Json(nullptr)},
-            {"pool", effective.pool_place == PoolPlace::host ? "host" : "device"},
-            {"loads_in_flight", effective.loads_in_flight > 0 ? Json(effective.loads_in_flight) : Json(nullptr)},
-            {"hold", effective.hold_above_ready ? Json(*effective.hold_above_ready) : Json(nullptr)},
-            {"wait_for_loads", effective.wait_for_loads},
+            {"pool", effective.tuning.pool_place == PoolPlace::host ? "host" : "device"},
+            {"loads_in_flight", effective.tuning.loads_in_flight > 0 ? Json(effective.tuning.loads_in_flight) : Json(nullptr)},
+            {"hold", effective.tuning.hold_above_ready ? Json(*effective.tuning.hold_above_ready) : Json(nullptr)},
+            {"wait_for_loads", effective.tuning.wait_for_loads},
             {"tile", report.tile_size},
             {"together", report.together},
             {"region", report.region},
-            {"tune", tuning_json(effective.tuning)},
-            {"camera", axes_json(effective.camera.value_or(scene.camera))},
+            {"tune", tuning_json(effective.tuning.profile)},
+            {"camera", axes_json(effective.camera.value_or(scene.camera()))},
             {"material", text_json(settings.texts.material)},
             {"sky", text_json(settings.texts.sky)},
             {"light", text_json(settings.texts.light)},
@@ -87,21 +87,21 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"checkpoint", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.file.string())},
             {"checkpoint_every", checkpoint.file.empty() ? Json(nullptr) : Json(checkpoint.every_seconds)},
             {"resume", checkpoint.resume},
-            {"record_trace", path_json(settings.record_trace)},
-            {"trace_paths", effective.record_paths > 0 ? Json(effective.record_paths) : Json(nullptr)},
+            {"record_trace", effective.record.file.empty() ? Json(nullptr) : Json(effective.record.file.string())},
+            {"trace_paths", !effective.record.file.empty() ? Json(effective.record.paths) : Json(nullptr)},
             {"progress", settings.progress}};
 }
 
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
-std::string paging_table(const BakedScene& scene, const RenderReport& report, uint64_t ground) {
-    const uint64_t geometry = scene.geometry_bytes(report.form);
+std::string paging_table(const Blocks& scene, const RenderReport& report, uint64_t ground) {
+    const uint64_t geometry = scene.bytes(report.form);
     const uint64_t resident = std::min(report.limits.geometry_bytes, geometry);
     const auto& paging = report.paging;
     std::string text;
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<16} {}\n", name, value); };
     line("device", fmt::format("{}, {:.2f} Mrays/s", report.device.name, ratio(double(report.rays.total()), report.seconds.render) / 1e6));
-    line("scene", fmt::format("{} in {}, {}", primitives_text(scene.triangles, scene.spheres, ground), counted(scene.blocks.size(), "block"),
+    line("scene", fmt::format("{} in {}, {}", primitives_text(scene.triangles(), scene.spheres(), ground), counted(scene.count(), "block"),
                               format_bytes(geometry)));
     line("resident limit", fmt::format("{}, {:.1f} % of the scene", format_bytes(report.limits.geometry_bytes),
                                        geometry ? 100 * ratio(double(resident), double(geometry)) : 100.0));
@@ -117,34 +117,35 @@ std::string paging_table(const BakedScene& scene, const RenderReport& report, ui
 
 }  // namespace
 
-Json scene_json(const BakedScene& scene, BlockForm form) {
-    const double primitives = double(scene.triangles + scene.spheres);
-    return {{"triangles", scene.triangles},
-            {"spheres", scene.spheres},
-            {"blocks", scene.blocks.size()},
-            {"block_bytes_max", scene.largest_block(form)},
-            {"geometry_bytes", scene.geometry_bytes(form)},
-            {"stored_bytes", scene.stored_bytes()},
-            {"bytes_per_primitive", ratio(double(scene.geometry_bytes(form)), primitives)}};
+Json scene_json(const Blocks& scene, BlockForm form) {
+    const double primitives = double(scene.triangles() + scene.spheres());
+    return {{"triangles", scene.triangles()},
+            {"spheres", scene.spheres()},
+            {"blocks", scene.count()},
+            {"block_bytes_max", scene.largest(form)},
+            {"geometry_bytes", scene.bytes(form)},
+            {"stored_bytes", scene.bytes(BlockForm::stored)},
+            {"bytes_per_primitive", ratio(double(scene.bytes(form)), primitives)}};
 }
 
-Json bounds_json(const BakedScene& scene) { return {{"min", scene.lower}, {"max", scene.upper}}; }
+Json bounds_json(const Blocks& scene) { return {{"min", scene.lower()}, {"max", scene.upper()}}; }
 
-std::array<double, 3> center_of(const BakedScene& scene) {
+std::array<double, 3> center_of(const Blocks& scene) {
     std::array<double, 3> center = {};
-    for (size_t a = 0; a < 3; a++) center[a] = 0.5 * (double(scene.lower[a]) + scene.upper[a]);
+    const auto lower = scene.lower(), upper = scene.upper();
+    for (size_t a = 0; a < 3; a++) center[a] = 0.5 * (double(lower[a]) + upper[a]);
     return center;
 }
 
-Json camera_json(const Camera& camera, uint32_t width, uint32_t height, const BakedScene& scene) {
+Json camera_json(const Camera& camera, uint32_t width, uint32_t height, const Blocks& scene) {
     const std::string text = camera_string(camera, width, height, center_of(scene));
     return text.empty() ? Json(nullptr) : Json(text);
 }
 
 // A camera that was given is told as it was given.
-Json effective_camera_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report) {
+Json effective_camera_json(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderReport& report) {
     if (settings.camera && settings.turntable == 0) return format_camera(*settings.camera);
-    return camera_json(effective.camera.value_or(scene.camera), report.width, report.height, scene);
+    return camera_json(effective.camera.value_or(scene.camera()), report.width, report.height, scene);
 }
 
 // Streams extend and connect in one.
@@ -154,7 +155,7 @@ Json stages_json(const std::array<double, 5>& seconds, BlockForm form) {
     return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"extend", seconds[2]}, {"shade", seconds[3]}, {"connect", seconds[4]}};
 }
 
-Json report_json(const RenderSettings& settings, const RenderOptions& effective, const BakedScene& scene, const RenderReport& report,
+Json report_json(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderReport& report,
                  const ReportSeconds& seconds) {
     const auto& rays = report.rays;
     const auto& paging = report.paging;
@@ -209,7 +210,7 @@ std::string primitives_text(uint64_t triangles, uint64_t spheres, uint64_t groun
     return text;
 }
 
-std::string summary_text(const BakedScene& scene, const RenderReport& report, const ReportSeconds& seconds, uint64_t ground) {
+std::string summary_text(const Blocks& scene, const RenderReport& report, const ReportSeconds& seconds, uint64_t ground) {
     const std::string spp = report.complete ? std::to_string(report.spp) : fmt::format("{:.1f}", report.average_spp);
     std::string text = fmt::format("raypager: {}x{}, {} spp in {} (baking {}, rendering {})\n", report.width, report.height, spp,
                                    format_duration(seconds.total), format_duration(seconds.bake), format_duration(report.seconds.render));

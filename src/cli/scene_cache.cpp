@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "bake/restyle.hpp"
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
@@ -30,18 +29,13 @@ std::optional<std::filesystem::path> user_cache_folder() {
 }
 
 // The block file at path, if it is there, whole, and has the geometry of this scene; it comes with the looks of the scene.
-std::shared_ptr<const BlockFile> open_cached(const std::filesystem::path& path, uint64_t fingerprint, const Scene& scene) {
+std::optional<Blocks> open_cached(const std::filesystem::path& path, uint64_t fingerprint, const Scene& scene) {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path, error)) return nullptr;
-    Result<bool> good = false;
-    const auto file = BlockFile::open(path, [&](BakedScene& baked) {
-        if (baked.fingerprint == fingerprint) good = restyle(scene, baked);
-    });
-    if (!file) {
-        log_warning(fmt::format("{}; it is baked again", file.status().message()));
-        return nullptr;
-    }
-    return good && *good ? *file : nullptr;  // an error comes again when it is baked
+    if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
+    auto blocks = open_baked(path, scene, fingerprint);
+    if (blocks) return *blocks;
+    log_warning(fmt::format("{}; it is baked again", blocks.status().message()));
+    return std::nullopt;
 }
 
 Result<std::filesystem::path> first_writable(const std::vector<std::filesystem::path>& folders) {
@@ -89,9 +83,9 @@ std::vector<std::filesystem::path> cache_folders(const std::filesystem::path& in
 Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs, const std::optional<std::filesystem::path>& cache_directory,
                                const BakeRequest& request) {
     if (inputs.size() == 1 && has_ending(inputs.front(), ".rpb")) {
-        auto file = BlockFile::open(inputs.front());
-        if (!file) return file.status();
-        return OpenedScene{*file, 0, 0};
+        auto blocks = Blocks::open(inputs.front());
+        if (!blocks) return blocks.status();
+        return OpenedScene{*blocks, 0, 0};
     }
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
@@ -107,19 +101,19 @@ Result<OpenedScene> open_scene(const std::vector<std::filesystem::path>& inputs,
     const std::string prefix = cache_prefix(inputs), name = prefix + hex64(*fingerprint) + ".rpb";
     const auto folders = cache_folders(inputs.front(), cache_directory);
     for (const auto& folder : folders)
-        if (auto file = open_cached(folder / name, *fingerprint, *scene)) {
+        if (auto blocks = open_cached(folder / name, *fingerprint, *scene)) {
             forget_unpacked_files();
             log_note(fmt::format("the scene is baked already: {}", (folder / name).string()));
-            return OpenedScene{std::move(file), seconds(), ground_triangles(*scene)};
+            return OpenedScene{*blocks, seconds(), ground_triangles(*scene)};
         }
     const auto folder = first_writable(folders);
     if (!folder) return folder.status();
     const auto summary = bake_with_notes(*scene, request.options, *folder / name, request.show_progress);
     if (!summary) return summary.status();
     remove_old(*folder, prefix, name);
-    auto file = BlockFile::open(*folder / name);
-    if (!file) return file.status();
-    return OpenedScene{*file, seconds(), ground_triangles(*scene)};
+    auto blocks = Blocks::open(*folder / name);
+    if (!blocks) return blocks.status();
+    return OpenedScene{*blocks, seconds(), ground_triangles(*scene)};
 }
 
 }  // namespace raypager

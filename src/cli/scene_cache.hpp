@@ -6,16 +6,15 @@
 #include <optional>
 #include <vector>
 
-#include "bake/bake.hpp"
 #include "cli/view.hpp"
-#include "import/bare_look.hpp"
+#include "raypager/bake.hpp"
+#include "raypager/import.hpp"
 #include "raypager/status.hpp"
-#include "store/block_file.hpp"
 
 namespace raypager {
 
 struct OpenedScene {
-    std::shared_ptr<const BlockFile> file;
+    Blocks blocks;
     double bake_seconds = 0;        // import included; 0 if the block file was given
     uint64_t ground_triangles = 0;  // that a bare input was given to stand on; 0 if the block file was given
 };

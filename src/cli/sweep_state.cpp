@@ -40,13 +40,13 @@ Json common_json(const bench::SweepSettings& settings, const BakedScene& scene) 
             {"--host-limit", o.host_limit},
             {"--reference-spp", settings.reference.spp},
             {"--snapshots", settings.first_snapshot},
-            {"--loads-in-flight", o.loads_in_flight},
-            {"--hold", o.hold_above_ready ? Json(*o.hold_above_ready) : Json(nullptr)},
-            {"--wait-for-loads", o.wait_for_loads},
-            {"--tile", o.tile_size},
-            {"--together", o.together},
-            {"--region", o.region ? Json(*o.region) : Json(nullptr)},
-            {"--tune", tuning_json(o.tuning)}};
+            {"--loads-in-flight", o.tuning.loads_in_flight},
+            {"--hold", o.tuning.hold_above_ready ? Json(*o.tuning.hold_above_ready) : Json(nullptr)},
+            {"--wait-for-loads", o.tuning.wait_for_loads},
+            {"--tile", o.tuning.tile_size},
+            {"--together", o.tuning.together},
+            {"--region", o.tuning.region ? Json(*o.tuning.region) : Json(nullptr)},
+            {"--tune", tuning_json(o.tuning.profile)}};
 }
 
 std::string variant_key(const SweepVariant& v) {

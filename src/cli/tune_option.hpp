@@ -5,7 +5,7 @@
 #include <string>
 
 #include "cli/option_parser.hpp"
-#include "device/profile.hpp"
+#include "raypager/device_profile.hpp"
 
 namespace raypager {
 

@@ -12,7 +12,6 @@
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "cli/view.hpp"
-#include "store/block_file.hpp"
 
 namespace raypager {
 namespace {
@@ -25,14 +24,16 @@ struct Turning {
 };
 
 // What the scene shows, without what of it is backdrop.
-std::vector<Box> shown_boxes(const BakedScene& scene) {
+std::vector<Box> shown_boxes(const Blocks& scene) {
     std::vector<Box> boxes;
-    for (const BlockRecord& block : scene.blocks) {
+    const auto scene_lower = scene.lower(), scene_upper = scene.upper();
+    for (uint32_t i = 0; i < scene.count(); i++) {
+        const auto [lower, upper] = scene.bounds(i);
         Box box;
         bool empty = false;
         for (size_t a = 0; a < 3; a++) {
-            box.lower[a] = std::max(block.lower[a], scene.lower[a]);
-            box.upper[a] = std::min(block.upper[a], scene.upper[a]);
+            box.lower[a] = std::max(lower[a], scene_lower[a]);
+            box.upper[a] = std::min(upper[a], scene_upper[a]);
             empty = empty || box.lower[a] > box.upper[a];
         }
         if (!empty) boxes.push_back(box);
@@ -41,8 +42,8 @@ std::vector<Box> shown_boxes(const BakedScene& scene) {
 }
 
 // A camera that was given stays where it is; any other one moves back, if the scene would not fit into the pictures from all around.
-Turning turning_of(const RenderSettings& settings, const RenderOptions& options, const BakedScene& scene) {
-    const Camera camera = options.camera.value_or(scene.camera);
+Turning turning_of(const RenderSettings& settings, const RenderOptions& options, const Blocks& scene) {
+    const Camera camera = options.camera.value_or(scene.camera());
     const auto center = center_of(scene);
     if (settings.camera) return {camera, center, settings.camera->up};
     const auto upright = upright_axis(camera);
@@ -59,7 +60,7 @@ Camera as_printed(const Camera& camera, uint32_t width, uint32_t height) {
 }
 
 // One picture of them.
-Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions options, const BlockFile& file, const std::string& which) {
+Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions options, const Blocks& file, const std::string& which) {
     auto monitor = RenderMonitor::create(settings, options, std::nullopt);
     if (!monitor) return monitor.status();
     const RenderCallbacks callbacks = monitor->callbacks(options);
@@ -75,7 +76,7 @@ Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions op
     return result;
 }
 
-Json picture_json(const RenderSettings& settings, const RenderOptions& options, const BakedScene& scene, const RenderReport& report) {
+Json picture_json(const RenderSettings& settings, const RenderOptions& options, const Blocks& scene, const RenderReport& report) {
     return {{"output", settings.output.string()},
             {"camera", camera_json(*options.camera, report.width, report.height, scene)},
             {"film_hash", hex64(report.film_hash)},
@@ -91,7 +92,7 @@ std::filesystem::path turntable_picture(const std::filesystem::path& output, uin
 
 Status render_turntable(const RenderSettings& settings, const RenderOptions& options, const OpenedScene& opened,
                         std::chrono::steady_clock::time_point begin) {
-    const BakedScene& scene = opened.file->scene();
+    const Blocks& scene = opened.blocks;
     const Turning turning = turning_of(settings, options, scene);
     const StopSignal signal(StopMode::keep);
     const std::atomic<bool>& stopped = signal.stop();
@@ -105,9 +106,9 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
     for (uint32_t i = 0; i < settings.turntable && !stopped; i++) {
         one.output = turntable_picture(settings.output, i, settings.turntable);
         turned.camera = turned_camera(turning.first, turning.center, turning.upright, static_cast<double>(i) / settings.turntable);
-        if (!same_place(*turned.camera, options.camera.value_or(scene.camera)))
+        if (!same_place(*turned.camera, options.camera.value_or(scene.camera())))
             turned.camera = as_printed(*turned.camera, turned.width, turned.height);
-        const auto result = render_one(one, turned, *opened.file, fmt::format("{} of {}", i + 1, settings.turntable));
+        const auto result = render_one(one, turned, opened.blocks, fmt::format("{} of {}", i + 1, settings.turntable));
         if (!result && stopped) break;  // compilers of kernels, too, end at signals, as if there were an error
         if (!result) return result.status();
         if (!result->report.complete && result->report.average_spp == 0) break;  // of which there is no picture

@@ -9,9 +9,8 @@
 
 #include "base/words.hpp"
 #include "raypager/scene.hpp"
+#include "raypager/session.hpp"
 #include "raypager/status.hpp"
-#include "render/render.hpp"
-#include "wavefront/traversal.hpp"
 
 namespace raypager {
 

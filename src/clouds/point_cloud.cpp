@@ -53,7 +53,7 @@ float PointRules::radius(const CloudPoint& point, float spacing) const {
 
 std::optional<WorldSphere> PointRules::sphere(const CloudPoint& point, MeshIssues& issues) const {
     if (!shape_.points->has_color()) {
-        if (point.radius > 0) return WorldSphere{point.position, point.radius, RP_NONE};
+        if (point.radius > 0) return WorldSphere{point.position, point.radius};
         issues.degenerate++;
         return {};
     }

@@ -6,23 +6,12 @@
 #include <vector>
 
 #include "clouds/point_view.hpp"
-#include "import/point_columns.hpp"
+#include "raypager/bake.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "world/world.hpp"
 
 namespace raypager {
-
-// What to make of points when they are baked.
-struct PointOptions {
-    float radius = 0;                  // of all points, in the world; 0: as the shapes say
-    bool radius_from_spacing = false;  // also where shapes or files give a radius
-    float radius_scale = 1;            // of all radii but those given as `radius`
-    bool cull_to_camera = false;       // leave out what the scene's camera does not see
-    float cull_margin = 0.1f;          // beyond the picture's border, as a share of half the picture's sides
-    bool filter_to_image = false;      // keep about one point a pixel of the scene's camera
-    PointColumns columns = {};         // of text clouds; for the import, which takes them as the files tell where there are none
-};
 
 // What becomes of the points of a shape, one by one. REQUIRES: shape.points; the three live as long.
 // Radii: options.radius; else the shape's point_radius; else each point's own, scaled with the shape; else from the spacing of

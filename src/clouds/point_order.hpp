@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "raypager/scene.hpp"
-#include "scene/lane_box.hpp"
+#include "scene/box4.hpp"
 
 namespace raypager {
 

@@ -52,7 +52,7 @@ Extent extent_of(std::span<const PrimitiveRef> refs) {
     return extent;
 }
 
-BinMapping::BinMapping(const LaneBox& centroids, int bins) : count(bins) {
+BinMapping::BinMapping(const Box4& centroids, int bins) : count(bins) {
     for (int a = 0; a < 3; a++) {
         const float extent = centroids.upper[a] - centroids.lower[a];
         origin[a] = centroids.lower[a];
@@ -73,11 +73,11 @@ BinSet::BinSet(std::span<const PrimitiveRef> refs, const BinMapping& mapping, si
 
 inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {
     const float last = static_cast<float>(count_ - 1);
-    const Lanes limit = {last, last, last, last};
-    const LaneBox box = ref.lanes();
-    const Lanes place = least((box.lower + box.upper - mapping.origin) * mapping.scale, limit);
-    // All at once: taking them from the lanes one by one goes through memory, which costs three times as much as all the rest.
-    const auto bin = __builtin_convertvector(place, LaneInts);
+    const Float4 limit = {last, last, last, last};
+    const Box4 box = ref.box4();
+    const Float4 place = least((box.lower + box.upper - mapping.origin) * mapping.scale, limit);
+    // All at once: taking them from the vector one by one goes through memory, which costs three times as much as all the rest.
+    const auto bin = __builtin_convertvector(place, Int4);
     const uint64_t sums = uint64_t{ref.weight} << 32 | 1;
     using LanePairs = uint64_t __attribute__((vector_size(16)));
     const auto pairs = std::bit_cast<LanePairs>(bin);
@@ -136,9 +136,9 @@ size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
     float best_cost = std::numeric_limits<float>::infinity();
     for (size_t axis = 0; axis < 3; axis++) {
         sort_along(refs, static_cast<int>(axis), sorted[axis]);
-        const auto box_of = [&](size_t i) { return refs[sorted[axis][i].place].lanes(); };
+        const auto box_of = [&](size_t i) { return refs[sorted[axis][i].place].box4(); };
         std::array<float, most_swept> right;
-        LaneBox box;
+        Box4 box;
         for (size_t i = n - 1; i > 0; i--) {
             box.grow(box_of(i));
             right[i] = box.rough_half_area() * static_cast<float>(n - i);
@@ -159,14 +159,14 @@ size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step) {
     return best_middle;
 }
 
-int widest_axis(const LaneBox& box) {
+int widest_axis(const Box4& box) {
     int axis = 0;
     for (int a = 1; a < 3; a++)
         if (box.upper[a] - box.lower[a] > box.upper[axis] - box.lower[axis]) axis = a;
     return axis;
 }
 
-size_t split_at_median(std::span<PrimitiveRef> refs, const LaneBox& centroids) {
+size_t split_at_median(std::span<PrimitiveRef> refs, const Box4& centroids) {
     const int axis = widest_axis(centroids);
     const size_t middle = refs.size() / 2;
     std::nth_element(refs.begin(), refs.begin() + static_cast<ptrdiff_t>(middle), refs.end(), by_centroid(axis));

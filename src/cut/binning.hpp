@@ -14,12 +14,12 @@ inline constexpr int most_bins = 32;
 
 // What holds a set of boxes, and what holds twice their centres.
 struct Extent {
-    LaneBox box, centroids;
+    Box4 box, centroids;
 
     void grow(const PrimitiveRef& ref) {
-        const LaneBox lanes = ref.lanes();
-        box.grow(lanes);
-        centroids.grow(lanes.lower + lanes.upper);
+        const Box4 added = ref.box4();
+        box.grow(added);
+        centroids.grow(added.lower + added.upper);
     }
     void grow(const Extent& other) {
         box.grow(other.box);
@@ -30,14 +30,14 @@ Extent extent_of(std::span<const PrimitiveRef> refs);
 
 // Maps centres to bins, monotonically on each axis.
 struct BinMapping {
-    BinMapping(const LaneBox& centroids, int bins);
-    Lanes origin = {}, scale = {};
+    BinMapping(const Box4& centroids, int bins);
+    Float4 origin = {}, scale = {};
     int count;
 };
 
 struct BinSet {
     struct Bin {
-        LaneBox box;
+        Box4 box;
         uint64_t sums = 0;  // weights above, count below, so that one addition does for both
         uint64_t weight() const { return sums >> 32; }
         uint32_t count() const { return static_cast<uint32_t>(sums); }
@@ -77,8 +77,8 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight);
 inline constexpr size_t most_swept = 64;
 size_t split_by_sweep(std::span<PrimitiveRef> refs, size_t step);
 
-int widest_axis(const LaneBox& box);
+int widest_axis(const Box4& box);
 // Splits at the median centre of the widest axis, by id among equals: the number of refs that are moved to the front.
-size_t split_at_median(std::span<PrimitiveRef> refs, const LaneBox& centroids);
+size_t split_at_median(std::span<PrimitiveRef> refs, const Box4& centroids);
 
 }  // namespace raypager

@@ -52,9 +52,9 @@ private:
         leaves_.clear();
         treelet_spheres_.clear();
         leaf_refs_.clear();
-        const auto kind = [&](const PrimitiveRef& ref) { return !world_.is_sphere(ref.id) ? 0 : !world_.sphere(ref.id).is_point() ? 1 : 2; };
-        const auto spheres = std::partition(refs.begin(), refs.end(), [&](const PrimitiveRef& ref) { return kind(ref) < 1; });
-        const auto points = std::partition(spheres, refs.end(), [&](const PrimitiveRef& ref) { return kind(ref) < 2; });
+        const auto is = [&](PrimitiveKind kind) { return [this, kind](const PrimitiveRef& ref) { return world_.kind(ref.id) == kind; }; };
+        const auto spheres = std::partition(refs.begin(), refs.end(), is(PrimitiveKind::triangle));
+        const auto points = std::partition(spheres, refs.end(), is(PrimitiveKind::sphere));
         if (spheres != refs.begin()) group_triangles(std::span(refs.begin(), spheres));
         if (points != spheres) group_spheres(std::span(spheres, points), RP_LEAF_SPHERES);
         if (refs.end() != points) group_spheres(std::span(points, refs.end()), RP_LEAF_SPHERES | RP_LEAF_POINTS);
@@ -64,11 +64,11 @@ private:
 
     void group_triangles(std::span<const PrimitiveRef> refs) {
         std::array<Triangle, most_covered> triangles;
-        std::array<LaneBox, most_covered> boxes;
+        std::array<Box4, most_covered> boxes;
         // They lie anywhere in the world's arrays. Asked for one after the other, with nothing done in between, memory brings many at a time.
         for (size_t i = 0; i < refs.size(); i++) {
             triangles[i] = world_.primitives[refs[i].id];
-            boxes[i] = refs[i].lanes();
+            boxes[i] = refs[i].box4();
         }
         std::array<VertexBits, 3 * most_covered> vertices;
         for (size_t i = 0; i < refs.size(); i++)

@@ -21,11 +21,11 @@ constexpr size_t most_sampled = size_t{1} << 14;
 
 // What is known of a set before it is cut.
 struct Measure {
-    LaneBox centroids;
+    Box4 centroids;
     uint64_t weight = 0;
 
     void grow(const PrimitiveRef& ref) {
-        const LaneBox box = ref.lanes();
+        const Box4 box = ref.box4();
         centroids.grow(box.lower + box.upper);
         weight += ref.weight;
     }
@@ -119,7 +119,7 @@ CutPlane CutPlane::choose(std::span<PrimitiveRef> refs) {
     return choose(refs, measured.centroids);
 }
 
-CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const LaneBox& centroids) {
+CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const Box4& centroids) {
     RAYPAGER_CHECK(refs.size() >= 2);
     const BinMapping mapping(centroids, most_bins);
     const BinSet bins(refs, mapping, most_sampled);

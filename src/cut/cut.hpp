@@ -20,7 +20,7 @@ public:
     // where there is no such place. Reorders refs, of which there must be two.
     static CutPlane choose(std::span<PrimitiveRef> refs);
     // The same, where the bounds of twice the centres are known.
-    static CutPlane choose(std::span<PrimitiveRef> refs, const LaneBox& centroids);
+    static CutPlane choose(std::span<PrimitiveRef> refs, const Box4& centroids);
     // Both sides of the refs that it was chosen for get some. Any other ref belongs to a side too.
     bool is_left(const PrimitiveRef& ref) const { return is_left(ref.centroid(axis_), ref.id); }
     // centroid: along the axis, twice the centre.

@@ -73,7 +73,7 @@ void place_triangle(World& world, const std::byte* bytes, size_t primitive) {
 void place_sphere(World& world, const std::byte* bytes, size_t primitive, size_t sphere) {
     SphereRecord record;
     std::memcpy(&record, bytes, sizeof record);
-    world.primitives[primitive] = {static_cast<uint32_t>(sphere), RP_NONE, RP_NONE};
+    world.primitives[primitive] = World::sphere_entry(sphere);
     world.spheres[sphere] = record.sphere;
     world.ids[primitive] = record.id;
 }

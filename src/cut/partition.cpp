@@ -23,7 +23,7 @@ Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
     std::priority_queue<Open> open;
     nodes_.emplace_back();
     open.push({weight_of(sample), 0, sample});
-    const LaneBox centroids = extent_of(sample).centroids;
+    const Box4 centroids = extent_of(sample).centroids;
     for (size_t parts = 1; parts < std::max<size_t>(2, most) && !open.empty();) {
         const Open heaviest = open.top();
         open.pop();
@@ -47,7 +47,7 @@ Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
 }
 
 // Cells that are about cubes, so that a flat scene has more of them along it.
-void Partition::make_grid(const LaneBox& centroids, size_t samples) {
+void Partition::make_grid(const Box4& centroids, size_t samples) {
     constexpr double most_along = 1024;
     const double most_cells = static_cast<double>(std::clamp<size_t>(4 * samples, 1, size_t{1} << 20));
     double extent[3], longest = 0;

@@ -17,13 +17,13 @@ public:
     // `most` of them. There will be two parts at least, and each gets some of the sample.
     Partition(PrimitiveRefs sample, double limit, size_t most);
     // Parts are numbered in depth-first order of the cuts, so that neighbours in number are neighbours in space.
-    uint32_t part_of(const LaneBox& box, uint32_t id) const {
-        const Lanes centroid = box.lower + box.upper;
+    uint32_t part_of(const Box4& box, uint32_t id) const {
+        const Float4 centroid = box.lower + box.upper;
         return descend(cells_[cell_of(centroid)], centroid, id);
     }
-    uint32_t part_of(const PrimitiveRef& ref) const { return part_of(ref.lanes(), ref.id); }
+    uint32_t part_of(const PrimitiveRef& ref) const { return part_of(ref.box4(), ref.id); }
     // The same by the planes alone.
-    uint32_t part_from_root(const LaneBox& box, uint32_t id) const { return descend(0, box.lower + box.upper, id); }
+    uint32_t part_from_root(const Box4& box, uint32_t id) const { return descend(0, box.lower + box.upper, id); }
     size_t parts() const { return parts_; }
 
 private:
@@ -38,19 +38,19 @@ private:
     };
 
     void number(uint32_t node);
-    void make_grid(const LaneBox& centroids, size_t samples);
+    void make_grid(const Box4& centroids, size_t samples);
     void enter(uint32_t node, const Cells& cells);
     void fill(uint32_t node, const Cells& cells);
-    uint32_t descend(uint32_t node, Lanes centroid, uint32_t id) const {
+    uint32_t descend(uint32_t node, Float4 centroid, uint32_t id) const {
         while (nodes_[node].left) {
             const CutPlane& plane = nodes_[node].plane;
             node = nodes_[node].left + !plane.is_left(centroid[plane.axis()], id);
         }
         return nodes_[node].part;
     }
-    size_t cell_of(Lanes centroid) const {
-        const Lanes place = greatest(least((centroid - origin_) * scale_, last_), Lanes{});
-        const auto cell = __builtin_convertvector(place, LaneInts);
+    size_t cell_of(Float4 centroid) const {
+        const Float4 place = greatest(least((centroid - origin_) * scale_, last_), Float4{});
+        const auto cell = __builtin_convertvector(place, Int4);
         return (static_cast<size_t>(cell[2]) * count_[1] + static_cast<size_t>(cell[1])) * count_[0] + static_cast<size_t>(cell[0]);
     }
 
@@ -58,9 +58,9 @@ private:
     uint32_t parts_ = 0;
     // For each cell, the lowest node that all centres in it come through: from the root it would be a long way, of turns that cannot be foretold.
     std::vector<uint16_t> cells_;
-    Lanes origin_ = {}, scale_ = {}, last_ = {};  // of the cells
-    std::array<uint32_t, 3> count_ = {1, 1, 1};   // of them along each axis
-    std::array<std::vector<float>, 3> first_;     // the least centre in each of them; while the grid is made
+    Float4 origin_ = {}, scale_ = {}, last_ = {};  // of the cells
+    std::array<uint32_t, 3> count_ = {1, 1, 1};    // of them along each axis
+    std::array<std::vector<float>, 3> first_;      // the least centre in each of them; while the grid is made
 };
 
 // count of a bucket's primitives, or all if there are fewer, spread evenly over its records: the same ones each time.

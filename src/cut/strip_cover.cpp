@@ -83,7 +83,7 @@ private:
 };
 
 struct Path {
-    LaneBox box;
+    Box4 box;
     Mask mask = 0, around = 0;  // its triangles, and their neighbours
     std::array<uint8_t, RP_LEAF_MAX_PRIMITIVES> triangles = {};
     uint32_t count = 0;
@@ -98,7 +98,7 @@ struct Path {
 
 class Cover {
 public:
-    Cover(std::span<const Triangle> triangles, std::span<const LaneBox> boxes) : triangles_(triangles), boxes_(boxes), neighbours_(triangles) {
+    Cover(std::span<const Triangle> triangles, std::span<const Box4> boxes) : triangles_(triangles), boxes_(boxes), neighbours_(triangles) {
         free_ = triangles.size() == 64 ? ~Mask{0} : bit(static_cast<uint32_t>(triangles.size())) - 1;
         for (uint32_t t = 0; t < triangles.size(); t++) {
             mean_area_ += boxes[t].rough_half_area() / static_cast<float>(boxes.size());
@@ -190,7 +190,7 @@ private:
     }
 
     std::span<const Triangle> triangles_;
-    std::span<const LaneBox> boxes_;
+    std::span<const Box4> boxes_;
     Neighbours neighbours_;
     float mean_area_ = 0;
     Mask free_;
@@ -202,7 +202,7 @@ private:
 
 }  // namespace
 
-std::vector<Strip> cover_with_strips(std::span<const Triangle> triangles, std::span<const LaneBox> boxes) {
+std::vector<Strip> cover_with_strips(std::span<const Triangle> triangles, std::span<const Box4> boxes) {
     RAYPAGER_CHECK(!triangles.empty() && triangles.size() <= most_covered && triangles.size() == boxes.size());
     return Cover(triangles, boxes).run();
 }

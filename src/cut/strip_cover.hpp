@@ -7,7 +7,7 @@
 
 #include "block/strip.hpp"
 #include "raypager/abi/block.h"
-#include "scene/lane_box.hpp"
+#include "scene/box4.hpp"
 
 namespace raypager {
 
@@ -16,6 +16,6 @@ inline constexpr size_t most_covered = 64;
 
 // Every triangle (vertex numbers in their true orientation, and its box) is in exactly one of the strips. Strip::order holds indices
 // into triangles. Few strips of small boxes are sought: long ones save bytes, compact ones save time.
-std::vector<Strip> cover_with_strips(std::span<const Triangle> triangles, std::span<const LaneBox> boxes);
+std::vector<Strip> cover_with_strips(std::span<const Triangle> triangles, std::span<const Box4> boxes);
 
 }  // namespace raypager

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "raypager/abi/block.h"
-#include "scene/lane_box.hpp"
+#include "scene/box4.hpp"
 
 namespace raypager {
 

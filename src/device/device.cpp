@@ -330,12 +330,12 @@ bool Device::since_volta() const {
 }
 
 std::string Device::camera_definitions() const {
-    return fmt::format(" -DRP_PERSISTENT={} -DRP_PART_RUN={}", profile().camera_lanes, profile().camera_part_run);
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_PART_RUN={}", profile().camera_least_walks, profile().camera_part_run);
 }
 
 std::string Device::bounce_definitions() const {
     const DeviceProfile& p = profile();
-    return fmt::format(" -DRP_PERSISTENT={} -DRP_LEAST_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_lanes,
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_LEAST_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_least_walks,
                        p.bounce_least_inner, p.bounce_shared_stack, p.bounce_part_run, group_size_);
 }
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "base/memory.hpp"
-#include "device/device_list.hpp"
 #include "device/hooks.hpp"
 #include "device/kernel_sources.hpp"
+#include "raypager/devices.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {
@@ -196,7 +196,8 @@ public:
 
 private:
     Device() = default;
-    // NVIDIA's Volta or a later one: before it, lanes of a vector that had gone different ways could not meet in a vote, and first chips had no dp2a.
+    // NVIDIA's Volta or a later one: before it, work-items of a sub-group that had gone different ways could not meet in a vote, and first chips had
+    // no dp2a.
     bool since_volta() const;
     bool is_nvidia() const { return info_.platform.find("NVIDIA") != std::string::npos; }
     Status refused(uint64_t bytes, std::string_view what, cl_int code);

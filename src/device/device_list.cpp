@@ -1,11 +1,10 @@
-#include "device/device_list.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
 
 #include "device/select.hpp"
+#include "raypager/devices.hpp"
 
 namespace raypager {
 namespace {

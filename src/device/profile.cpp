@@ -1,7 +1,7 @@
-#include "device/profile.hpp"
-
 #include <algorithm>
 #include <thread>
+
+#include "raypager/device_profile.hpp"
 
 namespace raypager {
 namespace {
@@ -103,14 +103,14 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     return p;
 }
 
-// What NVIDIA's compiler and its vectors of 32 lanes want beside: gpu-traversal.md.
+// What NVIDIA's compiler and its sub-groups of 32 work-items want beside: gpu-traversal.md.
 void suit_nvidia(DeviceProfile& p) {
     // With fewer registers more rays are under way, and more is put down in memory. 64 instead of 72: camera + 2 to + 3 %, bounces + 7 to + 9 %.
     p.closest_hit_registers = 64;
-    p.any_hit_registers = 56;  // 48: 2 % slower; 64: the same (gpu-paging.md)
-    p.shading_registers = 96;  // 6 to 8 % more vertices a second than with 72 (gpu-paging.md)
-    p.camera_lanes = 1;        // camera rays stay together
-    p.bounce_lanes = 20;       // + 13 to + 30 %; from 8 to 24: within 3 % (gpu-paging.md)
+    p.any_hit_registers = 56;   // 48: 2 % slower; 64: the same (gpu-paging.md)
+    p.shading_registers = 96;   // 6 to 8 % more vertices a second than with 72 (gpu-paging.md)
+    p.camera_least_walks = 1;   // camera rays stay together
+    p.bounce_least_walks = 20;  // + 13 to + 30 %; from 8 to 24: within 3 % (gpu-paging.md)
     p.bounce_least_inner = 8;
     p.bounce_shared_stack = 12;
     // Each multiprocessor has runs of the queue of its own: camera rays + 7 %, bounces + 1 %.
@@ -155,9 +155,9 @@ constexpr ProfileField fields[] = {
     {"closest-hit-registers", &P::closest_hit_registers, 0, 255, counts, "registers for closest hits; 0: as the compiler likes"},
     {"any-hit-registers", &P::any_hit_registers, 0, 255, counts, "registers for shadow rays; 0: as the compiler likes"},
     {"shading-registers", &P::shading_registers, 0, 255, counts, "registers for shading; 0: as the compiler likes"},
-    {"camera-lanes", &P::camera_lanes, 1, 32, counts, "lanes with camera rays left, below which a vector fetches new ones"},
-    {"bounce-lanes", &P::bounce_lanes, 1, 32, counts, "the same of bounces"},
-    {"bounce-least-inner", &P::bounce_least_inner, 1, 32, counts, "lanes at inner nodes, below which those at leaves go first"},
+    {"camera-least-walks", &P::camera_least_walks, 1, 32, counts, "work-items with camera rays left, below which a sub-group fetches new ones"},
+    {"bounce-least-walks", &P::bounce_least_walks, 1, 32, counts, "the same of bounces"},
+    {"bounce-least-inner", &P::bounce_least_inner, 1, 32, counts, "work-items at inner nodes, below which those at leaves go first"},
     {"bounce-shared-stack", &P::bounce_shared_stack, 1, 24, counts, "entries of a stack that lie in local memory"},
     {"camera-part-run", &P::camera_part_run, 16, most_items, counts, "camera rays in a row for one multiprocessor"},
     {"bounce-part-run", &P::bounce_part_run, 16, most_items, counts, "the same of bounces"}};

@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "device/device_list.hpp"
 #include "device/hooks.hpp"
 #include "device/kernel_sources.hpp"
+#include "raypager/devices.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {

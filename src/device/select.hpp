@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "device/device_list.hpp"
 #include "device/hooks.hpp"
+#include "raypager/devices.hpp"
 
 namespace raypager {
 

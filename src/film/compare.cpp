@@ -1,9 +1,9 @@
-#include "film/compare.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "raypager/picture.hpp"
 
 namespace raypager {
 namespace {

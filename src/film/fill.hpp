@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "image/image.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 

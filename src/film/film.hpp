@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/hash.hpp"
-#include "image/image.hpp"
 #include "raypager/abi/film.h"
+#include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {

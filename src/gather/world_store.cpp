@@ -41,7 +41,7 @@ Status WorldStore::add(const Shape& shape, const Placement& placement, TriangleM
 }
 
 void WorldStore::add(const WorldSphere& sphere) {
-    world_.primitives.push_back({static_cast<uint32_t>(world_.spheres.size()), RP_NONE, RP_NONE});
+    world_.primitives.push_back(World::sphere_entry(world_.spheres.size()));
     world_.spheres.push_back(sphere);
     world_.bounds.grow(sphere_bounds(sphere));
 }
@@ -120,14 +120,14 @@ void WorldStore::place_triangles(const Placement& placement, TriangleMesh& mesh,
     const bool flip = placement.flips();
     parallel_for(mesh.triangles.size(), items_at_once, [&](size_t begin, size_t end) {
         size_t kept = begin;
-        LaneBox bounds;
+        Box4 bounds;
         for (size_t i = begin; i < end; i++) {
             Triangle t = mesh.triangles[i];
             t = {base + t[0], base + t[flip ? 2 : 1], base + t[flip ? 1 : 2]};
             const Float3 &a = world_.positions[t[0]], &b = world_.positions[t[1]], &c = world_.positions[t[2]];
             // Those without an area where they came from are gone already.
             if (!placement.keeps_positions() && has_no_area(a, b, c)) continue;
-            for (const Float3& p : {a, b, c}) bounds.grow(Lanes{p.x, p.y, p.z, 0});
+            for (const Float3& p : {a, b, c}) bounds.grow(Float4{p.x, p.y, p.z, 0});
             mesh.triangles[kept++] = t;
         }
         pieces[begin / items_at_once] = {kept - begin, bounds.box()};

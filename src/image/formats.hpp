@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "image/image.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 

@@ -1,5 +1,3 @@
-#include "image/image.hpp"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -12,6 +10,7 @@
 #include "base/check.hpp"
 #include "base/files.hpp"
 #include "image/formats.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 namespace {

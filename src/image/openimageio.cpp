@@ -1,6 +1,4 @@
 // The one place that knows OpenImageIO; its exceptions end here.
-#include "image/openimageio.hpp"
-
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
@@ -16,6 +14,7 @@
 #include "base/log.hpp"
 #include "image/claimed_sizes.hpp"
 #include "image/formats.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <numbers>
 
-#include "import/materials.hpp"
+#include "raypager/materials.hpp"
 #include "scene/emitters.hpp"
 
 namespace raypager {

@@ -9,8 +9,8 @@
 #include "import/bare_clouds.hpp"
 #include "import/bare_meshes.hpp"
 #include "import/framing.hpp"
-#include "import/materials.hpp"
 #include "import/point_readers.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {

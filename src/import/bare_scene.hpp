@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "import/import_options.hpp"
+#include "raypager/import.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {

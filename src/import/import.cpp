@@ -1,4 +1,4 @@
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 
 #include <algorithm>
 #include <new>

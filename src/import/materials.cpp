@@ -1,7 +1,9 @@
-#include "import/materials.hpp"
+#include "raypager/materials.hpp"
 
 #include <algorithm>
 #include <cmath>
+
+#include "import/pbrt_spectra.hpp"
 
 namespace raypager {
 namespace {
@@ -59,6 +61,19 @@ rp_light infinite_light(const Float3& radiance) {
     light.kind = RP_LIGHT_INFINITE;
     store(radiance, light.radiance);
     return light;
+}
+
+std::optional<rp_material> named_metal(std::string_view name, float roughness) {
+    struct Metal {
+        const char *name, *eta, *k;
+    };
+    constexpr Metal metals[] = {{"gold", "metal-Au-eta", "metal-Au-k"},      {"silver", "metal-Ag-eta", "metal-Ag-k"},
+                                {"copper", "metal-Cu-eta", "metal-Cu-k"},    {"brass", "metal-CuZn-eta", "metal-CuZn-k"},
+                                {"aluminium", "metal-Al-eta", "metal-Al-k"}, {"aluminum", "metal-Al-eta", "metal-Al-k"}};
+    if (name == "chrome") return conductor_of_reflectance({0.55f, 0.556f, 0.554f}, roughness);
+    for (const Metal& metal : metals)
+        if (name == metal.name) return conductor_material(*named_spectrum(metal.eta), *named_spectrum(metal.k), roughness);
+    return std::nullopt;
 }
 
 }  // namespace raypager

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "import/line_reader.hpp"
-#include "import/materials.hpp"
 #include "import/text.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/text.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {

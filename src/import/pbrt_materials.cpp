@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/pbrt_spectra.hpp"
 #include "import/text.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {

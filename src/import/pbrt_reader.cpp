@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "base/files.hpp"
-#include "import/materials.hpp"
 #include "import/text.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {

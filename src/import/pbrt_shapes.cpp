@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "import/materials.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/ply_header.hpp"
 #include "import/tessellate.hpp"
 #include "import/text.hpp"
+#include "raypager/materials.hpp"
 
 namespace raypager {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "image/image.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 namespace {

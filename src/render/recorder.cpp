@@ -4,11 +4,11 @@
 
 namespace raypager {
 
-void RenderRecorder::begin(const RenderOptions& options, const rp_render_params& params, uint32_t cpu_cores) {
-    journal_ = options.keep_journal;
-    wait_for_loads_ = options.wait_for_loads;
+void RenderRecorder::begin(const RenderTuning& tuning, const RenderInstruments& instruments, const rp_render_params& params, uint32_t cpu_cores) {
+    journal_ = instruments.keep_journal;
+    wait_for_loads_ = tuning.wait_for_loads;
     cpu_cores_ = cpu_cores;
-    if (options.record_paths) visits_.emplace(params.width, params.height, params.order);
+    if (instruments.record_paths) visits_.emplace(params.width, params.height, params.order);
 }
 
 Status RenderRecorder::round_ended(Wavefront& wavefront, double seconds) {
@@ -19,7 +19,7 @@ Status RenderRecorder::round_ended(Wavefront& wavefront, double seconds) {
     return {};
 }
 
-void RenderRecorder::finish(const BakedScene& scene, const Residency& residency, const rp_render_params& params, RenderResult& result) {
+void RenderRecorder::finish(const BakedScene& scene, const Residency& residency, const rp_render_params& params, MeasuredRender& result) {
     result.journal = residency.journal();
     result.round_seconds = std::move(round_seconds_);
     if (!visits_ || !result.report.complete) return;

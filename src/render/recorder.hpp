@@ -13,13 +13,12 @@ namespace raypager {
 
 class RenderRecorder {
 public:
-    // options: how much is asked for; nothing, usually.
-    void begin(const RenderOptions& options, const rp_render_params& params, uint32_t cpu_cores);
-    bool visits() const { return visits_.has_value(); }
+    // instruments: how much is asked for; nothing, usually.
+    void begin(const RenderTuning& tuning, const RenderInstruments& instruments, const rp_render_params& params, uint32_t cpu_cores);
     // After every round. seconds: of rendering so far. REQUIRES: no other round under way, if visits are recorded.
     Status round_ended(Wavefront& wavefront, double seconds);
     // Fills journal, round_seconds and trace of a result whose report is complete.
-    void finish(const BakedScene& scene, const Residency& residency, const rp_render_params& params, RenderResult& result);
+    void finish(const BakedScene& scene, const Residency& residency, const rp_render_params& params, MeasuredRender& result);
 
 private:
     bool journal_ = false, wait_for_loads_ = false;

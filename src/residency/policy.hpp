@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "device/profile.hpp"
-#include "residency/policy_names.hpp"
+#include "raypager/device_profile.hpp"
+#include "raypager/tuning.hpp"
 #include "residency/slab_allocator.hpp"
 
 namespace raypager {

@@ -11,17 +11,17 @@
 #include "base/files.hpp"
 #include "block/baked_scene.hpp"
 #include "raypager/status.hpp"
+#include "store/block_sink.hpp"
 #include "store/block_source.hpp"
 
 namespace raypager {
 
-class BlockFileWriter {
+class BlockFileWriter final : public BlockSink {
 public:
     static Result<BlockFileWriter> create(const std::filesystem::path& path);
-    // Appends one block; record's offset, checksum and stored_bytes are filled in.
-    Status append(std::span<const std::byte> stored, BlockRecord& record);
-    // Writes everything else; scene.blocks holds the records in block order. The file appears under its name only now.
-    Status finish(const BakedScene& scene);
+    Status append(std::span<const std::byte> stored, BlockRecord& record) override;
+    // The file appears under its name only now.
+    Status finish(const BakedScene& scene) override;
 
 private:
     OutputFile file_;

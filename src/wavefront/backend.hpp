@@ -52,8 +52,7 @@ public:
     // Puts the stages of a round into queues of the device.
     virtual Status launch(const Round& round, StageEvents& events) = 0;
     // Checks what came back with a round that has ended; fails only where there is a bug. demand: abi/path.h.
-    virtual Status check(const RoundCounters&, std::span<const uint32_t> /*demand*/) const { return {}; }
-    virtual SlotForm slot_form() const = 0;
+    virtual Status check_round(const RoundCounters&, std::span<const uint32_t> /*demand*/) const { return {}; }
     // Whether a slot can have a camera ray that has not been traced at all between two rounds.
     virtual bool leaves_untraced_camera_rays() const { return false; }
     // Whether shadow rays are traced while extension rays are, in a queue of their own.

@@ -31,11 +31,9 @@ Status read_pairs(Queue& queue, const PathSlots& slots, uint32_t plane, uint64_t
                           std::as_writable_bytes(pairs));
 }
 
-Status read_states(Queue& queue, const PathSlots& slots, uint64_t first, std::span<uint32_t> states) {
-    return queue.read_now(slots.status(), first * sizeof(uint32_t), std::as_writable_bytes(states));
+Status read_statuses(Queue& queue, const PathSlots& slots, uint64_t first, std::span<uint32_t> statuses) {
+    return queue.read_now(slots.status(), first * sizeof(uint32_t), std::as_writable_bytes(statuses));
 }
-
-bool is_camera_ray(uint32_t state, SlotForm form) { return form == SlotForm::single_rays && (state & RP_STATUS_CAMERA) != 0; }
 
 }  // namespace
 
@@ -43,9 +41,10 @@ uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES *
 uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_SLEEP_GROUP * sizeof(uint32_t); }
 uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
 
-Result<PathSlots> PathSlots::create(Device& device, uint32_t count, bool vertex_colors) {
+Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, bool vertex_colors) {
     PathSlots slots;
     slots.count_ = count;
+    slots.form_ = form;
     auto status = device.allocate(status_runs(vertex_colors) * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
     if (!status) return status.status();
     slots.status_ = std::move(*status);
@@ -56,24 +55,27 @@ Result<PathSlots> PathSlots::create(Device& device, uint32_t count, bool vertex_
 }
 
 Status PathSlots::clear(Queue& queue) const {
-    static_assert(RP_STATUS_FREE == 0);
+    static_assert(RP_PHASE_FREE == 0);
     return queue.fill_zero(status_, 0, status_.bytes());
 }
 
-Status PathSlots::add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const {
+// With streams this bit is of a block's number, as RP_STATUS_FOUND is.
+bool PathSlots::is_camera_ray(uint32_t status) const { return form_ == BlockForm::stored && (status & RP_STATUS_CAMERA) != 0; }
+
+Status PathSlots::add_samples_under_way(Queue& queue, bool untraced, std::vector<rp_path_sample>& samples) const {
     const uint64_t most = std::min<uint64_t>(count_, slots_at_once);
-    std::vector<uint32_t> states(most);
+    std::vector<uint32_t> statuses(most);
     std::vector<PlanePair> ray(untraced ? most : 0), radiance(most), surface(most);
     for (uint64_t first = 0; first < count_; first += slots_at_once) {
         const uint64_t count = std::min<uint64_t>(count_ - first, slots_at_once);
-        RAYPAGER_TRY(read_states(queue, *this, first, std::span(states).first(count)));
+        RAYPAGER_TRY(read_statuses(queue, *this, first, std::span(statuses).first(count)));
         if (untraced) RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_ORIGIN, first, std::span(ray).first(count)));
         RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_RADIANCE, first, std::span(radiance).first(count)));
         RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_SURFACE, first, std::span(surface).first(count)));
         for (uint64_t i = 0; i < count; i++) {
-            const uint32_t phase = states[i] & RP_STATUS_MASK;
-            if (phase == RP_STATUS_FREE || phase == RP_STATUS_IDLE) continue;
-            const bool camera = is_camera_ray(states[i], form);
+            const uint32_t phase = statuses[i] & RP_PHASE_MASK;
+            if (phase == RP_PHASE_FREE || phase == RP_PHASE_IDLE) continue;
+            const bool camera = is_camera_ray(statuses[i]);
             RAYPAGER_CHECK(untraced || !camera);
             samples.push_back(camera ? rp_path_sample{of_pair(ray[i], RP_PLANE_ORIGIN).w, of_pair(ray[i], RP_PLANE_DIRECTION).w}
                                      : rp_path_sample{of_pair(radiance[i], RP_PLANE_RADIANCE).w, of_pair(surface[i], RP_PLANE_SURFACE).z});
@@ -105,10 +107,10 @@ Status PathSlots::write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRa
     RAYPAGER_TRY(write(RP_PLANE_HIT, [&](const SlotRay&) {
         return PlanePair{Plane{0, 0, 0, kind == SlotRayKind::shadow ? 0 : RP_NONE}, Plane{0, 0, 0, RP_NONE}};
     }));
-    const std::vector<uint32_t> states(rays.size(), kind == SlotRayKind::shadow   ? RP_STATUS_SHADOW
-                                                    : kind == SlotRayKind::camera ? RP_STATUS_EXTEND | RP_STATUS_CAMERA
-                                                                                  : RP_STATUS_EXTEND);
-    return queue.write_now(status_, 0, std::as_bytes(std::span(states)));
+    const std::vector<uint32_t> statuses(rays.size(), kind == SlotRayKind::shadow   ? RP_PHASE_SHADOW
+                                                      : kind == SlotRayKind::camera ? RP_PHASE_EXTEND | RP_STATUS_CAMERA
+                                                                                    : RP_PHASE_EXTEND);
+    return queue.write_now(status_, 0, std::as_bytes(std::span(statuses)));
 }
 
 Status PathSlots::read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hits) const {
@@ -123,27 +125,26 @@ Status PathSlots::read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hi
     return {};
 }
 
-Status PathSlots::read_distances(Queue& queue, SlotForm form, size_t count, std::vector<float>& distances) const {
+Status PathSlots::read_distances(Queue& queue, size_t count, std::vector<float>& distances) const {
     std::vector<PlanePair> ray(count), hit(count);
-    std::vector<uint32_t> states(count);
+    std::vector<uint32_t> statuses(count);
     RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_ORIGIN, 0, ray));
     RAYPAGER_TRY(read_pairs(queue, *this, RP_PLANE_HIT, 0, hit));
-    RAYPAGER_TRY(read_states(queue, *this, 0, states));
+    RAYPAGER_TRY(read_statuses(queue, *this, 0, statuses));
     distances.clear();
     for (size_t i = 0; i < count; i++) {
-        const Plane &origin = of_pair(ray[i], RP_PLANE_ORIGIN), &found = is_camera_ray(states[i], form) ? origin : of_pair(hit[i], RP_PLANE_HIT);
-        // With streams this bit is of a block's number.
-        const bool surface_to_be_found = form == SlotForm::single_rays && (states[i] & RP_STATUS_FOUND) != 0;
+        const Plane &origin = of_pair(ray[i], RP_PLANE_ORIGIN), &found = is_camera_ray(statuses[i]) ? origin : of_pair(hit[i], RP_PLANE_HIT);
+        const bool surface_to_be_found = form_ == BlockForm::stored && (statuses[i] & RP_STATUS_FOUND) != 0;
         distances.push_back(number(surface_to_be_found ? found.z : origin.w));
     }
     return {};
 }
 
 Status PathSlots::read_occluded(Queue& queue, size_t count, std::vector<bool>& occluded) const {
-    std::vector<uint32_t> states(count);
-    RAYPAGER_TRY(read_states(queue, *this, 0, states));
+    std::vector<uint32_t> statuses(count);
+    RAYPAGER_TRY(read_statuses(queue, *this, 0, statuses));
     occluded.clear();
-    for (const uint32_t state : states) occluded.push_back((state & RP_STATUS_LIT) == 0);
+    for (const uint32_t status : statuses) occluded.push_back((status & RP_STATUS_LIT) == 0);
     return {};
 }
 

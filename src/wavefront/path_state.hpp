@@ -6,15 +6,13 @@
 #include <span>
 #include <vector>
 
+#include "block/baked_scene.hpp"
 #include "device/device.hpp"
 #include "raypager/abi/path.h"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {
-
-// Which of the two ways of tracing slots are for; they leave planes in different forms (RP_STATUS_CAMERA, RP_STATUS_CONNECTED).
-enum class SlotForm { single_rays, streams };
 
 // A ray of a slot, for measurements: an extension ray if t_max is infinite. direction: unit.
 struct SlotRay {
@@ -38,8 +36,9 @@ public:
     static uint64_t bytes_per_slot(bool vertex_colors);
     static uint64_t fixed_bytes(bool vertex_colors);
     static uint64_t largest_part_per_slot();
-    // Slots without contents; clear() makes them free.
-    static Result<PathSlots> create(Device& device, uint32_t count, bool vertex_colors);
+    // Slots without contents; clear() makes them free. form: of the blocks, which says how rays are traced: the two ways leave planes in different
+    // forms (RP_STATUS_CAMERA, RP_STATUS_CONNECTED).
+    static Result<PathSlots> create(Device& device, uint32_t count, BlockForm form, bool vertex_colors);
     Status clear(Queue& queue) const;
 
     // For kernels.
@@ -49,21 +48,24 @@ public:
 
     // Adds the samples whose paths are under way. untraced: there may be camera rays that no stage has traced yet.
     // REQUIRES: no round is under way.
-    Status add_samples_under_way(Queue& queue, SlotForm form, bool untraced, std::vector<rp_path_sample>& samples) const;
+    Status add_samples_under_way(Queue& queue, bool untraced, std::vector<rp_path_sample>& samples) const;
 
     // For measurements. Slot i gets ray i, of a path of which nothing else matters.
     Status write_rays(Queue& queue, std::span<const SlotRay> rays, SlotRayKind kind) const;
     // Of the first `count` slots, whose rays have been traced to their surfaces.
     Status read_hits(Queue& queue, size_t count, std::vector<SlotHit>& hits) const;
     // The distances at which extension rays ended, INFINITY without a hit.
-    Status read_distances(Queue& queue, SlotForm form, size_t count, std::vector<float>& distances) const;
+    Status read_distances(Queue& queue, size_t count, std::vector<float>& distances) const;
     // Which shadow rays were occluded.
     Status read_occluded(Queue& queue, size_t count, std::vector<bool>& occluded) const;
     // Both have as many slots.
     Status copy_to(Queue& queue, PathSlots& other) const;
 
 private:
+    bool is_camera_ray(uint32_t status) const;
+
     uint32_t count_ = 0;
+    BlockForm form_ = BlockForm::stored;
     Buffer status_, planes_;
 };
 

@@ -16,7 +16,7 @@ Status Wavefront::write_film(uint64_t first_word, std::span<const uint32_t> word
 
 Status Wavefront::read_samples_under_way(std::vector<rp_path_sample>& samples) {
     samples.clear();
-    RAYPAGER_TRY(buffers_.slots.add_samples_under_way(device_.kernels(), backend_->slot_form(), backend_->leaves_untraced_camera_rays(), samples));
+    RAYPAGER_TRY(buffers_.slots.add_samples_under_way(device_.kernels(), backend_->leaves_untraced_camera_rays(), samples));
     const auto again = samples_again();
     samples.insert(samples.end(), again.begin(), again.end());
     return {};

@@ -16,7 +16,6 @@ public:
     static constexpr uint64_t bytes_per_slot = 1, fixed_bytes = sizeof(uint64_t);
 
     Status launch(const Round& round, StageEvents& events) override;
-    SlotForm slot_form() const override { return SlotForm::single_rays; }
     // One that found the log of visits full.
     bool leaves_untraced_camera_rays() const override { return visit_settings_.capacity > 0; }
     // What is recorded stays in the order of the stages.

@@ -17,8 +17,7 @@ public:
     static constexpr uint32_t extra_queue_words = 1024;
 
     Status launch(const Round& round, StageEvents& events) override;
-    Status check(const RoundCounters& counters, std::span<const uint32_t> demand) const override;
-    SlotForm slot_form() const override { return SlotForm::streams; }
+    Status check_round(const RoundCounters& counters, std::span<const uint32_t> demand) const override;
 
 private:
     using Backend::Backend;

@@ -105,7 +105,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
 
 Status Wavefront::allocate_state(bool vertex_colors) {
     const uint64_t slots = params_.slot_count;
-    auto path_slots = PathSlots::create(device_, params_.slot_count, vertex_colors);
+    auto path_slots = PathSlots::create(device_, params_.slot_count, geometry_.form(), vertex_colors);
     if (!path_slots) return path_slots.status();
     WavefrontBuffers& b = buffers_;
     b.slots = std::move(*path_slots);
@@ -160,7 +160,7 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     const size_t counter_bytes = buffers_.counters.bytes();
     std::memcpy(counters.words.data(), results.data(), counter_bytes);
     demand = {reinterpret_cast<const uint32_t*>(results.data() + counter_bytes), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
-    RAYPAGER_TRY(backend_->check(counters, demand));
+    RAYPAGER_TRY(backend_->check_round(counters, demand));
     begun_again_ += std::min(listed_again_, counters.free_slots());
     const std::array<uint64_t, 5> ns = {events.begin.duration_ns() + events.wake.duration_ns(), events.generate.duration_ns(),
                                         events.extend.duration_ns(), events.shade.duration_ns(), events.connect.duration_ns()};

@@ -11,7 +11,7 @@
 #include "base/huge_pages.hpp"
 #include "raypager/abi/types.h"
 #include "raypager/scene.hpp"
-#include "scene/lane_box.hpp"
+#include "scene/box4.hpp"
 #include "world/vertex_table.hpp"
 
 namespace raypager {
@@ -29,19 +29,29 @@ struct VertexAttributes {
     uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0); }  // in a block, positions uncoded
 };
 
+// The kinds of leaves in blocks.
+enum class PrimitiveKind { triangle, sphere, point };
+
 struct World {
     UnwrittenVector<Float3> positions;
     std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
     std::vector<uint32_t> colors;   // likewise; as in abi/block.h
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
-    // A sphere: its index among the spheres, then RP_NONE twice.
+    // A sphere or a point: sphere_entry.
     std::vector<Triangle> primitives;
     std::vector<WorldSphere> spheres;
     // Of the primitives, in the scene, where these are only some of the scene's; empty: primitive i has the id i.
     std::vector<uint32_t> ids;
     Box bounds;
 
+    // In the place of vertices: a sphere's number among the spheres, and what no vertex is called.
+    static Triangle sphere_entry(size_t number) { return {static_cast<uint32_t>(number), RP_NONE, RP_NONE}; }
+    // Points, too.
     bool is_sphere(uint32_t primitive) const { return primitives[primitive][1] == RP_NONE; }
+    PrimitiveKind kind(uint32_t primitive) const {
+        if (!is_sphere(primitive)) return PrimitiveKind::triangle;
+        return sphere(primitive).is_point() ? PrimitiveKind::point : PrimitiveKind::sphere;
+    }
     const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
     uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
@@ -53,17 +63,17 @@ struct World {
 // Centre +- radius, rounded outwards.
 Box sphere_bounds(const WorldSphere& sphere);
 // Exact bounds of a triangle, safe bounds of a sphere.
-inline LaneBox primitive_bounds(const World& world, uint32_t primitive) {
-    LaneBox box;
+inline Box4 primitive_bounds(const World& world, uint32_t primitive) {
+    Box4 box;
     if (world.is_sphere(primitive)) {
         const Box bounds = sphere_bounds(world.sphere(primitive));
-        box.lower = Lanes{bounds.lower[0], bounds.lower[1], bounds.lower[2], 0};
-        box.upper = Lanes{bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+        box.lower = Float4{bounds.lower[0], bounds.lower[1], bounds.lower[2], 0};
+        box.upper = Float4{bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
         return box;
     }
     for (const uint32_t v : world.primitives[primitive]) {
         const Float3& p = world.positions[v];
-        box.grow(Lanes{p.x, p.y, p.z, 0});
+        box.grow(Float4{p.x, p.y, p.z, 0});
     }
     return box;
 }
@@ -75,9 +85,9 @@ struct PrimitiveRef {
     uint32_t weight;  // estimated bytes in a block
     // Twice the centre.
     float centroid(int axis) const { return box.lower[axis] + box.upper[axis]; }
-    // The same for all axes; the fourth lanes hold other members.
-    LaneBox lanes() const {
-        LaneBox result;
+    // The same for all axes; the fourth numbers are other members.
+    Box4 box4() const {
+        Box4 result;
         std::memcpy(&result.lower, box.lower, sizeof result.lower);
         std::memcpy(&result.upper, reinterpret_cast<const char*>(this) + offsetof(PrimitiveRef, box.upper), sizeof result.upper);
         return result;
@@ -93,9 +103,9 @@ inline constexpr uint64_t cut_memory = 16;
 
 // Without its weight. In two pieces, as it is read: what is written in smaller ones is waited for.
 inline PrimitiveRef make_ref(const World& world, uint32_t primitive) {
-    const LaneBox box = primitive_bounds(world, primitive);
-    const Lanes first = __builtin_shufflevector(box.lower, box.upper, 0, 1, 2, 4),
-                second = __builtin_shufflevector(box.upper, Lanes{std::bit_cast<float>(primitive), 0, 0, 0}, 1, 2, 4, 5);
+    const Box4 box = primitive_bounds(world, primitive);
+    const Float4 first = __builtin_shufflevector(box.lower, box.upper, 0, 1, 2, 4),
+                 second = __builtin_shufflevector(box.upper, Float4{std::bit_cast<float>(primitive), 0, 0, 0}, 1, 2, 4, 5);
     return std::bit_cast<PrimitiveRef>(std::array{first, second});
 }
 // One for each of the primitives, in their order.

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "bake/bake.hpp"
+#include "raypager/bake.hpp"
 #include "store/block_file.hpp"
 #include "support/child_process.hpp"
 #include "support/device_scene.hpp"

@@ -35,7 +35,7 @@ protected:
 
 TEST_F(BlockSources, draw_the_same_picture) {
     for (const Traversal traversal : support::traversals()) {
-        options_.traversal = traversal;
+        options_.tuning.traversal = traversal;
         const auto from_file = render(*file_, options_, {}), from_memory = render(*memory_, options_, {});
         ASSERT_TRUE(from_file.ok()) << from_file.status().message();
         ASSERT_TRUE(from_memory.ok()) << from_memory.status().message();

@@ -27,7 +27,7 @@ protected:
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
         options_.spp = 6;
-        options_.paths = 64;
+        options_.tuning.paths = 64;
         hash_ = render(*file_, options_, {})->report.film_hash;
         options_.checkpoint.file = folder_.path() / "render.ckpt";
         ASSERT_FALSE(render_rounds(*file_, options_, 4)->report.complete);

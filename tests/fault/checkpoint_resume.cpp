@@ -6,6 +6,7 @@
 #include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene_file.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
@@ -16,7 +17,7 @@ class CheckpointResume : public support::SmallSceneFile {
 protected:
     void SetUp() override {
         base_.spp = 8;
-        base_.paths = 128;
+        base_.tuning.paths = 128;
         const auto whole = render(*file_, base_, {});
         ASSERT_TRUE(whole.ok()) << whole.status().message();
         hash_ = whole->report.film_hash;
@@ -24,23 +25,23 @@ protected:
     }
 
     // Ways to go on that must not change the picture.
-    std::vector<RenderOptions> variants() const {
-        std::vector<RenderOptions> all(6, base_);
+    std::vector<support::TestOptions> variants() const {
+        std::vector<support::TestOptions> all(6, base_);
         all[1].geometry_limit_percent = 40;
-        all[1].policy = PolicyKind::lru;
-        all[2].paths = 64;
+        all[1].tuning.policy = PolicyKind::lru;
+        all[2].tuning.paths = 64;
         all[2].geometry_limit = file_->scene().largest_block(support::default_form());
-        all[3].paths = 3000;
-        all[3].policy = PolicyKind::most_wanted;
+        all[3].tuning.paths = 3000;
+        all[3].tuning.policy = PolicyKind::most_wanted;
         all[3].geometry_limit_percent = 60;
-        all[4].paths = 1000;
-        all[4].slab_bytes = file_->scene().largest_block(support::default_form()) + 64;
-        all[5].rounds_under_way = 2;
+        all[4].tuning.paths = 1000;
+        all[4].instruments.slab_bytes = file_->scene().largest_block(support::default_form()) + 64;
+        all[5].instruments.rounds_under_way = 2;
         all[5].geometry_limit_percent = 50;
         return all;
     }
 
-    RenderOptions base_;
+    support::TestOptions base_;
     uint64_t hash_ = 0;
 };
 
@@ -49,7 +50,7 @@ TEST_F(CheckpointResume, goes_on_in_groups_with_other_samples_a_pixel) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
-    RenderOptions plain = base_;
+    support::TestOptions plain = base_;
     plain.checkpoint.file.clear();
     uint32_t went_on = 0;
     for (const uint32_t later_spp : {5u, 8u, 11u, 16u}) {
@@ -57,16 +58,16 @@ TEST_F(CheckpointResume, goes_on_in_groups_with_other_samples_a_pixel) {
         const auto whole = render(*file_, plain, {});
         ASSERT_TRUE(whole.ok()) << whole.status().message();
         for (int trial = 0; trial < 3; trial++) {
-            RenderOptions options = base_;
-            options.together = 4;
-            options.region = 20 * trial;
+            support::TestOptions options = base_;
+            options.tuning.together = 4;
+            options.tuning.region = 20 * trial;
             std::filesystem::remove(options.checkpoint.file);
             const auto stopped = render_rounds(*file_, options, 2 + random() % 30);
             ASSERT_TRUE(stopped.ok()) << stopped.status().message();
             options.checkpoint.resume = true;
             options.spp = later_spp;
-            options.together = 1 + random() % 16;
-            options.region = random() % 100;
+            options.tuning.together = 1 + random() % 16;
+            options.tuning.region = random() % 100;
             const auto resumed = render(*file_, options, {});
             if (!resumed.ok()) {
                 EXPECT_NE(resumed.status().message().find("--spp"), std::string::npos) << resumed.status().message();
@@ -84,13 +85,13 @@ TEST_F(CheckpointResume, ends_in_the_same_film_after_stops_at_random_rounds) {
     const uint32_t seed = std::random_device{}();
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
-    const std::vector<RenderOptions> ways = variants();
+    const std::vector<support::TestOptions> ways = variants();
     uint32_t stops = 0;
     for (int trial = 0; trial < 8; trial++) {
         std::filesystem::remove(base_.checkpoint.file);
         for (uint32_t part = 0;; part++) {
             ASSERT_LT(part, 100u) << "no end in sight";
-            RenderOptions options = ways[random() % ways.size()];
+            support::TestOptions options = ways[random() % ways.size()];
             options.checkpoint.resume = part > 0;
             const uint32_t rounds = part == 4 ? 0 : 1 + random() % 20;
             const auto result = render_rounds(*file_, options, rounds);
@@ -110,8 +111,8 @@ TEST_F(CheckpointResume, ends_in_the_same_film_after_stops_at_random_rounds) {
 
 // A stop that finds the last round under way is none: the round is not thrown away, and the picture is whole.
 TEST_F(CheckpointResume, is_not_needed_after_a_stop_in_the_last_round) {
-    RenderOptions options = base_;
-    options.rounds_under_way = 2;
+    support::TestOptions options = base_;
+    options.instruments.rounds_under_way = 2;
     options.checkpoint.file.clear();
     const auto whole = render(*file_, options, {});
     ASSERT_TRUE(whole.ok()) << whole.status().message();
@@ -129,14 +130,14 @@ TEST_F(CheckpointResume, is_not_needed_after_a_stop_in_the_last_round) {
 }
 
 TEST_F(CheckpointResume, goes_on_with_paths_that_wait_for_blocks) {
-    RenderOptions options = base_;
-    options.paths = 3000;  // nearly all samples are under way at once
+    support::TestOptions options = base_;
+    options.tuning.paths = 3000;  // nearly all samples are under way at once
     options.geometry_limit = file_->scene().largest_block(support::default_form());
     const auto stopped = render_rounds(*file_, options, 3);
     ASSERT_TRUE(stopped.ok()) << stopped.status().message();
     ASSERT_FALSE(stopped->report.complete);
     // The fewest slots: the list of what was under way is far longer than what the device holds of it.
-    options.paths = 8;
+    options.tuning.paths = 8;
     options.checkpoint.resume = true;
     const auto again = render_rounds(*file_, options, 10);
     ASSERT_TRUE(again.ok()) << again.status().message();
@@ -147,7 +148,7 @@ TEST_F(CheckpointResume, goes_on_with_paths_that_wait_for_blocks) {
 }
 
 TEST_F(CheckpointResume, at_the_smallest_memory_limit_too) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.memory_limit = 1000;
     const auto refused = render(*file_, options, {});
     ASSERT_FALSE(refused.ok());
@@ -162,7 +163,7 @@ TEST_F(CheckpointResume, at_the_smallest_memory_limit_too) {
 }
 
 TEST_F(CheckpointResume, a_finished_render_can_be_extended) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.spp = 3;
     ASSERT_TRUE(render(*file_, options, {}).ok());
     options.checkpoint.resume = true;
@@ -183,7 +184,7 @@ TEST_F(CheckpointResume, a_finished_render_can_be_extended) {
 }
 
 TEST_F(CheckpointResume, after_a_time_limit) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.time_seconds = 1e-9;
     const auto first = render(*file_, options, {});
     ASSERT_TRUE(first.ok()) << first.status().message();
@@ -204,16 +205,16 @@ TEST_F(CheckpointResume, in_the_order_in_which_it_began) {
     for (const Order& first : {Order{16, 1, 0}, Order{5, 1, 0}, Order{16, 4, 0}, Order{3, 8, 0}, Order{16, 1, 33}, Order{16, 4, 40}})
         for (const Order& then : {Order{16, 1, 0}, Order{4, 8, 0}, Order{16, 4, 70}}) {
             std::filesystem::remove(base_.checkpoint.file);
-            RenderOptions options = base_;
-            options.tile_size = first.tile;
-            options.together = first.together;
-            options.region = first.region;
+            support::TestOptions options = base_;
+            options.tuning.tile_size = first.tile;
+            options.tuning.together = first.together;
+            options.tuning.region = first.region;
             const auto stopped = render_rounds(*file_, options, 4);
             ASSERT_TRUE(stopped.ok()) << stopped.status().message();
             ASSERT_FALSE(stopped->report.complete);
-            options.tile_size = then.tile;
-            options.together = then.together;
-            options.region = then.region;
+            options.tuning.tile_size = then.tile;
+            options.tuning.together = then.together;
+            options.tuning.region = then.region;
             options.checkpoint.resume = true;
             const auto result = render(*file_, options, {});
             ASSERT_TRUE(result.ok()) << result.status().message();
@@ -227,9 +228,9 @@ TEST_F(CheckpointResume, in_the_order_in_which_it_began) {
 
 // Every pixel has a sample before regions get theirs, so the clock may end a render in the middle of one.
 TEST_F(CheckpointResume, ends_regions_by_the_clock) {
-    RenderOptions options = base_;
-    options.region = 20;
-    options.together = 4;
+    support::TestOptions options = base_;
+    options.tuning.region = 20;
+    options.tuning.together = 4;
     options.time_seconds = 1e-9;
     const auto first = render(*file_, options, {});
     ASSERT_TRUE(first.ok()) << first.status().message();
@@ -243,8 +244,8 @@ TEST_F(CheckpointResume, ends_regions_by_the_clock) {
 }
 
 TEST_F(CheckpointResume, from_any_checkpoint_of_a_render) {
-    RenderOptions options = base_;
-    options.paths = 64;
+    support::TestOptions options = base_;
+    options.tuning.paths = 64;
     options.checkpoint.every_seconds = 0;  // after each round
     uint32_t copies = 0;
     const auto kept = [&](uint32_t i) { return folder_.path() / ("copy" + std::to_string(i)); };
@@ -270,7 +271,7 @@ TEST_F(CheckpointResume, from_any_checkpoint_of_a_render) {
 }
 
 TEST_F(CheckpointResume, roulette_connection_too) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.connection = Connection::roulette;
     options.checkpoint.file.clear();
     const uint64_t expected = render(*file_, options, {})->report.film_hash;
@@ -284,7 +285,7 @@ TEST_F(CheckpointResume, roulette_connection_too) {
 }
 
 TEST_F(CheckpointResume, starts_anew_without_a_file_and_overwrites_none) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.checkpoint.resume = true;
     const auto first = render(*file_, options, {});
     ASSERT_TRUE(first.ok()) << first.status().message();

@@ -6,8 +6,7 @@
 #include <random>
 
 #include "base/files.hpp"
-#include "image/image.hpp"
-#include "image/openimageio.hpp"
+#include "raypager/picture.hpp"
 #include "support/sanitizers.hpp"
 #include "support/temporary_folder.hpp"
 

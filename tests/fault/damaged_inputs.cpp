@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
 #include "unit/import_files.hpp"

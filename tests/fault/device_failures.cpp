@@ -11,6 +11,7 @@
 #include "support/failing_device.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene_file.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
@@ -18,9 +19,9 @@ namespace {
 class DeviceFailures : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        options_.device_hooks = device_;
+        options_.instruments.device_hooks = device_;
         options_.spp = 4;
-        options_.paths = 128;
+        options_.tuning.paths = 128;
         const auto whole = render(*file_, options_, {});
         ASSERT_TRUE(whole.ok()) << whole.status().message();
         hash_ = whole->report.film_hash;
@@ -38,7 +39,7 @@ protected:
     }
 
     const std::shared_ptr<support::FailingDevice> device_ = std::make_shared<support::FailingDevice>();
-    RenderOptions options_;
+    support::TestOptions options_;
     RenderCallbacks callbacks_;
     uint64_t hash_ = 0, used_ = 0;
     std::mutex mutex_;

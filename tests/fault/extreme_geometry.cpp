@@ -101,12 +101,12 @@ TEST_P(ExtremeGeometryOnDevice, IsRefusedOrRendered) {
     const auto file = BlockFile::open(folder / "extreme.rpb");
     ASSERT_TRUE(file.ok()) << file.status().message();
     RenderOptions options;
-    options.paths = 64;
+    options.tuning.paths = 64;
     const auto resident = render(**file, options, {});
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     for (const float value : resident->image.values) ASSERT_TRUE(std::isfinite(value) && value >= 0);
     options.geometry_limit_percent = 1;
-    options.policy = PolicyKind::lru;
+    options.tuning.policy = PolicyKind::lru;
     const auto paged = render(**file, options, {});
     ASSERT_TRUE(paged.ok()) << paged.status().message();
     EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);

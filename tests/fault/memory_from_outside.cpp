@@ -6,8 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bake/bake.hpp"
-#include "device/device_list.hpp"
+#include "raypager/bake.hpp"
+#include "raypager/devices.hpp"
 #include "support/child_process.hpp"
 #include "support/device_scene.hpp"
 #include "support/sanitizers.hpp"

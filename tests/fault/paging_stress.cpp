@@ -21,6 +21,7 @@
 #include "support/failing_device.hpp"
 #include "support/failing_file_system.hpp"
 #include "support/sanitizers.hpp"
+#include "support/test_options.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager {
@@ -61,8 +62,8 @@ protected:
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
         ASSERT_GE(file_->scene().blocks.size(), least_blocks);
-        options_.paths = 128;
-        options_.device_hooks = std::make_shared<SlowUploads>(disk_);
+        options_.tuning.paths = 128;
+        options_.instruments.device_hooks = std::make_shared<SlowUploads>(disk_);
         const auto resident = render(*file_, options_, {});
         ASSERT_TRUE(resident.ok()) << resident.status().message();
         hash_ = resident->report.film_hash;
@@ -71,7 +72,7 @@ protected:
     support::TemporaryFolder folder_;
     support::FailingFileSystem disk_;
     std::shared_ptr<const BlockFile> file_;
-    RenderOptions options_;
+    support::TestOptions options_;
     uint64_t hash_ = 0;
 };
 
@@ -82,19 +83,19 @@ TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
     for (int i = 0; i < schedules; i++) {
         const uint32_t seed = first_seed + static_cast<uint32_t>(i);
         std::mt19937 random(seed);
-        RenderOptions options = options_;
+        support::TestOptions options = options_;
         options.geometry_limit = 2 * uint64_t{file_->scene().largest_block(support::default_form())};
-        options.policy = policy_names[random() % std::size(policy_names)].kind;
-        options.loads_in_flight = 1 + random() % 3;
-        options.loader_threads = 1 + random() % 4;
-        options.read_ahead_threads = random() % 4;
+        options.tuning.policy = policy_names[random() % std::size(policy_names)].kind;
+        options.tuning.loads_in_flight = 1 + random() % 3;
+        options.instruments.loader_threads = 1 + random() % 4;
+        options.instruments.read_ahead_threads = random() % 4;
         options.host_limit = random() % 2 ? 1 : uint64_t{1} << 30;  // no cache at all, or one for everything
         disk_.seed = seed;
         disk_.longest_delay_us = 1 + random() % 300;
         disk_.one_short_in = 3;
-        const std::string what =
-            fmt::format("seed {}, {}, {} loads in flight by {} threads, {} that read ahead, host limit {}", seed, policy_name(options.policy),
-                        options.loads_in_flight, options.loader_threads, *options.read_ahead_threads, options.host_limit);
+        const std::string what = fmt::format("seed {}, {}, {} loads in flight by {} threads, {} that read ahead, host limit {}", seed,
+                                             policy_name(options.tuning.policy), options.tuning.loads_in_flight, options.instruments.loader_threads,
+                                             *options.instruments.read_ahead_threads, options.host_limit);
         SCOPED_TRACE(what);
         const auto result = render(*file_, options, {});
         disk_.clear();
@@ -404,8 +405,8 @@ TEST_F(PagingStressOnDevice, WhoComesForABlockThatCouldNotBeReadAheadReadsIt) {
 // A read of a block that fails, at the start, in the middle or at the end of a render, ends it with the file's name and the block's, soon
 // and without a picture. (One that fails ahead of a load does no harm: the load reads again.)
 TEST_F(PagingStressOnDevice, AFailingReadEndsTheRender) {
-    RenderOptions options = options_;
-    options.read_ahead_threads = 0;
+    support::TestOptions options = options_;
+    options.instruments.read_ahead_threads = 0;
     options.geometry_limit = 2 * uint64_t{file_->scene().largest_block(support::default_form())};
     options.host_limit = 1;
     const auto whole = render(*file_, options, {});

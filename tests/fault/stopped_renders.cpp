@@ -7,6 +7,7 @@
 
 #include "support/interrupted_render.hpp"
 #include "support/small_scene_file.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
@@ -17,22 +18,22 @@ class StoppedRenders : public support::SmallSceneFile {
 protected:
     void SetUp() override {
         options_.spp = 12;
-        options_.together = 4;
+        options_.tuning.together = 4;
         options_.width = 24;
         options_.height = 16;
-        options_.paths = 64;
+        options_.tuning.paths = 64;
         options_.geometry_limit_percent = 50;
     }
 
     Image whole(uint32_t spp) const {
-        RenderOptions options = options_;
+        support::TestOptions options = options_;
         options.spp = spp;
         auto result = render(*file_, options, {});
         EXPECT_TRUE(result.ok()) << result.status().message();
         return std::move(result->image);
     }
 
-    RenderOptions options_;
+    support::TestOptions options_;
 };
 
 // Samples of a pixel are the same in every render. So each pixel of a stopped one is that of a whole render with fewer samples.
@@ -44,7 +45,7 @@ TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
     for (uint32_t spp = 1; spp <= options_.spp; spp++) images.push_back(whole(spp));
     const size_t pixels = images[0].values.size() / 3;
     for (const uint32_t region : {0u, 100u}) {
-        options_.region = region;
+        options_.tuning.region = region;
         SCOPED_TRACE("regions of " + std::to_string(region));
         const auto all = render_rounds(*file_, options_, 0);
         ASSERT_TRUE(all.ok());
@@ -53,7 +54,7 @@ TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
         for (uint32_t trial = 0; trial < 12; trial++) {
             // Both groups of samples are met: the first trials stop early, each of the others in a sixth of the rounds of its own.
             const uint32_t stop_at = trial < 6 ? 1 + random() % (rounds / 4) : 1 + rounds * (trial - 6) / 6 + random() % (rounds / 6);
-            options_.rounds_under_way = 1 + trial % 2;
+            options_.instruments.rounds_under_way = 1 + trial % 2;
             const auto stopped = render_rounds(*file_, options_, stop_at);
             ASSERT_TRUE(stopped.ok()) << stopped.status().message();
             EXPECT_EQ(stopped->report.complete, stopped->report.average_spp == options_.spp);
@@ -79,23 +80,23 @@ TEST_F(StoppedRenders, end_at_once_with_every_pixel_seen) {
 
 TEST_F(StoppedRenders, that_are_long_go_region_by_region_unless_they_are_looked_at) {
     options_.spp = 64;
-    options_.together = 0;
+    options_.tuning.together = 0;
     const auto rendered = [&](const auto& change) {
-        RenderOptions options = options_;
+        support::TestOptions options = options_;
         change(options);
         const auto result = render(*file_, options, {});
         EXPECT_TRUE(result.ok()) << result.status().message();
         return result.ok() ? result->report : RenderReport();
     };
-    const RenderReport with_regions = rendered([](RenderOptions&) {});
-    const RenderReport at_once = rendered([](RenderOptions& options) { options.region = 0; });
+    const RenderReport with_regions = rendered([](support::TestOptions&) {});
+    const RenderReport at_once = rendered([](support::TestOptions& options) { options.tuning.region = 0; });
     EXPECT_EQ(with_regions.region, 2u) << "three paths for each of half of 64 slots";
     EXPECT_EQ(at_once.region, 0u);
     EXPECT_EQ(with_regions.film_hash, at_once.film_hash);
-    EXPECT_EQ(rendered([](RenderOptions& options) { options.spp = 2; }).region, 0u) << "too short";
-    EXPECT_EQ(rendered([](RenderOptions& options) { options.time_seconds = 1000; }).region, 0u);
-    EXPECT_EQ(rendered([](RenderOptions& options) { options.snapshot_seconds = 1000; }).region, 0u);
-    EXPECT_EQ(rendered([&](RenderOptions& options) { options.checkpoint.file = folder_.path() / "render.ckpt"; }).region, 0u);
+    EXPECT_EQ(rendered([](support::TestOptions& options) { options.spp = 2; }).region, 0u) << "too short";
+    EXPECT_EQ(rendered([](support::TestOptions& options) { options.time_seconds = 1000; }).region, 0u);
+    EXPECT_EQ(rendered([](support::TestOptions& options) { options.snapshot_seconds = 1000; }).region, 0u);
+    EXPECT_EQ(rendered([&](support::TestOptions& options) { options.checkpoint.file = folder_.path() / "render.ckpt"; }).region, 0u);
 }
 
 TEST_F(StoppedRenders, in_their_first_round_make_one_pass) {
@@ -141,7 +142,7 @@ TEST_F(StoppedRenders, end_after_the_round_when_stopped_again) {
 // not every stop after as many as another took comes that late.
 TEST_F(StoppedRenders, at_the_very_end_are_complete) {
     options_.geometry_limit_percent = 0;
-    options_.paths = 0;
+    options_.tuning.paths = 0;
     const auto all = render_rounds(*file_, options_, 0);
     ASSERT_TRUE(all.ok());
     for (int attempt = 0; attempt < 20; attempt++) {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "bake/bake.hpp"
 #include "base/check.hpp"
 #include "fuzz/fuzz.hpp"
+#include "raypager/bake.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager::fuzz {

@@ -1,9 +1,7 @@
 // Pictures: PFM, and through OpenImageIO EXR and PNG. The first byte of an input says which, the rest is the file.
-#include "image/image.hpp"
-
 #include "base/check.hpp"
 #include "fuzz/fuzz.hpp"
-#include "image/openimageio.hpp"
+#include "raypager/picture.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager::fuzz {

@@ -1,7 +1,7 @@
 // pbrt scenes, with a mesh and a file to include beside them; the scene can also include itself.
 #include "base/check.hpp"
 #include "fuzz/fuzz.hpp"
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "unit/import_files.hpp"
 
 namespace raypager::fuzz {

@@ -39,10 +39,10 @@ protected:
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
     }
-    RenderResult run(const RenderOptions& options) const {
+    MeasuredRender run(const RenderOptions& options) const {
         auto result = render(*file_, options, {});
         EXPECT_TRUE(result.ok()) << result.status().message();
-        return result ? std::move(*result) : RenderResult();
+        return result ? std::move(*result) : MeasuredRender();
     }
     static std::vector<float> pixel(const Image& image, uint32_t x, uint32_t y) {
         const auto at = image.values.begin() + static_cast<ptrdiff_t>((size_t{y} * image.width + x) * image.channels);
@@ -56,16 +56,16 @@ protected:
 TEST_F(Backgrounds, ReplaceTheSkyForTheCameraAlone) {
     for (const Traversal traversal : support::traversals()) {
         RenderOptions options;
-        options.traversal = traversal;
-        const RenderResult sky = run(options);
+        options.tuning.traversal = traversal;
+        const MeasuredRender sky = run(options);
         EXPECT_EQ(pixel(sky.image, 24, 8), (std::vector<float>{1, 2, 3}));
         options.background = Background{false, {0.25f, 0, 8}};
-        const RenderResult color = run(options);
+        const MeasuredRender color = run(options);
         ASSERT_EQ(color.image.channels, 3u);
         EXPECT_EQ(pixel(color.image, 24, 8), (std::vector<float>{0.25f, 0, 8}));
         EXPECT_NE(color.report.film_hash, sky.report.film_hash);
         options.background = Background{true, {}};
-        const RenderResult clear = run(options);
+        const MeasuredRender clear = run(options);
         ASSERT_EQ(clear.image.channels, 4u);
         EXPECT_EQ(pixel(clear.image, 24, 8), (std::vector<float>{0, 0, 0, 0}));
         EXPECT_EQ(clear.report.average_spp, 16);
@@ -83,9 +83,9 @@ TEST_F(Backgrounds, ReplaceTheSkyForTheCameraAlone) {
 TEST_F(Backgrounds, AlphaIsTheShareOfSamplesThatMetSomething) {
     RenderOptions options;
     options.camera = make_camera({0.03f, 0, 5}, {0.03f, 0, 0}, {0, 1, 0}, 40, 32, 16);  // the edge goes through pixels
-    const RenderResult sky = run(options);
+    const MeasuredRender sky = run(options);
     options.background = Background{true, {}};
-    const RenderResult clear = run(options);
+    const MeasuredRender clear = run(options);
     bool edge = false;
     for (uint32_t y = 0; y < 16; y++)
         for (uint32_t x = 0; x < 32; x++) {
@@ -100,9 +100,9 @@ TEST_F(Backgrounds, AlphaIsTheShareOfSamplesThatMetSomething) {
 TEST_F(Backgrounds, GoOnFromCheckpointsOfTheSameBackground) {
     RenderOptions options;
     options.spp = 64;
-    options.paths = 2000;
+    options.tuning.paths = 2000;
     options.background = Background{true, {}};
-    const RenderResult whole = run(options);
+    const MeasuredRender whole = run(options);
     options.checkpoint.file = folder_ / "c.ckpt";
     const auto stopped = support::render_rounds(*file_, options, 5);
     ASSERT_TRUE(stopped.ok()) << stopped.status().message();
@@ -115,7 +115,7 @@ TEST_F(Backgrounds, GoOnFromCheckpointsOfTheSameBackground) {
         ASSERT_FALSE(refused.ok());
         EXPECT_NE(refused.status().message().find("--background"), std::string::npos) << refused.status().message();
     }
-    const RenderResult resumed = run(options);
+    const MeasuredRender resumed = run(options);
     EXPECT_EQ(resumed.report.film_hash, whole.report.film_hash);
     EXPECT_EQ(resumed.image.values, whole.image.values);
 }

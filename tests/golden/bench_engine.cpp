@@ -7,12 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "bench/baselines.hpp"
 #include "bench/policy_bench.hpp"
 #include "cli/bench.hpp"
+#include "raypager/baselines.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
@@ -39,22 +40,22 @@ protected:
         delete folder_;
     }
 
-    static RenderOptions base() {
-        RenderOptions options;
+    static support::TestOptions base() {
+        support::TestOptions options;
         options.spp = spp;
-        options.paths = 2000;
+        options.tuning.paths = 2000;
         return options;
     }
     static const BakedScene& scene() { return (*file_)->scene(); }
 
-    static RenderResult run(const RenderOptions& options) {
+    static MeasuredRender run(const support::TestOptions& options) {
         auto result = render(**file_, options, {});
         EXPECT_TRUE(result.ok()) << result.status().message();
-        return result ? std::move(*result) : RenderResult();
+        return result ? std::move(*result) : MeasuredRender();
     }
-    static DemandTrace record(RenderOptions options, uint64_t paths = UINT64_MAX) {
-        options.record_paths = paths;
-        RenderResult result = run(options);
+    static DemandTrace record(support::TestOptions options, uint64_t paths = UINT64_MAX) {
+        options.instruments.record_paths = paths;
+        MeasuredRender result = run(options);
         EXPECT_EQ(result.report.film_hash, hash_) << "recording changed the picture";
         EXPECT_TRUE(result.trace.has_value());
         return result.trace ? std::move(*result.trace) : DemandTrace();
@@ -70,20 +71,20 @@ uint64_t BenchEngine::hash_ = 0;
 
 // The heart of it: what a trace holds follows from the rays alone. Blocks that stop a shadow ray are known as far as they were resident.
 TEST_F(BenchEngine, visits_do_not_depend_on_limit_policy_and_log_size) {
-    RenderOptions preloaded = base();  // all resident from the first round on: every block that stops a shadow ray is known
-    preloaded.pool_place = PoolPlace::host;
+    support::TestOptions preloaded = base();  // all resident from the first round on: every block that stops a shadow ray is known
+    preloaded.tuning.pool_place = PoolPlace::host;
     const DemandTrace whole = record(preloaded);
     EXPECT_EQ(whole.path_count(), uint64_t{scene().width} * scene().height * spp);
     EXPECT_EQ(whole.rays.size(), whole.recorded.rays);
     EXPECT_EQ(whole.recorded.scene_identity, scene().identity());
-    RenderOptions paged = base();
+    support::TestOptions paged = base();
     paged.geometry_limit_percent = 8;
-    RenderOptions swept = paged;
-    swept.policy = PolicyKind::sweep;
-    RenderOptions cramped = paged;  // few slots make a small log, which is full again and again
-    cramped.paths = 64;
-    for (const RenderOptions& options : {paged, swept, cramped}) {
-        SCOPED_TRACE(testing::Message() << policy_name(options.policy) << ", " << options.paths << " paths");
+    support::TestOptions swept = paged;
+    swept.tuning.policy = PolicyKind::sweep;
+    support::TestOptions cramped = paged;  // few slots make a small log, which is full again and again
+    cramped.tuning.paths = 64;
+    for (const support::TestOptions& options : {paged, swept, cramped}) {
+        SCOPED_TRACE(testing::Message() << policy_name(options.tuning.policy) << ", " << options.tuning.paths << " paths");
         const DemandTrace other = record(options);
         EXPECT_EQ(other.path_rays, whole.path_rays);
         ASSERT_EQ(other.rays.size(), whole.rays.size());
@@ -132,16 +133,16 @@ TEST_F(BenchEngine, a_replay_moves_the_bytes_that_the_engine_moved) {
         ADD_FAILURE() << what << ": three times off, first by " << first;
     };
     for (const PolicyName& policy : policy_names) {
-        RenderOptions options = base();
+        support::TestOptions options = base();
         options.geometry_limit_percent = 20;
-        options.policy = policy.kind;
+        options.tuning.policy = policy.kind;
         expect_near([&] { return bench::check_replay(record(options)).bytes_ratio; }, policy.name);
     }
     // A trace of one policy tells what another one does.
-    RenderOptions lru = base();
+    support::TestOptions lru = base();
     lru.geometry_limit_percent = 20;
-    lru.policy = PolicyKind::lru;
-    lru.traversal = Traversal::ray;  // as renders that are recorded: blocks of the other form have other sizes
+    lru.tuning.policy = PolicyKind::lru;
+    lru.tuning.traversal = Traversal::ray;  // as renders that are recorded: blocks of the other form have other sizes
     const auto ratio_of_lru = [&] {
         const uint64_t measured = run(lru).report.paging.bytes_loaded;
         const DemandTrace trace = record(base());
@@ -157,27 +158,27 @@ TEST_F(BenchEngine, a_replay_moves_the_bytes_that_the_engine_moved) {
 
 TEST_F(BenchEngine, baselines_end_and_show_the_same_picture) {
     for (const double percent : {20.0, 0.001}) {  // the last: room for the largest block
-        RenderOptions waiting = base();
+        support::TestOptions waiting = base();
         waiting.geometry_limit_percent = percent;
-        waiting.wait_for_loads = true;
-        waiting.loads_in_flight = 1;
-        waiting.hold_above_ready = 0.0;
-        waiting.tile_size = 5;
+        waiting.tuning.wait_for_loads = true;
+        waiting.tuning.loads_in_flight = 1;
+        waiting.tuning.hold_above_ready = 0.0;
+        waiting.tuning.tile_size = 5;
         EXPECT_EQ(run(waiting).report.film_hash, hash_);
-        RenderOptions paper = base();
-        bench::use_paper_settings(paper, scene().width, scene().height);
-        RenderOptions roulette = base();
+        support::TestOptions paper = base();
+        use_paper_settings(paper, scene().width, scene().height);
+        support::TestOptions roulette = base();
         roulette.connection = Connection::roulette;
         paper.geometry_limit_percent = percent;
-        const RenderResult paged = run(paper);
+        const MeasuredRender paged = run(paper);
         EXPECT_EQ(paged.report.film_hash, run(roulette).report.film_hash);
         EXPECT_EQ(paged.report.paths, 4 * scene().width * scene().height);
         EXPECT_GT(paged.report.paging.evictions, 0u);
     }
-    RenderOptions host = base();
-    host.pool_place = PoolPlace::host;
+    support::TestOptions host = base();
+    host.tuning.pool_place = PoolPlace::host;
     host.geometry_limit_percent = 1;  // says nothing there
-    const RenderResult mapped = run(host);
+    const MeasuredRender mapped = run(host);
     EXPECT_EQ(mapped.report.film_hash, hash_);
     EXPECT_EQ(mapped.report.paging.loads, scene().blocks.size());
     EXPECT_GE(mapped.report.peak.host_bytes, scene().geometry_bytes(support::default_form()));
@@ -189,10 +190,10 @@ TEST_F(BenchEngine, baselines_end_and_show_the_same_picture) {
 }
 
 TEST_F(BenchEngine, the_journal_accounts_for_every_load_and_eviction) {
-    RenderOptions options = base();
+    support::TestOptions options = base();
     options.geometry_limit_percent = 10;
-    options.keep_journal = true;
-    const RenderResult result = run(options);
+    options.instruments.keep_journal = true;
+    const MeasuredRender result = run(options);
     EXPECT_EQ(result.round_seconds.size(), result.report.paging.rounds);
     EXPECT_TRUE(std::is_sorted(result.round_seconds.begin(), result.round_seconds.end()));
     uint64_t loads = 0, evictions = 0;
@@ -274,7 +275,7 @@ TEST_F(BenchEngine, sweep_from_end_to_end) {
 
 TEST_F(BenchEngine, policy_bench_from_end_to_end) {
     const std::filesystem::path trace = folder_->path() / "demand.trace", report = folder_->path() / "policy.json";
-    RenderOptions options = base();
+    support::TestOptions options = base();
     options.geometry_limit_percent = 25;
     ASSERT_TRUE(write_demand_trace(trace, record(options)).ok());
     const Status status = run_bench_policy({trace.string(), "--pools", "50%,100K", "--policies", "lru,aged-wants", "--report", report.string()});

@@ -14,7 +14,7 @@
 namespace raypager {
 namespace {
 
-RenderResult render_with_report(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
+MeasuredRender render_with_report(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
     const support::TemporaryFolder folder;
     BakeOptions bake_options;
     bake_options.block_bytes = 16 << 10;

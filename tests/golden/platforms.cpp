@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "device/device_list.hpp"
-#include "film/compare.hpp"
+#include "raypager/devices.hpp"
+#include "raypager/picture.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
@@ -38,14 +38,14 @@ protected:
         ASSERT_GT(file_->scene().blocks.size(), 3u) << "too few blocks to page";
     }
 
-    Result<RenderResult> run(const DeviceInfo& device, uint32_t seed, double percent, uint32_t paths, PolicyKind policy) const {
+    Result<MeasuredRender> run(const DeviceInfo& device, uint32_t seed, double percent, uint32_t paths, PolicyKind policy) const {
         RenderOptions options;
         options.device = std::to_string(device.index);
         options.spp = 8;
         options.seed = seed;
         options.geometry_limit_percent = percent;
-        options.paths = paths;
-        options.policy = policy;
+        options.tuning.paths = paths;
+        options.tuning.policy = policy;
         return render(*file_, options, {});
     }
 

@@ -7,6 +7,7 @@
 #include "support/device_scene.hpp"
 #include "support/failing_device.hpp"
 #include "support/recorded_films.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
@@ -60,7 +61,7 @@ protected:
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
         base_.spp = 4;
-        base_.paths = 3000;
+        base_.tuning.paths = 3000;
         const auto result = run(base_);
         ASSERT_TRUE(result.ok()) << result.status().message();
         hash_ = result->report.film_hash;
@@ -69,9 +70,9 @@ protected:
         ASSERT_EQ(result->report.paging.evictions, 0u);
     }
 
-    Result<RenderResult> run(const RenderOptions& options) const { return render(*file_, options, {}); }
+    Result<MeasuredRender> run(const support::TestOptions& options) const { return render(*file_, options, {}); }
 
-    void expect_same(const RenderOptions& options, const std::string& what) const {
+    void expect_same(const support::TestOptions& options, const std::string& what) const {
         SCOPED_TRACE(what);
         const auto result = run(options);
         ASSERT_TRUE(result.ok()) << result.status().message();
@@ -87,7 +88,7 @@ protected:
 
     support::TemporaryFolder folder_;
     std::shared_ptr<const BlockFile> file_;
-    RenderOptions base_;
+    support::TestOptions base_;
     uint64_t hash_ = 0, rays_ = 0;
 };
 
@@ -107,8 +108,8 @@ TEST_P(SamePicture, is_the_recorded_one) {
 TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
     for (const PolicyName& policy : policy_names)
         for (const double percent : {100.0, 50.0, 25.0, 10.0, 3.0}) {
-            RenderOptions options = base_;
-            options.policy = policy.kind;
+            support::TestOptions options = base_;
+            options.tuning.policy = policy.kind;
             options.geometry_limit_percent = percent;
             expect_same(options, std::string(policy.name) + " at " + std::to_string(percent) + " %");
         }
@@ -116,8 +117,8 @@ TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
 
 TEST_P(SamePicture, with_room_for_one_block) {
     for (const PolicyName& policy : policy_names) {
-        RenderOptions options = base_;
-        options.policy = policy.kind;
+        support::TestOptions options = base_;
+        options.tuning.policy = policy.kind;
         options.geometry_limit = file_->scene().largest_block(support::default_form());
         expect_same(options, std::string(policy.name) + " with one block");
     }
@@ -126,8 +127,8 @@ TEST_P(SamePicture, with_room_for_one_block) {
 TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
     for (const uint32_t paths : {64u, 1000u, 20000u})
         for (const double percent : {100.0, 20.0}) {
-            RenderOptions options = base_;
-            options.paths = paths;
+            support::TestOptions options = base_;
+            options.tuning.paths = paths;
             options.geometry_limit_percent = percent;
             expect_same(options, std::to_string(paths) + " paths");
         }
@@ -136,12 +137,12 @@ TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
 TEST_P(SamePicture, for_regions_of_any_size) {
     for (const uint32_t region : {0u, 7u, 500u})
         for (const double percent : {100.0, 20.0, 3.0}) {
-            RenderOptions options = base_;
-            options.region = region;
-            options.paths = 200;
+            support::TestOptions options = base_;
+            options.tuning.region = region;
+            options.tuning.paths = 200;
             options.geometry_limit_percent = percent;
             expect_same(options, "regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
-            options.traversal = Traversal::ray;  // which gives out slots in ones, twos, fours or eights
+            options.tuning.traversal = Traversal::ray;  // which gives out slots in ones, twos, fours or eights
             expect_same(options, "rays one by one, regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
         }
 }
@@ -149,10 +150,10 @@ TEST_P(SamePicture, for_regions_of_any_size) {
 TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
     for (const uint64_t slab : {uint64_t{0}, uint64_t{40} << 10})
         for (const uint32_t loads : {1u, 4u}) {
-            RenderOptions options = base_;
+            support::TestOptions options = base_;
             options.geometry_limit_percent = 30;
-            options.slab_bytes = slab;
-            options.loads_in_flight = loads;
+            options.instruments.slab_bytes = slab;
+            options.tuning.loads_in_flight = loads;
             expect_same(options, std::to_string(slab) + " byte slabs, " + std::to_string(loads) + " loads in flight");
         }
 }
@@ -160,8 +161,8 @@ TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
 TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
     for (const uint32_t rounds : {1u, 2u})
         for (const double percent : {100.0, 10.0, 1.0}) {
-            RenderOptions options = base_;
-            options.rounds_under_way = rounds;
+            support::TestOptions options = base_;
+            options.instruments.rounds_under_way = rounds;
             options.geometry_limit_percent = percent;
             options.connection = Connection::queue;
             expect_same(options, std::to_string(rounds) + " rounds under way");
@@ -172,16 +173,16 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
 TEST_P(SamePicture, with_room_made_ahead) {
     for (const Traversal traversal : support::traversals())
         for (const double percent : {100.0, 40.0, 5.0, 0.001}) {
-            RenderOptions options = base_;
-            options.traversal = traversal;
+            support::TestOptions options = base_;
+            options.tuning.traversal = traversal;
             options.geometry_limit_percent = percent;
-            options.rounds_under_way = 2;
-            options.evict_ahead = 3;
+            options.instruments.rounds_under_way = 2;
+            options.instruments.evict_ahead = 3;
             expect_same(options, "room ahead for three at " + std::to_string(percent) + " %");
         }
-    RenderOptions options = base_;
-    options.pool_place = PoolPlace::host;
-    options.evict_ahead = 3;
+    support::TestOptions options = base_;
+    options.tuning.pool_place = PoolPlace::host;
+    options.instruments.evict_ahead = 3;
     expect_same(options, "the pool in host memory");
 }
 
@@ -189,10 +190,10 @@ TEST_P(SamePicture, with_room_made_ahead) {
 TEST_P(SamePicture, ray_by_ray_and_in_streams) {
     for (const Traversal traversal : support::traversals())
         for (const double percent : {100.0, 20.0, 0.001}) {  // the last: room for the largest block
-            RenderOptions options = base_;
-            options.traversal = traversal;
+            support::TestOptions options = base_;
+            options.tuning.traversal = traversal;
             options.geometry_limit_percent = percent;
-            options.rounds_under_way = percent < 100 ? 2 : 1;
+            options.instruments.rounds_under_way = percent < 100 ? 2 : 1;
             expect_same(options, (traversal == Traversal::ray ? "ray by ray at " : "in streams at ") + std::to_string(percent) + " %");
         }
 }
@@ -200,11 +201,11 @@ TEST_P(SamePicture, ray_by_ray_and_in_streams) {
 // As on devices whose lanes can vote, with vectors of one lane, and the lowest entries of stacks in local memory.
 TEST_P(SamePicture, by_persistent_threads) {
     for (const double percent : {100.0, 20.0, 0.001}) {
-        RenderOptions options = base_;
-        options.traversal = Traversal::ray;
+        support::TestOptions options = base_;
+        options.tuning.traversal = Traversal::ray;
         options.geometry_limit_percent = percent;
-        options.rounds_under_way = percent < 100 ? 2 : 1;
-        options.device_hooks = std::make_shared<support::PersistentDevice>();
+        options.instruments.rounds_under_way = percent < 100 ? 2 : 1;
+        options.instruments.device_hooks = std::make_shared<support::PersistentDevice>();
         expect_same(options, "by persistent threads at " + std::to_string(percent) + " %");
     }
 }
@@ -223,19 +224,19 @@ TEST_P(SamePicture, for_other_block_sizes) {
 }
 
 TEST_P(SamePicture, roulette_connection_too) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.connection = Connection::roulette;
     const auto resident = run(options);
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     EXPECT_NE(resident->report.film_hash, hash_) << "the option does nothing";
     for (const Traversal traversal : support::traversals()) {
-        options.traversal = traversal;
+        options.tuning.traversal = traversal;
         const auto other = run(options);
         ASSERT_TRUE(other.ok()) << other.status().message();
         EXPECT_EQ(other->report.film_hash, resident->report.film_hash);
     }
     options.geometry_limit_percent = 10;
-    options.policy = PolicyKind::most_wanted;
+    options.tuning.policy = PolicyKind::most_wanted;
     const auto paged = run(options);
     ASSERT_TRUE(paged.ok()) << paged.status().message();
     EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
@@ -243,7 +244,7 @@ TEST_P(SamePicture, roulette_connection_too) {
 }
 
 TEST_P(SamePicture, another_seed_is_another_picture) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.seed = 1;
     const auto result = run(options);
     ASSERT_TRUE(result.ok()) << result.status().message();
@@ -251,7 +252,7 @@ TEST_P(SamePicture, another_seed_is_another_picture) {
 }
 
 TEST_P(SamePicture, a_limit_too_small_names_the_smallest_that_does) {
-    RenderOptions options = base_;
+    support::TestOptions options = base_;
     options.memory_limit = 100000;
     const auto refused = run(options);
     ASSERT_FALSE(refused.ok());

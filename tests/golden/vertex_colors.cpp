@@ -11,7 +11,7 @@
 namespace raypager {
 namespace {
 
-RenderResult draw(const Scene& scene, uint32_t spp, Traversal traversal, double percent = 100) {
+MeasuredRender draw(const Scene& scene, uint32_t spp, Traversal traversal, double percent = 100) {
     const support::TemporaryFolder folder;
     BakeOptions options;
     options.block_bytes = 16 << 10;
@@ -19,7 +19,7 @@ RenderResult draw(const Scene& scene, uint32_t spp, Traversal traversal, double 
     if (!file.ok()) throw std::runtime_error(file.status().message());
     RenderOptions render_options;
     render_options.spp = spp;
-    render_options.traversal = traversal;
+    render_options.tuning.traversal = traversal;
     render_options.geometry_limit_percent = percent;
     auto result = render(**file, render_options, {});
     if (!result.ok()) throw std::runtime_error(result.status().message());

@@ -1,6 +1,4 @@
 // Pictures through OpenImageIO: EXR exact, PNG within its 8 bits, integer elevation as stored.
-#include "image/openimageio.hpp"
-
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 
 #include "base/files.hpp"
 #include "image/formats.hpp"
+#include "raypager/picture.hpp"
 #include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 

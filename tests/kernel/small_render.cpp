@@ -13,6 +13,7 @@
 #include "support/failing_device.hpp"
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
+#include "support/test_options.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager {
@@ -27,16 +28,16 @@ void draw_paged(const Scene& scene) {
     auto file = support::bake_and_open(scene, bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
     ASSERT_GE((*file)->scene().blocks.size(), 4u);
-    RenderOptions options;
+    support::TestOptions options;
     options.spp = 1;
-    options.paths = 64;
+    options.tuning.paths = 64;
     const auto resident = render(**file, options, {});
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     options.geometry_limit_percent = 60;
     for (const Traversal traversal : support::traversals()) {
         const BlockForm form = traversal == Traversal::stream ? BlockForm::wide : BlockForm::stored;
-        options.traversal = traversal;
-        options.slab_bytes = (*file)->scene().largest_block(form) + 64;
+        options.tuning.traversal = traversal;
+        options.instruments.slab_bytes = (*file)->scene().largest_block(form) + 64;
         const auto paged = render(**file, options, {});
         ASSERT_TRUE(paged.ok()) << paged.status().message();
         EXPECT_EQ(paged->report.form, form);
@@ -44,9 +45,9 @@ void draw_paged(const Scene& scene) {
         EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
         EXPECT_EQ(paged->report.clamped_samples, 0u);
     }
-    options.traversal = Traversal::ray;
-    options.slab_bytes = (*file)->scene().largest_block(BlockForm::stored) + 64;
-    options.device_hooks = std::make_shared<support::PersistentDevice>();
+    options.tuning.traversal = Traversal::ray;
+    options.instruments.slab_bytes = (*file)->scene().largest_block(BlockForm::stored) + 64;
+    options.instruments.device_hooks = std::make_shared<support::PersistentDevice>();
     const auto persistent = render(**file, options, {});
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, resident->report.film_hash);
@@ -81,14 +82,14 @@ void draw_coded(float error, std::initializer_list<double> percents, std::set<ui
     bake_options.position_error = 0;
     const auto moved = support::bake_and_open(scene, bake_options, folder.path(), "moved");
     ASSERT_TRUE(moved.ok()) << moved.status().message();
-    RenderOptions options;
+    support::TestOptions options;
     options.spp = 1;
-    options.paths = 64;
+    options.tuning.paths = 64;
     const auto expected = render(**moved, options, {});
     ASSERT_TRUE(expected.ok()) << expected.status().message();
     for (const Traversal traversal : support::traversals())
         for (const double percent : percents) {
-            options.traversal = traversal;
+            options.tuning.traversal = traversal;
             options.geometry_limit_percent = percent;
             const auto drawn = render(**coded, options, {});
             ASSERT_TRUE(drawn.ok()) << drawn.status().message();
@@ -114,13 +115,13 @@ TEST(SmallRender, records_what_rays_enter) {
     bake_options.block_bytes = 16 << 10;
     auto file = support::bake_and_open(small_scene(30), bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    RenderOptions options;
+    support::TestOptions options;
     options.spp = 1;
-    options.paths = 64;  // so few slots have a log that is full now and then
+    options.tuning.paths = 64;  // so few slots have a log that is full now and then
     const auto plain = render(**file, options, {});
     ASSERT_TRUE(plain.ok()) << plain.status().message();
     EXPECT_FALSE(plain->trace);
-    options.record_paths = 1 << 20;
+    options.instruments.record_paths = 1 << 20;
     options.geometry_limit_percent = 60;
     const auto recorded = render(**file, options, {});
     ASSERT_TRUE(recorded.ok()) << recorded.status().message();
@@ -140,19 +141,19 @@ TEST(SmallRender, records_the_same_in_a_log_without_room) {
     scene.shapes.push_back(blocks_test::mesh_shape(blocks_test::soup(3000, 5)));  // rays go through many portals of a block here
     auto file = support::bake_and_open(scene, bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    RenderOptions options;
+    support::TestOptions options;
     options.width = 12;
     options.height = 8;
     options.spp = 1;
     options.max_depth = 0;  // no shadow rays, which need more room
-    options.paths = 1;
-    options.record_paths = 1 << 20;
+    options.tuning.paths = 1;
+    options.instruments.record_paths = 1 << 20;
     options.geometry_limit_percent = 60;
     const auto usual = render(**file, options, {});
     ASSERT_TRUE(usual.ok()) << usual.status().message();
     for (const uint32_t events : {2u, 3u, 5u}) {
         SCOPED_TRACE(events);
-        options.visit_events = events;
+        options.instruments.visit_events = events;
         const auto stopped = support::render_rounds(**file, options, 5000);
         ASSERT_TRUE(stopped.ok()) << stopped.status().message();
         EXPECT_TRUE(stopped->report.complete);
@@ -166,20 +167,20 @@ TEST(SmallRender, records_paths_in_the_order_in_which_they_begin) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(small_scene(30), {}, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    RenderOptions options;
+    support::TestOptions options;
     options.width = 8;
     options.height = 4;
     options.spp = 32;
-    options.paths = 16;
-    options.record_paths = 1 << 20;
+    options.tuning.paths = 16;
+    options.instruments.record_paths = 1 << 20;
     const auto chosen = render(**file, options, {});
     ASSERT_TRUE(chosen.ok()) << chosen.status().message();
     ASSERT_GT(chosen->report.region, 0u);
-    options.region = chosen->report.region;
+    options.tuning.region = chosen->report.region;
     const auto same = render(**file, options, {});
     ASSERT_TRUE(same.ok()) << same.status().message();
     EXPECT_EQ(chosen->trace->path_rays, same->trace->path_rays);
-    options.region = 0;
+    options.tuning.region = 0;
     const auto other = render(**file, options, {});
     ASSERT_TRUE(other.ok()) << other.status().message();
     EXPECT_NE(chosen->trace->path_rays, other->trace->path_rays);
@@ -195,10 +196,10 @@ TEST(SmallRender, goes_on_from_a_checkpoint) {
     for (const Traversal traversal : support::traversals()) {
         for (const uint32_t percent : {100u, 60u}) {
             SCOPED_TRACE(testing::Message() << (traversal == Traversal::ray ? "rays, " : "streams, ") << percent << " %");
-            RenderOptions options;
+            support::TestOptions options;
             options.spp = 2;
-            options.paths = 64;
-            options.traversal = traversal;
+            options.tuning.paths = 64;
+            options.tuning.traversal = traversal;
             options.geometry_limit_percent = percent;
             const auto whole = render(**file, options, {});
             ASSERT_TRUE(whole.ok()) << whole.status().message();
@@ -224,25 +225,25 @@ TEST(SmallRender, goes_on_from_a_checkpoint_of_a_recorded_render) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(small_scene(12), {}, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    RenderOptions options;
+    support::TestOptions options;
     options.width = 12;
     options.height = 8;
     options.spp = 2;
     options.max_depth = 0;
-    options.paths = 16;
-    options.traversal = Traversal::ray;
+    options.tuning.paths = 16;
+    options.tuning.traversal = Traversal::ray;
     const auto whole = render(**file, options, {});
     ASSERT_TRUE(whole.ok()) << whole.status().message();
     for (const uint32_t rounds : {14u, 150u}) {  // in the first and in the second pass over the picture
         SCOPED_TRACE(rounds);
         options.checkpoint = {};
         options.checkpoint.file = folder.path() / fmt::format("{}.ckpt", rounds);
-        options.record_paths = 1 << 20;
-        options.visit_events = 2;
+        options.instruments.record_paths = 1 << 20;
+        options.instruments.visit_events = 2;
         const auto stopped = support::render_rounds(**file, options, rounds);
         ASSERT_TRUE(stopped.ok()) << stopped.status().message();
         ASSERT_FALSE(stopped->report.complete);
-        options.record_paths = 0;
+        options.instruments.record_paths = 0;
         options.checkpoint.resume = true;
         const auto resumed = render(**file, options, {});
         ASSERT_TRUE(resumed.ok()) << resumed.status().message();
@@ -256,14 +257,14 @@ TEST(SmallRender, an_empty_scene_is_its_background) {
     const support::TemporaryFolder folder;
     auto file = support::bake_and_open(scene, {}, folder.path(), "empty");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    RenderOptions options;
+    support::TestOptions options;
     options.spp = 2;
-    options.paths = 64;
+    options.tuning.paths = 64;
     const auto result = render(**file, options, {});
     ASSERT_TRUE(result.ok()) << result.status().message();
     for (const float value : result->image.values) EXPECT_NEAR(value, 0.3f, 1e-6);
-    options.traversal = Traversal::ray;
-    options.device_hooks = std::make_shared<support::PersistentDevice>();  // whose walks end where they begin
+    options.tuning.traversal = Traversal::ray;
+    options.instruments.device_hooks = std::make_shared<support::PersistentDevice>();  // whose walks end where they begin
     const auto persistent = render(**file, options, {});
     ASSERT_TRUE(persistent.ok()) << persistent.status().message();
     EXPECT_EQ(persistent->report.film_hash, result->report.film_hash);

@@ -41,11 +41,10 @@ Slots random_slots(std::mt19937& random, uint32_t new_blocks) {
         if (s.pages[block].address == RP_NONE) absent.push_back(block);
     }
     for (uint32_t slot = 0; slot < slots;) {
-        const uint32_t phases[] = {RP_STATUS_FREE, RP_STATUS_EXTEND,       RP_STATUS_SHADOW,
-                                   RP_STATUS_IDLE, RP_STATUS_EXTEND_WAITS, RP_STATUS_SHADOW_WAITS};
+        const uint32_t phases[] = {RP_PHASE_FREE, RP_PHASE_EXTEND, RP_PHASE_SHADOW, RP_PHASE_IDLE, RP_PHASE_EXTEND_WAITS, RP_PHASE_SHADOW_WAITS};
         const uint32_t phase = phases[random() % 6], block = absent[random() % absent.size()];
         for (const uint32_t end = std::min<uint32_t>(slots, slot + 1 + random() % (random() % 2 ? 3 : 60)); slot < end; slot++) {
-            const bool first = (phase == RP_STATUS_EXTEND || phase == RP_STATUS_SHADOW) && random() % 2;
+            const bool first = (phase == RP_PHASE_EXTEND || phase == RP_PHASE_SHADOW) && random() % 2;
             s.status[slot] = phase | static_cast<uint32_t>(random() % 200) << RP_STATUS_OFFSET_SHIFT | (first ? RP_STATUS_FIRST : 0);
             s.status[RP_STATUS_WORDS(slots) + slot] = random() % 8 ? block : absent[random() % absent.size()];
         }
@@ -61,8 +60,8 @@ Slots random_slots(std::mt19937& random, uint32_t new_blocks) {
 Lists expected(const Slots& s, uint32_t together) {
     Lists lists;
     const auto unused = [&](uint32_t slot) {
-        const uint32_t phase = s.status[slot] & RP_STATUS_MASK;
-        return phase == RP_STATUS_FREE || phase == RP_STATUS_IDLE;
+        const uint32_t phase = s.status[slot] & RP_PHASE_MASK;
+        return phase == RP_PHASE_FREE || phase == RP_PHASE_IDLE;
     };
     const auto kept = [&](uint32_t slot) {
         const uint32_t first = slot / together * together;
@@ -71,14 +70,14 @@ Lists expected(const Slots& s, uint32_t together) {
         return false;
     };
     for (uint32_t slot = 0; slot < slots; slot++) {
-        const uint32_t phase = s.status[slot] & RP_STATUS_MASK;
-        const bool waits = phase == RP_STATUS_EXTEND_WAITS || phase == RP_STATUS_SHADOW_WAITS;
+        const uint32_t phase = s.status[slot] & RP_PHASE_MASK;
+        const bool waits = phase == RP_PHASE_EXTEND_WAITS || phase == RP_PHASE_SHADOW_WAITS;
         if (waits && s.pages[s.status[RP_STATUS_WORDS(slots) + slot]].address == RP_NONE)
             lists.waiting++;
-        else if (phase != RP_STATUS_IDLE && (phase != RP_STATUS_FREE || !kept(slot)))
-            (phase == RP_STATUS_FREE                                        ? lists.free
-             : phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS ? lists.shadow
-                                                                            : lists.extend)
+        else if (phase != RP_PHASE_IDLE && (phase != RP_PHASE_FREE || !kept(slot)))
+            (phase == RP_PHASE_FREE                                       ? lists.free
+             : phase == RP_PHASE_SHADOW || phase == RP_PHASE_SHADOW_WAITS ? lists.shadow
+                                                                          : lists.extend)
                 .insert(slot);
     }
     return lists;
@@ -190,9 +189,9 @@ TEST_P(Wake, nobody_sleeps_too_long) {
             for (const uint32_t slot : *list) {
                 const auto block = static_cast<uint32_t>(random() % blocks);
                 const bool waits = absent(block) && random() % 8 != 0;
-                const uint32_t others[] = {RP_STATUS_FREE, RP_STATUS_EXTEND, RP_STATUS_SHADOW};
-                s.status[slot] = waits                              ? RP_STATUS_EXTEND_WAITS + random() % 2
-                                 : round > 150 && random() % 4 == 0 ? RP_STATUS_IDLE
+                const uint32_t others[] = {RP_PHASE_FREE, RP_PHASE_EXTEND, RP_PHASE_SHADOW};
+                s.status[slot] = waits                              ? RP_PHASE_EXTEND_WAITS + random() % 2
+                                 : round > 150 && random() % 4 == 0 ? RP_PHASE_IDLE
                                                                     : others[random() % 3];
                 s.status[RP_STATUS_WORDS(slots) + slot] = block;
             }
@@ -223,7 +222,7 @@ TEST_P(Wake, only_named_blocks_wake_where_all_wait) {
     constexpr uint32_t other = blocks / 2;  // far from block 0: they do not share a bit
     Slots s;
     for (uint32_t slot = 0; slot < slots; slot++) {
-        s.status[slot] = RP_STATUS_EXTEND_WAITS;
+        s.status[slot] = RP_PHASE_EXTEND_WAITS;
         s.status[RP_STATUS_WORDS(slots) + slot] = slot / 64 % 2 * other;
     }
     s.pages.assign(blocks, rp_page{RP_NONE, 0, 0, 0});

@@ -33,15 +33,15 @@ protected:
         awake_.back() >>= RP_AWAKE_SLOTS - slots % RP_AWAKE_SLOTS;
     }
 
-    uint32_t phase(uint32_t slot) const { return status_[slot] & RP_STATUS_MASK; }
-    bool waits(uint32_t slot) const { return phase(slot) >= RP_STATUS_EXTEND_WAITS; }
+    uint32_t phase(uint32_t slot) const { return status_[slot] & RP_PHASE_MASK; }
+    bool waits(uint32_t slot) const { return phase(slot) >= RP_PHASE_EXTEND_WAITS; }
     bool absent(uint32_t block) const { return pages_[block].address == RP_NONE; }
 
     // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_in_chain has it.
     void set(uint32_t slot, uint32_t phase, uint32_t block) {
-        const uint32_t flags = phase == RP_STATUS_SHADOW || phase == RP_STATUS_SHADOW_WAITS   ? RP_STATUS_ENDS
-                               : phase == RP_STATUS_EXTEND || phase == RP_STATUS_EXTEND_WAITS ? RP_STATUS_CONNECTED | RP_STATUS_LIT
-                                                                                              : 0;
+        const uint32_t flags = phase == RP_PHASE_SHADOW || phase == RP_PHASE_SHADOW_WAITS   ? RP_STATUS_ENDS
+                               : phase == RP_PHASE_EXTEND || phase == RP_PHASE_EXTEND_WAITS ? RP_STATUS_CONNECTED | RP_STATUS_LIT
+                                                                                            : 0;
         kept_[slot] = (static_cast<uint32_t>(random_() % 200) << RP_STATUS_OFFSET_SHIFT) | (static_cast<uint32_t>(random_()) & flags);
         status_[slot] = phase | kept_[slot];
         block_of_[slot] = block;
@@ -49,7 +49,7 @@ protected:
             status_[slot] |= block << RP_STATUS_BLOCK_SHIFT;
             return;
         }
-        const size_t list = 2 * RP_LISTS * block + (phase == RP_STATUS_SHADOW_WAITS ? RP_LISTS : 0) + random_() % RP_LISTS;
+        const size_t list = 2 * RP_LISTS * block + (phase == RP_PHASE_SHADOW_WAITS ? RP_LISTS : 0) + random_() % RP_LISTS;
         status_[RP_STATUS_WORDS(slots) + slot] = std::exchange(demand_[RP_DEMAND_LISTS * blocks + list], slot + 1);
         demand_[RP_DEMAND_WANTS * blocks + block]++;
         counters_[RP_COUNT_IN_LISTS]++;
@@ -65,11 +65,11 @@ protected:
             const uint32_t now = phase(slot);
             if (waits(slot) && absent(block_of_[slot]))
                 waiting++;
-            else if (now == RP_STATUS_FREE)
+            else if (now == RP_PHASE_FREE)
                 free.insert(slot);
-            else if (now == RP_STATUS_SHADOW || now == RP_STATUS_SHADOW_WAITS)
+            else if (now == RP_PHASE_SHADOW || now == RP_PHASE_SHADOW_WAITS)
                 shadow.insert(slot);
-            else if (now != RP_STATUS_IDLE)
+            else if (now != RP_PHASE_IDLE)
                 extend.insert(slot);
         }
         launch(named);
@@ -88,7 +88,7 @@ protected:
         for (uint32_t slot = 0; slot < slots; slot++) {
             const bool waits_on = waits(slot);
             wants[block_of_[slot]] += waits_on ? 1 : 0;
-            EXPECT_EQ(awake_[slot / RP_AWAKE_SLOTS] >> slot % RP_AWAKE_SLOTS & 1, waits_on || phase(slot) == RP_STATUS_IDLE ? 0u : 1u);
+            EXPECT_EQ(awake_[slot / RP_AWAKE_SLOTS] >> slot % RP_AWAKE_SLOTS & 1, waits_on || phase(slot) == RP_PHASE_IDLE ? 0u : 1u);
         }
         for (uint32_t block = 0; block < blocks; block++) {
             EXPECT_EQ(demand_[RP_DEMAND_WANTS * blocks + block], wants[block]);
@@ -102,8 +102,8 @@ protected:
             std::pair<uint64_t, uint32_t> last;
             for (const uint32_t slot : *list) {
                 // Who had waited goes on from there; what else the word says is as it was.
-                const bool had_waited = (before[slot] & RP_STATUS_MASK) >= RP_STATUS_EXTEND_WAITS;
-                const uint32_t what = list == &extend_list ? RP_STATUS_EXTEND : RP_STATUS_SHADOW;
+                const bool had_waited = (before[slot] & RP_PHASE_MASK) >= RP_PHASE_EXTEND_WAITS;
+                const uint32_t what = list == &extend_list ? RP_PHASE_EXTEND : RP_PHASE_SHADOW;
                 EXPECT_EQ(status_[slot] >> RP_STATUS_BLOCK_SHIFT, block_of_[slot]);
                 EXPECT_EQ(status_[slot] & ~RP_STATUS_BLOCK_MASK,
                           what | kept_[slot] | (had_waited ? RP_STATUS_RESUMED : before[slot] & RP_STATUS_RESUMED));
@@ -213,15 +213,15 @@ TEST_F(WakeStream, nobody_is_forgotten_or_listed_twice) {
         for (const uint32_t slot : listed) {
             woken += waited[slot] ? 1 : 0;
             const auto block = static_cast<uint32_t>(random_() % blocks);
-            if (phase(slot) == RP_STATUS_FREE && random_() % 8 == 0) {
+            if (phase(slot) == RP_PHASE_FREE && random_() % 8 == 0) {
                 // No sample is left, or none in this round.
-                if (round > 250) set(slot, RP_STATUS_IDLE, block);
+                if (round > 250) set(slot, RP_PHASE_IDLE, block);
                 left_free++;
                 continue;
             }
-            const uint32_t others[] = {RP_STATUS_FREE, RP_STATUS_EXTEND, RP_STATUS_SHADOW};
+            const uint32_t others[] = {RP_PHASE_FREE, RP_PHASE_EXTEND, RP_PHASE_SHADOW};
             const bool stops = absent(block) && random_() % 8 != 0;
-            set(slot, stops ? RP_STATUS_EXTEND_WAITS + random_() % 2 : others[random_() % 3], block);
+            set(slot, stops ? RP_PHASE_EXTEND_WAITS + random_() % 2 : others[random_() % 3], block);
         }
     }
     EXPECT_GT(woken, slots);
@@ -235,7 +235,7 @@ TEST_F(WakeStream, rays_of_a_block_stand_together) {
     SCOPED_TRACE(seed);
     random_.seed(seed);
     for (uint32_t slot = 0; slot < slots; slot++)
-        set(slot, random_() % 4 == 0 ? RP_STATUS_EXTEND_WAITS + random_() % 2 : RP_STATUS_EXTEND + random_() % 2, random_() % 7 * 40);
+        set(slot, random_() % 4 == 0 ? RP_PHASE_EXTEND_WAITS + random_() % 2 : RP_PHASE_EXTEND + random_() % 2, random_() % 7 * 40);
     for (rp_page& page : pages_) page.address = 0;
     EXPECT_EQ(wake(false).size(), slots);
 }
@@ -248,7 +248,7 @@ TEST_F(WakeStream, one_work_item_sees_to_all_slots) {
     std::vector<uint32_t> status(2 * RP_STATUS_WORDS(many)), counters(RP_COUNTER_WORDS), listed(many), unused(many);
     std::vector<uint64_t> awake(RP_AWAKE_WORDS(many), ~uint64_t{0});
     awake.back() >>= RP_AWAKE_SLOTS - many % RP_AWAKE_SLOTS;
-    for (uint32_t slot = 0; slot < many; slot++) status[slot] = slot % 3 == 0 ? RP_STATUS_FREE : RP_STATUS_EXTEND;
+    for (uint32_t slot = 0; slot < many; slot++) status[slot] = slot % 3 == 0 ? RP_PHASE_FREE : RP_PHASE_EXTEND;
     auto states = device_->upload(bytes_of(status), "status"), bits = device_->upload(bytes_of(awake), "awake");
     auto counts = device_->upload(bytes_of(counters), "counters");
     auto queue = device_->allocate((many + 1) * sizeof(uint32_t), "queue"), free = device_->allocate(many * sizeof(uint32_t), "free slots");
@@ -308,7 +308,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
             EXPECT_EQ(demand[RP_DEMAND_WANTS * block_count + block], length);
         }
         EXPECT_EQ(std::count(found.begin(), found.end(), true), slots);
-        EXPECT_EQ(std::count(status.begin(), status.begin() + slots, RP_STATUS_EXTEND_WAITS), slots);
+        EXPECT_EQ(std::count(status.begin(), status.begin() + slots, RP_PHASE_EXTEND_WAITS), slots);
     }
 }
 

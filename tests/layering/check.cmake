@@ -70,6 +70,17 @@ foreach(file ${files})
         endforeach()
     endforeach()
 endforeach()
+# What users of the command line see is made of the public library alone. Measurements, and what looks into block files, know more.
+foreach(file ${files})
+    if(file MATCHES "^src/cli/" AND NOT file MATCHES "^src/cli/(bench|sweep_state|traverse_options|inspect|make_scene)")
+        file(STRINGS ${ROOT}/${file} includes REGEX "^ *# *include +\"")
+        foreach(line ${includes})
+            if(NOT line MATCHES "\"(raypager|cli|base)/|\"scene/(vector|box)[.]hpp\"")
+                list(APPEND errors "${file}: ${line} is not in the public library")
+            endif()
+        endforeach()
+    endif()
+endforeach()
 # The planes and status bits of path slots.
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp ${ROOT}/include/*.h ${ROOT}/kernels/*.cl ${ROOT}/tests/*.cpp
      ${ROOT}/tests/*.hpp ${ROOT}/tests/*.cl)

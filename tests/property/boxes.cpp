@@ -16,7 +16,7 @@
 namespace raypager {
 namespace {
 
-struct Float4 {
+struct DeviceFloat4 {
     float x, y, z, w;
 };
 struct Word4 {
@@ -32,7 +32,7 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
     std::uniform_real_distribution<double> unit(0, 1);
     constexpr uint32_t count = 200000;
     const double scale = std::ldexp(1.0, scale_exponent);
-    std::vector<Float4> rays, grids;
+    std::vector<DeviceFloat4> rays, grids;
     std::vector<Word4> boxes;
     std::vector<Passage> truth;
     for (uint32_t i = 0; i < count; i++) {
@@ -89,7 +89,7 @@ TEST_P(BoxTest, lets_every_ray_through_that_meets_the_box) {
     std::vector<std::array<float, 2>> found(count);
     ASSERT_TRUE((*device)->kernels().read_now(*results, 0, std::as_writable_bytes(std::span(found))).ok());
     const auto describe = [&](uint32_t i) {
-        const Float4 &o = rays[2 * i], &d = rays[2 * i + 1], &g = grids[2 * i], &c = grids[2 * i + 1];
+        const DeviceFloat4 &o = rays[2 * i], &d = rays[2 * i + 1], &g = grids[2 * i], &c = grids[2 * i + 1];
         return fmt::format("origin {} {} {} direction {} {} {} grid {} {} {} cell {} {} {} box {:x} {:x} {:x}, truly met from {} to {}", o.x, o.y,
                            o.z, d.x, d.y, d.z, g.x, g.y, g.z, c.x, c.y, c.z, boxes[i].x, boxes[i].y, boxes[i].z, truth[i].entry, truth[i].exit);
     };

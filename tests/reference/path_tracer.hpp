@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "image/image.hpp"
+#include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 #include "reference/geometry.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "image/image.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager::reference {
 

@@ -6,14 +6,14 @@
 #include <memory>
 #include <vector>
 
-#include "bake/bake.hpp"
 #include "device/device.hpp"
+#include "raypager/bake.hpp"
 #include "raypager/scene.hpp"
 #include "residency/residency.hpp"
 #include "store/block_file.hpp"
 #include "support/temporary_folder.hpp"
+#include "wavefront/block_form.hpp"
 #include "wavefront/geometry_buffers.hpp"
-#include "wavefront/traversal.hpp"
 
 namespace raypager::support {
 

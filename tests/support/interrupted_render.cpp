@@ -2,7 +2,7 @@
 
 namespace raypager::support {
 
-Result<RenderResult> render_rounds(const BlockFile& file, RenderOptions options, uint32_t rounds, RenderCallbacks callbacks) {
+Result<MeasuredRender> render_rounds(const BlockFile& file, TestOptions options, uint32_t rounds, RenderCallbacks callbacks) {
     std::atomic<bool> stop{false};
     uint32_t ended = 0;
     // Progress is told once after every round, after the look at the stop flag.

@@ -6,10 +6,11 @@
 
 #include "render/render.hpp"
 #include "store/block_file.hpp"
+#include "support/test_options.hpp"
 
 namespace raypager::support {
 
 // Renders until so many rounds have ended; 0: to the end.
-Result<RenderResult> render_rounds(const BlockFile& file, RenderOptions options, uint32_t rounds, RenderCallbacks callbacks = {});
+Result<MeasuredRender> render_rounds(const BlockFile& file, TestOptions options, uint32_t rounds, RenderCallbacks callbacks = {});
 
 }  // namespace raypager::support

@@ -169,7 +169,7 @@ TEST(Cut, PartitionLeadsWhereItsPlanesSay) {
             PrimitiveRef ref = i % 2 ? make(3 * i + 1) : sample[i];
             if (i % 7 == 0) ref.box.lower[i % 3] = ref.box.upper[i % 3] = i % 2 ? 9e11f : -9e11f;
             const uint32_t part = partition.part_of(ref);
-            ASSERT_EQ(part, partition.part_from_root(ref.lanes(), ref.id));
+            ASSERT_EQ(part, partition.part_from_root(ref.box4(), ref.id));
             met[part] = true;
         }
         EXPECT_EQ(std::count(met.begin(), met.end(), true), 37);

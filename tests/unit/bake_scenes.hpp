@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "bake/bake.hpp"
 #include "block/decode.hpp"
 #include "gather/gather.hpp"
+#include "raypager/bake.hpp"
 #include "store/block_file.hpp"
 #include "support/temporary_folder.hpp"
 

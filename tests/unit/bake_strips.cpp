@@ -36,11 +36,11 @@ std::vector<Triangle> decode_by_rule(const Strip& strip) {
     return result;
 }
 
-std::vector<LaneBox> unit_boxes(size_t count) {
-    LaneBox box;
-    box.grow(Lanes{0, 0, 0, 0});
-    box.grow(Lanes{1, 1, 1, 1});
-    return std::vector<LaneBox>(count, box);
+std::vector<Box4> unit_boxes(size_t count) {
+    Box4 box;
+    box.grow(Float4{0, 0, 0, 0});
+    box.grow(Float4{1, 1, 1, 1});
+    return std::vector<Box4>(count, box);
 }
 
 void expect_exact_cover(const std::vector<Triangle>& triangles, const std::vector<Strip>& strips) {

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "base/files.hpp"
+#include "raypager/import.hpp"
 #include "support/failing_file_system.hpp"
 #include "support/gzip.hpp"
 #include "support/temporary_folder.hpp"

@@ -7,6 +7,7 @@
 #include "cli/option_parser.hpp"
 #include "cli/render_settings.hpp"
 #include "cli/turntable.hpp"
+#include "support/scene_only.hpp"
 
 namespace raypager {
 namespace {
@@ -39,7 +40,7 @@ TEST(CliOptions, RenderDefaultsLeaveTheChoiceToSceneAndDevice) {
     EXPECT_EQ(settings.options.geometry_limit_percent, 0);
     EXPECT_EQ(settings.options.spp, 0u);
     EXPECT_FALSE(settings.options.max_depth);
-    EXPECT_EQ(settings.options.policy, PolicyKind::aged_wants);
+    EXPECT_EQ(settings.options.tuning.policy, PolicyKind::aged_wants);
     EXPECT_EQ(settings.options.connection, Connection::queue);
     EXPECT_FALSE(settings.camera);
     EXPECT_FALSE(settings.progress);
@@ -116,8 +117,8 @@ TEST(CliOptions, RenderTakesEveryOption) {
     EXPECT_EQ(settings.options.height, 480u);
     EXPECT_EQ(settings.options.max_depth, std::optional<uint32_t>(0));
     EXPECT_EQ(settings.options.seed, 7u);
-    EXPECT_EQ(settings.options.paths, 1000000u);
-    EXPECT_EQ(settings.options.policy, PolicyKind::most_wanted);
+    EXPECT_EQ(settings.options.tuning.paths, 1000000u);
+    EXPECT_EQ(settings.options.tuning.policy, PolicyKind::most_wanted);
     EXPECT_EQ(settings.options.connection, Connection::roulette);
     ASSERT_TRUE(settings.camera);
     EXPECT_EQ(settings.camera->eye.x, -1);
@@ -309,7 +310,7 @@ BakedScene wide_scene() {
 }
 
 TEST(CliOptions, SceneFillsInWhatIsNotGiven) {
-    const auto options = effective_options(parsed({"a.rpb", "-o", "a.pfm"}), wide_scene());
+    const auto options = effective_options(parsed({"a.rpb", "-o", "a.pfm"}), support::blocks_of(wide_scene()));
     ASSERT_TRUE(options.ok());
     EXPECT_EQ(options->width, 200u);
     EXPECT_EQ(options->height, 100u);
@@ -320,8 +321,8 @@ TEST(CliOptions, SceneFillsInWhatIsNotGiven) {
 }
 
 TEST(CliOptions, TimeAloneTakesSamplesUntilThen) {
-    EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5"}), wide_scene())->spp, 65535u);
-    EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5", "--spp", "8"}), wide_scene())->spp, 8u);
+    EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5"}), support::blocks_of(wide_scene()))->spp, 65535u);
+    EXPECT_EQ(effective_options(parsed({"a.rpb", "-o", "a.pfm", "--time", "5", "--spp", "8"}), support::blocks_of(wide_scene()))->spp, 8u);
 }
 
 // The shorter side keeps its extent of 1 at distance 1; pixels stay square.
@@ -331,7 +332,7 @@ TEST(CliOptions, CameraIsFittedToAnotherShapeOfPicture) {
         float right, up;
     };
     for (const Case& expected : {Case{"100x100", 1, 1}, Case{"300x100", 3, 1}, Case{"100x400", 1, 4}, Case{"400x200", 2, 1}}) {
-        const auto options = effective_options(parsed({"a.rpb", "-o", "a.pfm", "--size", expected.size}), wide_scene());
+        const auto options = effective_options(parsed({"a.rpb", "-o", "a.pfm", "--size", expected.size}), support::blocks_of(wide_scene()));
         ASSERT_TRUE(options.ok() && options->camera) << expected.size;
         EXPECT_FLOAT_EQ(options->camera->right.x, expected.right) << expected.size;
         EXPECT_FLOAT_EQ(options->camera->up.y, expected.up) << expected.size;
@@ -345,7 +346,8 @@ TEST(CliOptions, GivenCamerasSayThemselvesWhetherTheyMirror) {
     for (const float side : {1.f, -1.f})
         for (const std::string word : {"", ",mirrored"}) {
             scene.camera.right = {2 * side, 0, 0};
-            const auto options = effective_options(parsed({"a.rpb", "-o", "a.pfm", "--camera", "0,0,5,0,0,0,0,1,0,90" + word}), scene);
+            const auto options =
+                effective_options(parsed({"a.rpb", "-o", "a.pfm", "--camera", "0,0,5,0,0,0,0,1,0,90" + word}), support::blocks_of(scene));
             ASSERT_TRUE(options.ok() && options->camera);
             EXPECT_EQ(options->camera->right.x > 0, word.empty()) << "side " << side;
             EXPECT_EQ(options->camera->eye, (Float3{0, 0, 5}));

@@ -7,6 +7,7 @@
 #include "base/words.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/report.hpp"
+#include "support/scene_only.hpp"
 
 namespace raypager {
 namespace {
@@ -46,7 +47,7 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     RenderSettings settings;
     settings.inputs = {"a.rpb"};
     settings.output = "out.exr";
-    const auto json = report_json(settings, RenderOptions(), small_scene(), sample_report(), {5, 1});
+    const auto json = report_json(settings, RenderOptions(), support::blocks_of(small_scene()), sample_report(), {5, 1});
     EXPECT_EQ(keys_of(json), (Keys{"raypager", "device", "scene", "limits", "peak", "image", "camera", "bounds", "seconds", "rays", "paging",
                                    "checkpoint", "settings"}));
     EXPECT_EQ(keys_of(json["device"]), (Keys{"name", "platform", "driver", "type"}));
@@ -67,7 +68,7 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
 }
 
 TEST(CliReport, FiguresAreThoseOfTheRender) {
-    const auto json = report_json(RenderSettings(), RenderOptions(), small_scene(), sample_report(), {5, 1});
+    const auto json = report_json(RenderSettings(), RenderOptions(), support::blocks_of(small_scene()), sample_report(), {5, 1});
     EXPECT_EQ(json["scene"]["geometry_bytes"], 2560);
     EXPECT_EQ(json["scene"]["stored_bytes"], 2560);
     EXPECT_EQ(json["scene"]["block_bytes_max"], 2048);
@@ -83,7 +84,7 @@ TEST(CliReport, FiguresAreThoseOfTheRender) {
 TEST(CliReport, OnACpuBlocksAreInTheWideForm) {
     RenderReport report = sample_report();
     report.form = BlockForm::wide;
-    const auto json = report_json(RenderSettings(), RenderOptions(), small_scene(), report, {5, 1});
+    const auto json = report_json(RenderSettings(), RenderOptions(), support::blocks_of(small_scene()), report, {5, 1});
     EXPECT_EQ(json["scene"]["geometry_bytes"], 6400);
     EXPECT_EQ(json["scene"]["stored_bytes"], 2560);
     EXPECT_EQ(json["scene"]["block_bytes_max"], 3200);
@@ -94,15 +95,15 @@ TEST(CliReport, OnACpuBlocksAreInTheWideForm) {
 TEST(CliReport, NamesThatAreNoUtf8DoNotThrow) {
     RenderSettings settings;
     settings.output = "caf\xe9.exr";
-    const std::string text = json_text(report_json(settings, RenderOptions(), small_scene(), sample_report(), {}));
+    const std::string text = json_text(report_json(settings, RenderOptions(), support::blocks_of(small_scene()), sample_report(), {}));
     EXPECT_TRUE(nlohmann::json::accept(text));
 }
 
 TEST(CliReport, EmptySceneDividesByNothing) {
-    const auto json = report_json(RenderSettings(), RenderOptions(), BakedScene(), RenderReport(), {});
+    const auto json = report_json(RenderSettings(), RenderOptions(), support::blocks_of({}), RenderReport(), {});
     EXPECT_EQ(json["scene"]["bytes_per_primitive"], 0);
     EXPECT_EQ(json["rays"]["per_second"], 0);
-    EXPECT_EQ(summary_text(BakedScene(), RenderReport(), {}).find("nan"), std::string::npos);
+    EXPECT_EQ(summary_text(support::blocks_of({}), RenderReport(), {}).find("nan"), std::string::npos);
 }
 
 TEST(CliReport, ProgressFitsSixtyColumns) {
@@ -151,7 +152,7 @@ TEST(CliReport, SaysHowOftenTheSceneWentThroughThePool) {
     report.paging.bytes_loaded = 14464;  // 5.65 times 2560
     report.complete = false;
     report.average_spp = 3.96;
-    const std::string text = summary_text(small_scene(), report, {});
+    const std::string text = summary_text(support::blocks_of(small_scene()), report, {});
     EXPECT_NE(text.find("5.7 times the scene"), std::string::npos) << text;
     EXPECT_NE(text.find("4.0 spp"), std::string::npos) << "of a render that was stopped, the average: " << text;
     for (size_t begin = 0; begin < text.size();) {

@@ -23,7 +23,7 @@ TEST(CliTune, ChangesWhatIsNamed) {
     ASSERT_TRUE(settings.ok()) << settings.status().message();
     DeviceProfile profile = profile_of_cores(2);
     const uint32_t rounds = profile.rounds_under_way;
-    apply((*settings)->options.tuning, profile);
+    apply((*settings)->options.tuning.profile, profile);
     EXPECT_EQ(profile.most_loads, 8u);
     EXPECT_EQ(profile.default_slots, 2000000u);
     EXPECT_EQ(profile.pinned_ahead_bytes, 1u << 20);

@@ -1,9 +1,9 @@
 // What the program chooses by the class of a device, and what users may change of it.
+#include "raypager/device_profile.hpp"
+
 #include <gtest/gtest.h>
 
 #include <set>
-
-#include "device/profile.hpp"
 
 namespace raypager {
 namespace {
@@ -17,7 +17,7 @@ TEST(DeviceProfile, FollowsTheClass) {
     EXPECT_FALSE(gpu.streams || gpu.shares_host_memory || gpu.caches_slots);
     EXPECT_EQ(gpu.rounds_under_way, 2u);
     EXPECT_EQ(gpu.closest_hit_registers, 64u);
-    EXPECT_EQ(device_profile(DeviceType::gpu, "rusticl", 16, 16).bounce_lanes, 1u);
+    EXPECT_EQ(device_profile(DeviceType::gpu, "rusticl", 16, 16).bounce_least_walks, 1u);
     EXPECT_FALSE(device_profile(DeviceType::cpu, "rusticl", 2, 2).streams);
 }
 

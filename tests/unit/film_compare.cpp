@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "film/compare.hpp"
+#include "raypager/picture.hpp"
 
 namespace raypager {
 namespace {

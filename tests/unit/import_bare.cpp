@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "import/import.hpp"
 #include "import/mesh_sample.hpp"
+#include "raypager/import.hpp"
 #include "scene/vector.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "scene/point_distance.hpp"
 #include "scene/vector.hpp"
 #include "support/temporary_folder.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "import/cloud_file.hpp"
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/clouds_fixture.hpp"
 

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "base/parallel.hpp"
-#include "import/import.hpp"
 #include "import/mesh_file.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 #include "unit/import_load.hpp"

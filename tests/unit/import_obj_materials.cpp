@@ -3,8 +3,8 @@
 
 #include <chrono>
 
-#include "import/import.hpp"
 #include "import/obj_materials.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 

@@ -1,8 +1,8 @@
 // Packed files (.gz) of every format.
 #include <gtest/gtest.h>
 
-#include "import/import.hpp"
 #include "import/mesh_file.hpp"
+#include "raypager/import.hpp"
 #include "support/gzip.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"

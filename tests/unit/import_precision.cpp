@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/import_files.hpp"
 #include "unit/import_load.hpp"

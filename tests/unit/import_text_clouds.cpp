@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "bake/bake.hpp"
 #include "import/cloud_file.hpp"
-#include "import/import.hpp"
+#include "raypager/bake.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {

@@ -1,7 +1,7 @@
 // Shapes of pbrt scenes with an alpha of 0: rays pass them, and those that shine still do.
 #include <gtest/gtest.h>
 
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {

@@ -1,7 +1,7 @@
 // Clouds in formats of meshes, and what else may stand in these without making them unreadable.
 #include <gtest/gtest.h>
 
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {

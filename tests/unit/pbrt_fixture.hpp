@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager::test {

@@ -11,10 +11,10 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "import/cloud_file.hpp"
-#include "import/import.hpp"
 #include "procedural/city.hpp"
 #include "procedural/make_scene.hpp"
 #include "procedural/scan.hpp"
+#include "raypager/import.hpp"
 #include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "base/hash.hpp"
-#include "image/image.hpp"
 #include "procedural/height_field.hpp"
 #include "procedural/heightmap.hpp"
 #include "procedural/make_scene.hpp"
+#include "raypager/picture.hpp"
 #include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/procedural_meshes.hpp"

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "render/memory_plan.hpp"
-#include "render/setup.hpp"
+#include "render/plan.hpp"
 #include "wavefront/sample_order.hpp"
 
 namespace raypager {

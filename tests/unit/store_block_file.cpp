@@ -7,7 +7,7 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "gather/gather.hpp"
-#include "import/import.hpp"
+#include "raypager/import.hpp"
 #include "store/format.hpp"
 #include "unit/bake_scenes.hpp"
 

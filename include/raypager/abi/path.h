@@ -46,25 +46,29 @@
 // b * bundle_scale / 2^32, less than this, for block b (stream/wake.cl).
 #define RP_BUNDLES 2048u
 
-// The status word of a slot: what it is about (low bits); of an extension ray that has a hit the offset exponent there (surface.cl), unless shading
-// is to find its surface; and with streams the block that its path met last, or the greatest number that there is room for (131,071; then rays of
-// the blocks behind it are in one bundle): waking reads no more.
+// The status word of a slot: its phase, which is what it is about (RP_PHASE_*, low bits); of an extension ray that has a hit the offset exponent
+// there (surface.cl), unless shading is to find its surface; and with streams the block that its path met last, or the greatest number that there is
+// room for (131,071; then rays of the blocks behind it are in one bundle): waking reads no more.
 // Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, with streams, the next slot of a list
 // of that block's (RP_DEMAND_LISTS).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
 // of the slot's extension ray.
-#define RP_STATUS_FREE 0u
-#define RP_STATUS_EXTEND 1u        // extension ray under way
-#define RP_STATUS_SHADOW 2u        // shadow ray under way
-#define RP_STATUS_SHADE 3u         // extension ray done
-#define RP_STATUS_IDLE 4u          // free, and no samples are left
-#define RP_STATUS_EXTEND_WAITS 5u  // extension ray that came to an absent block
-#define RP_STATUS_SHADOW_WAITS 6u  // the same of a shadow ray
-#define RP_STATUS_MASK 7u
+#define RP_PHASE_FREE 0u
+#define RP_PHASE_EXTEND 1u        // extension ray under way
+#define RP_PHASE_SHADOW 2u        // shadow ray under way
+#define RP_PHASE_SHADE 3u         // extension ray done
+#define RP_PHASE_IDLE 4u          // free, and no samples are left
+#define RP_PHASE_EXTEND_WAITS 5u  // extension ray that came to an absent block
+#define RP_PHASE_SHADOW_WAITS 6u  // the same of a shadow ray
+#define RP_PHASE_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
 #define RP_STATUS_OFFSET_MASK 0xffu
 #define RP_STATUS_BLOCK_SHIFT 15
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
+// What a ray waits for, while it is in one of the phases above that wait: in bits that single rays have no other use for, and streams only where a
+// ray does not wait. Another kind, as pages of textures, would say in the slot's wait word which one it is, as blocks do.
+#define RP_WAIT_SHIFT 18
+#define RP_WAIT_BLOCK 0u  // geometry; the only kind so far
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_SLEEP_GROUP - 1u)) / RP_SLEEP_GROUP * RP_SLEEP_GROUP)
 
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says

@@ -82,7 +82,7 @@ __kernel void rp_probe_boxes(const __global float4* restrict rays, const __globa
 // Whether the three numbers of each row are on both sides of 0.
 __kernel void rp_probe_signs(const __global float* restrict numbers, uint count, __global uint* restrict results) {
     const uint i = get_global_id(0);
-    if (i < count) results[i] = rp_signs_differ(numbers[3u * i], numbers[3u * i + 1u], numbers[3u * i + 2u]) ? 1u : 0u;
+    if (i < count) results[i] = rp_signs_differ_1(numbers[3u * i], numbers[3u * i + 1u], numbers[3u * i + 2u]) ? 1u : 0u;
 }
 
 // For tests of random numbers. purposes: pixel, depth, purpose, seed. results: the numbers of samples 0 to `samples` - 1 for each of these.

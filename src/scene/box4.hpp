@@ -1,4 +1,4 @@
-// Axis-aligned boxes of four lanes, which builders grow.
+// Axis-aligned boxes of four floats a corner, which builders grow.
 #pragma once
 
 #include <algorithm>
@@ -9,22 +9,22 @@
 
 namespace raypager {
 
-// Four floats that are added, compared and chosen from at once: three axes, and one lane that holds anything.
-using Lanes = float __attribute__((vector_size(16)));
-using LaneInts = int __attribute__((vector_size(16)));
+// Four floats that are added, compared and chosen from at once: three axes, and one that holds anything.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int __attribute__((vector_size(16)));
 
-inline Lanes least(Lanes a, Lanes b) { return a < b ? a : b; }
-inline Lanes greatest(Lanes a, Lanes b) { return a > b ? a : b; }
+inline Float4 least(Float4 a, Float4 b) { return a < b ? a : b; }
+inline Float4 greatest(Float4 a, Float4 b) { return a > b ? a : b; }
 
 // A box that grows fast.
-struct LaneBox {
-    Lanes lower = {inf, inf, inf, inf}, upper = {-inf, -inf, -inf, -inf};
+struct Box4 {
+    Float4 lower = {inf, inf, inf, inf}, upper = {-inf, -inf, -inf, -inf};
 
-    void grow(const LaneBox& other) {
+    void grow(const Box4& other) {
         lower = least(other.lower, lower);
         upper = greatest(other.upper, upper);
     }
-    void grow(Lanes point) {
+    void grow(Float4 point) {
         lower = least(point, lower);
         upper = greatest(point, upper);
     }
@@ -36,7 +36,7 @@ struct LaneBox {
     }
     // The same in single precision, of a box that is not empty: what compares areas by the million. Infinite or 0 where it leaves the floats.
     float rough_half_area() const {
-        const Lanes size = upper - lower, product = size * __builtin_shufflevector(size, size, 1, 2, 0, 3);
+        const Float4 size = upper - lower, product = size * __builtin_shufflevector(size, size, 1, 2, 0, 3);
         return product[0] + product[1] + product[2];
     }
     Box box() const {

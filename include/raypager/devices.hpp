@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "device/profile.hpp"
+#include "raypager/device_profile.hpp"
 #include "raypager/status.hpp"
 
 namespace raypager {

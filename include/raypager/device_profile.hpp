@@ -63,10 +63,10 @@ struct DeviceProfile {
     uint32_t any_hit_registers = 0;
     uint32_t shading_registers = 0;
 
-    // Persistent threads (kernels/single_ray/persistent.cl). By default for hardware vectors of one lane.
-    uint32_t camera_lanes = 1;  // with rays left, below which a vector fetches new ones
-    uint32_t bounce_lanes = 1;
-    uint32_t bounce_least_inner = 1;   // lanes at inner nodes, below which those at leaves go first
+    // Persistent threads (kernels/single_ray/persistent.cl). By default for sub-groups of one work-item.
+    uint32_t camera_least_walks = 1;  // work-items of a sub-group with rays left, below which it fetches new ones
+    uint32_t bounce_least_walks = 1;
+    uint32_t bounce_least_inner = 1;   // work-items at inner nodes, below which those at leaves go first
     uint32_t bounce_shared_stack = 3;  // entries of a stack in local memory
     uint32_t camera_part_run = 16;     // rays in a row of the queue that are of one multiprocessor's part
     uint32_t bounce_part_run = 16;

@@ -1,4 +1,4 @@
-// Pictures in files. PFM is read and written here; everything else through OpenImageIO, where it was built in.
+// Pictures, in memory and in files. PFM is read and written always, everything else through OpenImageIO, where a program uses it.
 #pragma once
 
 #include <cstdint>
@@ -27,5 +27,17 @@ bool holds_alpha(const std::filesystem::path& path);
 void expose(Image& image, double stops);
 // Refused up front, before hours of rendering: an error if no writer knows the ending or the folder does not exist.
 Status check_writable_image(const std::filesystem::path& path);
+
+struct ImageDifference {
+    double rmse = 0;          // root of the mean over pixels and channels of (a - b)^2
+    double relative_mse = 0;  // mean of (a - b)^2 / (b^2 + 0.01); b is the reference
+    double max_difference = 0;
+};
+// Usage error if the sizes differ.
+Result<ImageDifference> compare_images(const Image& a, const Image& b);
+
+// With OpenImageIO (the target raypager::openimageio): from now on pictures are read and written by it, but for .pfm. To be called before other
+// threads read or write pictures.
+void use_openimageio();
 
 }  // namespace raypager

@@ -1,0 +1,52 @@
+// A baked scene: the blocks that its geometry was cut into, and all else that a render needs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// How blocks lie in a device's memory: as they are stored, with two children per node (GPUs), or wide, with eight (CPUs).
+enum class BlockForm { stored, wide };
+
+class BlockSource;
+
+// Blocks in a file or in memory. A handle: copies share what they refer to, which any number of threads may read.
+class Blocks {
+public:
+    // Reads and checks everything in a block file (.rpb) but the blocks, which renders read and check when they need them. The file stays open.
+    static Result<Blocks> open(const std::filesystem::path& path);
+    explicit Blocks(std::shared_ptr<const BlockSource> source) : source_(std::move(source)) {}
+
+    // The scene's own view and settings, where a render says nothing else.
+    const Camera& camera() const;
+    uint32_t width() const;      // pixels
+    uint32_t height() const;     // pixels
+    uint32_t spp() const;        // samples per pixel
+    uint32_t max_depth() const;  // scattering events of a path
+    // Bounds of all geometry but backdrops, in world space; zeros for an empty scene.
+    std::array<float, 3> lower() const, upper() const;
+
+    uint64_t triangles() const;
+    uint64_t spheres() const;  // and points
+    uint32_t count() const;    // of blocks
+    uint64_t entries() const;  // boxes in the top tree that say where the geometry of blocks is
+    // Bytes of all blocks, and of the largest one, in device memory; 0 without blocks.
+    uint64_t bytes(BlockForm form) const;
+    uint64_t largest(BlockForm form) const;
+    // Bounds of a block, in world space. REQUIRES: block < count().
+    std::pair<std::array<float, 3>, std::array<float, 3>> bounds(uint32_t block) const;
+
+    const BlockSource& source() const { return *source_; }  // for the engine
+
+private:
+    std::shared_ptr<const BlockSource> source_;
+};
+
+}  // namespace raypager

@@ -1,0 +1,59 @@
+// Scene files -> Scene.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+
+namespace raypager {
+
+// Light on what comes without any.
+struct BareLight {
+    enum class Kind { usual, none, key, sun };  // usual: the sun over landscapes, a key light elsewhere
+    struct Place {
+        double azimuth = 0, elevation = 0;  // degrees: to the right of the first view, and above the ground
+    };
+    Kind kind = Kind::usual;
+    std::optional<Place> place;  // of the sun
+    double strength = 1;         // times as bright as usual
+};
+
+// What meshes and clouds that come without a scene are made of, what they stand on, and the light that falls on them.
+struct BareLook {
+    std::optional<rp_material> material;  // of all meshes and clouds; none: as their files say, clay where they do not
+    std::optional<Float3> sky;            // radiance; black: there is none; not given: dim, or blue over landscapes
+    BareLight light;
+    bool no_ground = false;          // objects stand on one otherwise; landscapes have their own
+    uint32_t width = 0, height = 0;  // of the picture that is framed; 0: as a Scene has it
+};
+
+// What a column of a text cloud holds. skip: known to be something that no picture is made of.
+enum class PointColumn : uint8_t { skip, x, y, z, intensity, red, green, blue, classification, radius };
+using PointColumns = std::vector<PointColumn>;
+// A list as users write it: "x,y,z,i,r,g,b", with "_" or "-" for what is to be passed over. An error of usage names the word that is wrong.
+Result<PointColumns> parse_point_columns(const std::string& list);
+// The other way round.
+std::string point_column_list(const PointColumns& columns);
+
+inline constexpr uint64_t default_keep_bytes = uint64_t{512} << 20;
+
+struct ImportOptions {
+    uint64_t keep_bytes = default_keep_bytes;  // that may stay in memory of meshes that had to be read to frame them, to save reading them again
+    BareLook look;                             // of bare meshes and clouds
+    PointColumns columns;                      // of text clouds; empty: the files tell
+};
+
+// One .pbrt file, or any number of bare meshes (.ply .obj .stl .off) and point clouds (.las .ply .xyz .pts .txt), also packed (.gz), which are
+// framed, lit and given a ground together. Meshes and clouds are read when they are baked. An error names file and place; what was read but could not
+// be used is in Scene::warnings.
+Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, const ImportOptions& options = {});
+
+// Gives the disk space back that unpacked files take, which are kept for the next time that they are opened.
+void forget_unpacked_files();
+
+}  // namespace raypager

@@ -1,0 +1,164 @@
+// A render: a baked scene in, a picture out, with geometry paged through a pool on the device. The picture is the same to the bit whatever the
+// limits are, and a render always ends.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "raypager/blocks.hpp"
+#include "raypager/picture.hpp"
+#include "raypager/scene.hpp"
+#include "raypager/status.hpp"
+#include "raypager/tuning.hpp"
+
+namespace raypager {
+
+// Shadow rays have a queue of their own, or take turns with continuing paths by roulette (the paper, 3.3). Decides how noisy a picture is.
+enum class Connection { queue, roulette };
+
+// What camera rays see that meet nothing, instead of the scene's infinite light. Other rays meet that light as ever.
+struct Background {
+    bool transparent = false;  // the picture has a fourth channel, alpha; colours are premultiplied
+    Float3 color;              // radiance, if not transparent
+};
+
+struct CheckpointOptions {
+    std::filesystem::path file;  // empty: no checkpoints
+    double every_seconds = 60;   // and at the end, however it comes
+    bool resume = false;         // go on from the file if it is there; otherwise it must not be there
+};
+
+// What paths do is recorded, for 'raypager bench policy'.
+struct RecordOptions {
+    std::filesystem::path file;  // empty: nothing is recorded. Written when the picture is complete.
+    uint64_t paths = 500000;     // about so many of all paths, spread evenly
+};
+
+struct RenderOptions {
+    std::string device;                       // index or part of a name (devices.hpp); empty: the default device
+    uint64_t memory_limit = 0;                // all device memory of the render, in bytes; 0: a part of the device's memory
+    uint64_t geometry_limit = 0;              // the pool, in bytes; 0: no limit of its own
+    double geometry_limit_percent = 0;        // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
+    uint64_t host_limit = 0;                  // cache of stored blocks in host memory, in bytes; 0: half of the memory, if so much is free
+    uint32_t spp = 0, width = 0, height = 0;  // samples per pixel; pixels. 0: as the scene says
+    std::optional<uint32_t> max_depth;        // scattering events of a path
+    double time_seconds = 0;                  // stop after about so long, at the end of a pass or a group of them; 0: no limit
+    uint32_t seed = 0;
+    std::optional<Camera> camera;          // of the picture that is rendered; none: the scene's, which must have its shape
+    std::optional<Background> background;  // none: what shines there
+    Connection connection = Connection::queue;
+    CheckpointOptions checkpoint;
+    RecordOptions record;
+    double progress_seconds = 0.5;  // between calls of RenderCallbacks::progress
+    double snapshot_seconds = 0;    // between calls of RenderCallbacks::snapshot; 0: never
+    double snapshot_growth = 1;     // each interval between snapshots is longer by this factor than the one before
+    double stall_seconds = 30;      // a render that makes no progress for so long says so; 0: never
+    // Set from outside. stop: end soon, with an even picture. Few more samples begin, so that every pixel gets one, and paths under way may finish
+    // for stop_seconds; with a checkpoint, which keeps all work, the render ends after the round under way. stop_now: end after that round in any
+    // case.
+    const std::atomic<bool>*stop = nullptr, *stop_now = nullptr;
+    double stop_seconds = 1.5;
+    RenderTuning tuning;
+};
+
+// Counts and seconds include those of the runs before a checkpoint that the render went on from.
+struct RenderProgress {
+    double seconds = 0;           // of rendering, snapshots included
+    double snapshot_seconds = 0;  // of these: spent on snapshots by this run
+    double spp = 0;               // samples per pixel, on average: begun (progress), finished (snapshot)
+    double fraction = 0;          // of the job
+    uint64_t rays = 0;
+    double rays_per_second = 0;  // over the last interval
+    uint64_t loads = 0, bytes_loaded = 0;
+    uint64_t resident_bytes = 0, geometry_bytes = 0;
+};
+
+// Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint.
+struct RenderReport {
+    struct DeviceFacts {
+        std::string name, platform, driver, type;
+    } device;
+    struct Limits {
+        uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
+    } limits, peak;
+    uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
+    uint32_t tile_size = 0, together = 0, region = 0;  // as RenderTuning has them; those of its checkpoint, if the render went on from one
+    std::string policy, connection;
+    BlockForm form = BlockForm::stored;  // of the blocks on the device
+    uint64_t film_hash = 0;              // of the sums in the film: the same for the same picture
+    bool complete = true;                // false: stopped from outside before its time, and pixels may have different numbers of samples; then
+    double average_spp = 0;              // ... spp is this rounded down, ...
+    uint64_t unsampled = 0;              // ... and so many pixels have none: they show what is around them
+    struct Checkpoint {
+        uint64_t runs = 1;     // that the picture took
+        uint32_t written = 0;  // by this run
+        double seconds = 0;    // of this run, spent on writing them
+        std::string advice;    // how to go on from the last one; empty: there is none
+    } checkpoint;
+    struct Seconds {
+        double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
+        double trace = 0;                                    // kernels on the device, the sum of, but for what ran side by side, ...
+        std::array<double, 5> stages{};                      // ... wake, generate, extend (streams: and connect), shade, connect
+        double snapshots = 0;                                // of render: what the snapshots took
+    } seconds;
+    struct Rays {
+        uint64_t camera = 0, bounce = 0, shadow = 0;
+        uint64_t total() const { return camera + bounce + shadow; }
+    } rays;
+    struct Paging {
+        uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, wants_without_hit = 0;
+    } paging;
+    uint64_t clamped_samples = 0;
+    uint64_t recorded_paths = 0;  // in the file of RecordOptions
+};
+
+struct RenderResult {
+    Image image;
+    RenderReport report;
+};
+
+// All may be empty. All but warning are called from the thread that renders, between two rounds.
+struct RenderCallbacks {
+    std::function<void(const RenderProgress&)> progress;
+    std::function<Status(Image&, const RenderProgress&)> snapshot;  // may change the picture; an error ends the render
+    std::function<void(const std::string&)> warning;                // a line for the user, from any thread; empty: to stderr
+    std::function<void()> begins;                                   // before the first round: from now on there is work to lose
+};
+
+// Renders from start to end.
+Result<RenderResult> render(const Blocks& scene, const RenderOptions& options, const RenderCallbacks& callbacks = {});
+
+// A render that its owner drives. All functions but cancel() are to be called from one thread at a time; after an error, only the destructor.
+class Session {
+public:
+    // Opens the device, divides its memory, allocates and builds kernels, or goes on from a checkpoint. An error says which limit would do.
+    static Result<Session> create(const Blocks& scene, const RenderOptions& options, const RenderCallbacks& callbacks = {});
+    ~Session();
+    Session(Session&&) noexcept;
+    Session& operator=(Session&&) noexcept;
+
+    // Traces rays for about so many seconds, at least one round. False: the picture is finished, or the render was cancelled; then call finish().
+    Result<bool> step(double seconds);
+    RenderProgress progress() const;
+    // The picture so far: pixels without a sample show what is around them. Rendering goes on as if nothing had happened.
+    Result<Image> snapshot();
+    // Writes the checkpoint now. A usage error without RenderOptions::checkpoint.
+    Status checkpoint();
+    // From any thread: step() returns soon, after at most one round; what has been rendered stays.
+    void cancel();
+    // Ends the render, wherever it is, with a last checkpoint if there are any: picture and report. To be called once.
+    Result<RenderResult> finish();
+
+private:
+    struct State;
+    explicit Session(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace raypager

@@ -1,0 +1,98 @@
+#include "render/device_rounds.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "base/words.hpp"
+#include "render/watchdog.hpp"
+
+namespace raypager {
+
+Result<std::unique_ptr<DeviceRounds>> DeviceRounds::create(const BlockSource& source, const RenderOptions& options,
+                                                           const RenderInstruments& instruments, const rp_render_params& params,
+                                                           std::unique_ptr<Device> device, const std::function<void(const std::string&)>& warn) {
+    std::unique_ptr<DeviceRounds> rounds(new DeviceRounds(source, options, instruments, std::move(device)));
+    Status made = rounds->make(params, rounds->device_->budget().limit());
+    // Another process may hold memory that the driver counts as ours: then with less, until the least that would do is refused, too.
+    uint64_t refused = 0;
+    while (!made && rounds->device_ && rounds->device_->refused_memory()) {
+        refused = rounds->plan_.device_bytes;
+        const uint64_t less = refused / 8 * 7;
+        warn(fmt::format("{}; trying with {} of device memory", made.message(), format_bytes(less)));
+        made = rounds->make(params, less);
+    }
+    if (!made && refused > 0) return Status::failed(fmt::format("the device refused {}; with less, {}", format_bytes(refused), made.message()));
+    RAYPAGER_TRY(made);
+    rounds->note_reduced_limit(params, warn);
+    return rounds;
+}
+
+Status DeviceRounds::make(const rp_render_params& params, uint64_t memory_limit) {
+    wavefront_.reset();
+    residency_.reset();
+    if (device_->budget().limit() != memory_limit) {
+        device_.reset();
+        auto device = Device::open(options_.device, memory_limit, options_.tuning.profile, instruments_.device_hooks);
+        if (!device) return device.status();
+        device_ = std::move(*device);
+    }
+    const BakedScene& scene = source_.scene();
+    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit);
+    if (!plan) return plan.status();
+    plan_ = *plan;
+    auto residency = Residency::create(*device_, source_, plan_.residency);
+    if (!residency) return residency.status();
+    residency_ = std::move(*residency);
+    auto wavefront = Wavefront::create(*device_, scene, plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),
+                                       plan_.filled_together, plan_.notes, plan_.visits);
+    if (!wavefront) return wavefront.status();
+    wavefront_ = std::move(*wavefront);
+    return {};
+}
+
+// The default limit is the same every time, unless less memory is free; who compares two renders should know, if that made a difference.
+void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const {
+    const DefaultLimit& limit = device_->default_limit();
+    if (options_.memory_limit || !limit.reduced()) return;
+    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual);
+    if (!usual || (usual->params.slot_count == slots() && usual->residency.pool_bytes == residency_->pool_bytes())) return;
+    warn(fmt::format("other programs hold much of the memory: the memory limit is {} instead of {}; --memory-limit sets another",
+                     format_bytes(device_->budget().limit()), format_bytes(limit.usual)));
+}
+
+Status DeviceRounds::start() {
+    if (++started_ == RP_NONE) return Status::failed("more rounds than blocks can count; give more --paths");
+    RAYPAGER_TRY(residency_->publish(device_->kernels()));
+    return wavefront_->start_round(started_, residency_->page_changes(), residency_->newly_published());
+}
+
+Status DeviceRounds::finish() {
+    ended_++;
+    RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
+    fill_by_waits();
+    return {};
+}
+
+// A ray that waits keeps the slots that were filled with it from being used. Extension rays stand for all.
+void DeviceRounds::fill_by_waits() {
+    if (!plan_.fills_by_waits) return;
+    const uint64_t rays = counters_.camera_rays() + counters_.bounce_rays();
+    if (rays < slots()) return;  // too few to tell
+    wavefront_->fill_together(filled_together(static_cast<double>(counters_.wants_served()) / static_cast<double>(rays)));
+}
+
+Status DeviceRounds::page() { return residency_->after_round(ended_, started_, wavefront_->last_round_end(), demand_, ready_rays(), slots()); }
+
+Status DeviceRounds::wait_for_block() {
+    using Clock = std::chrono::steady_clock;
+    const auto begin = Clock::now();
+    auto arrived = residency_->wait_for_block(ended_);
+    stall_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
+    if (!arrived) return arrived.status();
+    if (*arrived || !nothing_to_trace()) return {};
+    return Status::failed(fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_,
+                                      describe(make_round_state(ended_, counters_, *residency_))));
+}
+
+}  // namespace raypager

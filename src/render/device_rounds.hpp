@@ -1,0 +1,74 @@
+// What one device does for a render: rounds of the wavefront, and the paging between them. Knows nothing of checkpoints, pictures or when to stop.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "device/device.hpp"
+#include "render/plan.hpp"
+#include "residency/residency.hpp"
+#include "store/block_source.hpp"
+#include "wavefront/wavefront.hpp"
+
+namespace raypager {
+
+class DeviceRounds {
+public:
+    // Makes everything on the device, within its limit. Where the driver refuses memory that other processes hold, it tries with less, and says so.
+    // warn: a line for the user.
+    static Result<std::unique_ptr<DeviceRounds>> create(const BlockSource& source, const RenderOptions& options, const RenderInstruments& instruments,
+                                                        const rp_render_params& params, std::unique_ptr<Device> device,
+                                                        const std::function<void(const std::string&)>& warn);
+
+    // Rounds are numbered from 1.
+    uint32_t started() const { return started_; }
+    uint32_t ended() const { return ended_; }
+    uint32_t under_way() const { return started_ - ended_; }
+    bool may_start() const { return under_way() < (nothing_to_trace() || wavefront_->begins_again() ? 1 : plan_.rounds_under_way); }
+    Status start();
+    // Waits for the oldest round under way. Afterwards the counters are those of that round.
+    Status finish();
+    // After each: evicts blocks and starts loads by what rays wait for.
+    Status page();
+    // When no ray can go on and no round is under way. An error if no block is on its way.
+    Status wait_for_block();
+
+    const RoundCounters& counters() const { return counters_; }
+    uint32_t slots() const { return plan_.params.slot_count; }
+    uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
+    bool all_idle() const { return counters_.idle_slots() == slots(); }
+    // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
+    bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
+    double stall_seconds() const { return stall_seconds_; }  // spent in wait_for_block
+
+    const RenderPlan& plan() const { return plan_; }
+    Device& device() { return *device_; }
+    const Device& device() const { return *device_; }
+    Wavefront& wavefront() { return *wavefront_; }
+    const Wavefront& wavefront() const { return *wavefront_; }
+    Residency& residency() { return *residency_; }
+    const Residency& residency() const { return *residency_; }
+
+private:
+    DeviceRounds(const BlockSource& source, const RenderOptions& options, const RenderInstruments& instruments, std::unique_ptr<Device> device)
+        : source_(source), options_(options), instruments_(instruments), device_(std::move(device)) {}
+    Status make(const rp_render_params& params, uint64_t memory_limit);
+    void note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const;
+    void fill_by_waits();
+
+    const BlockSource& source_;
+    const RenderOptions& options_;
+    const RenderInstruments& instruments_;
+    std::unique_ptr<Device> device_;
+    RenderPlan plan_;
+    std::unique_ptr<Residency> residency_;
+    std::unique_ptr<Wavefront> wavefront_;
+    RoundCounters counters_;
+    std::span<const uint32_t> demand_;
+    uint32_t started_ = 0, ended_ = 0;
+    double stall_seconds_ = 0;
+};
+
+}  // namespace raypager

@@ -1,0 +1,85 @@
+// A render from start to end: which samples are taken, the film, checkpoints, callbacks, and when it stops. What the device does is DeviceRounds'
+// part.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "film/film.hpp"
+#include "render/checkpointer.hpp"
+#include "render/device_rounds.hpp"
+#include "render/recorder.hpp"
+#include "render/render.hpp"
+#include "render/watchdog.hpp"
+
+namespace raypager {
+
+class RenderJob {
+public:
+    // What is handed in outlives the job.
+    RenderJob(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks, const RenderInstruments& instruments)
+        : source_(source), scene_(source.scene()), options_(options), callbacks_(callbacks), instruments_(instruments) {}
+
+    // Opens the device and makes everything on it.
+    Status prepare();
+    bool done() const { return rounds_->all_idle() || stopped_; }
+    // One round, and what is due after it. REQUIRES: !done().
+    Status step();
+    // Ends rounds under way, and writes the last checkpoint. Then the result.
+    Result<MeasuredRender> finish();
+
+    RenderProgress progress() const;
+    Result<Image> picture();  // so far
+    Status write_checkpoint();
+    void cancel() { cancelled_ = true; }  // from any thread; the job is done after the round under way
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Status finish_round();
+    Status settle();
+    uint64_t samples_begun() const { return rounds_->counters().next_sample(); }
+    uint64_t samples_to_begin() const { return wavefront().params().sample_limit + coarse_; }
+    Status wait_for_block();
+    Status end_early();
+    Status begin_fewer(bool stop);
+    Status keep_checkpoint();
+    Status report_progress();
+    Status snapshot(double now);
+    void warn(const std::string& message) const;
+    Status with_advice(const Status& error) const;
+    WorkDone work() const;
+    Result<FilmResolver> read_film();
+    Result<MeasuredRender> result();
+    RenderReport make_report(const FilmResolver& film) const;
+    Wavefront& wavefront() { return rounds_->wavefront(); }
+    const Wavefront& wavefront() const { return rounds_->wavefront(); }
+    double render_seconds() const { return std::chrono::duration<double>(Clock::now() - render_start_).count(); }
+
+    const BlockSource& source_;
+    const BakedScene& scene_;
+    const RenderOptions& options_;
+    const RenderCallbacks& callbacks_;
+    const RenderInstruments& instruments_;
+    std::optional<Checkpointer> checkpointer_;
+    std::unique_ptr<DeviceRounds> rounds_;
+    std::unique_ptr<Watchdog> watchdog_;  // asks rounds_: destroyed before it
+    RenderRecorder recorder_;
+    WorkDone earlier_;  // by runs before this one
+    uint64_t pixels_ = 0;
+    std::atomic<bool> cancelled_{false};
+    bool late_ = false;                 // time is up: few samples begin any more
+    std::optional<double> stop_began_;  // the same, because of a stop from outside
+    bool shortened_ = false;            // by a stop, which takes samples from the picture
+    bool stopped_ = false;              // here and now
+    uint64_t coarse_ = 0;               // samples that are begun in an order of their own then
+    double snapshot_seconds_ = 0, snapshot_interval_ = 0;
+    Clock::time_point start_ = Clock::now(), render_start_ = start_;
+    double next_progress_ = 0, next_snapshot_ = 0, last_reported_ = 0;
+    uint64_t last_rays_ = 0;
+    double rate_ = 0;
+};
+
+}  // namespace raypager

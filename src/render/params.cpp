@@ -1,0 +1,126 @@
+#include "render/params.hpp"
+
+#include <fmt/format.h>
+
+#include <span>
+
+#include "base/hash.hpp"
+#include "base/memory.hpp"
+#include "base/words.hpp"
+#include "device/kernel_sources.hpp"
+#include "device/kernel_tokens.hpp"
+#include "raypager/abi/film.h"
+#include "wavefront/sample_order.hpp"
+#include "wavefront/wavefront.hpp"
+
+namespace raypager {
+namespace {
+
+// A film pixel holds so many samples of any radiance (abi/film.h).
+constexpr uint32_t max_spp = 65535;
+
+void set3(float (&target)[3], const Float3& value) {
+    target[0] = value.x;
+    target[1] = value.y;
+    target[2] = value.z;
+}
+void set3(float (&target)[4], const Float3& value) {
+    target[0] = value.x;
+    target[1] = value.y;
+    target[2] = value.z;
+    target[3] = 0;
+}
+
+uint32_t background_identity(const rp_render_params& params) {
+    if (params.background_kind == RP_BACKGROUND_LIGHTS) return 0;
+    return static_cast<uint32_t>(hash64(std::as_bytes(std::span(params.background)), params.background_kind)) | 1u;
+}
+
+}  // namespace
+
+bool is_seen_growing(const RenderOptions& options) {
+    return options.time_seconds > 0 || options.snapshot_seconds > 0 || !options.checkpoint.file.empty();
+}
+
+Result<rp_render_params> make_params(const BakedScene& scene, const RenderOptions& options) {
+    rp_render_params params = {};
+    const Camera& camera = options.camera ? *options.camera : scene.camera;
+    set3(params.camera.eye, camera.eye);
+    set3(params.camera.right, camera.right);
+    set3(params.camera.up, camera.up);
+    set3(params.camera.forward, camera.forward);
+    params.width = options.width ? options.width : scene.width;
+    params.height = options.height ? options.height : scene.height;
+    // With a time limit alone, the time decides.
+    params.spp = options.spp ? options.spp : options.time_seconds > 0 ? max_spp : scene.spp;
+    params.max_depth = options.max_depth ? *options.max_depth : scene.max_depth;
+    params.seed = options.seed;
+    params.light_count = static_cast<uint32_t>(scene.lights.size());
+    params.range_count = static_cast<uint32_t>(scene.ranges.size());
+    params.infinite_light = RP_NONE;
+    for (uint32_t i = 0; i < scene.lights.size(); i++)
+        if (scene.lights[i].kind == RP_LIGHT_INFINITE) params.infinite_light = i;
+    if (options.background) {
+        params.background_kind = options.background->transparent ? RP_BACKGROUND_TRANSPARENT : RP_BACKGROUND_COLOR;
+        if (!options.background->transparent) set3(params.background, options.background->color);
+    }
+    params.max_luminance = scene.film.max_luminance;
+    params.max_xyz = scene.film.max_xyz;
+    params.roulette_connection = options.connection == Connection::roulette;
+    const uint64_t pixels = uint64_t{params.width} * params.height;
+    constexpr uint32_t longest_side = 1 << 20;  // kernels multiply it by the size of a tile
+    if (params.width > longest_side || params.height > longest_side)
+        return Status::usage(fmt::format("--size: at most {} pixels a side", longest_side));
+    if (pixels == 0 || pixels > uint64_t{1} << 31)
+        return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
+    if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
+    if (options.tuning.tile_size < 1 || options.tuning.tile_size > largest_tile)
+        return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tuning.tile_size, largest_tile));
+    if (options.tuning.together > most_together)
+        return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, most_together));
+    const uint32_t together = options.tuning.together ? options.tuning.together : is_seen_growing(options) ? 1 : default_together(pixels);
+    params.order = make_order(options.tuning.tile_size, together, params.spp, pixels, options.tuning.region.value_or(0));
+    if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
+    params.sample_limit = pixels * params.spp;
+    return params;
+}
+
+Status check_instruments(const RenderOptions& options, const RenderInstruments& instruments) {
+    if (instruments.record_paths == 0) return {};
+    if (!options.spp && options.time_seconds > 0)
+        return Status::usage("--record-trace needs --spp as well as --time: the share of paths to record follows from how many there can be");
+    if (options.checkpoint.resume)
+        return Status::usage("--record-trace: a render that goes on from a checkpoint cannot be recorded whole; leave --resume out");
+    return {};
+}
+
+RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& params) {
+    RenderIdentity identity;
+    identity.scene = scene.identity();
+    identity.kernels = kernels_identity(kernel_sources(), render_stages);
+    identity.width = params.width;
+    identity.height = params.height;
+    identity.max_depth = params.max_depth;
+    identity.seed = params.seed;
+    identity.roulette_connection = params.roulette_connection;
+    identity.background = background_identity(params);
+    identity.camera = params.camera;
+    return identity;
+}
+
+Status check_picture_size(const rp_render_params& params, const DeviceInfo& device) {
+    const uint64_t pixels = uint64_t{params.width} * params.height;
+    const uint64_t film = pixels * RP_FILM_WORDS * sizeof(uint32_t), most = device.max_allocation_bytes;
+    if (film > most)
+        return Status::failed(fmt::format(
+            "--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width, params.height,
+            format_exact_bytes(film), device.name, format_bytes(most), format_count(most / RP_FILM_WORDS / sizeof(uint32_t))));
+    const uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
+    const uint64_t picture = pixels * channels * sizeof(float), free = available_memory();
+    if (picture > free)
+        return Status::failed(fmt::format("--size {}x{}: the picture needs {} of main memory, of which {} are free; render a smaller one",
+                                          params.width, params.height, format_bytes(picture), format_bytes(free)));
+    return {};
+}
+
+}  // namespace raypager

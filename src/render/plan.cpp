@@ -1,0 +1,171 @@
+#include "render/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/memory.hpp"
+#include "base/words.hpp"
+#include "render/params.hpp"
+#include "wavefront/block_form.hpp"
+#include "wavefront/sample_order.hpp"
+
+namespace raypager {
+namespace {
+
+// On CPUs it is streams that gain by more rays to choose from.
+uint64_t roomy_slots(BlockForm form, const DeviceProfile& profile) {
+    return profile.caches_slots && form != BlockForm::wide ? 0 : profile.roomy_slots;
+}
+
+bool chooses_region(const RenderOptions& options) { return !options.tuning.region && !is_seen_growing(options); }
+
+// Of a pool that holds all geometry, and what slabs leave over at their ends.
+uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device) {
+    return pool_for_all(scene.geometry_bytes(form), device.max_allocation_bytes, scene.largest_block(form));
+}
+
+// About instruments.record_paths of all paths, and room for what they log in an ordinary round; in others, some rays wait for the next one.
+VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
+                                    const rp_render_params& params, const DeviceInfo& device) {
+    VisitLogSettings visits;
+    if (instruments.record_paths == 0) return visits;
+    const double share = std::min(1.0, static_cast<double>(instruments.record_paths) / static_cast<double>(params.sample_limit));
+    const double slots = static_cast<double>(options.tuning.paths ? options.tuning.paths : device.profile.most_slots);
+    visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
+    // What one shadow ray passes is logged together (kernels/single_ray/visits.cl).
+    const double least = 256 + static_cast<double>(scene.blocks.size());
+    visits.capacity = static_cast<uint32_t>(std::clamp(share * slots * 4, least, std::max(least, 4194304.0)));
+    if (instruments.visit_events) visits.capacity = instruments.visit_events;
+    return visits;
+}
+
+// device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
+MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
+                         const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit) {
+    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height);
+    MemoryNeeds needs;
+    needs.limit = device_limit;
+    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
+    needs.per_slot = bytes.per_slot;
+    if (options.tuning.pool_place == PoolPlace::device) {
+        needs.largest_block = scene.largest_block(form);
+        needs.geometry = whole_pool_bytes(scene, form, device);
+        needs.geometry_limit = options.geometry_limit;
+        if (const uint64_t most = largest_pool(device.max_allocation_bytes); needs.geometry > most)
+            needs.geometry_limit = options.geometry_limit ? std::min(options.geometry_limit, most) : most;
+        needs.geometry_limit_percent = options.geometry_limit_percent;
+    }
+    needs.requested_slots = options.tuning.paths;
+    const DeviceProfile& profile = device.profile;
+    needs.default_slots = profile.default_slots;
+    needs.roomy_slots = roomy_slots(form, profile);
+    needs.most_chosen_slots = profile.most_slots;
+    needs.most_slot_bytes = profile.scenes_for_slots * needs.geometry;
+    needs.near_slots = profile.caches_slots ? needs.roomy_slots : 0;
+    needs.slots_for_loads = profile.loads_for_slots;
+    // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
+    constexpr uint64_t few_spp = 16;
+    needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
+    needs.most_region_slots = chooses_region(options) ? most_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
+    needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
+    return needs;
+}
+
+PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, const RenderInstruments& instruments,
+                               uint64_t pool_bytes, const DeviceInfo& device) {
+    const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
+    PolicySettings policy = default_settings(options.tuning.policy, pool_bytes, average, device.profile);
+    if (instruments.evict_ahead) policy.evict_ahead = *instruments.evict_ahead;
+    if (options.tuning.loads_in_flight) {
+        policy.loads_in_flight = policy.loads_while_idle = options.tuning.loads_in_flight;
+        policy.evict_ahead = std::min(policy.evict_ahead, options.tuning.loads_in_flight);
+    }
+    if (options.tuning.hold_above_ready) policy.hold_above_ready = *options.tuning.hold_above_ready;
+    return policy;
+}
+
+// The user's, or half of all memory, for the cache of blocks; less if less is free. planned_bytes: of device memory, which a CPU takes out of it.
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {
+    if (options.host_limit) return options.host_limit;
+    // What such a device takes comes out of the same memory.
+    const uint64_t taken = device.profile.shares_host_memory ? planned_bytes : 0;
+    const auto left = [taken](uint64_t memory) { return memory - std::min(memory, taken); };
+    return default_limit(left(total_memory()) / 2, left(available_memory())).bytes;
+}
+
+}  // namespace
+
+BlockNotes block_notes(PolicyKind policy) {
+    return {.bounces = policy == PolicyKind::most_wanted, .use = counts_entries(policy) ? BlockNotes::Use::entries : BlockNotes::Use::last_round};
+}
+
+uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs, uint64_t pixels) {
+    const uint32_t region = default_region(order, plan.slots, pixels);
+    if (region == 0 || holds_all(plan, needs)) return region;
+    return default_region(order, std::max<uint64_t>(1, plan.slots / 2), pixels);  // the others wait
+}
+
+uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs) {
+    if (holds_all(plan, needs)) return 8;
+    return order.region == 0 ? 1 : filled_together(0.0);
+}
+
+// Measured on an H100 (bench/journal/gpu-paging.md): at 29, 12.5 and 3 % resident a ray of a terrain waits 0.04, 0.13 and 0.5 times, one among
+// clutter 0.14, 0.4 and 1.5 times.
+uint32_t filled_together(double waits_per_ray) { return waits_per_ray < 0.1 ? 4 : waits_per_ray < 0.6 ? 2 : 1; }
+
+namespace {
+
+Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
+                                         const RenderPlan& plan, uint64_t pool_bytes, const DeviceInfo& device) {
+    const bool mapped = options.tuning.pool_place == PoolPlace::host;
+    ResidencySettings settings;
+    settings.form = plan.form;
+    settings.place = options.tuning.pool_place;
+    settings.pool_bytes = mapped ? whole_pool_bytes(scene, plan.form, device) : pool_bytes;
+    settings.slab_bytes = instruments.slab_bytes;
+    settings.journal = instruments.keep_journal;
+    if (mapped && settings.pool_bytes > plan.host_limit)
+        return Status::failed(fmt::format("--pool host: the geometry takes {} of host memory, the limit is {}; give a larger --host-limit",
+                                          format_exact_bytes(settings.pool_bytes), format_bytes(plan.host_limit)));
+    settings.host_limit = mapped ? plan.host_limit - settings.pool_bytes : plan.host_limit;
+    settings.loader_threads = instruments.loader_threads;
+    settings.read_ahead_threads = instruments.read_ahead_threads;
+    settings.policy = policy_settings(scene, plan.form, options, instruments, settings.pool_bytes, device);
+    return settings;
+}
+
+}  // namespace
+
+Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
+                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit) {
+    RAYPAGER_TRY(check_traversal(options.tuning.traversal, device));
+    RenderPlan plan;
+    plan.params = params;
+    plan.visits = visit_log_settings(scene, options, instruments, params, device);
+    // Visits can be recorded only of rays that are traced one by one.
+    plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device);
+    const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit);
+    const auto memory = plan_memory(needs);
+    if (!memory) return memory.status();
+    plan.params.slot_count = static_cast<uint32_t>(memory->slots);
+    const uint64_t pixels = uint64_t{params.width} * params.height;
+    if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
+    plan.device_bytes = needs.fixed + memory->slots * needs.per_slot + memory->pool_bytes;
+    plan.host_limit = host_limit(options, device, plan.device_bytes);
+    auto residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);
+    if (!residency) return residency.status();
+    plan.residency = *residency;
+    const bool resident = holds_all(*memory, needs);
+    plan.notes = resident ? BlockNotes() : block_notes(options.tuning.policy);
+    plan.filled_together = filled_together(plan.params.order, *memory, needs);
+    plan.fills_by_waits = plan.filled_together > 1 && !resident;
+    // Rounds that are waited for, or recorded, run one by one.
+    const uint32_t most =
+        instruments.rounds_under_way ? instruments.rounds_under_way : std::min(device.profile.rounds_under_way, Wavefront::most_rounds);
+    plan.rounds_under_way = options.tuning.wait_for_loads || instruments.record_paths > 0 ? 1 : most;
+    return plan;
+}
+
+}  // namespace raypager

@@ -1,0 +1,39 @@
+// How a scene is rendered on one device. Here all options are resolved that leave something to choose; what comes after reads the plan.
+#pragma once
+
+#include "raypager/abi/scene.h"
+#include "raypager/devices.hpp"
+#include "render/memory_plan.hpp"
+#include "render/render.hpp"
+#include "residency/residency.hpp"
+#include "wavefront/wavefront.hpp"
+
+namespace raypager {
+
+struct RenderPlan {
+    rp_render_params params;  // slot_count and region included
+    BlockForm form = BlockForm::stored;
+    VisitLogSettings visits;
+    BlockNotes notes;  // that the policy needs
+    ResidencySettings residency;
+    uint64_t host_limit = 0;        // bytes of host memory for blocks
+    uint64_t device_bytes = 0;      // of the plan
+    uint32_t filled_together = 1;   // path slots that are given out at once, with single rays
+    bool fills_by_waits = false;    // filled_together follows how often rays wait
+    uint32_t rounds_under_way = 1;  // at most
+};
+// memory_limit: of all device memory, in bytes.
+Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
+                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit);
+
+// What the policy needs to know of blocks.
+BlockNotes block_notes(PolicyKind policy);
+// Pixels of a region, if the render chooses it; 0: there are none. order: without regions.
+uint32_t chosen_region(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs, uint64_t pixels);
+// Path slots that are given out at once with single rays: the more, the more states lie side by side where stages read them, but a ray that waits
+// keeps its neighbours from being used. To begin with:
+uint32_t filled_together(const rp_sample_order& order, const MemoryPlan& plan, const MemoryNeeds& needs);
+// The same where blocks are swapped in a render that goes region by region: the more often an extension ray has waited so far, the fewer.
+uint32_t filled_together(double waits_per_ray);
+
+}  // namespace raypager

@@ -1,0 +1,80 @@
+#include "raypager/session.hpp"
+
+#include <chrono>
+
+#include "render/job.hpp"
+
+namespace raypager {
+
+Result<MeasuredRender> render(const BlockSource& scene, const RenderOptions& options, const RenderCallbacks& callbacks,
+                              const RenderInstruments& instruments) {
+    RenderJob job(scene, options, callbacks, instruments);
+    RAYPAGER_TRY(job.prepare());
+    while (!job.done()) RAYPAGER_TRY(job.step());
+    return job.finish();
+}
+
+namespace {
+
+RenderInstruments instruments_of(const RenderOptions& options) {
+    RenderInstruments instruments;
+    if (!options.record.file.empty()) instruments.record_paths = options.record.paths;
+    return instruments;
+}
+
+Result<RenderResult> for_users(Result<MeasuredRender> measured, const RenderOptions& options) {
+    if (!measured) return measured.status();
+    if (measured->trace) {
+        RAYPAGER_TRY(write_demand_trace(options.record.file, *measured->trace));
+        measured->report.recorded_paths = measured->trace->path_count();
+    }
+    return RenderResult(std::move(*measured));
+}
+
+}  // namespace
+
+Result<RenderResult> render(const Blocks& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
+    return for_users(render(scene.source(), options, callbacks, instruments_of(options)), options);
+}
+
+struct Session::State {
+    State(const Blocks& blocks, const RenderOptions& render_options, const RenderCallbacks& render_callbacks)
+        : scene(blocks), options(render_options), callbacks(render_callbacks) {}
+
+    const Blocks scene;
+    const RenderOptions options;
+    const RenderCallbacks callbacks;
+    const RenderInstruments instruments = instruments_of(options);
+    RenderJob job{scene.source(), options, callbacks, instruments};
+};
+
+Session::Session(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+Result<Session> Session::create(const Blocks& scene, const RenderOptions& options, const RenderCallbacks& callbacks) {
+    auto state = std::make_unique<State>(scene, options, callbacks);
+    RAYPAGER_TRY(state->job.prepare());
+    return Session(std::move(state));
+}
+
+Result<bool> Session::step(double seconds) {
+    using Clock = std::chrono::steady_clock;
+    const auto begin = Clock::now();
+    RenderJob& job = state_->job;
+    while (!job.done()) {
+        RAYPAGER_TRY(job.step());
+        if (std::chrono::duration<double>(Clock::now() - begin).count() >= seconds) break;
+    }
+    return !job.done();
+}
+
+RenderProgress Session::progress() const { return state_->job.progress(); }
+Result<Image> Session::snapshot() { return state_->job.picture(); }
+Status Session::checkpoint() { return state_->job.write_checkpoint(); }
+void Session::cancel() { state_->job.cancel(); }
+
+Result<RenderResult> Session::finish() { return for_users(state_->job.finish(), state_->options); }
+
+}  // namespace raypager

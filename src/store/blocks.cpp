@@ -1,0 +1,34 @@
+#include "raypager/blocks.hpp"
+
+#include "base/check.hpp"
+#include "store/block_file.hpp"
+
+namespace raypager {
+
+Result<Blocks> Blocks::open(const std::filesystem::path& path) {
+    auto file = BlockFile::open(path);
+    if (!file) return file.status();
+    return Blocks(std::move(*file));
+}
+
+const Camera& Blocks::camera() const { return source_->scene().camera; }
+uint32_t Blocks::width() const { return source_->scene().width; }
+uint32_t Blocks::height() const { return source_->scene().height; }
+uint32_t Blocks::spp() const { return source_->scene().spp; }
+uint32_t Blocks::max_depth() const { return source_->scene().max_depth; }
+std::array<float, 3> Blocks::lower() const { return std::to_array(source_->scene().lower); }
+std::array<float, 3> Blocks::upper() const { return std::to_array(source_->scene().upper); }
+uint64_t Blocks::triangles() const { return source_->scene().triangles; }
+uint64_t Blocks::spheres() const { return source_->scene().spheres; }
+uint32_t Blocks::count() const { return static_cast<uint32_t>(source_->scene().blocks.size()); }
+uint64_t Blocks::entries() const { return source_->scene().portals.size(); }
+uint64_t Blocks::bytes(BlockForm form) const { return source_->scene().geometry_bytes(form); }
+uint64_t Blocks::largest(BlockForm form) const { return source_->scene().largest_block(form); }
+
+std::pair<std::array<float, 3>, std::array<float, 3>> Blocks::bounds(uint32_t block) const {
+    RAYPAGER_CHECK(block < count());
+    const BlockRecord& record = source_->scene().blocks[block];
+    return {std::to_array(record.lower), std::to_array(record.upper)};
+}
+
+}  // namespace raypager

@@ -1,0 +1,28 @@
+// A baked scene whose blocks stay in host memory.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "store/block_sink.hpp"
+#include "store/block_source.hpp"
+
+namespace raypager {
+
+class MemoryBlocks final : public BlockSink, public BlockSource {
+public:
+    Status append(std::span<const std::byte> stored, BlockRecord& record) override;
+    // Checked as a file is when it is opened.
+    Status finish(const BakedScene& scene) override;
+    const BakedScene& scene() const override { return scene_; }
+
+private:
+    Status fetch(uint32_t block, std::span<std::byte> stored) const override;
+    Status damaged(uint32_t block, const std::string& what) const override;
+
+    BakedScene scene_;
+    std::vector<std::vector<std::byte>> blocks_;
+    uint64_t end_ = 4096;
+};
+
+}  // namespace raypager
