@@ -55,7 +55,7 @@ Result<std::unique_ptr<EmbreeTracer>> EmbreeTracer::create(const BlockFile& file
         RAYPAGER_TRY(file.read_block(index, bytes));
         const BlockView block(bytes);
         std::map<std::tuple<float, float, float>, uint32_t> numbers;
-        for (const rp_u32 root : file.scene().portals_of(index).roots) {
+        for (const rp_u32 root : file.scene().block_entries_of(index).roots) {
             for (const DecodedTriangle& triangle : decode_subtree(block, root).triangles) {
                 for (const Float3& v : triangle.vertices) {
                     const auto [entry, is_new] = numbers.try_emplace({v.x, v.y, v.z}, static_cast<uint32_t>(positions.size() / 3));

@@ -19,7 +19,7 @@
 
 namespace {
 
-constexpr int most_launches = 8;
+constexpr int max_launches = 8;
 
 struct Argument {
     size_t size = 0;
@@ -90,7 +90,7 @@ extern "C" cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kerne
     char name[64] = {};
     clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, sizeof name, name, nullptr);
     const char *wanted = getenv("DUMP_KERNELS"), *folder = getenv("DUMP_DIR");
-    if (wanted && folder && strstr(wanted, name) && dumped < most_launches) {
+    if (wanted && folder && strstr(wanted, name) && dumped < max_launches) {
         clFinish(queue);
         const std::lock_guard lock(mutex);
         dump(queue, kernel, name, global[0], local ? local[0] : 64, std::string(folder) + "/" + std::to_string(dumped++) + "_");

@@ -29,8 +29,8 @@ struct DeviceProfile {
 
     // Path slots.
     uint64_t default_slots = 0;     // that keep it busy while everything is resident
-    uint64_t roomy_slots = 0;       // that suit it better where all geometry fits beside them
-    uint64_t most_slots = 0;        // where blocks must be swapped
+    uint64_t preferred_slots = 0;   // that suit it better where all geometry fits beside them
+    uint64_t max_slots = 0;         // where blocks must be swapped
     uint32_t scenes_for_slots = 0;  // how many times the bytes of the scene they may take there
     double loads_for_slots = 0;     // with caches_slots: bytes of slots, in bytes of the scene over the share of it that is resident
     uint32_t rounds_under_way = 1;  // at most
@@ -39,11 +39,11 @@ struct DeviceProfile {
     uint32_t blocks_per_load = 1;         // of the pool, for each load in flight, ...
     uint32_t core_loads = 0;              // ... but so many loads at least, ...
     uint32_t blocks_per_core_load = 1;    // ... for each of which the pool must hold so many blocks, ...
-    uint32_t most_loads = 2;              // ... and so many at most
+    uint32_t max_loads = 2;               // ... and so many at most
     uint32_t blocks_per_idle_load = 0;    // the same while loads are all that is waited for; 0: as ever
-    uint32_t most_idle_loads = 2;         // at most
+    uint32_t max_idle_loads = 2;          // at most
     uint32_t blocks_per_evict_ahead = 0;  // of the pool, for each block that is evicted before its place is needed; 0: none is
-    uint32_t most_evict_ahead = 0;        // at most
+    uint32_t max_evict_ahead = 0;         // at most
     double traffic_kept = 0;              // PolicySettings::traffic_kept
     uint32_t loader_threads = 2;
     uint32_t read_ahead_threads = 1;
@@ -64,9 +64,9 @@ struct DeviceProfile {
     uint32_t shading_registers = 0;
 
     // Persistent threads (kernels/single_ray/persistent.cl). By default for sub-groups of one work-item.
-    uint32_t camera_least_walks = 1;  // work-items of a sub-group with rays left, below which it fetches new ones
-    uint32_t bounce_least_walks = 1;
-    uint32_t bounce_least_inner = 1;   // work-items at inner nodes, below which those at leaves go first
+    uint32_t camera_min_walks = 1;  // work-items of a sub-group with rays left, below which it fetches new ones
+    uint32_t bounce_min_walks = 1;
+    uint32_t bounce_min_inner = 1;     // work-items at inner nodes, below which those at leaves go first
     uint32_t bounce_shared_stack = 3;  // entries of a stack in local memory
     uint32_t camera_part_run = 16;     // rays in a row of the queue that are of one multiprocessor's part
     uint32_t bounce_part_run = 16;

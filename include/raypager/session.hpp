@@ -112,7 +112,7 @@ struct RenderReport {
         uint64_t total() const { return camera + bounce + shadow; }
     } rays;
     struct Paging {
-        uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, wants_without_hit = 0;
+        uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, requests_without_hit = 0;
     } paging;
     uint64_t clamped_samples = 0;
     uint64_t recorded_paths = 0;  // in the file of RecordOptions

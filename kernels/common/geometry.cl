@@ -14,15 +14,15 @@
         const __global uchar *restrict slab3, const __global uchar *restrict slab4, const __global uchar *restrict slab5, \
         const __global uchar *restrict slab6, const __global uchar *restrict slab7
 #endif
-#define RP_GEOMETRY_PARAMETERS                                                                                    \
-    const rp_top_grid top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict portals, \
-        const __global ulong *restrict portal_paths, const __global uint4 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
+#define RP_GEOMETRY_PARAMETERS                                                                                          \
+    const rp_top_grid top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict block_entries, \
+        const __global ulong *restrict block_entry_paths, const __global uint4 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
 
 typedef struct rp_geometry {
     rp_top_grid top_grid;
     const __global uint4* top_nodes;
-    const __global uint4* portals;
-    const __global ulong* portal_paths;
+    const __global uint4* block_entries;
+    const __global ulong* block_entry_paths;
     const __global uint4* pages;   // rp_page
     volatile __global uint* used;  // RP_DEMAND_USED
     const __global uchar* slab0;
@@ -33,10 +33,10 @@ typedef struct rp_geometry {
 
 #if RP_SLABS == 1
 #define RP_MAKE_GEOMETRY(used) \
-    { top_grid, top_nodes, portals, portal_paths, pages, used, slab0 }
+    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, slab0 }
 #else
 #define RP_MAKE_GEOMETRY(used) \
-    { top_grid, top_nodes, portals, portal_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7 }
+    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7 }
 #endif
 
 // atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, work-items
@@ -75,9 +75,9 @@ static inline const __global uchar* rp_block_address(const rp_geometry* g, uint 
 #endif
 }
 
-static inline uint rp_portal_block(const rp_geometry* g, uint portal) { return g->portals[2u * portal].w; }
-// From the reference to a block as a whole to that of its portals in the top tree.
-static inline uint rp_beneath_block(const rp_geometry* g, uint ref) { return g->portals[2u * (ref & ~RP_REF_PORTAL) + 1u].w; }
+static inline uint rp_block_entry_block(const rp_geometry* g, uint block_entry) { return g->block_entries[2u * block_entry].w; }
+// From the reference to a block as a whole to that of its block entries in the top tree.
+static inline uint rp_beneath_block(const rp_geometry* g, uint ref) { return g->block_entries[2u * (ref & ~RP_REF_BLOCK_ENTRY) + 1u].w; }
 
 // A block as traversal reads it. Offsets instead of pointers, because registers are short there, and from the nodes, which it has to have at hand.
 typedef struct rp_block_view {

@@ -41,7 +41,7 @@ static inline rp_vertices rp_leaf_vertices(const rp_block_view* block, uint2 lea
     v.cell = header->upper[3];
     return v;
 }
-// A number of so many bits (RP_POSITION_MOST_BITS at most), as a float. GPUs take longer to convert.
+// A number of so many bits (RP_POSITION_MAX_BITS at most), as a float. GPUs take longer to convert.
 static inline float rp_position_number(ulong word, uint bits) {
     return as_float(0x4b000000u | ((uint)word & ((1u << bits) - 1u))) - as_float(0x4b000000u);
 }

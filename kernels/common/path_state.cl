@@ -87,9 +87,9 @@ static inline void rp_set_wait_word(const rp_paths* paths, uint slot, uint word)
 static inline const __global uint* rp_wait_words(const __global uint* status, uint slot_count) { return status + RP_STATUS_WORDS(slot_count); }
 
 // Where a ray that has waited goes on.
-static inline uint rp_portal_of(const rp_paths* paths, uint slot) { return RP_PLANE(paths, RP_PLANE_SURFACE, slot).w; }
-static inline void rp_set_portal(const rp_paths* paths, uint slot, uint portal) {
-    ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = portal;
+static inline uint rp_block_entry_of(const rp_paths* paths, uint slot) { return RP_PLANE(paths, RP_PLANE_SURFACE, slot).w; }
+static inline void rp_set_block_entry(const rp_paths* paths, uint slot, uint block_entry) {
+    ((__global uint*)&RP_PLANE(paths, RP_PLANE_SURFACE, slot))[3] = block_entry;
 }
 
 // Status words of rays that wait for a block.
@@ -98,11 +98,11 @@ static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
 }
 static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | (status & RP_STATUS_ENDS); }
 
-// The ray of a slot waits for a block. waiting_status: one of the two above. wants: of all blocks.
-static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* wants) {
+// The ray of a slot waits for a block. waiting_status: one of the two above. requests: of all blocks.
+static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* requests) {
     paths->status[slot] = waiting_status;
     rp_set_wait_word(paths, slot, block);
-    atomic_inc(wants + block);
+    atomic_inc(requests + block);
 }
 
 // Where that is on the device what a slot waits for, by its status word and its wait word: RP_NONE, not there yet; 0, it does not wait.
@@ -157,11 +157,11 @@ static inline void rp_store_camera_path(const rp_paths* paths, uint slot, uint p
 
 // ---- Extension rays, one by one
 
-// primitive: of the closest hit in an earlier pass, or RP_NONE. portal: RP_NONE for a ray that has not waited.
+// primitive: of the closest hit in an earlier pass, or RP_NONE. block entry: RP_NONE for a ray that has not waited.
 typedef struct rp_extension_ray {
     float3 origin, direction;
     float t;
-    uint primitive, portal;
+    uint primitive, block_entry;
 } rp_extension_ray;
 
 static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot) {
@@ -170,11 +170,11 @@ static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot)
     uint3 direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot).xyz;
     rp_extension_ray ray;
     ray.t = INFINITY;
-    ray.primitive = ray.portal = RP_NONE;
+    ray.primitive = ray.block_entry = RP_NONE;
     if (rp_phase_of(status) == RP_PHASE_EXTEND_WAITS) {
         ray.t = as_float(origin.w);
         ray.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot).w;
-        ray.portal = RP_PLANE(paths, RP_PLANE_SURFACE, slot).w;
+        ray.block_entry = RP_PLANE(paths, RP_PLANE_SURFACE, slot).w;
     } else if (status & RP_STATUS_CONNECTED) {
         direction = RP_PLANE(paths, RP_PLANE_HIT, slot).xyz;
     }
@@ -220,11 +220,11 @@ static inline void rp_unfold_extension(const rp_paths* paths, uint slot, uint st
 
 // The closest hit of an extension ray so far. REQUIRES: the planes of the slot are unfolded.
 static inline void rp_store_hit(const rp_paths* paths, uint slot, float t, float3 position, uint primitive, uint geometric_normal,
-                                uint shading_normal, uint portal) {
+                                uint shading_normal, uint block_entry) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(t);
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(position), primitive);
     const uint sample = RP_PLANE(paths, RP_PLANE_SURFACE, slot).z;
-    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(geometric_normal, shading_normal, sample, portal);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(geometric_normal, shading_normal, sample, block_entry);
 }
 
 // An extension ray is done; offset_exponent: at its hit, if it has one.
@@ -251,13 +251,13 @@ static inline void rp_finish_extension_deferred(const rp_paths* paths, uint slot
 typedef struct rp_shadow_ray {
     float3 origin, direction;
     float t_max;
-    uint portal;  // RP_NONE: has not waited
+    uint block_entry;  // RP_NONE: has not waited
 } rp_shadow_ray;
 
 static inline rp_shadow_ray rp_shadow_of(const rp_paths* paths, uint slot, uint status) {
     const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
     rp_shadow_ray ray;
-    ray.portal = rp_phase_of(status) == RP_PHASE_SHADOW_WAITS ? rp_portal_of(paths, slot) : RP_NONE;
+    ray.block_entry = rp_phase_of(status) == RP_PHASE_SHADOW_WAITS ? rp_block_entry_of(paths, slot) : RP_NONE;
     ray.origin = as_float3(origin.xyz);
     ray.direction = as_float3(direction.xyz);
     ray.t_max = as_float(origin.w);

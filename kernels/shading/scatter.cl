@@ -10,7 +10,7 @@
 // Russian roulette begins after so many scattering events; a path goes on with this times its throughput as probability (bench/journal/sampling.md).
 #define RP_ROULETTE_DEPTH 2u
 #define RP_ROULETTE_SCALE 1.5f
-#define RP_MOST_SPARED 32u  // scattering events up to which specular surfaces are spared
+#define RP_MAX_SPARED 32u  // scattering events up to which specular surfaces are spared
 
 #define RP_LANES 1
 #include "shading/scatter_lanes.cl"
@@ -59,10 +59,10 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
         // Both rays of a vertex begin at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
         out->start = rp_minus_1(vertex->position, away);
         const int change = rp_refraction(material->ior);
-        out->refraction = clamp(vertex->refraction + (frame.inside ? -change : change), -RP_PATH_MOST_REFRACTION, RP_PATH_MOST_REFRACTION);
+        out->refraction = clamp(vertex->refraction + (frame.inside ? -change : change), -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION);
     }
     // Specular surfaces make no connection: what comes next is all that a path brings from there. But one between mirrors ends some day.
-    if (rp_is_specular(material) && vertex->depth < RP_MOST_SPARED)
+    if (rp_is_specular(material) && vertex->depth < RP_MAX_SPARED)
         out->go_on = out->throughput.x > 0.0f || out->throughput.y > 0.0f || out->throughput.z > 0.0f;
     else
         rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);

@@ -8,7 +8,7 @@
 #include "single_ray/traverse.cl"
 #undef RP_ANY_HIT
 
-static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* wants, uint round, const rp_paths* paths, uint slot,
+static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* requests, uint round, const rp_paths* paths, uint slot,
                                   __global uint* film RP_VISIT_PARAMETER) {
     const uint status = rp_status_of(paths, slot);
     const rp_shadow_ray ray = rp_shadow_of(paths, slot, status);
@@ -17,21 +17,21 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     walk.ray = rp_make_ray(ray.origin, ray.direction);
     walk.t_max = ray.t_max;
 #ifdef RP_RECORD
-    if (!rp_visit_begin(&walk.visits, geometry, visit_words, wants, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
-    if (walk.visits.on && ray.portal == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
+    if (!rp_visit_begin(&walk.visits, geometry, visit_words, requests, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
+    if (walk.visits.on && ray.block_entry == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
         rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
         return;  // begins anew in the next round
     }
 #endif
-    rp_begin_any(geometry, &walk, stack, ray.portal);
+    rp_begin_any(geometry, &walk, stack, ray.block_entry);
     rp_run_any(geometry, &walk, stack, round);
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
-    const uint portal = rp_any_portal(&walk);
-    if (portal != RP_NONE) {
-        rp_set_portal(paths, slot, portal);
-        rp_wait_for_block(paths, slot, rp_portal_block(geometry, portal), rp_shadow_waits(status), wants);
+    const uint block_entry = rp_any_block_entry(&walk);
+    if (block_entry != RP_NONE) {
+        rp_set_block_entry(paths, slot, block_entry);
+        rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_shadow_waits(status), requests);
         return;
     }
     const rp_path_end end = rp_finish_shadow(paths, slot, status, walk.hit);
@@ -45,6 +45,6 @@ __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, u
     const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_connect_ray(&geometry, demand + RP_DEMAND_WANTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i),
+        rp_connect_ray(&geometry, demand + RP_DEMAND_REQUESTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i),
                        film RP_VISIT_ARGUMENT);
 }

@@ -15,18 +15,18 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
     walk->best.what = ray.primitive;
     walk->best.found_in = RP_NONE;
     walk->ray = rp_make_ray(ray.origin, ray.direction);
-    rp_begin_closest(geometry, walk, stack, ray.portal);
+    rp_begin_closest(geometry, walk, stack, ray.block_entry);
 }
 
-// Puts down what became of it. mine: counts of wants served, and of those without a hit.
+// Puts down what became of it. mine: counts of requests served, and of those without a hit.
 static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_walk* walk, uint block_count, volatile __global uint* demand,
                                const rp_paths* paths, uint slot, uint* mine) {
     const rp_hit* hit = &walk->best;
-    const uint status = rp_status_of(paths, slot), portal = rp_closest_portal(walk);
+    const uint status = rp_status_of(paths, slot), block_entry = rp_closest_block_entry(walk);
     mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
     mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
 #ifdef RP_SHORT_STATES
-    if (portal == RP_NONE) {
+    if (block_entry == RP_NONE) {
         // Shading, which comes next, finds the surface: there all work-items of a sub-group do so at once.
         rp_finish_extension_deferred(paths, slot, status, hit->what, hit->found_in, hit->t);
     } else
@@ -43,18 +43,18 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #ifdef RP_VERTEX_COLORS
             rp_set_color(paths, slot, s.color);
 #endif
-            rp_store_hit(paths, slot, hit->t, s.position, rp_hit_primitive(geometry, hit), s.geometric_normal, s.shading_normal, portal);
+            rp_store_hit(paths, slot, hit->t, s.position, rp_hit_primitive(geometry, hit), s.geometric_normal, s.shading_normal, block_entry);
         } else {
-            rp_set_portal(paths, slot, portal);
+            rp_set_block_entry(paths, slot, block_entry);
         }
-        if (portal == RP_NONE)
+        if (block_entry == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);
         else
-            rp_wait_for_block(paths, slot, rp_portal_block(geometry, portal), rp_extension_waits(offset_exponent, 0u),
-                              demand + RP_DEMAND_WANTS * block_count);
+            rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_extension_waits(offset_exponent, 0u),
+                              demand + RP_DEMAND_REQUESTS * block_count);
     }
 #ifdef RP_COUNT_BOUNCES
-    if (portal == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
+    if (block_entry == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
 #endif
 }
 
@@ -87,7 +87,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
             under_way = false;
         }
         const bool wanted = ended && part != RP_NONE;
-        const uint i = rp_part_place(rp_take_numbers(wanted, taken + part), part, parts);
+        const uint i = rp_part_position(rp_take_numbers(wanted, taken + part), part, parts);
         if (rp_ballot(wanted && i >= count) != 0u) part = rp_next_part(taken, part, parts, count);
         if (wanted && i < count) {
             under_way = true;
@@ -103,7 +103,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
         const uint slot = rp_extend_entry(queue, i);
         rp_take_up(&geometry, &walk, stack, &paths, slot);
 #ifdef RP_RECORD
-        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_WANTS * block_count, &paths, slot, RP_VISIT_BEGIN_EXTEND,
+        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_REQUESTS * block_count, &paths, slot, RP_VISIT_BEGIN_EXTEND,
                             RP_VISIT_RESUME_EXTEND))
             continue;
 #endif
@@ -114,5 +114,5 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
         rp_put_down(&geometry, &walk, block_count, demand, &paths, slot, mine);
     }
 #endif
-    rp_add_totals(totals, mine, 2u, counters + RP_COUNT_WANTS_SERVED);
+    rp_add_totals(totals, mine, 2u, counters + RP_COUNT_REQUESTS_SERVED);
 }

@@ -21,7 +21,7 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
                          uint block_count, __global uint* restrict demand, uint listed) {
     const uint block = get_global_id(0);
-    if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_WANTS * block_count + block] = 0u;
+    if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_REQUESTS * block_count + block] = 0u;
     if (block != 0u) return;
     const rp_supply supply = rp_read_supply(counters);
     rp_account_for_samples(params, &supply, counters, listed);

@@ -1,6 +1,6 @@
 // Persistent threads: a fixed number of work-items that fetch a new ray when theirs has ended, all work-items of a sub-group (a warp) together.
 // That needs votes in a sub-group, which OpenCL C 1.2 does not have; RP_PERSISTENT is defined where a device's own instructions are known: the
-// number of work-items with walks left below which those without fetch new ones. RP_LEAST_INNER, if defined, is the number of work-items at inner
+// number of work-items with walks left below which those without fetch new ones. RP_MIN_INNER, if defined, is the number of work-items at inner
 // nodes below which those that have come to leaves go first.
 #ifndef RP_PERSISTENT_CL
 #define RP_PERSISTENT_CL
@@ -12,7 +12,7 @@
 #if defined(RP_PERSISTENT) && defined(RP_RECORD)
 #error "persistent threads do not record: a ray that finds no room in the log leaves its walk alone"
 #endif
-#if defined(RP_PART_RUN) != defined(RP_PERSISTENT) || (defined(RP_LEAST_INNER) && !defined(RP_PERSISTENT)) || \
+#if defined(RP_PART_RUN) != defined(RP_PERSISTENT) || (defined(RP_MIN_INNER) && !defined(RP_PERSISTENT)) || \
     (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
 #error "definitions that go together are not"
 #endif
@@ -24,7 +24,7 @@
 static inline uint rp_part_count(void) {
     uint r;
     asm("mov.u32 %0, %%nsmid;" : "=r"(r));
-    return min(r, RP_MOST_PARTS);
+    return min(r, RP_MAX_PARTS);
 }
 static inline uint rp_own_part(uint parts) {
     uint r;
@@ -37,7 +37,7 @@ static inline uint rp_own_part(uint parts) { return get_group_id(0) % parts; }
 #endif
 #ifdef RP_PART_RUN
 // Where in the queue the ray with this number of a part stands.
-static inline uint rp_part_place(uint number, uint part, uint parts) {
+static inline uint rp_part_position(uint number, uint part, uint parts) {
     return (number / RP_PART_RUN * parts + part) * RP_PART_RUN + number % RP_PART_RUN;
 }
 #endif
@@ -87,7 +87,7 @@ static inline uint rp_next_part(volatile __global uint* taken, uint part, uint p
     uint next = RP_NONE;
     for (uint base = 1u; base < parts && next == RP_NONE; base += 32u) {
         const uint ahead = base + rp_subgroup_index(), other = (part + ahead) % parts;
-        const uint left = rp_ballot(rp_opaque((ahead < parts) & (rp_part_place(taken[other], other, parts) < count)) != 0u);
+        const uint left = rp_ballot(rp_opaque((ahead < parts) & (rp_part_position(taken[other], other, parts) < count)) != 0u);
         const uint found = rp_from_subgroup_index(other, rp_lowest_bit(left));
         next = left != 0u ? found : next;
     }
@@ -104,7 +104,7 @@ static inline uint rp_next_part(volatile __global uint* taken, uint part, uint p
     for (uint ahead = 1u; ahead < parts; ahead++) {
         const uint other = (part + ahead) % parts;
         // Others count there.
-        if (rp_part_place(atomic_add(taken + other, 0u), other, parts) < count) return other;
+        if (rp_part_position(atomic_add(taken + other, 0u), other, parts) < count) return other;
     }
     return RP_NONE;
 }
@@ -119,20 +119,20 @@ static inline uint rp_next_part(volatile __global uint* taken, uint part, uint p
 #define RP_GOES_ON(current) ((current) < RP_REF_STOPPED)
 #endif
 
-// The loop over inner nodes: all of a sub-group come to it together and leave it together, with RP_LEAST_INNER some of them still at inner nodes.
-#ifdef RP_LEAST_INNER
+// The loop over inner nodes: all of a sub-group come to it together and leave it together, with RP_MIN_INNER some of them still at inner nodes.
+#ifdef RP_MIN_INNER
 static inline bool rp_stays_inner(uint current) {
     const uint inner = rp_ballot_inner(current);
-    if (popcount(inner) >= RP_LEAST_INNER) return true;
+    if (popcount(inner) >= RP_MIN_INNER) return true;
     return inner != 0u && rp_ballot((current & RP_REF_LEAF) && current < RP_REF_STOPPED) == 0u;
 }
 #define RP_WHILE_INNER(current)     \
     while (rp_stays_inner(current)) \
         if (!((current)&RP_REF_LEAF))
-#define RP_AT_LEAF(current) (((current)&RP_REF_LEAF) && (current) < RP_REF_PORTAL)
+#define RP_AT_LEAF(current) (((current)&RP_REF_LEAF) && (current) < RP_REF_BLOCK_ENTRY)
 #else
 #define RP_WHILE_INNER(current) while (!((current)&RP_REF_LEAF))
-#define RP_AT_LEAF(current) ((current) < RP_REF_PORTAL)
+#define RP_AT_LEAF(current) ((current) < RP_REF_BLOCK_ENTRY)
 #endif
 
 #endif

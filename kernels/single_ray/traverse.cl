@@ -1,10 +1,10 @@
 // A ray through the top tree and the resident blocks. Included twice: RP_ANY_HIT 0 defines rp_closest_walk, 1 defines rp_any_walk.
 //
-// Order and progress. A ray visits the portals (sub-boxes of blocks) in the order of a depth-first walk of the top tree, near child first
+// Order and progress. A ray visits the block entries (sub-boxes of blocks) in the order of a depth-first walk of the top tree, near child first
 // for closest hits, child 0 first for any hit. That order follows from the ray and the tree alone. A ray that comes to an absent block
-// stops there and keeps nothing but the portal: later it walks down the portal's path again, putting on the stack what lies after it in
-// the order, and goes on. So it enters each portal at most once and always moves forward, however block bounds overlap; what a nearer hit
-// has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.) The portals of a block are a subtree
+// stops there and keeps nothing but the block entry: later it walks down the block entry's path again, putting on the stack what lies after it in
+// the order, and goes on. So it enters each block entry at most once and always moves forward, however block bounds overlap; what a nearer hit
+// has pruned is never tested. (The paper, 3.4, keeps a block number in the ray for the same purpose.) The block entries of a block are a subtree
 // and follow each other: where the block is resident, the ray enters it once, in place of all of them.
 // A shadow ray could look at all resident blocks before it waits, since any hit will do. That moves 3 to 9 % fewer bytes, and takes longer
 // (bench/journal/gpu-paging.md).
@@ -21,7 +21,7 @@
 #undef RP_STACK_DROP
 #undef RP_STACK_GET
 #undef RP_BLOCK_IS_OPENED
-// Whether a ray that comes to a block looks at its portals one by one in the top tree. A recorded one always does: the log is of portals.
+// Whether a ray that comes to a block looks at its block entries one by one in the top tree. A recorded one always does: the log is of block entries.
 #ifdef RP_RECORD
 #define RP_BLOCK_IS_OPENED(page) true
 #else
@@ -53,7 +53,7 @@
 #define RP_LEAF rp_any_at_leaf
 #define RP_ENTER rp_any_enter
 #define RP_TO_TOP rp_any_to_top
-#define RP_STOPPED_AT rp_any_portal
+#define RP_STOPPED_AT rp_any_block_entry
 #define RP_STEP rp_any_step
 #define RP_STACK_ENTRY uint
 #define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
@@ -70,7 +70,7 @@
 #define RP_LEAF rp_closest_at_leaf
 #define RP_ENTER rp_closest_enter
 #define RP_TO_TOP rp_closest_to_top
-#define RP_STOPPED_AT rp_closest_portal
+#define RP_STOPPED_AT rp_closest_block_entry
 #define RP_STEP rp_closest_step
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
@@ -96,7 +96,7 @@ typedef struct RP_WALK {
     rp_ray ray;
     rp_shear shear;
     rp_grid_ray grid_ray;
-    // The block in which it is; of the top tree there are only nodes. Of a walk that has stopped, leaves_at is the portal.
+    // The block in which it is; of the top tree there are only nodes. Of a walk that has stopped, leaves_at is the block entry.
     rp_block_view block;
     uint current;
     float far;  // where the walk ends, times RP_BOX_WIDEN
@@ -125,10 +125,10 @@ static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
     w->block.nodes = g->top_nodes;
 }
 
-// At the end: the portal to wait at, or RP_NONE if the walk is complete.
+// At the end: the block entry to wait at, or RP_NONE if the walk is complete.
 static inline uint RP_STOPPED_AT(const RP_WALK* w) { return w->current == RP_REF_STOPPED ? w->block.leaves_at : RP_NONE; }
 
-// Puts the walk at portal `start`, or at the beginning (RP_NONE). REQUIRES: ray, and t_max or best, are set.
+// Puts the walk at block entry `start`, or at the beginning (RP_NONE). REQUIRES: ray, and t_max or best, are set.
 static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
     w->shear = rp_make_shear(&w->ray);
     RP_TO_TOP(g, w);
@@ -144,14 +144,14 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     RP_PUSH(RP_REF_EXIT, -1.0f);
     if (start == RP_NONE) return;
     // Walk down to where the ray stands.
-    const ulong path = g->portal_paths[start];
+    const ulong path = g->block_entry_paths[start];
     for (int level = 62 - (int)clz(path); level >= 0; level--) {
 #ifdef RP_RECORD
-        // The ray may have stopped at any portal of a block, where the log was full.
-        if (w->current >= RP_REF_PORTAL) w->current = rp_beneath_block(g, w->current);
+        // The ray may have stopped at any block entry of a block, where the log was full.
+        if (w->current >= RP_REF_BLOCK_ENTRY) w->current = rp_beneath_block(g, w->current);
 #endif
-        // A block as a whole: this portal is the first of it that the ray has come to, or it would have stopped there.
-        if (w->current >= RP_REF_PORTAL) break;
+        // A block as a whole: this block entry is the first of it that the ray has come to, or it would have stopped there.
+        if (w->current >= RP_REF_BLOCK_ENTRY) break;
         const __global uint4* const node = rp_node_at(w->block.nodes, w->current);
         const uint4 child0 = node[0], child1 = node[1];
         const float entry0 = rp_box_entry(child0, &w->ray, &w->grid_ray), entry1 = rp_box_entry(child1, &w->ray, &w->grid_ray);
@@ -203,7 +203,7 @@ static inline void RP_LEAF(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* sta
     w->hit = true;
 #ifdef RP_RECORD
     if (w->visits.on) {
-        // The log marks all blocks on the way that stop the ray, up to an absent one: goes on behind this portal.
+        // The log marks all blocks on the way that stop the ray, up to an absent one: goes on behind this block entry.
         rp_visit_stop(&w->visits, ((const __global rp_block_header*)rp_block_of_nodes(w->block.nodes))->block_index);
         do RP_POP();
         while (w->current != RP_REF_RETURN);
@@ -218,15 +218,15 @@ static inline void RP_LEAF(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* sta
 #endif
 }
 
-// At a portal: enters its block, opens it, or stops.
+// At a block entry: enters its block, opens it, or stops.
 static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
-    const uint portal = w->current & ~RP_REF_PORTAL;
-    const uint4 a = g->portals[2u * portal], b = g->portals[2u * portal + 1u];
-    const bool whole = portal >= g->top_grid.portal_count;
+    const uint block_entry = w->current & ~RP_REF_BLOCK_ENTRY;
+    const uint4 a = g->block_entries[2u * block_entry], b = g->block_entries[2u * block_entry + 1u];
+    const bool whole = block_entry >= g->top_grid.block_entry_count;
     uint4 page;
     // A branch, so that the page of a whole block need not wait for its record.
     if (whole)
-        page = g->pages[portal - g->top_grid.portal_count];
+        page = g->pages[block_entry - g->top_grid.block_entry_count];
     else
         page = g->pages[a.w];
     if (whole && RP_BLOCK_IS_OPENED(page)) {
@@ -234,7 +234,7 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
         return;
     }
     if (page.x == RP_NONE) {
-        w->block.leaves_at = portal;
+        w->block.leaves_at = block_entry;
         w->current = RP_REF_STOPPED;
         return;
     }
@@ -246,7 +246,7 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     if (!w->hit)  // what it tests beyond its end is not used
 #else
     if (!rp_visit_add(&w->visits, RP_VISIT_ENTER, a.w)) {
-        w->block.leaves_at = portal;
+        w->block.leaves_at = block_entry;
         w->current = RP_REF_STOPPED;
         return;
     }
@@ -260,13 +260,13 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 }
 
 // Goes on to the end of the walk. With RP_PERSISTENT, all work-items of a sub-group come here together, those whose walks have ended as
-// well, and return together when too few have walks left. Leaves, returns and portals are looked at in turn, so that a ray that comes from
+// well, and return together when too few have walks left. Leaves, returns and block entries are looked at in turn, so that a ray that comes from
 // one to the next does not wait for the others to go round the loop.
 static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
     do {
         RP_WHILE_INNER(w->current) {
             RP_STEP(w, stack);
-#ifdef RP_LEAST_INNER
+#ifdef RP_MIN_INNER
             // A vote costs a fifth of a step.
             if (!(w->current & RP_REF_LEAF)) RP_STEP(w, stack);
 #endif
@@ -281,7 +281,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #endif
             RP_POP();
         }
-        if (w->current >= RP_REF_PORTAL && w->current < RP_REF_RETURN) RP_ENTER(g, w, stack, round);
+        if (w->current >= RP_REF_BLOCK_ENTRY && w->current < RP_REF_RETURN) RP_ENTER(g, w, stack, round);
     } while (RP_GOES_ON(w->current));
 #if defined(RP_RECORD) && RP_ANY_HIT
     if (w->hit) w->current = RP_REF_EXIT;

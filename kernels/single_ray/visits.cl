@@ -57,7 +57,7 @@ static inline bool rp_visit_add(const rp_visit_log* log, uint kind, uint block) 
 
 // Begins a pass of the ray in a slot; kind: that of its first event. False if the log is full: then the ray must be left as it is, for the
 // next round. If it had waited for a block, which may be gone by then, it wants that again.
-static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* wants,
+static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* requests,
                                   const rp_paths* paths, uint slot, uint begin_kind, uint resume_kind) {
     const uint status = rp_status_of(paths, slot);
     const rp_path_sample sample_id = rp_sample_of(paths, slot, status);
@@ -70,7 +70,7 @@ static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volat
     log->on = rp_path_hash(log->pixel, log->sample) <= words[RP_VISIT_THRESHOLD];
     log->head = log->on ? rp_visit_reserve(log) : 0u;
     if (log->head != RP_NONE) return true;
-    if (resumed) atomic_inc(wants + rp_portal_block(g, rp_portal_of(paths, slot)));
+    if (resumed) atomic_inc(requests + rp_block_entry_block(g, rp_block_entry_of(paths, slot)));
     return false;
 }
 
@@ -98,12 +98,12 @@ static bool rp_visit_candidates(const rp_visit_log* log, const rp_geometry* g, c
     uint depth = 0u, current = g->top_grid.root, last = RP_NONE;
     stack[depth++] = RP_REF_EXIT;
     while (current != RP_REF_EXIT) {
-        if (current >= RP_REF_PORTAL && (current & ~RP_REF_PORTAL) >= g->top_grid.portal_count) {
+        if (current >= RP_REF_BLOCK_ENTRY && (current & ~RP_REF_BLOCK_ENTRY) >= g->top_grid.block_entry_count) {
             current = rp_beneath_block(g, current);
             continue;
         }
         if (current & RP_REF_LEAF) {
-            const uint block = g->portals[2u * (current & ~RP_REF_PORTAL)].w;
+            const uint block = g->block_entries[2u * (current & ~RP_REF_BLOCK_ENTRY)].w;
             if (block != last && !rp_visit_add(log, RP_VISIT_ENTER, block)) return false;
             last = block;
             current = stack[--depth];

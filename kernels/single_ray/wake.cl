@@ -1,5 +1,5 @@
 // First stage of a round, beside rays traced one by one, as on GPUs: sorts all slots by what they can do now. Rays whose block is resident go into
-// the queue, rays whose block is absent stay where they are (the block's wants counted them when they stopped), free slots are listed for new
+// the queue, rays whose block is absent stay where they are (the block's requests counted them when they stopped), free slots are listed for new
 // camera paths.
 #include "common/bits.cl"
 #include "common/path_state.cl"

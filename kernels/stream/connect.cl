@@ -31,7 +31,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
     rp_prepare_stream(s);
     for (ulong resumed = rp_resumed_rays(c->status) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
         const uint r = rp_lowest(resumed);
-        rp_resume_ray(s, r, g->portals, rp_portal_of(paths, c->slot[r]));
+        rp_resume_ray(s, r, g->block_entries, rp_block_entry_of(paths, c->slot[r]));
     }
 }
 
@@ -39,14 +39,14 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
 static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint block_count,
                                         volatile __global uint* demand, const rp_paths* paths, __global uint* film, rp_chains* chains) {
     const bool occluded = !(s->active >> r & 1ul);
-    const uint portal = occluded ? RP_NONE : rp_waits_at(s, r);
-    if (portal == RP_NONE) {
+    const uint block_entry = occluded ? RP_NONE : rp_waits_at(s, r);
+    if (block_entry == RP_NONE) {
         const rp_path_end end = rp_finish_shadow(paths, c->slot[r], c->status[r], occluded);
         if (end.ended) rp_film_add(film, end.pixel, end.radiance);
         return false;
     }
-    rp_set_portal(paths, c->slot[r], portal);
-    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_portal_block(g, portal), rp_shadow_waits(c->status[r]), demand, block_count);
+    rp_set_block_entry(paths, c->slot[r], block_entry);
+    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_block_entry_block(g, block_entry), rp_shadow_waits(c->status[r]), demand, block_count);
     return true;
 }
 

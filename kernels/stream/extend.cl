@@ -11,7 +11,7 @@
 // What is known of the rays of a stream beside their paths through space.
 typedef struct rp_extend_rays {
     uint first, count;  // in the queue
-    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], portal[RP_STREAM_RAYS], status[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
+    uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], block_entry[RP_STREAM_RAYS], status[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
 } rp_extend_rays;
 
 static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_extend_rays* e,
@@ -30,13 +30,13 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* p
         rp_set_stream_rays(s, i, rays.origin, rays.direction, rays.t, rays.primitive);
         vstore8(rays.density, i, e->density);
         vstore8(rays.sample, i, e->sample);
-        vstore8(rays.portal, i, e->portal);
+        vstore8(rays.block_entry, i, e->block_entry);
     }
     s->active = count < RP_STREAM_RAYS ? (1ul << count) - 1ul : ~0ul;
     rp_prepare_stream(s);
     for (ulong resumed = rp_resumed_rays(e->status) & s->active; resumed != 0ul; resumed &= resumed - 1ul) {
         const uint r = rp_lowest(resumed);
-        rp_resume_ray(s, r, g->portals, e->portal[r]);
+        rp_resume_ray(s, r, g->block_entries, e->block_entry[r]);
     }
 }
 
@@ -48,9 +48,9 @@ typedef struct rp_extend_counts {
 
 // row: if it has a hit, what its planes are to say of it (rp_lay_out_hits8).
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
-                                       uint portal, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
+                                       uint block_entry, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
                                        rp_chains* chains, rp_extend_counts* counts) {
-    const uint slot = e->slot[r], status = e->status[r], waited_at = e->portal[r];
+    const uint slot = e->slot[r], status = e->status[r], waited_at = e->block_entry[r];
     const float t = RP_OF_RAY(s->t, r);
     const bool has_hit = rp_hit_in_launch(s, r);
     uint offset_exponent = rp_offset_exponent_of(status), last_block = rp_kept_last_block(status);
@@ -61,19 +61,20 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
         last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
     }
-    const uint kept = rp_store_stream_extension(paths, slot, status, has_hit, t, portal, row);
+    const uint kept = rp_store_stream_extension(paths, slot, status, has_hit, t, block_entry, row);
     if (waited_at != RP_NONE) {
         counts->served++;
-        if (!has_hit || rp_hit_leaf(s, r)->block != rp_portal_block(g, waited_at)) counts->no_hit++;
+        if (!has_hit || rp_hit_leaf(s, r)->block != rp_block_entry_block(g, waited_at)) counts->no_hit++;
     }
-    if (portal == RP_NONE) {
+    if (block_entry == RP_NONE) {
         rp_finish_stream_extension(paths, slot, offset_exponent, kept, last_block);
 #ifdef RP_COUNT_BOUNCES
         if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
         counts->waiting++;
-        rp_wait_for_block_in_chain(chains, paths, slot, rp_portal_block(g, portal), rp_extension_waits(offset_exponent, kept), demand, block_count);
+        rp_wait_for_block_in_chain(chains, paths, slot, rp_block_entry_block(g, block_entry), rp_extension_waits(offset_exponent, kept), demand,
+                                   block_count);
     }
 }
 
@@ -85,8 +86,8 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
     rp_begin_chains(&chains, e->first / RP_STREAM_RAYS, false);
     for (uint first = 0u; first < e->count; first += 8u) {
         const uint i = first / 8u;
-        uint portal[8];
-        for (uint k = 0u; k < 8u; k++) portal[k] = rp_waits_at(s, first + k);
+        uint block_entry[8];
+        for (uint k = 0u; k < 8u; k++) block_entry[k] = rp_waits_at(s, first + k);
         // Where there is no hit, nothing of this is used.
         const rp_hits8 hits = {
             {as_uint8(vload8(i, surfaces.position[0])), as_uint8(vload8(i, surfaces.position[1])), as_uint8(vload8(i, surfaces.position[2]))},
@@ -94,13 +95,13 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
             vload8(i, surfaces.geometric_normal),
             vload8(i, surfaces.shading_normal),
             as_uint8(vload8(i, (const float*)s->t)),
-            vload8(0, portal),
+            vload8(0, block_entry),
             vload8(i, e->density),
             vload8(i, e->sample)};
         uint8 rows[8];
         rp_lay_out_hits8(&hits, vload8(i, e->status), rows);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
-            rp_store_extend_ray(g, s, e, &surfaces, first + k, portal[k], rows[k], block_count, demand, paths, &chains, counts);
+            rp_store_extend_ray(g, s, e, &surfaces, first + k, block_entry[k], rows[k], block_count, demand, paths, &chains, counts);
     }
     rp_end_chains(&chains, paths, demand, block_count);
 }
@@ -131,8 +132,8 @@ static RP_NOINLINE void rp_extend_streams(const rp_geometry* g, rp_share share, 
             rp_begin_walk(&walks[w], wide_top);
         }
     }
-    rp_count_add(counters + RP_COUNT_WANTS_SERVED, counts.served);
-    rp_count_add(counters + RP_COUNT_WANTS_NO_HIT, counts.no_hit);
+    rp_count_add(counters + RP_COUNT_REQUESTS_SERVED, counts.served);
+    rp_count_add(counters + RP_COUNT_REQUESTS_NO_HIT, counts.no_hit);
     if (counts.waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, counts.waiting);
 }
 

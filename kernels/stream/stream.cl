@@ -39,13 +39,13 @@ typedef struct rp_stream {
     uchar packet_axis[RP_PACKETS], packet_signs[RP_PACKETS];  // of all rays of the packet, or RP_MIXED
     // Of all rays: signs or RP_MIXED, and bounds of origins and reciprocals.
     uint signs;
-    float least_origin[3], greatest_origin[3], least_inverse[3], greatest_inverse[3];
+    float min_origin[3], greatest_origin[3], min_inverse[3], greatest_inverse[3];
     ulong active;   // rays that are still to be traced
-    ulong resumed;  // rays that had waited at a portal: they go on from there
+    ulong resumed;  // rays that had waited at a block entry: they go on from there
     ulong stopped;  // rays that met an absent block
-    // Places in a ray's order of visits: the distance at which it enters a portal's bounds, and the portal. See stream/traverse.cl.
+    // Places in a ray's order of visits: the distance at which it enters a block entry's bounds, and the block entry. See stream/traverse.cl.
     float16 from[RP_PACKETS], wait[RP_PACKETS];
-    uint16 from_portal[RP_PACKETS], wait_portal[RP_PACKETS];
+    uint16 from_block_entry[RP_PACKETS], wait_block_entry[RP_PACKETS];
 } rp_stream;
 
 #define RP_OF_RAY(packets, r) (((const float*)(packets))[r])
@@ -88,9 +88,9 @@ static inline void rp_prepare_stream(rp_stream* s) {
         s->packet_axis[p] = rp_common(s->axis[p]);
         s->hit_low[p] = s->hit_high[p] = (uint16)(0u);
         s->from[p] = (float16)(0.0f);
-        s->from_portal[p] = (uint16)(0u);
+        s->from_block_entry[p] = (uint16)(0u);
         s->wait[p] = (float16)(INFINITY);
-        s->wait_portal[p] = (uint16)(RP_NONE);
+        s->wait_block_entry[p] = (uint16)(RP_NONE);
     }
     s->stopped = s->resumed = 0ul;
     s->signs = s->packet_signs[0];
@@ -100,9 +100,9 @@ static inline void rp_prepare_stream(rp_stream* s) {
     for (uint a = 0u; a < 3u; a++) {
         const float16* o = s->origin[a];
         const float16* i = s->inverse[a];
-        s->least_origin[a] = rp_least16(rp_min(rp_min(o[0], o[1]), rp_min(o[2], o[3])));
+        s->min_origin[a] = rp_least16(rp_min(rp_min(o[0], o[1]), rp_min(o[2], o[3])));
         s->greatest_origin[a] = rp_greatest16(rp_max(rp_max(o[0], o[1]), rp_max(o[2], o[3])));
-        s->least_inverse[a] = rp_least16(rp_min(rp_min(i[0], i[1]), rp_min(i[2], i[3])));
+        s->min_inverse[a] = rp_least16(rp_min(rp_min(i[0], i[1]), rp_min(i[2], i[3])));
         s->greatest_inverse[a] = rp_greatest16(rp_max(rp_max(i[0], i[1]), rp_max(i[2], i[3])));
     }
 }

@@ -1,10 +1,10 @@
 // A stream of rays through the wide top tree and the resident blocks.
 //
 // Order and progress. Hits do not depend on the order of visits (primitive.cl), so a stream visits what its rays meet in whatever order
-// suits them together. Waiting has an order, by ray: portals as the ray enters their bounds, equal ones by number. A ray waits at the
-// first absent portal in this order. What comes before it has been tested then, in this launch or in one before; what comes after it is
-// left for later. So a ray that goes on begins at the portal it had waited at, waits at each portal at most once, and always moves
-// forward, however blocks come and go. Distances of portals are computed anew, to the same bits, whenever they are asked for.
+// suits them together. Waiting has an order, by ray: block entries as the ray enters their bounds, equal ones by number. A ray waits at the
+// first absent block entry in this order. What comes before it has been tested then, in this launch or in one before; what comes after it is
+// left for later. So a ray that goes on begins at the block entry it had waited at, waits at each block entry at most once, and always moves
+// forward, however blocks come and go. Distances of block entries are computed anew, to the same bits, whenever they are asked for.
 // Shadow rays do the same: to try all resident blocks first saved neither time nor loads (bench/journal/cpu-paging.md).
 #ifndef RP_STREAM_TRAVERSE_CL
 #define RP_STREAM_TRAVERSE_CL
@@ -102,9 +102,9 @@ static inline ulong rp_not_behind_hit(const rp_stream* s, ulong rays, float entr
     return rays & left;
 }
 
-// Where the rays of a packet enter a portal's bounds. Returns those that meet them, before their closest hit. The arithmetic is that of
+// Where the rays of a packet enter a block entry's bounds. Returns those that meet them, before their closest hit. The arithmetic is that of
 // rp_packet_meets: bounds inside others are never entered before them.
-static inline uint rp_enter_portal(const rp_stream* s, uint p, uint4 lower, uint4 upper, float16* entry) {
+static inline uint rp_enter_block_entry(const rp_stream* s, uint p, uint4 lower, uint4 upper, float16* entry) {
     float16 enter = (float16)(0.0f), leave = s->t[p];
     for (uint a = 0u; a < 3u; a++) {
         const float16 low = (float16)(as_float(a == 0u ? lower.x : a == 1u ? lower.y : lower.z));
@@ -119,52 +119,52 @@ static inline uint rp_enter_portal(const rp_stream* s, uint p, uint4 lower, uint
     return rp_mask16(enter <= leave * RP_BOX_WIDEN);
 }
 
-// Of the rays of a packet, those that meet the portal, and not before the place they begin at; and where they enter it.
-static inline uint rp_ahead(const rp_stream* s, uint p, ulong rays, const __global uint4* portals, uint portal, float16* entry) {
+// Of the rays of a packet, those that meet the block entry, and not before the place they begin at; and where they enter it.
+static inline uint rp_ahead(const rp_stream* s, uint p, ulong rays, const __global uint4* block_entries, uint block_entry, float16* entry) {
     const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
     if (lanes == 0u) return 0u;
-    const uint meets = lanes & rp_enter_portal(s, p, portals[2u * portal], portals[2u * portal + 1u], entry);
-    return meets & rp_mask16((*entry > s->from[p]) | ((*entry == s->from[p]) & ((uint16)(portal) >= s->from_portal[p])));
+    const uint meets = lanes & rp_enter_block_entry(s, p, block_entries[2u * block_entry], block_entries[2u * block_entry + 1u], entry);
+    return meets & rp_mask16((*entry > s->from[p]) | ((*entry == s->from[p]) & ((uint16)(block_entry) >= s->from_block_entry[p])));
 }
 
-// The same of all rays; the portal is behind the others.
-static inline ulong rp_still_before(const rp_stream* s, ulong rays, const __global uint4* portals, uint portal) {
+// The same of all rays; the block entry is behind the others.
+static inline ulong rp_still_before(const rp_stream* s, ulong rays, const __global uint4* block_entries, uint block_entry) {
     ulong ahead = 0ul;
     float16 entry;
-    for (uint p = 0u; p < RP_PACKETS; p++) ahead |= (ulong)rp_ahead(s, p, rays, portals, portal, &entry) << (RP_PACKET_RAYS * p);
+    for (uint p = 0u; p < RP_PACKETS; p++) ahead |= (ulong)rp_ahead(s, p, rays, block_entries, block_entry, &entry) << (RP_PACKET_RAYS * p);
     return ahead;
 }
 
-// The portal of an absent block: rays for which it is the first one so far will wait there.
-static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4* portals, uint portal) {
-    const uint16 number = (uint16)(portal);
+// The block entry of an absent block: rays for which it is the first one so far will wait there.
+static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4* block_entries, uint block_entry) {
+    const uint16 number = (uint16)(block_entry);
     for (uint p = 0u; p < RP_PACKETS; p++) {
         float16 entry;
-        uint first = rp_ahead(s, p, rays, portals, portal, &entry);
+        uint first = rp_ahead(s, p, rays, block_entries, block_entry, &entry);
         if (first == 0u) continue;
-        first &= rp_mask16((entry < s->wait[p]) | ((entry == s->wait[p]) & (number < s->wait_portal[p])));
+        first &= rp_mask16((entry < s->wait[p]) | ((entry == s->wait[p]) & (number < s->wait_block_entry[p])));
         const int16 better = rp_lanes16(first);
         s->wait[p] = better ? entry : s->wait[p];
-        s->wait_portal[p] = better ? number : s->wait_portal[p];
+        s->wait_block_entry[p] = better ? number : s->wait_block_entry[p];
         s->stopped |= (ulong)first << (RP_PACKET_RAYS * p);
     }
 }
 
-// The ray goes on from a portal at which it had waited.
-static inline void rp_resume_ray(rp_stream* s, uint r, const __global uint4* portals, uint portal) {
+// The ray goes on from a block entry at which it had waited.
+static inline void rp_resume_ray(rp_stream* s, uint r, const __global uint4* block_entries, uint block_entry) {
     float16 entry;
     float entries[RP_PACKET_RAYS];
-    rp_enter_portal(s, r / RP_PACKET_RAYS, portals[2u * portal], portals[2u * portal + 1u], &entry);
+    rp_enter_block_entry(s, r / RP_PACKET_RAYS, block_entries[2u * block_entry], block_entries[2u * block_entry + 1u], &entry);
     vstore16(entry, 0, entries);
     RP_SET_OF_RAY(s->from, r, entries[r % RP_PACKET_RAYS]);
-    ((uint*)s->from_portal)[r] = portal;
+    ((uint*)s->from_block_entry)[r] = block_entry;
     s->resumed |= 1ul << r;
 }
 
-// Where the ray has to wait: at an absent portal that it enters before its closest hit; RP_NONE: nowhere.
+// Where the ray has to wait: at an absent block entry that it enters before its closest hit; RP_NONE: nowhere.
 static inline uint rp_waits_at(const rp_stream* s, uint r) {
     if (!(s->stopped >> r & 1ul) || RP_OF_RAY(s->wait, r) > RP_OF_RAY(s->t, r) * RP_BOX_WIDEN) return RP_NONE;
-    return ((const uint*)s->wait_portal)[r];
+    return ((const uint*)s->wait_block_entry)[r];
 }
 
 // A stream on its way through the scene.
@@ -209,7 +209,7 @@ static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
 }
 
 // How far the rays have to be traced: in a block that is entered to their closest hit, in the top tree to where they will wait. (Where they
-// begin holds for both: what lies in a portal's bounds is not entered before them.)
+// begin holds for both: what lies in a block entry's bounds is not entered before them.)
 static inline const float16* rp_until(rp_walk* walk) {
     const rp_stream* s = &walk->stream;
     if (s->stopped == 0ul || !rp_in_top(walk)) return s->t;
@@ -241,13 +241,13 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
     } else {
         const __global rp_wide_leaf* content = (const __global rp_wide_leaf*)walk->record;
         const uint kind = content->kind;
-        if (kind == RP_WIDE_PORTAL) {
+        if (kind == RP_WIDE_BLOCK_ENTRY) {
             const uint4 page = g->pages[content->block];
-            const uint root = ((const __global uint*)(content + 1))[0], portal = ((const __global uint*)(content + 1))[1];
+            const uint root = ((const __global uint*)(content + 1))[0], block_entry = ((const __global uint*)(content + 1))[1];
             if (page.x == RP_NONE) {
-                rp_meet_absent(s, rays, g->portals, portal);
+                rp_meet_absent(s, rays, g->block_entries, block_entry);
             } else {
-                if ((rays & s->resumed) != 0ul) rays = rp_still_before(s, rays, g->portals, portal);
+                if ((rays & s->resumed) != 0ul) rays = rp_still_before(s, rays, g->block_entries, block_entry);
                 if (rays != 0ul) {
                     rp_note_entry(g, (float2)(RP_OF_RAY(s->origin[0], 0), RP_OF_RAY(s->origin[1], 0)),
                                   (float2)(RP_OF_RAY(s->inverse[0], 0), RP_OF_RAY(s->inverse[1], 0)), (uint)popcount(rays), content->block, round);

@@ -31,10 +31,10 @@ static inline void rp_end_chain(rp_chains* chains, uint k, const rp_paths* paths
     if (chains->count[k] == 0u) return;
     const uint block = chains->block[k];
     rp_set_wait_word(paths, chains->tail[k], atomic_xchg(rp_lists_of(demand, block_count, block) + chains->list, chains->head[k]));
-    atomic_add(demand + RP_DEMAND_WANTS * block_count + block, chains->count[k]);
+    atomic_add(demand + RP_DEMAND_REQUESTS * block_count + block, chains->count[k]);
 }
 
-// Before this, rays that were put into chains are in no list, and nothing wants their blocks.
+// Before this, rays that were put into chains are in no list, and nobody requests their blocks.
 static inline void rp_end_chains(rp_chains* chains, const rp_paths* paths, volatile __global uint* demand, uint block_count) {
     for (uint k = 0u; k < RP_CHAINS; k++) rp_end_chain(chains, k, paths, demand, block_count);
 }

@@ -50,14 +50,14 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
 #ifdef RP_COUNT_BOUNCES
     for (uint block = item; block < block_count; block += items) demand[RP_DEMAND_BOUNCES * block_count + block] = 0u;
 #endif
-    uint names[RP_MOST_NAMED], woken = 0u;
+    uint names[RP_MAX_NAMED], woken = 0u;
     vstore16(new_blocks, 0, names);
     const uint count = named != RP_NONE ? named : block_count, parts = clamp(items / max(count, 1u), 1u, 2u * RP_LISTS);
     for (uint i = item; i < count * parts; i += items) {
         const uint block = named != RP_NONE ? names[i / parts] : i / parts;
         if (named == RP_NONE && pages[block].address == RP_NONE) continue;
         const uint here = rp_wake_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, &paths, awake);
-        if (here != 0u) atomic_sub(demand + RP_DEMAND_WANTS * block_count + block, here);
+        if (here != 0u) atomic_sub(demand + RP_DEMAND_REQUESTS * block_count + block, here);
         woken += here;
     }
     if (woken != 0u) atomic_sub(counters + RP_COUNT_IN_LISTS, woken);

@@ -48,9 +48,9 @@ static inline uint rp_possible_children(const rp_stream* s, const rp_planes* pla
     for (uint a = 0u; a < 3u; a++) {
         const bool negative = (s->signs >> a & 1u) != 0u;
         const float8 lower = vload8(a, planes->at), upper = vload8(a + RP_ROW_UPPER, planes->at);
-        const float8 near = (negative ? upper : lower) - (negative ? s->least_origin[a] : s->greatest_origin[a]);
-        const float8 far = (negative ? lower : upper) - (negative ? s->greatest_origin[a] : s->least_origin[a]);
-        const float least = s->least_inverse[a], greatest = s->greatest_inverse[a];
+        const float8 near = (negative ? upper : lower) - (negative ? s->min_origin[a] : s->greatest_origin[a]);
+        const float8 far = (negative ? lower : upper) - (negative ? s->greatest_origin[a] : s->min_origin[a]);
+        const float least = s->min_inverse[a], greatest = s->greatest_inverse[a];
         enter = rp_max(enter, rp_min(near * least, near * greatest));
         leave = rp_min(leave, rp_max(far * least, far * greatest));
     }

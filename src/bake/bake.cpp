@@ -25,23 +25,23 @@
 namespace raypager {
 namespace {
 
-constexpr uint64_t least_block_bytes = 16 << 10, least_automatic = uint64_t{128} << 10, largest_automatic = uint64_t{4} << 20;
+constexpr uint64_t min_block_bytes = 16 << 10, min_automatic = uint64_t{128} << 10, largest_automatic = uint64_t{4} << 20;
 
 // About a thousand blocks a scene page best: smaller ones are chosen more exactly, larger ones cost less a byte to move. Below 128 KiB a
 // transfer costs more than its bytes; above 4 MiB nothing is gained.
 uint64_t automatic_block_bytes(uint64_t scene_bytes, uint64_t host_limit) {
-    return std::min(std::clamp(std::bit_ceil(scene_bytes / 1024), least_automatic, largest_automatic), BakeMemory::largest_block(host_limit));
+    return std::min(std::clamp(std::bit_ceil(scene_bytes / 1024), min_automatic, largest_automatic), BakeMemory::largest_block(host_limit));
 }
 
 Status check_options(const BakeOptions& options) {
-    if (options.block_bytes != 0 && (options.block_bytes < least_block_bytes || options.block_bytes > RP_MAX_BLOCK_BYTES))
-        return Status::usage(fmt::format("block size {}: must be from {} to {}", format_bytes(options.block_bytes), format_bytes(least_block_bytes),
+    if (options.block_bytes != 0 && (options.block_bytes < min_block_bytes || options.block_bytes > RP_MAX_BLOCK_BYTES))
+        return Status::usage(fmt::format("block size {}: must be from {} to {}", format_bytes(options.block_bytes), format_bytes(min_block_bytes),
                                          format_bytes(RP_MAX_BLOCK_BYTES)));
-    if (options.sub_boxes < 1 || options.sub_boxes > RP_MAX_SUB_BOXES)
-        return Status::usage(fmt::format("{} sub-boxes per block: must be from 1 to {}", options.sub_boxes, RP_MAX_SUB_BOXES));
-    if (options.position_error != 0 && !(options.position_error >= least_position_error && options.position_error <= largest_position_error))
+    if (options.block_entries < 1 || options.block_entries > RP_MAX_BLOCK_ENTRIES)
+        return Status::usage(fmt::format("{} sub-boxes per block: must be from 1 to {}", options.block_entries, RP_MAX_BLOCK_ENTRIES));
+    if (options.position_error != 0 && !(options.position_error >= min_position_error && options.position_error <= largest_position_error))
         return Status::usage(
-            fmt::format("position error {}: must be from {} to {}", options.position_error, least_position_error, largest_position_error));
+            fmt::format("position error {}: must be from {} to {}", options.position_error, min_position_error, largest_position_error));
     return {};
 }
 
@@ -77,7 +77,7 @@ public:
         RAYPAGER_TRY(validate(scene_));
         const auto fingerprint = bake_fingerprint(scene_, options_);
         if (!fingerprint) return fingerprint.status();
-        const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : least_automatic);
+        const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : min_automatic);
         if (!memory) return memory.status();
         const Result<BlockSink*> sink = open();
         if (!sink) return sink.status();
@@ -92,13 +92,13 @@ public:
         BakedScene baked = describe(scene_, *gathered);
         baked.fingerprint = *fingerprint;
         baked.position_cell = cell();
-        std::vector<PortalBox> portal_boxes;
-        RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, **sink, baked, portal_boxes, summary.buckets)
-                                       : build_in_memory(gathered->world, **sink, baked, portal_boxes));
-        TopTree top = build_top_tree(portal_boxes);
+        std::vector<BlockEntryBox> block_entry_boxes;
+        RAYPAGER_TRY(gathered->spilled ? build_from_disk(*gathered, **sink, baked, block_entry_boxes, summary.buckets)
+                                       : build_in_memory(gathered->world, **sink, baked, block_entry_boxes));
+        TopTree top = build_top_tree(block_entry_boxes);
         baked.top_grid = top.grid;
         baked.top_nodes = std::move(top.nodes);
-        baked.portal_paths = std::move(top.paths);
+        baked.block_entry_paths = std::move(top.paths);
         RAYPAGER_TRY((*sink)->finish(baked));
 
         if (gathered->spilled && limit_.reduced()) {
@@ -123,7 +123,7 @@ private:
         if (options_.progress) options_.progress(stage, fraction);
     }
 
-    BlockBuilding building(const BakeMemory& memory) const { return {options_.block_bytes, options_.sub_boxes, memory.builders, options_.stop}; }
+    BlockBuilding building(const BakeMemory& memory) const { return {options_.block_bytes, options_.block_entries, memory.builders, options_.stop}; }
 
     // Chooses the size of blocks where that is left to us, and with it how many are made at a time.
     Result<BakeMemory> settle_block_size(uint64_t scene_bytes) {
@@ -131,7 +131,7 @@ private:
         return BakeMemory::plan(options_.host_limit, options_.block_bytes);
     }
 
-    Status build_in_memory(const World& world, BlockSink& sink, BakedScene& baked, std::vector<PortalBox>& portal_boxes) {
+    Status build_in_memory(const World& world, BlockSink& sink, BakedScene& baked, std::vector<BlockEntryBox>& block_entry_boxes) {
         report("cut", 0);
         const Weigher weigher(world, Weigher::Sharing::by_index);
         WorldCut cut(world, weigher);
@@ -141,12 +141,12 @@ private:
         report("cut", 1);
         BlockBuilder builder(building(*memory), sink, baked);
         RAYPAGER_TRY(builder.build(world, weigher, parts, [this](double fraction) { report("build", fraction); }));
-        portal_boxes = builder.portal_boxes();
+        block_entry_boxes = builder.block_entry_boxes();
         return {};
     }
 
     // Splits what is too large until it fits into memory, depth first: the blocks come in the order of the cuts.
-    Status build_from_disk(Gathered& gathered, BlockSink& sink, BakedScene& baked, std::vector<PortalBox>& portal_boxes, uint64_t& buckets) {
+    Status build_from_disk(Gathered& gathered, BlockSink& sink, BakedScene& baked, std::vector<BlockEntryBox>& block_entry_boxes, uint64_t& buckets) {
         const auto memory = settle_block_size(gathered.weight);
         if (!memory) return memory.status();
         const DistributeSettings settings = {*memory, beside_, options_.stop, [this](double fraction) { report("distribute", fraction); }};
@@ -171,7 +171,7 @@ private:
             built += count;
             buckets++;
         }
-        portal_boxes = builder.portal_boxes();
+        block_entry_boxes = builder.block_entry_boxes();
         return {};
     }
 

@@ -106,15 +106,15 @@ Status BlockBuilder::append(PackedBlock& block) {
     std::copy_n(block.bounds.upper, 3, record.upper);
     RAYPAGER_TRY(sink_.append(block.bytes, record));
     baked_.blocks.push_back(record);
-    for (const PackedPortal& packed : block.portals) {
-        rp_portal portal = {};
-        std::copy_n(header.origin, 3, portal.origin);
-        std::copy_n(header.cell, 3, portal.cell);
-        portal.block = header.block_index;
-        portal.root = packed.root;
-        baked_.portals.push_back(portal);
+    for (const PackedBlockEntry& packed : block.block_entries) {
+        rp_block_entry block_entry = {};
+        std::copy_n(header.origin, 3, block_entry.origin);
+        std::copy_n(header.cell, 3, block_entry.cell);
+        block_entry.block = header.block_index;
+        block_entry.root = packed.root;
+        baked_.block_entries.push_back(block_entry);
         baked_.wide_roots.push_back(packed.wide_root);
-        portal_boxes_.push_back({packed.box, packed.depth});
+        block_entry_boxes_.push_back({packed.box, packed.depth});
     }
     return {};
 }

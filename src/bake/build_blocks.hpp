@@ -26,8 +26,8 @@ public:
     BlockBuilder(const BlockBuilding& settings, BlockSink& sink, BakedScene& baked) : settings_(settings), sink_(sink), baked_(baked) {}
     // Builds a block of each part, or several where its bytes were underestimated, and appends them in order.
     Status build(const World& world, const Weigher& weigher, const WorldParts& parts, const std::function<void(double)>& progress);
-    // Of all portals so far.
-    const std::vector<PortalBox>& portal_boxes() const { return portal_boxes_; }
+    // Of all block entries so far.
+    const std::vector<BlockEntryBox>& block_entry_boxes() const { return block_entry_boxes_; }
 
 private:
     class Run;
@@ -36,7 +36,7 @@ private:
     const BlockBuilding settings_;
     BlockSink& sink_;
     BakedScene& baked_;
-    std::vector<PortalBox> portal_boxes_;
+    std::vector<BlockEntryBox> block_entry_boxes_;
 };
 
 }  // namespace raypager

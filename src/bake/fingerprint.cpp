@@ -107,7 +107,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     Fingerprint f;
     f.add(baker_version);
     f.add(options.block_bytes);
-    f.add(options.sub_boxes);
+    f.add(options.block_entries);
     f.add(options.position_error);
     add_points(f, options.points);
     // Only then do blocks depend on who looks at them.

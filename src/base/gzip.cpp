@@ -16,8 +16,8 @@ namespace {
 constexpr size_t packed_at_once = size_t{256} << 10, unpacked_at_once = size_t{1} << 20;
 
 // What is kept of files that are not open at the moment: few of them, since each takes a descriptor, and little disk.
-constexpr size_t most_kept = 32;
-constexpr uint64_t most_kept_bytes = uint64_t{4} << 30;
+constexpr size_t max_kept = 32;
+constexpr uint64_t max_kept_bytes = uint64_t{4} << 30;
 
 class Unpacker {
 public:
@@ -151,7 +151,7 @@ private:
         }
         uint64_t bytes = 0;
         size_t count = 0;
-        std::erase_if(entries_, [&](const auto& entry) { return count++ > 0 && (count > most_kept || (bytes += entry->bytes) > most_kept_bytes); });
+        std::erase_if(entries_, [&](const auto& entry) { return count++ > 0 && (count > max_kept || (bytes += entry->bytes) > max_kept_bytes); });
         return entries_.front();
     }
 

@@ -54,7 +54,7 @@ public:
             if (load_[block] > 0) touched_ += bytes_[block];
     }
 
-    double least_bytes(double left_out) {
+    double min_bytes(double left_out) {
         if (left_out <= 0) return touched_;
         constexpr int steps = 6;
         double best = bound(left_out);
@@ -138,17 +138,17 @@ uint64_t furthest_next_use_bytes(const ServiceOrder& service, const std::vector<
     return moved;
 }
 
-uint64_t least_bytes(const DemandTrace& trace, uint32_t slots, uint64_t pool_bytes) {
+uint64_t min_bytes(const DemandTrace& trace, uint32_t slots, uint64_t pool_bytes) {
     const Needs needs = find_needs(trace);
     const size_t paths = needs.path_count();
-    double best = Window(needs, trace.block_bytes, 0, paths).least_bytes(0);  // each block at least once
+    double best = Window(needs, trace.block_bytes, 0, paths).min_bytes(0);  // each block at least once
     for (const double length : {1.5, 2.0, 3.0, 4.0, 8.0, 16.0}) {
         const auto window = static_cast<size_t>(std::ceil(length * slots));
         if (window >= paths) break;
         double sum = 0;
         for (size_t first = 0; first < paths; first += window) {
             const size_t last = std::min(paths, first + window);
-            const double bytes = Window(needs, trace.block_bytes, first, last).least_bytes(last < paths ? slots : 0.0);
+            const double bytes = Window(needs, trace.block_bytes, first, last).min_bytes(last < paths ? slots : 0.0);
             sum += std::max(0.0, first == 0 ? bytes : bytes - static_cast<double>(pool_bytes));
         }
         best = std::max(best, sum);

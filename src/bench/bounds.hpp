@@ -26,6 +26,6 @@ uint64_t furthest_next_use_bytes(const ServiceOrder& service, const std::vector<
 // a good one. The best of several window lengths counts.
 //
 // Exact for traces of all paths; for a share of them it is the bound of a render of that share with its share of the slots.
-uint64_t least_bytes(const DemandTrace& trace, uint32_t slots, uint64_t pool_bytes);
+uint64_t min_bytes(const DemandTrace& trace, uint32_t slots, uint64_t pool_bytes);
 
 }  // namespace raypager::bench

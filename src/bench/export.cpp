@@ -16,7 +16,7 @@ namespace {
 constexpr double degrees = 180 / 3.14159265358979323846;
 constexpr uint64_t most_mesh_triangles = 1'400'000'000;  // three vertices each, numbered in 32 bits
 // Each is an object of Mitsuba's own; it takes kilobytes for one.
-constexpr uint64_t most_spheres = 200'000;
+constexpr uint64_t max_spheres = 200'000;
 constexpr uint32_t roulette_depth = 2;  // as in kernels/shading/scatter.cl; for Mitsuba, too, the best of 2, 3 and 5
 
 std::string rgb(const char* name, float r, float g, float b) { return fmt::format("<rgb name=\"{}\" value=\"{} {} {}\"/>", name, r, g, b); }
@@ -203,7 +203,7 @@ private:
             summary_.triangles += group.triangles;
             summary_.spheres += group.spheres;
         }
-        if (summary_.spheres > most_spheres) return bad(fmt::format("has {} spheres; at most {} can be exported", summary_.spheres, most_spheres));
+        if (summary_.spheres > max_spheres) return bad(fmt::format("has {} spheres; at most {} can be exported", summary_.spheres, max_spheres));
         return {};
     }
 

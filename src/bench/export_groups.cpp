@@ -35,9 +35,9 @@ uint32_t Groups::of_primitive(uint32_t id) const {
 
 Status for_each_part(const BlockFile& file, const std::function<Status(const DecodedLeaf& primitives)>& take) {
     const auto& blocks = file.scene().blocks;
-    // The portals of a block share it out among them.
+    // The block entries of a block share it out among them.
     std::vector<std::vector<rp_u32>> roots(blocks.size());
-    for (const rp_portal& portal : file.scene().portals) roots[portal.block].push_back(portal.root);
+    for (const rp_block_entry& block_entry : file.scene().block_entries) roots[block_entry.block].push_back(block_entry.root);
     std::vector<std::byte> stored;
     for (uint32_t block = 0; block < blocks.size(); ++block) {
         stored.resize(blocks[block].stored_bytes);

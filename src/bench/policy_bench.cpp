@@ -66,7 +66,7 @@ std::vector<PolicyRow> bench_policies(const DemandTrace& trace, const PolicyBenc
         } else {
             const size_t pool = job - rows.size();
             const uint32_t slots = bench.slots ? slots_of_share(trace, bench.slots) : recorded_settings(trace).slots;
-            least[pool] = least_bytes(trace, slots, std::max<uint64_t>(bench.pools[pool], trace.largest_block()));
+            least[pool] = min_bytes(trace, slots, std::max<uint64_t>(bench.pools[pool], trace.largest_block()));
         }
         if (progress) progress(static_cast<double>(++done) / static_cast<double>(jobs));
     });

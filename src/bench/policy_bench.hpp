@@ -28,7 +28,7 @@ struct PolicyRow {
     uint64_t pool_bytes = 0;
     ReplayResult replay;       // without its service order
     uint64_t clairvoyant = 0;  // furthest_next_use_bytes of its order of service
-    uint64_t least = 0;        // least_bytes of the pool
+    uint64_t least = 0;        // min_bytes of the pool
 };
 
 // The recorded render again, by its own settings: how far the replay is from what the engine did.

@@ -124,7 +124,7 @@ private:
             }
         }
         // All rays that wait now, those that came to wait in this round included.
-        for (size_t block = 0; block < waiting_.size(); block++) demand(RP_DEMAND_WANTS)[block] = static_cast<uint32_t>(waiting_[block].size());
+        for (size_t block = 0; block < waiting_.size(); block++) demand(RP_DEMAND_REQUESTS)[block] = static_cast<uint32_t>(waiting_[block].size());
         result_.service.blocks.insert(result_.service.blocks.end(), used_.begin(), used_.end());
         result_.service.begin.push_back(result_.service.blocks.size());
         const auto work = static_cast<double>(result_.visits - counted_visits_);

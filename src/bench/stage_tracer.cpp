@@ -11,7 +11,7 @@
 
 namespace raypager::bench {
 Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, const std::string& device_name, uint64_t memory_limit,
-                                                         const ProfileChanges& tuning, Traversal traversal, uint64_t most_rays) {
+                                                         const ProfileChanges& tuning, Traversal traversal, uint64_t max_rays) {
     std::unique_ptr<StageTracer> tracer(new StageTracer);
     auto device = Device::open(device_name, memory_limit, tuning);
     if (!device) return device.status();
@@ -51,7 +51,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
         if (!kernel) return kernel.status();
         part.kernel = std::move(*kernel);
     }
-    RAYPAGER_TRY(tracer->make_slots(static_cast<uint32_t>(most_rays)));
+    RAYPAGER_TRY(tracer->make_slots(static_cast<uint32_t>(max_rays)));
     return tracer;
 }
 

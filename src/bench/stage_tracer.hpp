@@ -21,9 +21,9 @@ enum class RayPurpose { camera, bounce, shadow, surfaces };
 
 class StageTracer {
 public:
-    // device, memory_limit and tuning as in RenderOptions. most_rays: of one set.
+    // device, memory_limit and tuning as in RenderOptions. max_rays: of one set.
     static Result<std::unique_ptr<StageTracer>> create(const BlockFile& file, const std::string& device, uint64_t memory_limit,
-                                                       const ProfileChanges& tuning, Traversal traversal, uint64_t most_rays);
+                                                       const ProfileChanges& tuning, Traversal traversal, uint64_t max_rays);
     const Device& device() const { return *device_; }
     BlockForm form() const { return form_; }
 

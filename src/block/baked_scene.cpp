@@ -42,11 +42,12 @@ bool BakedScene::has_vertex_colors() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_VERTEX_COLOR; });
 }
 
-BlockPortals BakedScene::portals_of(uint32_t block) const {
-    const auto first = std::partition_point(portals.begin(), portals.end(), [block](const rp_portal& portal) { return portal.block < block; });
-    BlockPortals result;
-    for (size_t i = static_cast<size_t>(first - portals.begin()); i < portals.size() && portals[i].block == block; i++) {
-        result.roots.push_back(portals[i].root);
+BlockEntryRoots BakedScene::block_entries_of(uint32_t block) const {
+    const auto first = std::partition_point(block_entries.begin(), block_entries.end(),
+                                            [block](const rp_block_entry& block_entry) { return block_entry.block < block; });
+    BlockEntryRoots result;
+    for (size_t i = static_cast<size_t>(first - block_entries.begin()); i < block_entries.size() && block_entries[i].block == block; i++) {
+        result.roots.push_back(block_entries[i].root);
         result.wide_roots.push_back(wide_roots[i]);
     }
     return result;
@@ -66,8 +67,8 @@ uint64_t BakedScene::identity() const {
     hasher.add_all(ranges);
     hasher.add(top_grid);
     hasher.add_all(top_nodes);
-    hasher.add_all(portals);
-    hasher.add_all(portal_paths);
+    hasher.add_all(block_entries);
+    hasher.add_all(block_entry_paths);
     // Where a block lies in the file does not matter.
     for (const BlockRecord& block : blocks) {
         hasher.add(block.checksum);

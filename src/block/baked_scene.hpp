@@ -23,7 +23,7 @@ struct BlockRecord {
 };
 
 // Where rays enter a block, in either form of it.
-struct BlockPortals {
+struct BlockEntryRoots {
     std::vector<rp_u32> roots, wide_roots;
 };
 
@@ -38,9 +38,9 @@ struct BakedScene {
     float lower[3] = {}, upper[3] = {};      // bounds of all geometry but backdrops; zeros for an empty scene
     rp_top_grid top_grid = {};
     std::vector<rp_node> top_nodes;
-    std::vector<rp_portal> portals;
-    std::vector<uint64_t> portal_paths;  // see abi/block.h
-    std::vector<rp_u32> wide_roots;      // of the portals, in the wide form of their blocks (abi/wide.h)
+    std::vector<rp_block_entry> block_entries;
+    std::vector<uint64_t> block_entry_paths;  // see abi/block.h
+    std::vector<rp_u32> wide_roots;           // of the block entries, in the wide form of their blocks (abi/wide.h)
     std::vector<BlockRecord> blocks;
     uint64_t triangles = 0, spheres = 0;            // primitives in the blocks
     float position_cell = 0;                        // of which all coordinates of triangles are multiples; 0: they are as they were given
@@ -48,7 +48,7 @@ struct BakedScene {
     uint64_t geometry_bytes(BlockForm form) const;  // of all blocks in memory
     uint64_t stored_bytes() const { return geometry_bytes(BlockForm::stored); }
     uint32_t largest_block(BlockForm form) const;  // in memory; 0 without blocks
-    BlockPortals portals_of(uint32_t block) const;
+    BlockEntryRoots block_entries_of(uint32_t block) const;
     bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
     uint64_t identity() const;       // hash of everything that decides the picture, blocks included
 };

@@ -71,7 +71,7 @@ bool good_coding(const rp_block_header& header, float scene_cell) {
     for (int a = 0; a < 3; a++) {
         const uint32_t bits = RP_POSITION_BITS(flags, a);
         const float base = base_of(header, a);
-        if (bits > RP_POSITION_MOST_BITS || !std::isfinite(base) || !std::isfinite(base + static_cast<float>((1u << bits) - 1) * cell)) return false;
+        if (bits > RP_POSITION_MAX_BITS || !std::isfinite(base) || !std::isfinite(base + static_cast<float>((1u << bits) - 1) * cell)) return false;
     }
     return true;
 }
@@ -120,7 +120,7 @@ std::vector<std::byte> code_positions(std::span<const Float3> positions, float c
     int axis = 0;
     for (const auto coordinate : axes) {
         const double most = (double(last.*coordinate) - base.*coordinate) / cell;
-        if (!(most < double(1u << RP_POSITION_MOST_BITS))) return whole(positions);
+        if (!(most < double(1u << RP_POSITION_MAX_BITS))) return whole(positions);
         const auto width = static_cast<uint32_t>(std::bit_width(static_cast<uint32_t>(most)));
         coded.flags |= width << 5 * axis;
         base_of(coded, axis++) = base.*coordinate;
@@ -155,29 +155,29 @@ std::vector<std::byte> code_ids(std::span<const rp_u32> ids, rp_block_header& he
     const size_t leaves = ids.size() / triangles;
     if (leaves == 0) return {};
     rp_u32 least_first = RP_NONE, most_first = 0;
-    int64_t least_step = INT64_MAX, most_step = INT64_MIN;
+    int64_t min_step = INT64_MAX, max_step = INT64_MIN;
     for (size_t i = 0; i < ids.size(); i++) {
         if (i % triangles == 0) {
             least_first = std::min(least_first, ids[i]);
             most_first = std::max(most_first, ids[i]);
         } else if (ids[i] != RP_NONE) {
             const int64_t step = int64_t{ids[i]} - ids[i / triangles * triangles];
-            least_step = std::min(least_step, step);
-            most_step = std::max(most_step, step);
+            min_step = std::min(min_step, step);
+            max_step = std::max(max_step, step);
         }
     }
-    if (least_step > most_step) least_step = most_step = 0;
+    if (min_step > max_step) min_step = max_step = 0;
     const auto first_bits = static_cast<rp_u32>(std::bit_width(most_first - least_first));
-    const auto step_bits = static_cast<rp_u32>(std::bit_width(static_cast<uint64_t>(most_step - least_step)));
+    const auto step_bits = static_cast<rp_u32>(std::bit_width(static_cast<uint64_t>(max_step - min_step)));
     rp_block_header coded = header;
-    if (first_bits > RP_ID_MOST_BITS || step_bits > RP_ID_MOST_BITS) return whole(ids);
+    if (first_bits > RP_ID_MAX_BITS || step_bits > RP_ID_MAX_BITS) return whole(ids);
     coded.flags |= RP_IDS_CODED | first_bits << RP_ID_FIRST_SHIFT | step_bits << RP_ID_STEP_SHIFT;
     if (id_bytes(coded) >= ids.size_bytes()) return whole(ids);
     header = coded;
 
     std::vector<rp_u32> words(id_bytes(header) / sizeof(rp_u32));
     words[0] = least_first;
-    words[1] = static_cast<rp_u32>(least_step);
+    words[1] = static_cast<rp_u32>(min_step);
     size_t at = 64;
     const auto put = [&](rp_u32 value, uint32_t width) {
         const uint64_t both = uint64_t{value} << at % 32;
@@ -189,7 +189,7 @@ std::vector<std::byte> code_ids(std::span<const rp_u32> ids, rp_block_header& he
         const auto of_leaf = ids.subspan(leaf * triangles, triangles);
         put(of_leaf[0] - least_first, first_bits);
         for (size_t k = 1; k < triangles; k++)
-            put(of_leaf[k] == RP_NONE ? 0 : static_cast<rp_u32>(int64_t{of_leaf[k]} - of_leaf[0] - least_step), step_bits);
+            put(of_leaf[k] == RP_NONE ? 0 : static_cast<rp_u32>(int64_t{of_leaf[k]} - of_leaf[0] - min_step), step_bits);
     }
     return whole(std::span<const rp_u32>(words));
 }

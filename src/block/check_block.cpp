@@ -27,13 +27,16 @@ public:
         RAYPAGER_TRY(check_header());
         RAYPAGER_TRY(check_numbers());
         seen_leaves_.resize(header_.leaf_count);
-        const auto& portals = scene_.portals;
-        const auto first = std::partition_point(portals.begin(), portals.end(), [&](const rp_portal& portal) { return portal.block < block_; });
-        const auto end = std::partition_point(first, portals.end(), [&](const rp_portal& portal) { return portal.block == block_; });
-        if (end - first != static_cast<ptrdiff_t>(header_.portal_count)) return bad("the number of portals is wrong");
-        if (header_.portal_count == 0 || header_.node_count < header_.portal_count - 1) return bad("the number of portals is wrong");
+        const auto& block_entries = scene_.block_entries;
+        const auto first = std::partition_point(block_entries.begin(), block_entries.end(),
+                                                [&](const rp_block_entry& block_entry) { return block_entry.block < block_; });
+        const auto end =
+            std::partition_point(first, block_entries.end(), [&](const rp_block_entry& block_entry) { return block_entry.block == block_; });
+        if (end - first != static_cast<ptrdiff_t>(header_.block_entry_count)) return bad("the number of block entries is wrong");
+        if (header_.block_entry_count == 0 || header_.node_count < header_.block_entry_count - 1) return bad("the number of block entries is wrong");
         RAYPAGER_TRY(check_upper_tree(std::span(first, end)));
-        for (size_t i = 0; i < header_.portal_count; i++) RAYPAGER_TRY(check_portal(first[static_cast<ptrdiff_t>(i)], portal_depths_[i]));
+        for (size_t i = 0; i < header_.block_entry_count; i++)
+            RAYPAGER_TRY(check_block_entry(first[static_cast<ptrdiff_t>(i)], block_entry_depths_[i]));
         if (nodes_ != header_.node_count || leaves_ != header_.leaf_count) return bad("some nodes or leaves are never reached");
         if (triangles_ != header_.triangle_count || spheres_ != header_.sphere_count) return bad("the number of primitives is wrong");
         return {};
@@ -99,37 +102,39 @@ private:
         return {};
     }
 
-    // The nodes above the portals.
-    Status check_upper_tree(std::span<const rp_portal> portals) {
-        const uint32_t upper = header_.portal_count - 1;
+    // The nodes above the block entries.
+    Status check_upper_tree(std::span<const rp_block_entry> block_entries) {
+        const uint32_t upper = header_.block_entry_count - 1;
         struct Entry {
             rp_u32 ref;
             int depth;
         };
-        std::vector<Entry> stack = {{upper == 0 ? portals[0].root : 0, 0}};
+        std::vector<Entry> stack = {{upper == 0 ? block_entries[0].root : 0, 0}};
         while (!stack.empty()) {
             const auto [ref, depth] = stack.back();
             stack.pop_back();
-            if (portal_depths_.size() < portals.size() && ref == portals[portal_depths_.size()].root && (ref & RP_REF_LEAF || ref >= upper)) {
-                portal_depths_.push_back(depth);
+            if (block_entry_depths_.size() < block_entries.size() && ref == block_entries[block_entry_depths_.size()].root &&
+                (ref & RP_REF_LEAF || ref >= upper)) {
+                block_entry_depths_.push_back(depth);
                 continue;
             }
-            if (ref != nodes_ || nodes_ >= upper) return bad(fmt::format("reference {:08x} above its portals is out of order", ref));
+            if (ref != nodes_ || nodes_ >= upper) return bad(fmt::format("reference {:08x} above its block entries is out of order", ref));
             if (depth == RP_UPPER_TREE_MAX_DEPTH) return bad("its tree is too deep");
             const auto node = item<rp_node>(header_.nodes_at, nodes_++);
             for (const int side : {1, 0}) stack.push_back({node.child[side].ref, depth + 1});
         }
-        return nodes_ == upper && portal_depths_.size() == portals.size() ? Status() : bad("some of its portals are never reached");
+        return nodes_ == upper && block_entry_depths_.size() == block_entries.size() ? Status() : bad("some of its block entries are never reached");
     }
 
     // depth: of its root.
-    Status check_portal(const rp_portal& portal, int depth_of_root) {
-        if (!same(portal.origin, header_.origin) || !same(portal.cell, header_.cell)) return bad("the grid of a portal is not its own");
+    Status check_block_entry(const rp_block_entry& block_entry, int depth_of_root) {
+        if (!same(block_entry.origin, header_.origin) || !same(block_entry.cell, header_.cell))
+            return bad("the grid of a block entry is not its own");
         struct Entry {
             rp_u32 ref;
             int depth;
         };
-        std::vector<Entry> stack = {{portal.root, depth_of_root}};
+        std::vector<Entry> stack = {{block_entry.root, depth_of_root}};
         while (!stack.empty()) {
             const auto [ref, depth] = stack.back();
             stack.pop_back();
@@ -137,7 +142,7 @@ private:
                 RAYPAGER_TRY(check_leaf(ref));
                 continue;
             }
-            // Depth-first order over all portals: so there can be no cycle, and nothing is reached twice.
+            // Depth-first order over all block entries: so there can be no cycle, and nothing is reached twice.
             if (ref != nodes_ || nodes_ >= header_.node_count) return bad(fmt::format("node {} is absent or out of order", ref));
             if (depth == RP_BLOCK_MAX_DEPTH) return bad("its tree is too deep");
             const auto node = item<rp_node>(header_.nodes_at, nodes_++);
@@ -147,7 +152,7 @@ private:
     }
 
     Status check_leaf(rp_u32 ref) {
-        if (ref & (RP_REF_PORTAL ^ RP_REF_LEAF)) return bad(fmt::format("reference {:08x} leads out of it", ref));
+        if (ref & (RP_REF_BLOCK_ENTRY ^ RP_REF_LEAF)) return bad(fmt::format("reference {:08x} leads out of it", ref));
         const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
         return ref & RP_LEAF_SPHERES ? check_spheres(ref, index) : check_strip(ref, index);
     }
@@ -195,7 +200,7 @@ private:
     const std::span<const std::byte> bytes_;
     rp_block_header header_ = {};
     std::vector<bool> seen_leaves_;
-    std::vector<int> portal_depths_;
+    std::vector<int> block_entry_depths_;
     uint64_t nodes_ = 0, leaves_ = 0, triangles_ = 0, spheres_ = 0;
 };
 

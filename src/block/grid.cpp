@@ -11,14 +11,14 @@ namespace {
 // to 2^-24 |origin|, which must stay within the margins; and a kernel's own roundings are of that size too. With an extent of at least
 // 2^-10 of the largest coordinate, the origin moves by no more than 2^-14 of the extent, 2 cells of RP_GRID_SPAN, and a step of the
 // grid, half a cell, is still a quarter of the distance between neighbouring floats, so that boxes lose nothing.
-constexpr double least_extent_of_coordinate = 0x1p-10;
+constexpr double min_extent_of_coordinate = 0x1p-10;
 // For a ray that runs along a plane, 1 / direction is capped at 1e18 (kernels/common/arithmetic.cl): a flat box must still be so thick that
 // the slack times that lies beyond any distance in the scene. 2^-16 of the largest coordinate on any axis gives 3e7 times that.
-constexpr double least_extent_of_any_coordinate = 0x1p-16;
+constexpr double min_extent_of_any_coordinate = 0x1p-16;
 // A primitive can be hit a little beside its own bounds, by roundings that grow with its length (kernels/common/box.cl): the slack on the thin axes
 // of a rod must cover those of its long one. A step of the grid is still 2e-6 of that.
-constexpr double least_extent_of_longest = 0x1p-3;
-constexpr double least_extent = 1e-28;  // keeps cells and their products with directions normal numbers
+constexpr double min_extent_of_longest = 0x1p-3;
+constexpr double min_extent = 1e-28;  // keeps cells and their products with directions normal numbers
 
 // Beyond RP_GRID_SLACK, for the roundings of the double arithmetic here.
 constexpr double own_slack = RP_GRID_SLACK + 1e-6;
@@ -48,8 +48,8 @@ Grid make_grid(const Box& bounds) {
     for (int a = 0; a < 3; a++) {
         const double lower = bounds.lower[a], upper = bounds.upper[a];
         const double coordinate = std::max(std::abs(lower), std::abs(upper));
-        const double extent = std::max({upper - lower, longest * least_extent_of_longest, coordinate * least_extent_of_coordinate,
-                                        any_coordinate * least_extent_of_any_coordinate, least_extent});
+        const double extent = std::max({upper - lower, longest * min_extent_of_longest, coordinate * min_extent_of_coordinate,
+                                        any_coordinate * min_extent_of_any_coordinate, min_extent});
         grid.cell[a] = static_cast<float>(extent / RP_GRID_SPAN);
         grid.origin[a] = static_cast<float>(lower - (RP_GRID_MIN + RP_GRID_MARGIN) * double(grid.cell[a]));
     }

@@ -21,7 +21,7 @@ std::array<uint8_t, 256> make_color_table() {
 float point_radius(uint32_t code) { return std::bit_cast<float>((code << RP_POINT_RADIUS_SHIFT) + RP_POINT_RADIUS_BIAS); }
 
 uint32_t point_radius_code(float radius) {
-    if (!(radius > RP_POINT_LEAST_RADIUS)) return 0;
+    if (!(radius > RP_POINT_MIN_RADIUS)) return 0;
     if (!(radius < RP_POINT_LARGEST_RADIUS)) return RP_POINT_LARGEST_CODE;
     // Positive floats are ordered as their bits are.
     const uint32_t beyond = std::bit_cast<uint32_t>(radius) - RP_POINT_RADIUS_BIAS;

@@ -13,7 +13,7 @@ float point_radius(uint32_t code);
 // The code of the least radius that is not below this one, so that surfaces of touching points stay closed. What lies outside of what
 // can be stored becomes the least or the largest code.
 uint32_t point_radius_code(float radius);
-inline bool point_radius_fits(float radius) { return radius >= RP_POINT_LEAST_RADIUS && radius <= RP_POINT_LARGEST_RADIUS; }
+inline bool point_radius_fits(float radius) { return radius >= RP_POINT_MIN_RADIUS && radius <= RP_POINT_LARGEST_RADIUS; }
 
 // srgb: red | green << 8 | blue << 16, as in CloudPoint. The code has the same order of channels.
 uint32_t point_color_code(uint32_t srgb);

@@ -12,7 +12,7 @@ namespace {
 // A step through a wide node, where a leaf costs what its leaf_cost says.
 constexpr float wide_node_cost = 1.0f;
 
-constexpr uint32_t most_as_child = RP_WIDE_CHILDREN - 1;  // a side of a wide node leaves one child to the other side
+constexpr uint32_t max_as_child = RP_WIDE_CHILDREN - 1;  // a side of a wide node leaves one child to the other side
 
 }  // namespace
 
@@ -29,10 +29,10 @@ void Collapse::plan(uint32_t index) {
     plan.cost[0] = area * node.leaf_cost;
     plan.leaf = true;
     plan.inner_share = 0;
-    for (uint32_t n = 1; n <= most_as_child; n++) plan.share[n - 1] = 0;
+    for (uint32_t n = 1; n <= max_as_child; n++) plan.share[n - 1] = 0;
     if (node.is_leaf()) {
         RAYPAGER_CHECK(node.leaf_cost < std::numeric_limits<float>::infinity());
-        for (uint32_t n = 2; n <= most_as_child; n++) plan.cost[n - 1] = plan.cost[0];
+        for (uint32_t n = 2; n <= max_as_child; n++) plan.cost[n - 1] = plan.cost[0];
         return;
     }
     const Plan &left = plans_[node.left], &right = plans_[node.right];
@@ -61,7 +61,7 @@ void Collapse::plan(uint32_t index) {
         plan.share[n - 1] = better ? share : 0;
     };
     [&]<uint32_t... i>(std::integer_sequence<uint32_t, i...>) { (as_children(std::integral_constant<uint32_t, i + 2>()), ...); }
-    (std::make_integer_sequence<uint32_t, most_as_child - 1>());
+    (std::make_integer_sequence<uint32_t, max_as_child - 1>());
 }
 
 void Collapse::add_children(uint32_t index, uint32_t most, WideChildren& out) const {

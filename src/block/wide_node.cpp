@@ -11,7 +11,7 @@
 namespace raypager {
 namespace {
 
-constexpr int exponent_bias = 127, least_exponent = 1, largest_exponent = 254;
+constexpr int exponent_bias = 127, min_exponent = 1, largest_exponent = 254;
 
 float cell_of(uint32_t exponent) { return std::bit_cast<float>(exponent << 23); }
 
@@ -30,7 +30,7 @@ double slack_of(const Box& box) {
 uint32_t choose_exponent(Interval all) {
     const double largest = std::max(std::abs(all.lower), std::abs(all.upper));
     int exponent = std::max(std::ilogb(largest) - 22, std::ilogb((all.upper - all.lower) / 255)) + exponent_bias;
-    for (exponent = std::max(exponent, least_exponent); exponent < largest_exponent; exponent++) {
+    for (exponent = std::max(exponent, min_exponent); exponent < largest_exponent; exponent++) {
         const double cell = cell_of(static_cast<uint32_t>(exponent));
         if (std::ceil(all.upper / cell) - std::floor(all.lower / cell) <= 255) break;
     }

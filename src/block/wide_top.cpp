@@ -11,13 +11,13 @@
 namespace raypager {
 namespace {
 
-static_assert(sizeof(rp_wide_portal) == sizeof(rp_portal) && offsetof(rp_wide_portal, block) == offsetof(rp_portal, block));
+static_assert(sizeof(rp_wide_block_entry) == sizeof(rp_block_entry) && offsetof(rp_wide_block_entry, block) == offsetof(rp_block_entry, block));
 
 // All that a grid can tell: the box of the root, which no node holds.
 constexpr rp_child whole_grid = {0xffff0000u, 0xffff0000u, 0xffff0000u, 0};
 
-// Entering a portal, relative to a wide node.
-constexpr float portal_cost = 1.0f;
+// Entering a block entry, relative to a wide node.
+constexpr float block_entry_cost = 1.0f;
 
 // The grid's box, rounded outwards to floats.
 Box world_box(const rp_top_grid& grid, const rp_child& child) {
@@ -37,9 +37,9 @@ uint32_t add(const rp_top_grid& grid, std::span<const rp_node> nodes, rp_u32 ref
     const auto index = static_cast<uint32_t>(out.size());
     out.emplace_back();
     out[index].box = box;
-    if (ref >= RP_REF_PORTAL) {
-        out[index].item = ref & ~RP_REF_PORTAL;
-        out[index].leaf_cost = portal_cost;
+    if (ref >= RP_REF_BLOCK_ENTRY) {
+        out[index].item = ref & ~RP_REF_BLOCK_ENTRY;
+        out[index].leaf_cost = block_entry_cost;
         return index;
     }
     uint32_t children[2];
@@ -54,25 +54,25 @@ uint32_t add(const rp_top_grid& grid, std::span<const rp_node> nodes, rp_u32 ref
     return index;
 }
 
-rp_wide_portal make_portal(const Box& tight, rp_u32 block) {
+rp_wide_block_entry make_block_entry(const Box& tight, rp_u32 block) {
     const Box box = with_slack(tight);
     return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, 0};
 }
 
 }  // namespace
 
-WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
+WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_block_entry> block_entries,
                       std::span<const rp_u32> wide_roots) {
     WideTop top;
     std::vector<BinaryNode> binary;
-    if (!portals.empty()) add(grid, nodes, grid.root, world_box(grid, whole_grid), binary);
-    top.portals.resize(portals.size());
+    if (!block_entries.empty()) add(grid, nodes, grid.root, world_box(grid, whole_grid), binary);
+    top.block_entries.resize(block_entries.size());
     for (const BinaryNode& node : binary)
-        if (node.is_leaf()) top.portals[node.item] = make_portal(node.box, portals[node.item].block);
+        if (node.is_leaf()) top.block_entries[node.item] = make_block_entry(node.box, block_entries[node.item].block);
     Collapse collapse;
     collapse.run(binary);
     WideTreeWriter writer(binary, collapse, top.bytes, [&](const BinaryNode& node, std::vector<std::byte>& out) {
-        const rp_wide_leaf head = {RP_WIDE_PORTAL, 0, 0, 0, portals[node.item].block};
+        const rp_wide_leaf head = {RP_WIDE_BLOCK_ENTRY, 0, 0, 0, block_entries[node.item].block};
         const rp_u32 words[2] = {wide_roots[node.item], node.item};
         const auto append = [&out](const void* data, size_t count) {
             const auto* begin = static_cast<const std::byte*>(data);

@@ -11,11 +11,11 @@
 namespace raypager {
 
 struct WideTop {
-    std::vector<std::byte> bytes;         // the tree
-    std::vector<rp_wide_portal> portals;  // as many as there were, in their order
+    std::vector<std::byte> bytes;                    // the tree
+    std::vector<rp_wide_block_entry> block_entries;  // as many as there were, in their order
 };
-// REQUIRES: a top tree as BlockFile::open accepts it. wide_roots: of the portals in the wide form of their blocks.
-WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_portal> portals,
+// REQUIRES: a top tree as BlockFile::open accepts it. wide_roots: of the block entries in the wide form of their blocks.
+WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_block_entry> block_entries,
                       std::span<const rp_u32> wide_roots);
 
 }  // namespace raypager

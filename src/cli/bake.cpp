@@ -31,8 +31,8 @@ Result<float> parse_position_error(const std::string& text) {
     const auto error = parse_positive(text);
     if (!error) return error.status();
     const auto rounded = static_cast<float>(*error);
-    if (rounded < least_position_error || rounded > largest_position_error)
-        return Status::usage(fmt::format("'{}' is not between {} and {}", text, least_position_error, largest_position_error));
+    if (rounded < min_position_error || rounded > largest_position_error)
+        return Status::usage(fmt::format("'{}' is not between {} and {}", text, min_position_error, largest_position_error));
     return rounded;
 }
 
@@ -64,7 +64,7 @@ Status run_bake(const Arguments& arguments) {
                   into(options.position_error, parse_position_error));
     parser.option("sub-boxes", "N",
                   "boxes per block at most that say in the top tree where its geometry is, so that fewer rays ask for it: 1 to 64 (default: 64)",
-                  into_count(options.sub_boxes, 1, RP_MAX_SUB_BOXES));
+                  into_count(options.block_entries, 1, RP_MAX_BLOCK_ENTRIES));
     parser.option("host-limit", "SIZE",
                   "main memory for the work, besides the program itself; what does not fit goes over the disk, beside FILE.rpb (default: half of "
                   "what there is, or less if less is free)",

@@ -14,7 +14,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t most_warnings = 20;
+constexpr size_t max_warnings = 20;
 
 // A progress callback that may be called from several threads. Without a terminal, a line a stage; lines in between would only fill logs.
 std::function<void(const char*, double)> progress_printer() {
@@ -44,8 +44,8 @@ void print_issues(const MeshIssues& issues) {
 }  // namespace
 
 void print_warnings(const std::vector<std::string>& warnings) {
-    for (size_t i = 0; i < std::min(warnings.size(), most_warnings); ++i) log_warning(warnings[i]);
-    if (warnings.size() > most_warnings) log_warning(fmt::format("and {} more", warnings.size() - most_warnings));
+    for (size_t i = 0; i < std::min(warnings.size(), max_warnings); ++i) log_warning(warnings[i]);
+    if (warnings.size() > max_warnings) log_warning(fmt::format("and {} more", warnings.size() - max_warnings));
 }
 
 uint64_t ground_triangles(const Scene& scene) {

@@ -143,7 +143,7 @@ Json run_json(const bench::SweepResult& result, const bench::SweepRun& run) {
             {"loads", r.paging.loads},
             {"evictions", r.paging.evictions},
             {"bytes_loaded", r.paging.bytes_loaded},
-            {"wants_without_hit", r.paging.wants_without_hit},
+            {"wants_without_hit", r.paging.requests_without_hit},
             {"peak_memory_bytes", r.peak.memory_bytes},
             {"film_hash", hex64(r.film_hash)},
             {"timeline_seconds", run.round_seconds.empty() ? Json(nullptr) : Json(run.round_seconds.back())},

@@ -40,13 +40,13 @@ constexpr NamedPart named_parts[] = {{"nodes", &Parts::nodes},     {"leaves", &P
                                      {"padding", &Parts::padding}};
 
 struct TopFigures {
-    uint64_t portals = 0, nodes = 0;
-    int depth = 0;  // steps from the root to the deepest portal
+    uint64_t block_entries = 0, nodes = 0;
+    int depth = 0;  // steps from the root to the deepest block entry
 };
 
 TopFigures top_figures(const BakedScene& scene) {
-    TopFigures figures{scene.portals.size(), scene.top_nodes.size(), 0};
-    for (const uint64_t path : scene.portal_paths) figures.depth = std::max(figures.depth, int(std::bit_width(path)) - 1);
+    TopFigures figures{scene.block_entries.size(), scene.top_nodes.size(), 0};
+    for (const uint64_t path : scene.block_entry_paths) figures.depth = std::max(figures.depth, int(std::bit_width(path)) - 1);
     return figures;
 }
 
@@ -101,7 +101,7 @@ std::string as_json(const std::shared_ptr<const BlockFile>& file, const Parts& p
     return json_text({{"scene", scene_json(blocks, BlockForm::stored)},
                       {"scene_on_cpu", scene_json(blocks, BlockForm::wide)},
                       {"parts", shares},
-                      {"top_tree", {{"portals", top.portals}, {"nodes", top.nodes}, {"depth", top.depth}}},
+                      {"top_tree", {{"portals", top.block_entries}, {"nodes", top.nodes}, {"depth", top.depth}}},
                       {"bounds", bounds_json(blocks)},
                       {"camera", camera_json(scene.camera, scene.width, scene.height, blocks)},
                       {"position_cell", scene.position_cell},
@@ -125,7 +125,8 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     if (scene.position_cell > 0)
         line("positions", fmt::format("multiples of {:.6g}: moved by {:.6g} at most along each axis, beyond rounding", scene.position_cell,
                                       scene.position_cell / 2));
-    line("top tree", fmt::format("{}, {}, depth {}", counted(top.portals, "portal"), counted(top.nodes, "node"), top.depth));
+    line("top tree",
+         fmt::format("{}, {}, depth {}", counted(top.block_entries, "block entry", "block entries"), counted(top.nodes, "node"), top.depth));
     line("shading", fmt::format("{}, {}", counted(scene.materials.size(), "material"), counted(scene.lights.size(), "light")));
     const auto point = [](const float(&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
     line("bounds", fmt::format("{} to {}", point(scene.lower), point(scene.upper)));

@@ -17,7 +17,7 @@ constexpr const char* about_make_scene =
     "  clutter   thousands of small parts, unevenly dense, with overlapping bounds\n"
     "  points    a city under an airborne laser scanner: points with colours, classes";
 
-constexpr uint64_t most_primitives = 4000000000;  // they are numbered in 32 bits
+constexpr uint64_t max_primitives = 4000000000;  // they are numbered in 32 bits
 
 Result<PointFormat> parse_point_format(const std::string& text) {
     if (text == "las") return PointFormat::las;
@@ -46,9 +46,9 @@ Status run_make_scene(const Arguments& arguments) {
     parser.inputs("the kind of scene", 1, 1, kinds);
     parser.option("output,o", "DIR", "directory to write to; made if absent", into_path(options.directory));
     parser.option("triangles", "N", "about how many triangles, 1K to 4G (default: the kind's own)",
-                  into(options.triangles, [](const std::string& text) { return parse_count(text, 1000, most_primitives); }));
+                  into(options.triangles, [](const std::string& text) { return parse_count(text, 1000, max_primitives); }));
     parser.option("points", "N", "points only: about how many, 1K to 4G (default: 10M)",
-                  into(options.points, [](const std::string& text) { return parse_count(text, 1000, most_primitives); }));
+                  into(options.points, [](const std::string& text) { return parse_count(text, 1000, max_primitives); }));
     parser.option("format", "NAME", "points only: las (LAS 1.4) or ply (default: las)", into(options.format, parse_point_format));
     parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
                   into(options.seed, [](const std::string& text) { return parse_count(text, 0, 0xffffffffu); }));

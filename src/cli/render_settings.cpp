@@ -17,9 +17,9 @@
 namespace raypager {
 namespace {
 
-constexpr uint64_t most_samples = 65535;  // what the film's fixed point holds without overflow (abi/film.h)
-constexpr uint64_t most_paths = uint64_t{1} << 30;
-constexpr uint64_t most_loads = 1024;
+constexpr uint64_t max_samples = 65535;  // what the film's fixed point holds without overflow (abi/film.h)
+constexpr uint64_t max_paths = uint64_t{1} << 30;
+constexpr uint64_t max_loads = 1024;
 constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
 constexpr const char* about_render =
@@ -28,8 +28,8 @@ constexpr const char* about_render =
     "block file is kept beside "
     "the input and used again.";
 
-constexpr double most_stops = 64;
-constexpr uint64_t most_turns = 9999;
+constexpr double max_stops = 64;
+constexpr uint64_t max_turns = 9999;
 
 Result<Background> parse_background(const std::string& text) {
     if (text == "transparent") return Background{true, {}};
@@ -65,7 +65,7 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
                       return {};
                   });
     parser.option("paths", "N", "path slots: paths in flight at once (default: chosen from the limits)",
-                  into_count(options.tuning.paths, 1, most_paths));
+                  into_count(options.tuning.paths, 1, max_paths));
     parser.option("policy", "NAME", "which blocks come and go: aged-wants, most-wanted, wanted-per-byte, lru or sweep (default: aged-wants)",
                   into(options.tuning.policy, parse_policy));
     parser.option("connection", "NAME",
@@ -99,7 +99,7 @@ void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
     parser.option("record-trace", "FILE", "record which blocks paths enter, for 'raypager bench policy'", into_path(options.record.file));
     parser.option("trace-paths", "N", "about how many of all paths to record, spread evenly (default: 500K)",
                   [&settings](const std::string& text) -> Status {
-                      const auto count = parse_count(text, 1, most_paths);
+                      const auto count = parse_count(text, 1, max_paths);
                       if (!count) return count.status();
                       settings.options.record.paths = *count;
                       settings.trace_paths_given = true;
@@ -116,13 +116,13 @@ void add_developing_options(OptionParser& parser, RenderSettings& settings) {
     parser.option("exposure", "EV", "the picture is multiplied by 2^EV, its background included, -64 to 64 (default: 0)",
                   into(settings.exposure, [](const std::string& text) -> Result<double> {
                       const auto stops = parse_finite(text);
-                      if (!stops || !(std::abs(*stops) <= most_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
+                      if (!stops || !(std::abs(*stops) <= max_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
                       return *stops;
                   }));
     parser.option("turntable", "N",
                   "N pictures, NAME_000.png and so on, for which the camera goes once around what the scene shows, about the axis that is upright "
                   "in the picture (default: one picture, as named)",
-                  into_count(settings.turntable, 1, most_turns));
+                  into_count(settings.turntable, 1, max_turns));
 }
 
 void add_output_options(OptionParser& parser, RenderSettings& settings) {
@@ -212,7 +212,7 @@ void add_picture_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     add_view_options(parser, options.width, options.height, settings.camera);
     parser.option("spp", "N", "samples per pixel, 1 to 65535 (default: as the scene says; with --time: until then)",
-                  into_count(options.spp, 1, most_samples));
+                  into_count(options.spp, 1, max_samples));
     parser.option("time", "SECONDS", "stop after about this long (default: no limit)", into(options.time_seconds, parse_seconds));
     parser.option("max-depth", "N", "scattering events of a path at most; 0 shows only what shines itself (default: as the scene says)",
                   into(options.max_depth, [](const std::string& text) { return parse_count(text, 0, deepest); }));
@@ -240,7 +240,7 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("loads-in-flight", "N",
                   "blocks on their way at once while others must leave for them (default: by pool and blocks, 2 to 16 on CPUs, to 64 on GPUs)",
-                  into_count(options.tuning.loads_in_flight, 1, most_loads));
+                  into_count(options.tuning.loads_in_flight, 1, max_loads));
     parser.option("hold", "PERCENT",
                   "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 40% or 100%)",
                   into(options.tuning.hold_above_ready, parse_share));
@@ -291,7 +291,7 @@ Result<RenderOptions> effective_options(const RenderSettings& settings, const Bl
     }
     if (settings.paper_preset && options.tuning.paths == 0) options.tuning.paths = paper_paths_per_pixel * options.width * options.height;
     // With a time limit alone, samples are taken for as long as there is time.
-    if (options.spp == 0) options.spp = options.time_seconds > 0 ? static_cast<uint32_t>(most_samples) : scene.spp();
+    if (options.spp == 0) options.spp = options.time_seconds > 0 ? static_cast<uint32_t>(max_samples) : scene.spp();
     const auto camera = choose_camera(settings.camera, scene.camera(), scene.width(), scene.height(), options.width, options.height);
     if (!camera) return camera.status().at("render");
     options.camera = *camera;

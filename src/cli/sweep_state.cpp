@@ -63,7 +63,7 @@ Json report_to_json(const RenderReport& r) {
             {"film", r.film_hash},
             {"seconds", {r.seconds.render, r.seconds.stall, r.seconds.trace, r.seconds.snapshots}},
             {"rays", {r.rays.camera, r.rays.bounce, r.rays.shadow}},
-            {"paging", {r.paging.loads, r.paging.evictions, r.paging.bytes_loaded, r.paging.rounds, r.paging.wants_without_hit}}};
+            {"paging", {r.paging.loads, r.paging.evictions, r.paging.bytes_loaded, r.paging.rounds, r.paging.requests_without_hit}}};
 }
 
 // Throws what the JSON library throws if it is not what report_to_json has written.
@@ -82,7 +82,7 @@ RenderReport report_from_json(const Json& json) {
     json.at("film").get_to(r.film_hash);
     fill("seconds", r.seconds.render, r.seconds.stall, r.seconds.trace, r.seconds.snapshots);
     fill("rays", r.rays.camera, r.rays.bounce, r.rays.shadow);
-    fill("paging", r.paging.loads, r.paging.evictions, r.paging.bytes_loaded, r.paging.rounds, r.paging.wants_without_hit);
+    fill("paging", r.paging.loads, r.paging.evictions, r.paging.bytes_loaded, r.paging.rounds, r.paging.requests_without_hit);
     return r;
 }
 

@@ -54,7 +54,7 @@ public:
         if (!by_spacing_ && !rules_.filters()) return take_one_by_one();
         const auto points = sort();
         if (!points) return points.status();
-        auto cells = CloudCells::create(*points, most_in_unit(), rules_.filters() ? &rules_.view() : nullptr);
+        auto cells = CloudCells::create(*points, max_in_unit(), rules_.filters() ? &rules_.view() : nullptr);
         if (!cells) return cells.status();
         RAYPAGER_TRY(look_at_units(*points, *cells));
         RAYPAGER_TRY(number_what_is_left());
@@ -62,7 +62,7 @@ public:
     }
 
 private:
-    uint64_t most_in_unit() const { return std::clamp<uint64_t>(stream_.memory.limit / 4 / (units_at_once() * unit_bytes), 1 << 10, largest_unit); }
+    uint64_t max_in_unit() const { return std::clamp<uint64_t>(stream_.memory.limit / 4 / (units_at_once() * unit_bytes), 1 << 10, largest_unit); }
     static size_t units_at_once() { return 4 * worker_count(); }
     Status check_stop() const { return stream_.stop && *stream_.stop ? Status::interrupted("stopped by a signal; nothing was written") : Status(); }
 

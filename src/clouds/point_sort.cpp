@@ -10,8 +10,8 @@ namespace {
 // What sorting a point takes: its record twice, its key with its place.
 constexpr uint64_t sorting_bytes = 2 * sizeof(PointRecord) + sizeof(PointKey) + 8;
 constexpr double range_fill = 0.8;  // of its memory: the sample tells its size to some percent
-constexpr size_t least_range_buffer = size_t{64} << 10, largest_range_buffer = size_t{1} << 20;
-constexpr uint64_t most_ranges = 4096;
+constexpr size_t min_range_buffer = size_t{64} << 10, largest_range_buffer = size_t{1} << 20;
+constexpr uint64_t max_ranges = 4096;
 
 }  // namespace
 
@@ -28,13 +28,13 @@ Result<PointSorter> PointSorter::create(const PointGrid& grid, uint64_t count, s
     sorter.spill_beside_ = spill_beside;
     sorter.at_once_ = worker_count();
     const double points_a_range = 0.5 * range_fill * static_cast<double>(memory.limit) / static_cast<double>(sorting_bytes * sorter.at_once_);
-    const uint64_t most = std::clamp<uint64_t>(memory.buffers / least_range_buffer, 1, most_ranges);
+    const uint64_t most = std::clamp<uint64_t>(memory.buffers / min_range_buffer, 1, max_ranges);
     const uint64_t ranges = std::clamp<uint64_t>(static_cast<uint64_t>(static_cast<double>(count) / points_a_range) + 1, 1, most);
     std::sort(sample.begin(), sample.end());
     for (uint64_t r = 1; r < ranges && !sample.empty(); r++) sorter.boundaries_.push_back(sample[sample.size() * r / ranges]);
     auto file = SpillFile::create(spill_beside);
     if (!file) return file.status();
-    sorter.buffer_bytes_ = std::clamp<size_t>(memory.buffers / (sorter.boundaries_.size() + 1), least_range_buffer, largest_range_buffer);
+    sorter.buffer_bytes_ = std::clamp<size_t>(memory.buffers / (sorter.boundaries_.size() + 1), min_range_buffer, largest_range_buffer);
     for (size_t r = 0; r <= sorter.boundaries_.size(); r++) sorter.writers_.emplace_back(*file, sorter.buffer_bytes_);
     return sorter;
 }

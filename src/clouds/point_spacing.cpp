@@ -5,8 +5,8 @@
 namespace raypager {
 namespace {
 
-constexpr size_t enough = least_surface_points;  // that tell a spacing
-constexpr size_t plenty = 64;                    // cells with more are divided
+constexpr size_t enough = min_surface_points;  // that tell a spacing
+constexpr size_t plenty = 64;                  // cells with more are divided
 
 class Estimator {
 public:

@@ -93,7 +93,7 @@ inline void BinSet::add(const PrimitiveRef& ref, const BinMapping& mapping) {
     put(2 * count + static_cast<uint32_t>(z));
 }
 
-Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
+Split best_split(const BinSet& bins, uint64_t min_weight, bool by_weight) {
     Split best;
     const auto count = static_cast<size_t>(bins.count());
     const auto cost = [by_weight](const BinSet::Bin& sum) {
@@ -102,9 +102,9 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
     };
     for (int a = 0; a < 3; a++) {
         const auto axis = bins.axis(a);
-        std::array<float, most_bins> cost_right;
-        std::array<uint64_t, most_bins> weight_right;
-        std::array<uint32_t, most_bins> count_right;
+        std::array<float, max_bins> cost_right;
+        std::array<uint64_t, max_bins> weight_right;
+        std::array<uint32_t, max_bins> count_right;
         BinSet::Bin sum;
         for (size_t i = count - 1; i > 0; i--) {
             sum.add(axis[i]);
@@ -115,7 +115,7 @@ Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight) {
         sum = {};
         for (size_t i = 1; i < count; i++) {
             sum.add(axis[i - 1]);
-            if (sum.count() == 0 || count_right[i] == 0 || sum.weight() < least_weight || weight_right[i] < least_weight) continue;
+            if (sum.count() == 0 || count_right[i] == 0 || sum.weight() < min_weight || weight_right[i] < min_weight) continue;
             const float total = cost(sum) + cost_right[i];
             if (best.axis < 0 || total < best.cost) best = {a, static_cast<int>(i), total};
         }

@@ -10,7 +10,7 @@
 
 namespace raypager {
 
-inline constexpr int most_bins = 32;
+inline constexpr int max_bins = 32;
 
 // What holds a set of boxes, and what holds twice their centres.
 struct Extent {
@@ -57,7 +57,7 @@ struct BinSet {
 private:
     void add(const PrimitiveRef& ref, const BinMapping& mapping);
     union {
-        std::array<Bin, 3 * most_bins> bins_;  // of which the first 3 * count_ are there: small sets use few
+        std::array<Bin, 3 * max_bins> bins_;  // of which the first 3 * count_ are there: small sets use few
     };
     int count_;
 };
@@ -69,8 +69,8 @@ struct Split {
     float cost = 0;  // half area times count, summed over both sides
 };
 
-// The cheapest split that leaves something, and at least least_weight, on either side. by_weight: cost counts weights, not primitives.
-Split best_split(const BinSet& bins, uint64_t least_weight, bool by_weight);
+// The cheapest split that leaves something, and at least min_weight, on either side. by_weight: cost counts weights, not primitives.
+Split best_split(const BinSet& bins, uint64_t min_weight, bool by_weight);
 
 // The cheapest split of all at the multiples of step, on any axis: the number of refs that are moved to the front.
 // REQUIRES: step < refs.size() <= most_swept.

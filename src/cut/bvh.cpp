@@ -153,45 +153,45 @@ private:
     std::vector<SplitNode> splits_;
 };
 
-// Nodes with fewer primitives are not opened: a portal costs about as much as two nodes.
+// Nodes with fewer primitives are not opened: a block entry costs about as much as two nodes.
 constexpr uint32_t least_opened = 64;
 
 // Opens the largest node again and again, from the root down. Their depth is bounded, since the top tree has these nodes as well.
-std::vector<uint32_t> choose_portals(const Bvh& bvh, uint32_t sub_boxes) {
+std::vector<uint32_t> choose_block_entries(const Bvh& bvh, uint32_t max_entries) {
     struct Entry {
         double area;
         uint32_t index, depth;
         bool operator<(const Entry& other) const { return std::tie(area, index) < std::tie(other.area, other.index); }
     };
     std::priority_queue<Entry> open;
-    std::vector<uint32_t> portals;
+    std::vector<uint32_t> block_entries;
     const auto add = [&](uint32_t index, uint32_t depth) {
         const BvhNode& node = bvh.nodes[index];
         if (node.is_leaf() || node.primitives < least_opened || depth == RP_UPPER_TREE_MAX_DEPTH) {
-            portals.push_back(index);
+            block_entries.push_back(index);
         } else {
             open.push({node.box.half_area(), index, depth});
         }
     };
     add(0, 0);
-    while (!open.empty() && portals.size() + open.size() < sub_boxes) {
+    while (!open.empty() && block_entries.size() + open.size() < max_entries) {
         const Entry entry = open.top();
         open.pop();
         add(bvh.nodes[entry.index].left, entry.depth + 1);
         add(bvh.nodes[entry.index].right, entry.depth + 1);
     }
-    for (; !open.empty(); open.pop()) portals.push_back(open.top().index);
+    for (; !open.empty(); open.pop()) block_entries.push_back(open.top().index);
     // Indices grow in depth-first order.
-    std::sort(portals.begin(), portals.end());
-    return portals;
+    std::sort(block_entries.begin(), block_entries.end());
+    return block_entries;
 }
 
 }  // namespace
 
-Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t sub_boxes) {
-    RAYPAGER_CHECK(sub_boxes >= 1 && sub_boxes <= RP_MAX_SUB_BOXES);
+Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t block_entries) {
+    RAYPAGER_CHECK(block_entries >= 1 && block_entries <= RP_MAX_BLOCK_ENTRIES);
     Bvh bvh = BvhBuilder(world, refs).take();
-    bvh.portals = choose_portals(bvh, sub_boxes);
+    bvh.block_entries = choose_block_entries(bvh, block_entries);
     return bvh;
 }
 

@@ -36,12 +36,12 @@ struct Bvh {
     std::vector<VertexBits> vertices;
     std::vector<uint32_t> sphere_ids;  // leaf by leaf
     // Nodes where rays enter, from left to right; every leaf is beneath exactly one.
-    std::vector<uint32_t> portals;
+    std::vector<uint32_t> block_entries;
     uint32_t triangles = 0;
     VertexAttributes attributes;  // that any vertex has
 };
 
-// Builds the tree over refs (which are reordered; not empty) with at most sub_boxes portals.
-Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t sub_boxes);
+// Builds the tree over refs (which are reordered; not empty) with at most block_entries block entries.
+Bvh build_bvh(const World& world, std::span<PrimitiveRef> refs, uint32_t block_entries);
 
 }  // namespace raypager

@@ -11,7 +11,7 @@ namespace raypager {
 namespace {
 
 // No side of a split gets less than this share of the bytes (of a sample's, in large sets), so that blocks stay even.
-constexpr uint64_t least_share = 9;  // 1 : 8
+constexpr uint64_t min_share = 9;  // 1 : 8
 
 // What one thread does of a set at a time, if all work on it together.
 constexpr size_t piece_refs = size_t{1} << 16;
@@ -121,11 +121,11 @@ CutPlane CutPlane::choose(std::span<PrimitiveRef> refs) {
 
 CutPlane CutPlane::choose(std::span<PrimitiveRef> refs, const Box4& centroids) {
     RAYPAGER_CHECK(refs.size() >= 2);
-    const BinMapping mapping(centroids, most_bins);
+    const BinMapping mapping(centroids, max_bins);
     const BinSet bins(refs, mapping, most_sampled);
     uint64_t weight = 0;
     for (const BinSet::Bin& bin : bins.axis(0)) weight += bin.weight();
-    const Split split = best_split(bins, weight / least_share, true);
+    const Split split = best_split(bins, weight / min_share, true);
     CutPlane plane;
     if (split.axis >= 0) {
         plane.axis_ = split.axis;

@@ -12,10 +12,10 @@ namespace raypager {
 namespace {
 
 // Smaller writes cost more than they carry; larger ones gain nothing.
-constexpr size_t least_bucket_buffer = size_t{64} << 10, largest_bucket_buffer = size_t{4} << 20;
-constexpr size_t most_buckets = 4096;
+constexpr size_t min_bucket_buffer = size_t{64} << 10, largest_bucket_buffer = size_t{4} << 20;
+constexpr size_t max_buckets = 4096;
 // What is sorted at a time, of the memory there is, and within these bounds.
-constexpr uint64_t share_at_once = 32, least_at_once = 256 << 10, most_at_once = 64 << 20;
+constexpr uint64_t share_at_once = 32, min_at_once = 256 << 10, max_at_once = 64 << 20;
 // By a thread, while a bucket is loaded.
 constexpr size_t read_at_once = 256 << 10;
 // The sample tells the weight of a part to a few percent; the rest is allowed for.
@@ -88,14 +88,14 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
     const double limit = bucket_fill * static_cast<double>(settings.memory.bucket) * static_cast<double>(sample->size()) / static_cast<double>(all);
     size_t kinds = 0;
     for (const RecordList& list : bucket.lists) kinds += list.count > 0;
-    const size_t most = std::min<uint64_t>(most_buckets, settings.memory.buffers / (kinds * least_bucket_buffer));
+    const size_t most = std::min<uint64_t>(max_buckets, settings.memory.buffers / (kinds * min_bucket_buffer));
     const Partition partition(std::move(*sample), limit, most);
 
     auto file = SpillFile::create(settings.spill_beside);
     if (!file) return file.status();
-    const size_t buffer = std::clamp<size_t>(settings.memory.buffers / (kinds * partition.parts()), least_bucket_buffer, largest_bucket_buffer);
+    const size_t buffer = std::clamp<size_t>(settings.memory.buffers / (kinds * partition.parts()), min_bucket_buffer, largest_bucket_buffer);
     Distributor distributor(partition, *file, buffer);
-    const size_t at_once = std::clamp(settings.memory.limit / share_at_once, least_at_once, most_at_once);
+    const size_t at_once = std::clamp(settings.memory.limit / share_at_once, min_at_once, max_at_once);
     uint64_t done = 0;
     if (auto status = bucket.for_each_piece(at_once, true,
                                             [&](RecordKind kind, std::span<const std::byte> records) -> Status {

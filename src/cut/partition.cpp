@@ -49,12 +49,12 @@ Partition::Partition(PrimitiveRefs sample, double limit, size_t most) {
 // Cells that are about cubes, so that a flat scene has more of them along it.
 void Partition::make_grid(const Box4& centroids, size_t samples) {
     constexpr double most_along = 1024;
-    const double most_cells = static_cast<double>(std::clamp<size_t>(4 * samples, 1, size_t{1} << 20));
+    const double max_cells = static_cast<double>(std::clamp<size_t>(4 * samples, 1, size_t{1} << 20));
     double extent[3], longest = 0;
     for (int a = 0; a < 3; a++) longest = std::max(longest, extent[a] = double(centroids.upper[a]) - centroids.lower[a]);
     const auto count = [&](int a, double size) { return std::clamp(std::floor(extent[a] / size), 1.0, most_along); };
     double size = longest / most_along;
-    while (size > 0 && count(0, size) * count(1, size) * count(2, size) > most_cells) size *= 1.1;
+    while (size > 0 && count(0, size) * count(1, size) * count(2, size) > max_cells) size *= 1.1;
     for (int a = 0; a < 3; a++) {
         origin_[a] = centroids.lower[a];
         const float scale = size > 0 ? static_cast<float>(count(a, size) / extent[a]) : 0;

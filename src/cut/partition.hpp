@@ -56,7 +56,7 @@ private:
 
     std::vector<Node> nodes_;
     uint32_t parts_ = 0;
-    // For each cell, the lowest node that all centres in it come through: from the root it would be a long way, of turns that cannot be foretold.
+    // For each cell, the lowest node that all centres in it come through: from the root it would be a long way, of branches that are mispredicted.
     std::vector<uint16_t> cells_;
     Float4 origin_ = {}, scale_ = {}, last_ = {};  // of the cells
     std::array<uint32_t, 3> count_ = {1, 1, 1};    // of them along each axis

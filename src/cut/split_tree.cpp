@@ -52,7 +52,7 @@ private:
     }
 
     static SplitHalves split_by_bins(std::span<PrimitiveRef> refs, const Extent& extent) {
-        const int count = refs.size() < 64 ? 8 : refs.size() < 1024 ? 16 : most_bins;
+        const int count = refs.size() < 64 ? 8 : refs.size() < 1024 ? 16 : max_bins;
         const BinMapping mapping(extent.centroids, count);
         const BinSet bins(refs, mapping, refs.size());
         const Split split = best_split(bins, 0, false);

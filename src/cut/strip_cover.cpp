@@ -29,8 +29,8 @@ public:
 
 private:
     static constexpr size_t slots = 512;  // more than twice the edges that there can be
-    static constexpr size_t most_edges = 3 * most_covered;
-    static_assert(most_edges < 255);
+    static constexpr size_t max_edges = 3 * most_covered;
+    static_assert(max_edges < 255);
 
     // Half-edges of one direction that have met none of the other yet, in a queue: where many triangles share an edge, the first ones of both
     // directions become neighbours, then the second ones, and so on.
@@ -77,8 +77,8 @@ private:
 
     std::array<Mask, most_covered> masks_ = {};
     std::array<uint8_t, slots> table_ = {};  // edges, counted from 1
-    std::array<Edge, most_edges> edges_;
-    std::array<uint8_t, most_edges> triangles_, next_;  // of half-edges
+    std::array<Edge, max_edges> edges_;
+    std::array<uint8_t, max_edges> triangles_, next_;  // of half-edges
     uint8_t edge_count_ = 0, half_edges_ = 0;
 };
 

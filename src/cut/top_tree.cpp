@@ -11,17 +11,17 @@ namespace {
 
 class TopTreeBuilder {
 public:
-    explicit TopTreeBuilder(std::span<const PortalBox> portals) : portals_(portals) {
+    explicit TopTreeBuilder(std::span<const BlockEntryBox> block_entries) : block_entries_(block_entries) {
         std::vector<PrimitiveRef> refs;
-        while (read_ < portals.size()) {
+        while (read_ < block_entries.size()) {
             const uint32_t upper = read_upper_tree(0);
             refs.push_back({upper_nodes_[upper].box, upper, 1});
         }
         const std::vector<SplitNode> splits = build_split_tree(refs, RP_TOP_MAX_DEPTH - static_cast<int>(deepest_));
         grid_ = make_grid(splits[0].box);
-        tree_.paths.resize(portals.size());
+        tree_.paths.resize(block_entries.size());
         tree_.grid.root = add(splits, refs, 0, 1);
-        tree_.grid.portal_count = static_cast<rp_u32>(portals.size());
+        tree_.grid.block_entry_count = static_cast<rp_u32>(block_entries.size());
         std::copy_n(grid_.origin, 3, tree_.grid.origin);
         std::copy_n(grid_.cell, 3, tree_.grid.cell);
     }
@@ -31,17 +31,17 @@ public:
 private:
     struct UpperNode {
         Box box;
-        uint32_t portal = 0;
-        uint32_t left = 0, right = 0;  // both 0: the portal
+        uint32_t block_entry = 0;
+        uint32_t left = 0, right = 0;  // both 0: the block entry
     };
 
-    // The subtree that begins with the next portal.
+    // The subtree that begins with the next block entry.
     uint32_t read_upper_tree(uint32_t depth) {
-        RAYPAGER_CHECK(read_ < portals_.size() && depth <= portals_[read_].depth);
+        RAYPAGER_CHECK(read_ < block_entries_.size() && depth <= block_entries_[read_].depth);
         const auto index = static_cast<uint32_t>(upper_nodes_.size());
-        upper_nodes_.push_back({portals_[read_].box, static_cast<uint32_t>(read_)});
+        upper_nodes_.push_back({block_entries_[read_].box, static_cast<uint32_t>(read_)});
         deepest_ = std::max(deepest_, depth);
-        if (portals_[read_].depth == depth) {
+        if (block_entries_[read_].depth == depth) {
             read_++;
             return index;
         }
@@ -69,8 +69,8 @@ private:
     rp_u32 add_upper_tree(uint32_t index, uint64_t path) {
         const UpperNode& upper = upper_nodes_[index];
         if (upper.left == 0) {
-            tree_.paths[upper.portal] = path;
-            return RP_REF_PORTAL | upper.portal;
+            tree_.paths[upper.block_entry] = path;
+            return RP_REF_BLOCK_ENTRY | upper.block_entry;
         }
         const rp_u32 place = add_node();
         const uint32_t children[2] = {upper.left, upper.right};
@@ -86,7 +86,7 @@ private:
         return static_cast<rp_u32>(tree_.nodes.size() - 1);
     }
 
-    const std::span<const PortalBox> portals_;
+    const std::span<const BlockEntryBox> block_entries_;
     size_t read_ = 0;
     uint32_t deepest_ = 0;
     std::vector<UpperNode> upper_nodes_;
@@ -96,9 +96,9 @@ private:
 
 }  // namespace
 
-TopTree build_top_tree(std::span<const PortalBox> portals) {
-    RAYPAGER_CHECK(portals.size() < 0x3ffffffe);  // portal indices have 30 bits, and the last references mean something else
-    if (!portals.empty()) return TopTreeBuilder(portals).take();
+TopTree build_top_tree(std::span<const BlockEntryBox> block_entries) {
+    RAYPAGER_CHECK(block_entries.size() < 0x3ffffffe);  // block entry indices have 30 bits, and the last references mean something else
+    if (!block_entries.empty()) return TopTreeBuilder(block_entries).take();
     TopTree empty;
     empty.grid.root = RP_REF_EXIT;
     std::fill_n(empty.grid.cell, 3, 1.0f);

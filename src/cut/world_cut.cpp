@@ -17,8 +17,8 @@ constexpr size_t piece_primitives = size_t{1} << 16;
 // Up to so many primitives are a single region.
 constexpr size_t small = size_t{1} << 16;
 // One in so many is looked at for the cuts, within bounds; a region gets about so many of them, and each cut is found on about twice as many or more.
-constexpr size_t sampled = 16, most_sample = size_t{1} << 22, sample_of_region = size_t{1} << 13;
-static_assert(most_sample / sample_of_region <= UINT16_MAX);
+constexpr size_t sampled = 16, max_sample = size_t{1} << 22, sample_of_region = size_t{1} << 13;
+static_assert(max_sample / sample_of_region <= UINT16_MAX);
 // A ref, and what weighing takes where vertices are compared that triangles share.
 constexpr uint64_t bytes_of_ref = sizeof(PrimitiveRef) + 40;
 
@@ -51,7 +51,7 @@ WorldCut::WorldCut(const World& world, const Weigher& weigher) : world_(world), 
 }
 
 PrimitiveRefs WorldCut::take_sample() const {
-    const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, small, most_sample));
+    const size_t all = world_.primitives.size(), count = std::min(all, std::clamp(all / sampled, small, max_sample));
     PrimitiveRefs sample(count);
     parallel_for(count, piece_primitives, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; i++) sample[i] = make_ref(world_, static_cast<uint32_t>(one_of_stretch(i, count, all)));

@@ -186,7 +186,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     cl_int code = CL_SUCCESS;
     device->context_ = cl::Context(chosen->device, nullptr, nullptr, nullptr, &code);
     if (code != CL_SUCCESS) return cl_failed("opening " + device->info_.name, code);
-    for (Queue* queue : {&device->kernels_, &device->uploads_, &device->beside_}) {
+    for (Queue* queue : {&device->kernels_, &device->uploads_, &device->concurrent_}) {
         // Times are asked of kernels alone, and cost a GPU some microseconds a command.
         const auto properties = queue != &device->uploads_ ? cl::QueueProperties::Profiling : cl::QueueProperties::None;
         queue->queue_ = cl::CommandQueue(device->context_, chosen->device, properties, &code);
@@ -330,13 +330,13 @@ bool Device::since_volta() const {
 }
 
 std::string Device::camera_definitions() const {
-    return fmt::format(" -DRP_PERSISTENT={} -DRP_PART_RUN={}", profile().camera_least_walks, profile().camera_part_run);
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_PART_RUN={}", profile().camera_min_walks, profile().camera_part_run);
 }
 
 std::string Device::bounce_definitions() const {
     const DeviceProfile& p = profile();
-    return fmt::format(" -DRP_PERSISTENT={} -DRP_LEAST_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_least_walks,
-                       p.bounce_least_inner, p.bounce_shared_stack, p.bounce_part_run, group_size_);
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_LEAST_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_min_walks,
+                       p.bounce_min_inner, p.bounce_shared_stack, p.bounce_part_run, group_size_);
 }
 
 std::string Device::register_limit(uint32_t registers) const {

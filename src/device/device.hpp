@@ -162,7 +162,7 @@ public:
     Queue& kernels() { return kernels_; }
     Queue& uploads() { return uploads_; }
     // For kernels that run beside those of kernels().
-    Queue& beside() { return beside_; }
+    Queue& concurrent() { return concurrent_; }
     // Whether several threads may give commands at a time, as OpenCL promises. oclgrind crashes: its queues share lists without a lock.
     bool thread_safe() const { return info_.platform != "Oclgrind"; }
     uint32_t group_size() const { return group_size_; }
@@ -208,7 +208,7 @@ private:
     std::shared_ptr<DeviceHooks> hooks_;  // never null
     cl::Device device_;
     cl::Context context_;
-    Queue kernels_, uploads_, beside_;
+    Queue kernels_, uploads_, concurrent_;
     uint32_t group_size_ = 64;
     std::shared_ptr<MemoryBudget> budget_;
     DefaultLimit default_limit_;

@@ -25,9 +25,9 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     p.default_slots = std::max<uint64_t>(64 * K, cores * 32 * K) - off_power;
     // The more rays there are to choose from, the more those of a stream have in common: four times as many slots take 8 to 10 % less on two cores
     // (cpu-paging.md). Eight cores and more have as many anyway.
-    p.roomy_slots = std::max(p.default_slots, 256 * K - off_power);
+    p.preferred_slots = std::max(p.default_slots, 256 * K - off_power);
     // A bound for memory alone: loads_for_slots is what bounds them first. Not measured.
-    p.most_slots = std::max(4 * p.default_slots, 4 * M);
+    p.max_slots = std::max(4 * p.default_slots, 4 * M);
     p.scenes_for_slots = 2;  // not measured, as above
     // Scenes of 60 to 300 MB at 29, 12.5 and 3 % on two cores (cpu-paging.md).
     p.loads_for_slots = 1.0 / 54;
@@ -40,7 +40,7 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     p.blocks_per_load = 16;
     p.core_loads = cores / 2;
     p.blocks_per_core_load = 5;
-    p.most_loads = p.most_idle_loads = 16;
+    p.max_loads = p.max_idle_loads = 16;
     // Many blocks are entered by no ray of a round, and those go first. 0.25 to 0.99: a third to four fifths more loads (cpu-paging.md).
     p.traffic_kept = 0;
     // Each reads and verifies some GB/s. Two even on two cores that trace: 4 to 7 % less time, for what rays wait for is worth more than what others
@@ -71,9 +71,9 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
 
     // 4 M on an H100. What fewer would do there: not measured.
     p.default_slots = std::clamp<uint64_t>(units * 32 * K, 256 * K, 4 * M);
-    p.roomy_slots = 4 * p.default_slots;  // rounds get fuller: 7 % less time on an H100 (in no table there)
+    p.preferred_slots = 4 * p.default_slots;  // rounds get fuller: 7 % less time on an H100 (in no table there)
     // With 40 M, 64 M slots instead of 16 M take 13 to 20 % less at 29, 12.5 and 3 % (the same section).
-    p.most_slots = 16 * p.default_slots;
+    p.max_slots = 16 * p.default_slots;
     p.scenes_for_slots = 9;  // a tenth fewer cost 0.7 to 4 % (the same section); a GPU's memory is there for nothing else
     // The device does not wait for the host: 12.5 %, 1.99 -> 1.57 s; three and four are slower (gpu-paging.md).
     p.rounds_under_way = 2;
@@ -81,13 +81,13 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     // A GPU's rounds are short beside their fixed cost, and its bus is wide. A quarter of the pool in flight instead of a sixteenth: 12.5 %, 2.5 ->
     // 1.8 s (gpu-paging.md).
     p.blocks_per_load = 4;
-    p.most_loads = 64;
+    p.max_loads = 64;
     // The end of a render loads faster with 128 (gpu-paging.md).
     p.blocks_per_idle_load = 2;
-    p.most_idle_loads = 128;
+    p.max_idle_loads = 128;
     // Loads into that room do not wait for rounds under way (the same section).
     p.blocks_per_evict_ahead = 16;
-    p.most_evict_ahead = 16;
+    p.max_evict_ahead = 16;
     p.traffic_kept = 0.75;  // nearly every block is entered by some ray of a round (the same section)
     // Four load at the speed of the bus; eight gain 3 to 7 % but for 3 % resident, where they lose 6 (gpu-paging.md).
     p.loader_threads = std::clamp<uint32_t>(host_threads / 4, 2, 4);
@@ -107,11 +107,11 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
 void suit_nvidia(DeviceProfile& p) {
     // With fewer registers more rays are under way, and more is put down in memory. 64 instead of 72: camera + 2 to + 3 %, bounces + 7 to + 9 %.
     p.closest_hit_registers = 64;
-    p.any_hit_registers = 56;   // 48: 2 % slower; 64: the same (gpu-paging.md)
-    p.shading_registers = 96;   // 6 to 8 % more vertices a second than with 72 (gpu-paging.md)
-    p.camera_least_walks = 1;   // camera rays stay together
-    p.bounce_least_walks = 20;  // + 13 to + 30 %; from 8 to 24: within 3 % (gpu-paging.md)
-    p.bounce_least_inner = 8;
+    p.any_hit_registers = 56;  // 48: 2 % slower; 64: the same (gpu-paging.md)
+    p.shading_registers = 96;  // 6 to 8 % more vertices a second than with 72 (gpu-paging.md)
+    p.camera_min_walks = 1;    // camera rays stay together
+    p.bounce_min_walks = 20;   // + 13 to + 30 %; from 8 to 24: within 3 % (gpu-paging.md)
+    p.bounce_min_inner = 8;
     p.bounce_shared_stack = 12;
     // Each multiprocessor has runs of the queue of its own: camera rays + 7 %, bounces + 1 %.
     p.camera_part_run = 1024;
@@ -119,15 +119,15 @@ void suit_nvidia(DeviceProfile& p) {
 }
 
 constexpr ProfileField::Unit counts = ProfileField::Unit::count;
-constexpr double most_slots_of_all = 1 << 30, most_threads = 256, most_items = 1 << 16;
+constexpr double max_slots_of_all = 1 << 30, max_threads = 256, max_items = 1 << 16;
 
 using P = DeviceProfile;
 // What decides whether a device works at all is not among them.
 constexpr ProfileField fields[] = {
     {"cache-kernels", &P::cache_kernels, 0, 1, counts, "1: kernels are kept on disk once they are built; 0: that is left to the driver"},
-    {"default-slots", &P::default_slots, 1024, most_slots_of_all, counts, "path slots while everything is resident"},
-    {"roomy-slots", &P::roomy_slots, 1024, most_slots_of_all, counts, "path slots where all geometry fits beside them"},
-    {"most-slots", &P::most_slots, 1024, most_slots_of_all, counts, "path slots where blocks are swapped, at most"},
+    {"default-slots", &P::default_slots, 1024, max_slots_of_all, counts, "path slots while everything is resident"},
+    {"preferred-slots", &P::preferred_slots, 1024, max_slots_of_all, counts, "path slots where all geometry fits beside them"},
+    {"max-slots", &P::max_slots, 1024, max_slots_of_all, counts, "path slots where blocks are swapped, at most"},
     {"scenes-for-slots", &P::scenes_for_slots, 1, 1024, counts, "times the scene's bytes that path slots may take there"},
     {"loads-for-slots", &P::loads_for_slots, 0, 1e6, ProfileField::Unit::number,
      "on CPUs: bytes of path slots, in bytes of the scene over the share of it that is resident"},
@@ -135,18 +135,18 @@ constexpr ProfileField fields[] = {
     {"blocks-per-load", &P::blocks_per_load, 1, 1e6, counts, "blocks of the pool for each load in flight"},
     {"core-loads", &P::core_loads, 0, 1024, counts, "loads in flight at least"},
     {"blocks-per-core-load", &P::blocks_per_core_load, 1, 1e6, counts, "blocks of the pool for each of these"},
-    {"most-loads", &P::most_loads, 2, 1024, counts, "loads in flight at most"},
+    {"max-loads", &P::max_loads, 2, 1024, counts, "loads in flight at most"},
     {"blocks-per-idle-load", &P::blocks_per_idle_load, 0, 1e6, counts, "as blocks-per-load while loads are waited for; 0: the same"},
-    {"most-idle-loads", &P::most_idle_loads, 2, 1024, counts, "loads in flight then, at most"},
+    {"max-idle-loads", &P::max_idle_loads, 2, 1024, counts, "loads in flight then, at most"},
     {"blocks-per-evict-ahead", &P::blocks_per_evict_ahead, 0, 1e6, counts, "blocks of the pool for each that is evicted ahead; 0: none is"},
-    {"most-evict-ahead", &P::most_evict_ahead, 0, 1024, counts, "blocks evicted ahead at most"},
+    {"max-evict-ahead", &P::max_evict_ahead, 0, 1024, counts, "blocks evicted ahead at most"},
     {"traffic-kept", &P::traffic_kept, 0, 1, ProfileField::Unit::number, "share of a block's traffic that counts in the next round"},
-    {"loader-threads", &P::loader_threads, 1, most_threads, counts, "threads that bring blocks to the device"},
-    {"read-ahead-threads", &P::read_ahead_threads, 0, most_threads, counts, "threads that read blocks before they are loaded"},
+    {"loader-threads", &P::loader_threads, 1, max_threads, counts, "threads that bring blocks to the device"},
+    {"read-ahead-threads", &P::read_ahead_threads, 0, max_threads, counts, "threads that read blocks before they are loaded"},
     {"pinned-ahead", &P::pinned_ahead_bytes, 0, uint64_t{1} << 40, ProfileField::Unit::bytes, "host memory pinned while kernels are built"},
-    {"items", &P::items, 64, most_items, counts, "work-items per compute unit of stages that do not trace, single rays"},
-    {"ray-items", &P::ray_items, 64, most_items, counts, "work-items per compute unit that trace single rays"},
-    {"persistent-items", &P::persistent_items, 64, most_items, counts, "the same, where they fetch rays themselves"},
+    {"items", &P::items, 64, max_items, counts, "work-items per compute unit of stages that do not trace, single rays"},
+    {"ray-items", &P::ray_items, 64, max_items, counts, "work-items per compute unit that trace single rays"},
+    {"persistent-items", &P::persistent_items, 64, max_items, counts, "the same, where they fetch rays themselves"},
     {"stream-items", &P::stream_items, 1, 1024, counts, "work-items per compute unit that trace streams"},
     {"wake-items", &P::wake_items, 1, 1024, counts, "work-items per compute unit that wake slots, streams"},
     {"shade-items", &P::shade_items, 1, 1024, counts, "work-items per compute unit that shade, streams"},
@@ -155,12 +155,12 @@ constexpr ProfileField fields[] = {
     {"closest-hit-registers", &P::closest_hit_registers, 0, 255, counts, "registers for closest hits; 0: as the compiler likes"},
     {"any-hit-registers", &P::any_hit_registers, 0, 255, counts, "registers for shadow rays; 0: as the compiler likes"},
     {"shading-registers", &P::shading_registers, 0, 255, counts, "registers for shading; 0: as the compiler likes"},
-    {"camera-least-walks", &P::camera_least_walks, 1, 32, counts, "work-items with camera rays left, below which a sub-group fetches new ones"},
-    {"bounce-least-walks", &P::bounce_least_walks, 1, 32, counts, "the same of bounces"},
-    {"bounce-least-inner", &P::bounce_least_inner, 1, 32, counts, "work-items at inner nodes, below which those at leaves go first"},
+    {"camera-min-walks", &P::camera_min_walks, 1, 32, counts, "work-items with camera rays left, below which a sub-group fetches new ones"},
+    {"bounce-min-walks", &P::bounce_min_walks, 1, 32, counts, "the same of bounces"},
+    {"bounce-min-inner", &P::bounce_min_inner, 1, 32, counts, "work-items at inner nodes, below which those at leaves go first"},
     {"bounce-shared-stack", &P::bounce_shared_stack, 1, 24, counts, "entries of a stack that lie in local memory"},
-    {"camera-part-run", &P::camera_part_run, 16, most_items, counts, "camera rays in a row for one multiprocessor"},
-    {"bounce-part-run", &P::bounce_part_run, 16, most_items, counts, "the same of bounces"}};
+    {"camera-part-run", &P::camera_part_run, 16, max_items, counts, "camera rays in a row for one multiprocessor"},
+    {"bounce-part-run", &P::bounce_part_run, 16, max_items, counts, "the same of bounces"}};
 
 }  // namespace
 

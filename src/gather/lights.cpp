@@ -14,7 +14,7 @@ namespace {
 using std::numbers::pi;
 
 // Each copy of a mesh makes lights of its own, so a small file could ask for any number of them.
-constexpr size_t most_unseen_lights = size_t{1} << 22;
+constexpr size_t max_unseen_lights = size_t{1} << 22;
 
 double luminance(const float (&rgb)[3]) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 
@@ -92,9 +92,9 @@ private:
         }
         const rp_light light = triangle_light(positions_[a], positions_[b], positions_[c], light_);
         if (!(light.area > 0) || has_no_area(positions_[a], positions_[b], positions_[c])) return issues_.degenerate++, Status();
-        if (lights_.size() >= most_unseen_lights)
+        if (lights_.size() >= max_unseen_lights)
             return Status::failed(
-                fmt::format("{}: more than {} lights that are not seen; give this one a coarser mesh", shape_.name, most_unseen_lights));
+                fmt::format("{}: more than {} lights that are not seen; give this one a coarser mesh", shape_.name, max_unseen_lights));
         lights_.push_back(unseen(light));
         return {};
     }

@@ -47,10 +47,10 @@ void WorldStore::add(const WorldSphere& sphere) {
 }
 
 size_t WorldStore::expected(size_t count, size_t item_bytes, double share) const {
-    constexpr double reserve = 1.5;           // triangles a byte differ from mesh to mesh
-    constexpr double least_share = 1.0 / 64;  // less says little of all the others
+    constexpr double reserve = 1.5;         // triangles a byte differ from mesh to mesh
+    constexpr double min_share = 1.0 / 64;  // less says little of all the others
     const double most = static_cast<double>(memory_) / 3 / static_cast<double>(item_bytes);
-    return static_cast<size_t>(std::min(static_cast<double>(count) / std::max(share, least_share) * reserve, most));
+    return static_cast<size_t>(std::min(static_cast<double>(count) / std::max(share, min_share) * reserve, most));
 }
 
 void WorldStore::place_positions(const Placement& placement, const TriangleMesh& mesh) {

@@ -22,7 +22,7 @@ public:
     // What the world takes when so many bytes of meshes come: while an array moves to where there is room for them, or when all is cut.
     uint64_t memory_bytes(uint64_t more) const;
     // Whether vertices of a mesh of so many bytes can be numbered besides those that are there.
-    bool can_number(uint64_t mesh_bytes) const { return world_.positions.size() + mesh_bytes / least_vertex_bytes < index_limit; }
+    bool can_number(uint64_t mesh_bytes) const { return world_.positions.size() + mesh_bytes / min_vertex_bytes < index_limit; }
 
     // share: of all meshes, what will be there with this one, by their bytes; 1 where that is unknown.
     Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share);
@@ -49,7 +49,7 @@ private:
     // Bounds are those of the triangles: a mesh may have vertices that none of them uses.
     void place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues, double share);
 
-    static constexpr uint64_t least_vertex_bytes = 20;  // of a mesh in memory (mesh_intake.cpp)
+    static constexpr uint64_t min_vertex_bytes = 20;  // of a mesh in memory (mesh_intake.cpp)
 
     World& world_;
     const uint64_t memory_;

@@ -20,7 +20,7 @@ namespace raypager {
 namespace {
 
 constexpr uint64_t values_at_once = uint64_t{1} << 20;  // of a picture that is not tiled, or one row
-constexpr uint64_t most_values_at_once = uint64_t{1} << 26;
+constexpr uint64_t max_values_at_once = uint64_t{1} << 26;
 
 // libpng and its like write to stderr when a file is damaged, although the library above them reports the same: one error is one line.
 // What other threads write meanwhile is lost, too, so this is held for as long as a picture is read, no longer.
@@ -58,7 +58,7 @@ Status read_pixels(OIIO::ImageInput& input, const std::filesystem::path& path, O
     const bool tiled = spec.tile_width > 0;
     const uint64_t row = uint64_t{channels} * static_cast<uint64_t>(spec.width);
     const int step = tiled ? spec.tile_height : static_cast<int>(std::max<uint64_t>(1, values_at_once / row));
-    if (step < 1 || row * static_cast<uint64_t>(std::min(step, spec.height)) > most_values_at_once)
+    if (step < 1 || row * static_cast<uint64_t>(std::min(step, spec.height)) > max_values_at_once)
         return Status::failed(fmt::format("{}: its tiles of {} rows are too large to be read; the file is damaged, or convert it to scan lines",
                                           path.string(), spec.tile_height));
     std::vector<Stored> rows;

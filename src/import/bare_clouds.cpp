@@ -15,7 +15,7 @@ constexpr double stray_share = 0.002;  // of the points on either side are not l
 
 // Of few points, no such share can be left out: there, a stray is what lies further from the middle half of the points than this many times the
 // largest extent of that half, unless there are too many of them.
-constexpr size_t few_points = 500, least_points_with_strays = 4;
+constexpr size_t few_points = 500, min_points_with_strays = 4;
 constexpr double few_stray_margin = 5, most_few_strays = 0.03;
 
 constexpr size_t most_measured = 4096;  // points; the balls of more are too small to matter for the frame
@@ -60,7 +60,7 @@ std::array<Interval, 3> middle_halves(const std::vector<Vector>& points) {
 std::array<Interval, 3> subject_of(const std::vector<Vector>& points) {
     if (points.size() >= few_points) return {without_strays(points, 0), without_strays(points, 1), without_strays(points, 2)};
     const std::array<Interval, 3> everything = {Interval{-INFINITY, INFINITY}, {-INFINITY, INFINITY}, {-INFINITY, INFINITY}};
-    if (points.size() < least_points_with_strays) return everything;
+    if (points.size() < min_points_with_strays) return everything;
     std::array<Interval, 3> halves = middle_halves(points);
     double extent = 0;
     for (const Interval& half : halves) extent = std::max(extent, half.high - half.low);

@@ -6,7 +6,7 @@
 namespace raypager {
 namespace {
 
-constexpr double least_slope = 200, largest_angle = 180;
+constexpr double min_slope = 200, largest_angle = 180;
 constexpr size_t least_points = 5;
 
 // Without a tenth of them at either end: a few strays make no needle.
@@ -34,7 +34,7 @@ std::string seems_geographic(std::span<const FilePoint> sample, bool said) {
     if (count < (said ? size_t{1} : least_points) || 50 * outside > count) return {};
     if (said) return "the file says that x and y are longitude and latitude";
     const double across = std::max(extent(values[0]), extent(values[1])), upright = extent(values[2]);
-    if (2 * whole > count || !(across > 0) || upright < least_slope * across) return {};
+    if (2 * whole > count || !(across > 0) || upright < min_slope * across) return {};
     return "x and y look like longitude and latitude in degrees, and z like metres";
 }
 

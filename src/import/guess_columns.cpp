@@ -6,7 +6,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t least_rows = 8;         // that a correlation is worth something with
+constexpr size_t min_rows = 8;           // that a correlation is worth something with
 constexpr double clear_advantage = 0.5;  // of the sums of three correlations
 constexpr double return_like = 8, class_like = 15, brightest_at_least = 16;
 
@@ -23,7 +23,7 @@ enum class Range { none, bytes, words, fractions };
 
 class Guess {
 public:
-    Guess(std::span<const ColumnRow> rows, size_t count) : rows_(rows), known_(std::min(count, most_columns)), count_(count) {
+    Guess(std::span<const ColumnRow> rows, size_t count) : rows_(rows), known_(std::min(count, max_columns)), count_(count) {
         for (size_t c = 0; c < known_; ++c) survey(c);
         for (size_t c = 3; c + 2 < known_; ++c) mark_normals(c);
     }
@@ -117,7 +117,7 @@ private:
 
     // 0 to 1, whatever the sign; 0 where it cannot be told.
     double correlation(size_t a, size_t b) const {
-        if (rows_.size() < least_rows) return 0;
+        if (rows_.size() < min_rows) return 0;
         double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
         const auto n = static_cast<double>(rows_.size());
         for (const ColumnRow& row : rows_) mean_a += row[a] / n, mean_b += row[b] / n;
@@ -130,7 +130,7 @@ private:
 
     std::span<const ColumnRow> rows_;
     size_t known_, count_;
-    std::array<Column, most_columns> columns_;
+    std::array<Column, max_columns> columns_;
     ColumnGuess guess_;
 };
 

@@ -9,9 +9,9 @@
 
 namespace raypager {
 
-inline constexpr size_t most_columns = 32;  // that are looked at
+inline constexpr size_t max_columns = 32;  // that are looked at
 
-using ColumnRow = std::array<double, most_columns>;  // the numbers of a line; NAN where there is a word
+using ColumnRow = std::array<double, max_columns>;  // the numbers of a line; NAN where there is a word
 
 struct ColumnGuess {
     PointColumns columns;

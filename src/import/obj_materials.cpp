@@ -13,7 +13,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t most_materials = size_t{1} << 20;
+constexpr size_t max_materials = size_t{1} << 20;
 
 float largest(const Float3& c) { return std::max({c.x, c.y, c.z}); }
 
@@ -44,7 +44,7 @@ private:
         std::string key(words_[0]);  // some writers care little about capitals
         std::transform(key.begin(), key.end(), key.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
         if (key == "newmtl") {
-            named_ = out_.materials.size() < most_materials;
+            named_ = out_.materials.size() < max_materials;
             if (!named_) return bad();
             out_.materials.emplace_back().name = name_behind_keyword(line);
             return;
@@ -124,9 +124,9 @@ std::vector<std::filesystem::path> split_names(const std::filesystem::path& fold
         return std::nullopt;
     };
     std::vector<std::filesystem::path> paths;
-    constexpr size_t most_words = 32;
-    for (size_t i = 0; i < std::min(words.size(), most_words);) {
-        size_t end = std::min(words.size(), most_words);
+    constexpr size_t max_words = 32;
+    for (size_t i = 0; i < std::min(words.size(), max_words);) {
+        size_t end = std::min(words.size(), max_words);
         std::optional<std::filesystem::path> path;
         for (; end > i && !path; --end)
             path = found_at(std::string(words[i].data(), static_cast<size_t>(words[end - 1].data() + words[end - 1].size() - words[i].data())));

@@ -25,7 +25,7 @@ constexpr std::string_view ignored_statements[] = {"vt",    "vp",   "vc",       
                                                    "stech", "cdc",  "cdp",      "bzp",      "bsp",    "res", "shadow_obj", "trace_obj"};
 constexpr std::string_view undrawn_statements[] = {"p", "l", "curv", "curv2", "surf"};
 
-constexpr uint64_t most_vertices = 0xfffffffe;
+constexpr uint64_t max_vertices = 0xfffffffe;
 
 template <size_t N>
 bool is_one_of(std::string_view word, const std::string_view (&words)[N]) {
@@ -100,7 +100,7 @@ private:
 
     // v x y z, with a weight, a colour or both: x y z w, x y z r g b, x y z w r g b or x y z r g b a.
     Status vertex() {
-        if (mesh_.positions.size() >= most_vertices) return lines_.bad(fmt::format("more than {} vertices", most_vertices));
+        if (mesh_.positions.size() >= max_vertices) return lines_.bad(fmt::format("more than {} vertices", max_vertices));
         std::array<double, 3> p = {};
         RAYPAGER_TRY(numbers(p));
         if (words_.size() >= 7) color();
@@ -183,7 +183,7 @@ private:
     // Counted from 1, or backwards from the latest if negative.
     static uint32_t resolve(int64_t index, uint64_t count) {
         if (index < 0) index += static_cast<int64_t>(count) + 1;
-        return index <= 0 || index > static_cast<int64_t>(most_vertices) ? RP_NONE : static_cast<uint32_t>(index - 1);
+        return index <= 0 || index > static_cast<int64_t>(max_vertices) ? RP_NONE : static_cast<uint32_t>(index - 1);
     }
 
     void use_material(const std::string& name) {

@@ -12,7 +12,7 @@ Status PbrtReader::camera(const Directive& directive) {
     std::string type;
     PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
-    if (type != "perspective") warn(directive.place, fmt::format("Camera \"{}\" is not supported; a perspective camera is used", clipped(type)));
+    if (type != "perspective") warn(directive.location, fmt::format("Camera \"{}\" is not supported; a perspective camera is used", clipped(type)));
     CameraSettings settings;
     settings.fov = parameters.number("fov", settings.fov);
     settings.shutter_seconds = parameters.number("shutterclose", 1) - parameters.number("shutteropen", 0);
@@ -20,7 +20,7 @@ Status PbrtReader::camera(const Directive& directive) {
     if (!(settings.fov > 0 && settings.fov < 180))
         return error(directive, fmt::format("a field of view of {} degrees; it must be between 0 and 180", settings.fov));
     warn_if_present(parameters, {"screenwindow", "frameaspectratio"}, "the frame is that of the picture's resolution");
-    if (parameters.number("lensradius", 0) > 0) warn(directive.place, "Camera: a lens is not supported; everything is in focus");
+    if (parameters.number("lensradius", 0) > 0) warn(directive.location, "Camera: a lens is not supported; everything is in focus");
     if (type == "perspective") warn_of_unused(directive, type, parameters, {"focaldistance"});
     RAYPAGER_TRY(parameters.status());
     if (version_ == 4 && !(settings.shutter_seconds > 0))
@@ -53,7 +53,7 @@ Status PbrtReader::integrator(const Directive& directive) {
     PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     if (type != "path" && type != "volpath" && type != "simplepath")
-        warn(directive.place, fmt::format("Integrator \"{}\" is not supported; path tracing is used", clipped(type)));
+        warn(directive.location, fmt::format("Integrator \"{}\" is not supported; path tracing is used", clipped(type)));
     scene_.max_depth = parameters.count("maxdepth", 5, 1u << 20);
     return parameters.status();
 }

@@ -40,7 +40,7 @@ Status PbrtReader::film_response(const Directive& directive, const PbrtParameter
     film.white_balance = parameters.number("whitebalance", 0);
     const std::string sensor = parameters.text("sensor", "cie1931");
     RAYPAGER_TRY(parameters.status());
-    if (sensor != "cie1931") warn(directive.place, fmt::format("Film: the sensor \"{}\" is not supported; cie1931 is used", clipped(sensor)));
+    if (sensor != "cie1931") warn(directive.location, fmt::format("Film: the sensor \"{}\" is not supported; cie1931 is used", clipped(sensor)));
     for (const double x : {film.scale, film.iso, film.exposure_time.value_or(1), film.imaging_ratio.value_or(1)})
         if (!(x > 0) || !std::isfinite(static_cast<float>(x)))
             return error(directive, fmt::format("scale, iso, exposuretime and imagingratio must be more than 0, but one is {}", x));
@@ -48,7 +48,7 @@ Status PbrtReader::film_response(const Directive& directive, const PbrtParameter
         if (!(x > 0)) return error(directive, fmt::format("a limit of samples must be more than 0, but it is {}", x));
     if (film.white_balance != 0 && !(film.white_balance >= 1000 && film.white_balance <= 1e6))
         return error(directive, fmt::format("whitebalance is a temperature from 1000 to 1000000 kelvin, not {}", film.white_balance));
-    film.place = directive.place;
+    film.location = directive.location;
     film_ = film;
     return {};
 }
@@ -63,11 +63,11 @@ Status PbrtReader::set_film_response() {
     const double exposure = ratio * film_.scale;
     scene_.film.exposure = static_cast<float>(exposure);
     if (!(scene_.film.exposure > 0) || !std::isfinite(scene_.film.exposure))
-        return Status::failed(fmt::format("{}: the film's exposure of {} cannot be computed with", film_.place.with_line(), exposure));
+        return Status::failed(fmt::format("{}: the film's exposure of {} cannot be computed with", film_.location.with_line(), exposure));
     scene_.film.max_luminance = static_cast<float>(film_.max_luminance);
     scene_.film.max_xyz = static_cast<float>(film_.max_component / ratio);
     if (!(scene_.film.max_luminance > 0) || !(scene_.film.max_xyz > 0))
-        return Status::failed(fmt::format("{}: the film's limit of samples is too small to compute with", film_.place.with_line()));
+        return Status::failed(fmt::format("{}: the film's limit of samples is too small to compute with", film_.location.with_line()));
     if (film_.white_balance != 0) scene_.film.color_matrix = white_balance_matrix(film_.white_balance);
     return {};
 }

@@ -55,7 +55,7 @@ Status PbrtReader::light_source(const Directive& directive) {
     if (type == "infinite" || type == "exinfinite") {
         RAYPAGER_TRY(light_color(parameters, "L", radiance, std::numbers::pi));
         warn_if_present(parameters, {"filename", "mapname"}, "the sky is white on average");
-        warn_if_present(parameters, {"portal"}, "light comes from everywhere");
+        warn_if_present(parameters, {"block entry"}, "light comes from everywhere");
         add_infinite_light(radiance);
         warn_of_unused(directive, type, parameters, {"samples", "nsamples"});
         return {};
@@ -80,14 +80,14 @@ Status PbrtReader::light_source(const Directive& directive) {
         if (type == "point")
             warn_of_unused(directive, type, parameters, {"samples", "nsamples"});
         else
-            warn(directive.place, fmt::format("LightSource \"{}\" is not supported; a point light is used", type));
+            warn(directive.location, fmt::format("LightSource \"{}\" is not supported; a point light is used", type));
         const auto p = state_.transform.point(from[0], from[1], from[2]);
         light.kind = RP_LIGHT_POINT;
         for (size_t i = 0; i < 3; ++i) light.p[i] = static_cast<float>(p[i]);
         if (!std::isfinite(light.p[0]) || !std::isfinite(light.p[1]) || !std::isfinite(light.p[2]))
             return error(directive, "its position is not finite");
     } else {
-        warn(directive.place, fmt::format("LightSource \"{}\" is not supported; it is left out", clipped(type)));
+        warn(directive.location, fmt::format("LightSource \"{}\" is not supported; it is left out", clipped(type)));
         return {};
     }
     store(radiance, light.radiance);
@@ -100,7 +100,7 @@ Status PbrtReader::area_light_source(const Directive& directive) {
     PbrtParameters parameters = no_parameters();
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     if (type != "diffuse" && type != "area") {
-        warn(directive.place, fmt::format("AreaLightSource \"{}\" is not supported; its shapes do not shine", clipped(type)));
+        warn(directive.location, fmt::format("AreaLightSource \"{}\" is not supported; its shapes do not shine", clipped(type)));
         state_.area_light.reset();
         return {};
     }

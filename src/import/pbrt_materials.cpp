@@ -43,7 +43,7 @@ Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string
     const double u_roughness = parameters.number({u, both}, usual), v_roughness = parameters.number({v, both}, usual);
     RAYPAGER_TRY(parameters.status());
     if (u_roughness != v_roughness)
-        warn(parameters.find({u, v})->place, "anisotropic roughness is not supported; the mean of both directions is used");
+        warn(parameters.find({u, v})->location, "anisotropic roughness is not supported; the mean of both directions is used");
     double roughness = (u_roughness + v_roughness) / 2;
     if (parameters.boolean("remaproughness", true)) roughness = alpha_of_roughness(roughness, version_3);
     constexpr double smooth = 1e-3;  // what pbrt-v4 takes for a mirror
@@ -72,15 +72,15 @@ Status PbrtReader::dielectric(const Directive& directive, const PbrtParameters& 
         RAYPAGER_TRY(color(parameters, {"eta", "index"}, eta, eta));
     RAYPAGER_TRY(parameters.status());
     if (!(mean(eta) > 0)) return error(directive, "the index of refraction must be more than 0");
-    if (eta.x != eta.y || eta.y != eta.z) warn(directive.place, "dispersion is not supported; the mean index of refraction is used");
+    if (eta.x != eta.y || eta.y != eta.z) warn(directive.location, "dispersion is not supported; the mean index of refraction is used");
     if (parameters.number({"uroughness", "roughness"}, 0) > 0 || parameters.number({"vroughness", "roughness"}, 0) > 0)
-        warn(directive.place, "rough dielectrics are not supported; the surface is smooth");
+        warn(directive.location, "rough dielectrics are not supported; the surface is smooth");
     parameters.find("remaproughness");
     for (const std::string_view name : {"Kr", "Kt"}) {
         Float3 share;
         RAYPAGER_TRY(color(parameters, {name}, white_surface, share));
         if (share != white_surface)
-            warn(parameters.find(name)->place, fmt::format("parameter \"{}\" is not supported; glass reflects and transmits all light", name));
+            warn(parameters.find(name)->location, fmt::format("parameter \"{}\" is not supported; glass reflects and transmits all light", name));
     }
     material = dielectric_material(mean(eta));
     return parameters.status();
@@ -105,11 +105,11 @@ Status PbrtReader::mix_materials(const Directive& directive, const PbrtParameter
     for (size_t i = 0; i < 2; ++i) {
         const auto found = named_materials_.find(names[i]);
         if (found == named_materials_.end())
-            warn(directive.place, fmt::format("there is no material \"{}\" to mix; grey is used", clipped(names[i])));
+            warn(directive.location, fmt::format("there is no material \"{}\" to mix; grey is used", clipped(names[i])));
         else if (found->second != no_surface)
             parts[i] = &scene_.materials[found->second];
     }
-    warn(directive.place, "Material \"mix\" is not supported; one material between the two, or the one with the larger share, is used");
+    warn(directive.location, "Material \"mix\" is not supported; one material between the two, or the one with the larger share, is used");
     const rp_material grey = diffuse_material(mid_grey);
     const rp_material& a = parts[0] ? *parts[0] : grey;
     const rp_material& b = parts[1] ? *parts[1] : grey;
@@ -143,7 +143,7 @@ Status PbrtReader::approximate_material(const Directive& directive, const std::s
         RAYPAGER_TRY(color(parameters, {"reflectance", "Kd", "color"}, mid_grey, reflectance));
     }
     RAYPAGER_TRY(parameters.status());
-    warn(directive.place, fmt::format("Material \"{}\" is not supported; a diffuse one of its colour is used", clipped(type)));
+    warn(directive.location, fmt::format("Material \"{}\" is not supported; a diffuse one of its colour is used", clipped(type)));
     material = diffuse_material(reflectance);
     return {};
 }
@@ -152,7 +152,7 @@ Status PbrtReader::describe_material(const Directive& directive, const std::stri
     Float3 reflectance;
     if (type == "diffuse" || type == "matte") {
         RAYPAGER_TRY(color(parameters, {"reflectance", "Kd"}, mid_grey, reflectance));
-        if (parameters.number("sigma", 0) > 0) warn(directive.place, "rough diffuse surfaces are not supported; sigma is taken as 0");
+        if (parameters.number("sigma", 0) > 0) warn(directive.location, "rough diffuse surfaces are not supported; sigma is taken as 0");
         material = diffuse_material(reflectance);
     } else if (type == "conductor" || type == "metal") {
         RAYPAGER_TRY(conductor(parameters, "", type == "metal", material));
@@ -162,10 +162,10 @@ Status PbrtReader::describe_material(const Directive& directive, const std::stri
     } else if (type == "dielectric" || type == "glass") {
         RAYPAGER_TRY(dielectric(directive, parameters, material));
     } else if (type == "thindielectric") {
-        warn(directive.place, "Material \"thindielectric\" is not supported; a solid dielectric is used");
+        warn(directive.location, "Material \"thindielectric\" is not supported; a solid dielectric is used");
         RAYPAGER_TRY(dielectric(directive, parameters, material));
     } else if (type == "coatedconductor") {
-        warn(directive.place, "Material \"coatedconductor\" is not supported; the conductor is used without its coat");
+        warn(directive.location, "Material \"coatedconductor\" is not supported; the conductor is used without its coat");
         const bool bare = parameters.find("reflectance") != nullptr;
         return conductor(parameters, bare ? "" : "conductor.", false, material);
     } else {
@@ -182,7 +182,7 @@ void PbrtReader::warn_of_bumps(const PbrtParameters& parameters) {
         if (!p || p->type != "texture" || p->strings.size() != 1) continue;
         const auto texture = textures_.floats.find(p->strings[0]);
         if (texture != textures_.floats.end() && texture->second.approximated.empty()) continue;
-        warn(p->place, fmt::format("parameter \"{}\" is not supported; the surface stays as it is", name));
+        warn(p->location, fmt::format("parameter \"{}\" is not supported; the surface stays as it is", name));
     }
     warn_if_present(parameters, {"normalmap"}, "the surface stays as it is");
 }
@@ -230,7 +230,7 @@ Status PbrtReader::named_material(const Directive& directive) {
     RAYPAGER_TRY(take_string(name));
     const auto found = named_materials_.find(name);
     if (found == named_materials_.end())
-        warn(directive.place, fmt::format("there is no material \"{}\"; what is in force stays", clipped(name)));
+        warn(directive.location, fmt::format("there is no material \"{}\"; what is in force stays", clipped(name)));
     else
         state_.material = found->second;
     return {};

@@ -80,7 +80,7 @@ Status parse_values(PbrtTokens& tokens, const TypeRule& rule, PbrtParameter& par
 
 Status parameter_error(const PbrtParameter& parameter, const std::string& what) {
     return Status::failed(
-        fmt::format("{}: parameter \"{} {}\": {}", parameter.place.with_column(), clipped(parameter.type), clipped(parameter.name), what));
+        fmt::format("{}: parameter \"{} {}\": {}", parameter.location.with_column(), clipped(parameter.type), clipped(parameter.name), what));
 }
 
 std::string texture_approximation(const std::string& type) {
@@ -104,18 +104,18 @@ Status PbrtParameters::parse_one(PbrtTokens& tokens, const PbrtToken& token) {
     PbrtParameter parameter;
     parameter.type = words[0];
     parameter.name = words[1];
-    parameter.place = tokens.place(token);
+    parameter.location = tokens.location(token);
     tokens.take();
 
     const TypeRule* rule = find_rule(parameter.type);
     RAYPAGER_TRY(parse_values(tokens, rule ? *rule : unknown_type, parameter));
     if (!rule) {
-        warnings_->add(parameter.place, fmt::format("\"{}\" is no type of parameter; it is ignored", clipped(parameter.type)));
+        warnings_->add(parameter.location, fmt::format("\"{}\" is no type of parameter; it is ignored", clipped(parameter.type)));
         return {};
     }
     if (const size_t excess = parameter.numbers.size() % rule->group; excess != 0) {
-        warnings_->add(parameter.place, fmt::format("parameter \"{} {}\" expects values in groups of {}; the last {} of {} are ignored",
-                                                    parameter.type, clipped(parameter.name), rule->group, excess, parameter.numbers.size()));
+        warnings_->add(parameter.location, fmt::format("parameter \"{} {}\" expects values in groups of {}; the last {} of {} are ignored",
+                                                       parameter.type, clipped(parameter.name), rule->group, excess, parameter.numbers.size()));
         parameter.numbers.resize(parameter.numbers.size() - excess);
     }
     if (parameter.numbers.empty() && parameter.strings.empty()) return {};  // as if it were not there
@@ -129,8 +129,8 @@ void PbrtParameters::add(PbrtParameter parameter) {
             // A texture is looked for before a value is, whatever their order.
             const bool stays = p.type == "texture" && parameter.type != "texture";
             if (p.type != parameter.type || p.numbers != parameter.numbers || p.strings != parameter.strings)
-                warnings_->add(parameter.place, fmt::format("parameter \"{}\" is given twice; {} counts", clipped(parameter.name),
-                                                            stays ? "the texture" : "the last one"));
+                warnings_->add(parameter.location, fmt::format("parameter \"{}\" is given twice; {} counts", clipped(parameter.name),
+                                                               stays ? "the texture" : "the last one"));
             if (!stays) p = std::move(parameter);
             return;
         }
@@ -182,10 +182,11 @@ double PbrtParameters::number(std::initializer_list<std::string_view> names, dou
 double PbrtParameters::texture_number(const PbrtParameter& p, double fallback) const {
     const auto texture = textures_->floats.find(p.strings[0]);
     if (texture == textures_->floats.end()) {
-        warnings_->add(p.place, fmt::format("there is no float texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
+        warnings_->add(p.location,
+                       fmt::format("there is no float texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
         return fallback;
     }
-    if (!texture->second.approximated.empty()) warnings_->add(texture->second.place, texture_approximation(texture->second.approximated));
+    if (!texture->second.approximated.empty()) warnings_->add(texture->second.location, texture_approximation(texture->second.approximated));
     return texture->second.value;
 }
 

@@ -15,7 +15,7 @@ namespace raypager {
 
 struct PbrtParameter {
     std::string type, name;
-    PbrtPlace place;
+    PbrtLocation location;
     std::vector<double> numbers;       // booleans are 0 or 1
     std::vector<std::string> strings;  // one of the two is empty
     mutable bool used = false;         // somebody asked for it

@@ -13,9 +13,9 @@ namespace {
 
 // Bounds against hostile files, far beyond honest ones.
 constexpr size_t deepest_include = 256, deepest_state = 4096;
-constexpr uint64_t most_includes = 1000000;
+constexpr uint64_t max_includes = 1000000;
 // Of included files whose text is kept for the next time.
-constexpr uint64_t largest_kept_text = uint64_t{1} << 16, most_kept_text = uint64_t{1} << 26;
+constexpr uint64_t largest_kept_text = uint64_t{1} << 16, max_kept_text = uint64_t{1} << 26;
 
 struct Unsupported {
     std::string_view directive, instead;
@@ -84,7 +84,7 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     if (const Status placed = place_camera(); !placed.ok()) return placed.at(path.string());
     RAYPAGER_TRY(set_film_response());
     // Version 3 lets attributes and objects end in any order.
-    if (odd_nesting_ && version_ != 3) warn(odd_nesting_place_, *odd_nesting_);
+    if (odd_nesting_ && version_ != 3) warn(odd_nesting_location_, *odd_nesting_);
     if (scene_.shapes.empty()) {
         if (!first_left_out_.empty()) return Status::failed(first_left_out_ + ", and nothing else is to be seen");
         return Status::failed(path.string() + ": has no shape, so there is nothing to be seen");
@@ -106,10 +106,11 @@ Status PbrtReader::read_to_the_end(const std::filesystem::path& path) {
     for (; !saved_.empty(); saved_.pop_back()) {
         const std::string what = fmt::format("{}Begin without {}End", scope_name(saved_.back().scope), scope_name(saved_.back().scope));
         if (!world_ended_ || object_)
-            return Status::failed(fmt::format("{}: {}; the file is truncated or damaged", saved_.back().place.with_line(), what));
-        warn(saved_.back().place, what);
+            return Status::failed(fmt::format("{}: {}; the file is truncated or damaged", saved_.back().location.with_line(), what));
+        warn(saved_.back().location, what);
     }
-    if (object_) return Status::failed(fmt::format("{}: ObjectBegin without ObjectEnd; the file is truncated or damaged", object_place_.with_line()));
+    if (object_)
+        return Status::failed(fmt::format("{}: ObjectBegin without ObjectEnd; the file is truncated or damaged", object_location_.with_line()));
     if (!world_begun_) return Status::failed(path.string() + ": has no WorldBegin; is it a part that another file is to include?");
     return {};
 }
@@ -131,7 +132,7 @@ Status PbrtReader::read_directives() {
         RAYPAGER_TRY(tokens_->peek(token));
         if (token->kind == PbrtTokenKind::end) return {};
         if (token->kind != PbrtTokenKind::word) return tokens_->error(*token, fmt::format("expected a directive instead of {}", token->describe()));
-        const Directive directive{token->text, tokens_->place(*token)};
+        const Directive directive{token->text, tokens_->location(*token)};
         tokens_->take();
         const auto handler = handlers().find(directive.name);
         any_known_ = any_known_ || handler != handlers().end();
@@ -146,7 +147,7 @@ Status PbrtReader::skip_unsupported(const Directive& directive) {
             instead = u.instead;
             if (u.version != 0) seems_version(u.version);
         }
-    warn(directive.place, fmt::format("{} is not supported; {}", clipped(directive.name), instead));
+    warn(directive.location, fmt::format("{} is not supported; {}", clipped(directive.name), instead));
     while (true) {
         const PbrtToken* token = nullptr;
         RAYPAGER_TRY(tokens_->peek(token));
@@ -184,29 +185,29 @@ Status PbrtReader::take_type_and_parameters(std::string& type, PbrtParameters& p
 }
 
 Status PbrtReader::error(const Directive& directive, const std::string& what) const {
-    return Status::failed(fmt::format("{}: {}: {}", directive.place.with_column(), directive.name, what));
+    return Status::failed(fmt::format("{}: {}: {}", directive.location.with_column(), directive.name, what));
 }
 
 void PbrtReader::warn_if_present(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const char* instead) {
     for (const std::string_view name : names)
-        if (const PbrtParameter* p = parameters.find(name)) warn(p->place, fmt::format("parameter \"{}\" is not supported; {}", name, instead));
+        if (const PbrtParameter* p = parameters.find(name)) warn(p->location, fmt::format("parameter \"{}\" is not supported; {}", name, instead));
 }
 
 void PbrtReader::warn_of_unused(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
                                 std::initializer_list<std::string_view> harmless) {
     if (const PbrtParameter* p = parameters.find_unused(harmless))
-        warn(p->place, fmt::format("parameter \"{}\" of {} \"{}\" is not known; it is ignored", clipped(p->name), directive.name, clipped(type)));
+        warn(p->location, fmt::format("parameter \"{}\" of {} \"{}\" is not known; it is ignored", clipped(p->name), directive.name, clipped(type)));
 }
 
 void PbrtReader::leave_out(const Directive& directive, const std::string& what) {
-    if (first_left_out_.empty()) first_left_out_ = fmt::format("{}: {}", directive.place.with_line(), what);
-    warn(directive.place, what);
+    if (first_left_out_.empty()) first_left_out_ = fmt::format("{}: {}", directive.location.with_line(), what);
+    warn(directive.location, what);
 }
 
 // Before WorldBegin there are only options; pbrt ignores, with an error, what is to be seen there.
 bool PbrtReader::is_in_world(const Directive& directive, const std::string& type) {
     if (world_begun_) return true;
-    warn(directive.place, fmt::format("{} \"{}\" before WorldBegin is left out", directive.name, clipped(type)));
+    warn(directive.location, fmt::format("{} \"{}\" before WorldBegin is left out", directive.name, clipped(type)));
     return false;
 }
 
@@ -245,7 +246,7 @@ Status PbrtReader::include(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
     if (open_files_.size() >= deepest_include) return error(directive, fmt::format("files include each other more than {} deep", deepest_include));
-    if (++included_ > most_includes) return error(directive, fmt::format("more than {} files are included", most_includes));
+    if (++included_ > max_includes) return error(directive, fmt::format("more than {} files are included", max_includes));
     IncludedFile* file = nullptr;
     RAYPAGER_TRY(find_include(directive, name, file));
     for (const OpenFile& open : open_files_)
@@ -254,8 +255,8 @@ Status PbrtReader::include(const Directive& directive) {
     // A file that cannot be opened is an error of this line; errors inside it name their own place.
     if (file->text) return read_file(file->path, file->canonical, *file->text);
     auto text = read_text(file->path);
-    if (!text) return text.status().at(directive.place.with_line());
-    if (text->size() <= largest_kept_text && kept_text_bytes_ + text->size() <= most_kept_text) {
+    if (!text) return text.status().at(directive.location.with_line());
+    if (text->size() <= largest_kept_text && kept_text_bytes_ + text->size() <= max_kept_text) {
         kept_text_bytes_ += text->size();
         file->text = *text;
     }
@@ -294,7 +295,7 @@ const char* PbrtReader::scope_name(Scope scope) {
 
 Status PbrtReader::push(const Directive& directive, Scope scope) {
     if (saved_.size() >= deepest_state) return error(directive, fmt::format("nested more than {} deep", deepest_state));
-    saved_.push_back({state_, scope, directive.place, scope != Scope::transform});
+    saved_.push_back({state_, scope, directive.location, scope != Scope::transform});
     return {};
 }
 
@@ -308,13 +309,13 @@ void PbrtReader::pop(const Directive& directive, Scope scope) {
     SavedState* const transform = version_ == 3 ? last(&SavedState::holds_transform) : saved_.empty() ? nullptr : &saved_.back();
     SavedState* const rest = version_ == 3 ? scope == Scope::transform ? nullptr : last(&SavedState::holds_rest) : transform;
     if (scope == Scope::transform && version_ == 3 ? !transform : !rest) {
-        warn(directive.place, fmt::format("{} without a beginning is ignored", directive.name));
+        warn(directive.location, fmt::format("{} without a beginning is ignored", directive.name));
         return;
     }
     if (((rest ? rest->scope : scope) == Scope::object) != (scope == Scope::object) && !odd_nesting_) {
         odd_nesting_ = fmt::format("{} before the end of the {}Begin in line {}; it is taken as pbrt-v3 would", directive.name,
-                                   scope_name(rest->scope), rest->place.line);
-        odd_nesting_place_ = directive.place;
+                                   scope_name(rest->scope), rest->location.line);
+        odd_nesting_location_ = directive.location;
     }
     const Transform before = transform ? transform->state.transform : state_.transform;
     if (rest) {

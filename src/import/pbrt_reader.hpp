@@ -30,7 +30,7 @@ public:
 private:
     struct Directive {
         std::string name;
-        PbrtPlace place;
+        PbrtLocation location;
     };
     using Handler = Status (PbrtReader::*)(const Directive&);
     struct GraphicsState {
@@ -43,7 +43,7 @@ private:
     struct SavedState {
         GraphicsState state;
         Scope scope;
-        PbrtPlace place;                                 // of the Begin
+        PbrtLocation location;                           // of the Begin
         bool holds_rest = true, holds_transform = true;  // what has not been brought back yet
     };
     struct OpenFile {
@@ -57,7 +57,7 @@ private:
         double iso = 100, scale = 1, white_balance = 0;  // 0: none
         std::optional<double> exposure_time, imaging_ratio;
         double max_component = FilmResponse::no_limit, max_luminance = FilmResponse::no_limit;
-        PbrtPlace place;
+        PbrtLocation location;
     };
     static constexpr uint32_t no_surface = RP_NONE;  // rays pass: pbrt's "interface" material
 
@@ -77,7 +77,7 @@ private:
     PbrtParameters no_parameters() { return PbrtParameters(textures_, warnings_); }
     Status take_type_and_parameters(std::string& type, PbrtParameters& parameters);
     Status error(const Directive& directive, const std::string& what) const;
-    void warn(const PbrtPlace& place, const std::string& text) { warnings_.add(place, text); }
+    void warn(const PbrtLocation& location, const std::string& text) { warnings_.add(location, text); }
     // Warns of each of these parameters that is present, saying what is done instead.
     void warn_if_present(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const char* instead);
     // Warns of the first parameter that nothing was made of, harmless ones apart.
@@ -187,7 +187,7 @@ private:
     std::string first_left_out_;
     int version_ = 0;                         // of pbrt, 3 or 4, by the first directive that only one of them has
     std::optional<std::string> odd_nesting_;  // the first warning of one, if any: version 3 allows it
-    PbrtPlace odd_nesting_place_;
+    PbrtLocation odd_nesting_location_;
     GraphicsState state_;
     std::vector<SavedState> saved_;
     bool transforms_active_ = true;
@@ -198,7 +198,7 @@ private:
     PbrtTextures textures_;
     std::map<std::string, std::vector<Shape>> objects_;
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
-    PbrtPlace object_place_;
+    PbrtLocation object_location_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
     bool has_noted_colors_ = false;                                                                          // of meshes
     std::map<std::pair<std::filesystem::path, std::string>, std::shared_ptr<const CloudFile>> cloud_files_;  // by name and columns

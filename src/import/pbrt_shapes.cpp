@@ -14,7 +14,7 @@ namespace raypager {
 namespace {
 
 // Instances are placed as shapes of their own, so a small file can ask for any number of them; no more than there can be primitives.
-constexpr size_t most_shapes = RP_NONE - 1;
+constexpr size_t max_shapes = RP_NONE - 1;
 // From here on, single precision is coarser than 8 mm if the unit is the metre.
 constexpr double far_coordinate = 65536;
 constexpr double degrees = 3.14159265358979323846 / 180;
@@ -41,7 +41,7 @@ Status PbrtReader::make_shape(const Directive& directive, const std::string& typ
     shape.sphere.radius = 0;
     if (type == "trianglemesh") return triangle_mesh(directive, parameters, shape);
     if (type == "loopsubdiv") {
-        warn(directive.place, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
+        warn(directive.location, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
         return triangle_mesh(directive, parameters, shape);
     }
     if (type == "bilinearmesh") return bilinear_mesh(directive, parameters, shape);
@@ -76,7 +76,7 @@ Status PbrtReader::shape(const Directive& directive) {
     if (!unseen && !opaque) warn_if_present(parameters, {"alpha"}, "the surface is opaque");
     Shape shape;
     shape.unseen = unseen;
-    shape.name = directive.place.with_line();
+    shape.name = directive.location.with_line();
     RAYPAGER_TRY(make_shape(directive, type, parameters, shape));
     RAYPAGER_TRY(parameters.status());
     if (!shape.mesh && !shape.points && !(shape.sphere.radius > 0)) return {};  // what was to be said was said
@@ -87,13 +87,13 @@ Status PbrtReader::shape(const Directive& directive) {
     shape.area_light = state_.area_light;
     if (unseen && shape.points) return {};
     if (shape.points && shape.area_light) {
-        warn(directive.place, "points that shine are not supported; they reflect only");
+        warn(directive.location, "points that shine are not supported; they reflect only");
         shape.area_light.reset();
     }
     shape.material = state_.material;
     if (state_.material == no_surface) {
         if (!state_.area_light) return {};  // nothing to be seen
-        if (!unseen) warn(directive.place, "a light without a surface is not supported; it absorbs what meets it");
+        if (!unseen) warn(directive.location, "a light without a surface is not supported; it absorbs what meets it");
         shape.material = static_cast<uint32_t>(scene_.materials.size());
         scene_.materials.push_back(absorbing_material());
     }
@@ -107,14 +107,14 @@ Status PbrtReader::shape(const Directive& directive) {
 }
 
 Status PbrtReader::add_shape(const Directive& directive, Shape shape) {
-    if (scene_.shapes.size() >= most_shapes)
-        return error(directive, fmt::format("more than {} shapes; every instance counts as shapes of its own", most_shapes));
+    if (scene_.shapes.size() >= max_shapes)
+        return error(directive, fmt::format("more than {} shapes; every instance counts as shapes of its own", max_shapes));
     scene_.shapes.push_back(std::move(shape));
     return {};
 }
 
 Status PbrtReader::mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape) {
-    shape.mesh = std::make_shared<MeshInMemory>(directive.place.with_line(), std::move(mesh));
+    shape.mesh = std::make_shared<MeshInMemory>(directive.location.with_line(), std::move(mesh));
     return {};
 }
 
@@ -129,9 +129,9 @@ Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameter
         leave_out(directive, "a mesh without vertices or triangles is left out");
         return {};
     }
-    if (indices.size() % 3 != 0) warn(directive.place, "the indices of a mesh do not come in threes; those behind the last triangle are ignored");
+    if (indices.size() % 3 != 0) warn(directive.location, "the indices of a mesh do not come in threes; those behind the last triangle are ignored");
     if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size()) {
-        warn(directive.place, fmt::format("a mesh has {} normals for {} points; they are ignored", mesh.normals.size(), mesh.positions.size()));
+        warn(directive.location, fmt::format("a mesh has {} normals for {} points; they are ignored", mesh.normals.size(), mesh.positions.size()));
         mesh.normals.clear();
     }
     mesh.triangles.reserve(indices.size() / 3);
@@ -152,8 +152,8 @@ Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameter
         return {};
     }
     if (indices.size() % 4 != 0)
-        warn(directive.place, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
-    warn(directive.place, "Shape \"bilinearmesh\" is not supported; two triangles are used for each patch");
+        warn(directive.location, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
+    warn(directive.location, "Shape \"bilinearmesh\" is not supported; two triangles are used for each patch");
     for (size_t i = 0; i + 3 < indices.size(); i += 4) {
         mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 3]});
         mesh.triangles.push_back({indices[i], indices[i + 3], indices[i + 2]});
@@ -208,7 +208,7 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
             return {};
         }
         const auto file = MeshFile::open(path);
-        if (!file) return file.status().at(directive.place.with_line());
+        if (!file) return file.status().at(directive.location.with_line());
         source = *file;
     }
     shape.mesh = source;
@@ -217,7 +217,7 @@ Status PbrtReader::ply_mesh(const Directive& directive, const PbrtParameters& pa
     shape.to_world = Transform::translate(origin[0], origin[1], origin[2]);
     shape.vertex_colors = false;
     if (source->has_colors() && !std::exchange(has_noted_colors_, true))
-        warn(directive.place, "the colours of PLY meshes are not used, as in pbrt: their material says how they look");
+        warn(directive.location, "the colours of PLY meshes are not used, as in pbrt: their material says how they look");
     return {};
 }
 
@@ -238,9 +238,9 @@ Status PbrtReader::points(const Directive& directive, const PbrtParameters& para
     auto& source = cloud_files_[{path.lexically_normal(), point_column_list(*columns)}];
     if (!source) {
         const auto file = CloudFile::open(path, *columns);
-        if (!file) return file.status().at(directive.place.with_line());
+        if (!file) return file.status().at(directive.location.with_line());
         source = *file;
-        for (const std::string& warning : source->warnings()) warn(directive.place, warning);
+        for (const std::string& warning : source->warnings()) warn(directive.location, warning);
     }
     shape.points = source;
     shape.point_radius = static_cast<float>(radius);
@@ -249,9 +249,9 @@ Status PbrtReader::points(const Directive& directive, const PbrtParameters& para
     shape.to_world = Transform::translate(origin[0], origin[1], origin[2]);  // goes before the graphics state's
     const auto middle = (state_.transform * shape.to_world).point(0, 0, 0);
     if (std::max({std::abs(middle[0]), std::abs(middle[1]), std::abs(middle[2])}) > far_coordinate)
-        warn(directive.place, fmt::format("points lie so far from the world's origin that their coordinates are rounded; bring them near it, with "
-                                          "Translate {:.0f} {:.0f} {:.0f} before the shape",
-                                          0 - origin[0], 0 - origin[1], 0 - origin[2]));
+        warn(directive.location, fmt::format("points lie so far from the world's origin that their coordinates are rounded; bring them near it, with "
+                                             "Translate {:.0f} {:.0f} {:.0f} before the shape",
+                                             0 - origin[0], 0 - origin[1], 0 - origin[2]));
     return {};
 }
 
@@ -265,14 +265,14 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
     if (!(static_cast<float>(radius) > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
     const bool partial =
         parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
-    if (partial) warn(directive.place, "partial spheres are not supported; the whole one is used");
+    if (partial) warn(directive.location, "partial spheres are not supported; the whole one is used");
     if (is_similarity(state_.transform) && !state_.reverse_orientation) {
         shape.sphere.radius = static_cast<float>(radius);
         return {};
     }
     // Sphere primitives face outwards.
-    warn(directive.place, state_.reverse_orientation ? "spheres with reversed orientation are not supported; a mesh of 65024 triangles is used"
-                                                     : "ellipsoids are not supported; a mesh of 65024 triangles is used");
+    warn(directive.location, state_.reverse_orientation ? "spheres with reversed orientation are not supported; a mesh of 65024 triangles is used"
+                                                        : "ellipsoids are not supported; a mesh of 65024 triangles is used");
     make_ellipsoid(shape, radius);
     return {};
 }
@@ -289,7 +289,7 @@ Status PbrtReader::disk(const Directive& directive, const PbrtParameters& parame
     const double sweep = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
     RAYPAGER_TRY(parameters.status());
     if (!(radius > 0) || !(inner >= 0 && inner < radius) || !(sweep > 0)) return error(directive, "its radii must be 0 <= innerradius < radius");
-    warn(directive.place, "disks are not supported; a mesh of triangles is used");
+    warn(directive.location, "disks are not supported; a mesh of triangles is used");
     return mesh_in_memory(directive, tessellate_disk(height, radius, inner, sweep), shape);
 }
 
@@ -298,7 +298,7 @@ Status PbrtReader::cylinder(const Directive& directive, const PbrtParameters& pa
     const double sweep = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
     RAYPAGER_TRY(parameters.status());
     if (!(radius > 0) || z_min == z_max || !(sweep > 0)) return error(directive, "its radius, height and sweep must be more than 0");
-    warn(directive.place, "cylinders are not supported; a mesh of triangles is used");
+    warn(directive.location, "cylinders are not supported; a mesh of triangles is used");
     return mesh_in_memory(directive, tessellate_cylinder(radius, std::min(z_min, z_max), std::max(z_min, z_max), sweep), shape);
 }
 
@@ -306,11 +306,11 @@ Status PbrtReader::cylinder(const Directive& directive, const PbrtParameters& pa
 Status PbrtReader::object_begin(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
-    if (object_) return error(directive, fmt::format("inside the object begun in {}", object_place_.with_line()));
+    if (object_) return error(directive, fmt::format("inside the object begun in {}", object_location_.with_line()));
     RAYPAGER_TRY(push(directive, Scope::object));
     object_ = &objects_[name];
     object_->clear();
-    object_place_ = directive.place;
+    object_location_ = directive.location;
     return {};
 }
 
@@ -326,7 +326,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
     RAYPAGER_TRY(take_string(name));
     if (!is_in_world(directive, name)) return {};
     if (object_) {
-        warn(directive.place, fmt::format("an object cannot contain instances; that of \"{}\" is left out", clipped(name)));
+        warn(directive.location, fmt::format("an object cannot contain instances; that of \"{}\" is left out", clipped(name)));
         return {};
     }
     const auto found = objects_.find(name);
@@ -335,13 +335,13 @@ Status PbrtReader::object_instance(const Directive& directive) {
         return {};
     }
     if (!state_.transform.inverse()) {
-        warn(directive.place, "a transform that cannot be inverted flattens an instance; it is left out");
+        warn(directive.location, "a transform that cannot be inverted flattens an instance; it is left out");
         return {};
     }
     for (Shape shape : found->second) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
         if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
-            warn(directive.place, "ellipsoids are not supported; a mesh of 65024 triangles is used");
+            warn(directive.location, "ellipsoids are not supported; a mesh of 65024 triangles is used");
             make_ellipsoid(shape, shape.sphere.radius);
         }
         shape.to_world = state_.transform * shape.to_world;

@@ -61,20 +61,20 @@ Status PbrtReader::named_color(const PbrtParameter& p, const Float3& fallback, F
         std::vector<double> pairs;
         if (const Status read = read_spectrum_file(path, pairs); !read.ok()) return read;
         if (listed_files_.insert(path.string()).second) scene_.files.push_back(path.string());
-        warn(p.place, "sampled spectra are approximated by three colours");
+        warn(p.location, "sampled spectra are approximated by three colours");
         result = sampled_color(pairs);
         return {};
     }
     const auto known = named_spectrum(name);
     if (!known)
-        warn(p.place, fmt::format("the spectrum \"{}\" is neither known nor a file here; \"{}\" stays at its default", clipped(name), p.name));
+        warn(p.location, fmt::format("the spectrum \"{}\" is neither known nor a file here; \"{}\" stays at its default", clipped(name), p.name));
     result = known.value_or(fallback);
     return {};
 }
 
 Status PbrtReader::blackbody_parameter(const PbrtParameter& p, Float3& result) {
     if (!(p.numbers[0] > 0)) return parameter_error(p, "expected a temperature of more than 0 kelvin");
-    warn(p.place, "blackbody spectra are approximated by three colours");
+    warn(p.location, "blackbody spectra are approximated by three colours");
     // Version 3 has a scale, and spectra whose peak is 1, wherever that is; version 4 has a luminance of 1.
     const bool version_3 = p.numbers.size() > 1 && version_ != 4;
     const auto scale = static_cast<float>((p.numbers.size() > 1 ? p.numbers[1] : 1) * (version_3 ? luminance_of_peak_1(p.numbers[0]) : 1));
@@ -90,10 +90,10 @@ Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallbac
     if (p.type == "texture" && p.strings.size() == 1) {
         const auto texture = textures_.spectra.find(p.strings[0]);
         if (texture == textures_.spectra.end()) {
-            warn(p.place, fmt::format("there is no spectrum texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
+            warn(p.location, fmt::format("there is no spectrum texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
             return {};
         }
-        if (!texture->second.approximated.empty()) warn(texture->second.place, texture_approximation(texture->second.approximated));
+        if (!texture->second.approximated.empty()) warn(texture->second.location, texture_approximation(texture->second.approximated));
         result = texture->second.value;
     } else if (p.strings.size() == 1) {
         RAYPAGER_TRY(named_color(p, fallback, result));
@@ -104,7 +104,7 @@ Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallbac
     } else if (v.size() == 1) {
         result = {f(0), f(0), f(0)};
     } else if (p.type == "spectrum" && v.size() % 2 == 0 && !v.empty()) {
-        warn(p.place, "sampled spectra are approximated by three colours");
+        warn(p.location, "sampled spectra are approximated by three colours");
         result = sampled_color(v);
     } else if (v.size() == 3) {
         result = {f(0), f(1), f(2)};
@@ -171,18 +171,18 @@ Status PbrtReader::texture(const Directive& directive) {
     RAYPAGER_TRY(take_string(value_type));
     RAYPAGER_TRY(take_type_and_parameters(type, parameters));
     if (value_type == "float") {
-        PbrtTexture<double> texture{0, "", directive.place};
+        PbrtTexture<double> texture{0, "", directive.location};
         RAYPAGER_TRY(float_texture(type, parameters, texture));
         if (!std::isfinite(texture.value)) return error(directive, "its value is not finite");
         textures_.floats[name] = texture;
     } else if (value_type == "spectrum" || value_type == "color" || value_type == "rgb") {
-        PbrtTexture<Float3> texture{{}, "", directive.place};
+        PbrtTexture<Float3> texture{{}, "", directive.location};
         RAYPAGER_TRY(spectrum_texture(type, parameters, texture));
         if (!usable(texture.value)) return error(directive, "its value is negative or not finite");
         textures_.spectra[name] = texture;
     } else {
-        warn(directive.place, fmt::format("Texture \"{}\" is of type \"{}\", which is neither float nor spectrum; it is left out", clipped(name),
-                                          clipped(value_type)));
+        warn(directive.location, fmt::format("Texture \"{}\" is of type \"{}\", which is neither float nor spectrum; it is left out", clipped(name),
+                                             clipped(value_type)));
     }
     return {};
 }

@@ -13,7 +13,7 @@ template <class Value>
 struct PbrtTexture {
     Value value{};
     std::string approximated;  // the type of a texture that is not the same everywhere; empty where the value is exact
-    PbrtPlace place;
+    PbrtLocation location;
 };
 
 // Float and spectrum textures have name spaces of their own: one of each kind may have the same name.

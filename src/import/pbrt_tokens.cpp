@@ -21,8 +21,8 @@ bool ends_word(char c) { return separates(c) || c == '"' || c == '[' || c == ']'
 
 }  // namespace
 
-std::string PbrtPlace::with_line() const { return fmt::format("{}:{}", *file, line); }
-std::string PbrtPlace::with_column() const { return fmt::format("{}:{}:{}", *file, line, column); }
+std::string PbrtLocation::with_line() const { return fmt::format("{}:{}", *file, line); }
+std::string PbrtLocation::with_column() const { return fmt::format("{}:{}:{}", *file, line, column); }
 
 std::string PbrtToken::describe() const {
     switch (kind) {
@@ -48,7 +48,7 @@ PbrtTokens::PbrtTokens(const std::filesystem::path& path, std::string text)
 }
 
 Status PbrtTokens::error(const PbrtToken& token, const std::string& what) const {
-    return Status::failed(fmt::format("{}: {}", place(token).with_column(), what));
+    return Status::failed(fmt::format("{}: {}", location(token).with_column(), what));
 }
 
 Status PbrtTokens::peek(const PbrtToken*& token) {

@@ -12,7 +12,7 @@
 namespace raypager {
 
 // A place in a file; cheap to copy.
-struct PbrtPlace {
+struct PbrtLocation {
     std::shared_ptr<const std::string> file;
     uint32_t line = 1, column = 1;
     std::string with_line() const;    // file:line
@@ -36,7 +36,7 @@ public:
     // The coming token. Stays valid until take().
     Status peek(const PbrtToken*& token);
     void take() { ahead_ = false; }
-    PbrtPlace place(const PbrtToken& token) const { return {file_, token.line, token.column}; }
+    PbrtLocation location(const PbrtToken& token) const { return {file_, token.line, token.column}; }
     Status error(const PbrtToken& token, const std::string& what) const;  // file:line:column: what
 
 private:

@@ -96,7 +96,7 @@ Status PbrtReader::coord_sys_transform(const Directive& directive) {
     RAYPAGER_TRY(take_string(name));
     const auto found = coordinate_systems_.find(name);
     if (found == coordinate_systems_.end()) {
-        warn(directive.place, fmt::format("there is no coordinate system \"{}\"; the transform stays as it is", clipped(name)));
+        warn(directive.location, fmt::format("there is no coordinate system \"{}\"; the transform stays as it is", clipped(name)));
         return {};
     }
     return set_transform(directive, found->second);
@@ -111,7 +111,7 @@ Status PbrtReader::active_transform(const Directive& directive) {
         return tokens_->error(*token, fmt::format("expected StartTime, EndTime or All instead of {}", token->describe()));
     tokens_->take();
     transforms_active_ = which != "EndTime";
-    if (which != "All") warn(directive.place, "ActiveTransform: motion is not supported; everything stays where it starts");
+    if (which != "All") warn(directive.location, "ActiveTransform: motion is not supported; everything stays where it starts");
     return {};
 }
 

@@ -14,12 +14,12 @@ namespace raypager {
 // quotes, are of one kind; so what comes from the file belongs in quotes.
 class PbrtWarnings {
 public:
-    void add(const PbrtPlace& place, const std::string& text);
+    void add(const PbrtLocation& location, const std::string& text);
     std::vector<std::string> lines() const;
 
 private:
     struct Entry {
-        std::string place, text;
+        std::string location, text;
         uint64_t count = 0;
         std::vector<std::string> others;  // some of the names that later texts have in the first one's stead
     };

@@ -179,10 +179,10 @@ private:
     static bool is_index_list(const PlyElement& element) { return element.properties.size() == 1 && ply_type_bytes(element.properties[0].type) == 4; }
 
     // Items that may be read at a time by all threads, in the memory that the sink allows; 0: too few for it to be worth it.
-    uint64_t most_at_once(size_t stride, size_t decoded_bytes) const {
-        constexpr uint64_t most_bytes = uint64_t{64} << 20;
+    uint64_t max_at_once(size_t stride, size_t decoded_bytes) const {
+        constexpr uint64_t max_bytes = uint64_t{64} << 20;
         if (helping_workers() < 2) return 0;
-        const uint64_t items = (sink_ ? std::min(sink_->buffer_bytes(), most_bytes) : most_bytes / 4) / (stride + decoded_bytes);
+        const uint64_t items = (sink_ ? std::min(sink_->buffer_bytes(), max_bytes) : max_bytes / 4) / (stride + decoded_bytes);
         return items < 2 * piece ? 0 : items;
     }
 
@@ -195,7 +195,7 @@ private:
         uint64_t done = 0;
         // Not many at first: it may end soon.
         for (uint64_t wave = 2 * piece;; wave *= 2) {
-            wave = std::min(wave, most_at_once(stride, decoded_bytes));
+            wave = std::min(wave, max_at_once(stride, decoded_bytes));
             const auto count = static_cast<size_t>(std::min(most - done, wave));
             if (count == 0) return done;
             const uint64_t begin = stream_.position();

@@ -227,12 +227,12 @@ Result<std::unique_ptr<PointReader>> open_text(const InputFile& file, const PlyH
 
 // What follows the last element of a binary file: a line end or padding does no harm.
 Status check_rest(const InputFile& file, uint64_t end) {
-    constexpr uint64_t most_padding = 16;
+    constexpr uint64_t max_padding = 16;
     const uint64_t rest = file.size() - end;
-    std::vector<std::byte> bytes(std::min(rest, most_padding));
+    std::vector<std::byte> bytes(std::min(rest, max_padding));
     RAYPAGER_TRY(file.read(end, bytes));
     const bool padding = std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0} || is_blank(static_cast<char>(b)); });
-    if (padding && rest <= most_padding) return {};
+    if (padding && rest <= max_padding) return {};
     return Status::failed(fmt::format("{}: {} bytes follow the last element; header and data do not match", file.path().string(), rest));
 }
 

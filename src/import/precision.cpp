@@ -16,8 +16,8 @@ namespace {
 // Of the extent of what is seen beside it, an offset up to this share is not noticed.
 constexpr double harmless_share = 0.02;
 // Things that are seen under a smaller angle are small in the picture.
-constexpr double least_angle = 0.05;
-constexpr uint64_t most_triangles_looked_at = 100'000'000, most_pairs = 1'000'000;
+constexpr double min_angle = 0.05;
+constexpr uint64_t max_triangles_looked_at = 100'000'000, max_pairs = 1'000'000;
 
 struct Box {
     Vector lower = {INFINITY, INFINITY, INFINITY}, upper = {-INFINITY, -INFINITY, -INFINITY};
@@ -42,7 +42,7 @@ struct Box {
         return largest;
     }
     // Of the point of it that is nearest to the origin.
-    double least_coordinate() const {
+    double min_coordinate() const {
         double least = 0;
         for (size_t a = 0; a < 3; ++a)
             if (lower[a] > 0 || upper[a] < 0) least = std::max(least, std::min(std::abs(lower[a]), std::abs(upper[a])));
@@ -83,7 +83,7 @@ public:
             if (!is_prominent(boxes_[j])) continue;
             const double allowed = harmless_share * boxes_[j].extent();
             for (const size_t i : largest) {
-                if (offset_of(boxes_[i].largest_coordinate()) <= allowed || ++pairs_ > most_pairs) break;
+                if (offset_of(boxes_[i].largest_coordinate()) <= allowed || ++pairs_ > max_pairs) break;
                 const double offset = offset_near(i, boxes_[j]);
                 if (offset > allowed) return Finding{i, j, offset};
             }
@@ -120,7 +120,7 @@ private:
     bool is_prominent(const Box& box) const {
         if (box.empty() || !(box.extent() > 0)) return false;
         const Vector towards = box.center() - vector(scene_.camera.eye);
-        return box.extent() >= least_angle * length(towards) &&
+        return box.extent() >= min_angle * length(towards) &&
                dot(towards, vector(scene_.camera.forward)) + box.extent() * length(vector(scene_.camera.forward)) > 0;
     }
 
@@ -131,10 +131,10 @@ private:
         if (!boxes_[i].is_near(box, reach)) return 0;
         if (!shape.mesh) return offset_of(boxes_[i].largest_coordinate());
         const auto* const in_memory = dynamic_cast<const MeshInMemory*>(shape.mesh.get());
-        if (in_memory == nullptr) return offset_of(boxes_[i].least_coordinate());
+        if (in_memory == nullptr) return offset_of(boxes_[i].min_coordinate());
         const TriangleMesh& mesh = in_memory->mesh();
         triangles_ += mesh.triangles.size();
-        if (triangles_ > most_triangles_looked_at) return 0;
+        if (triangles_ > max_triangles_looked_at) return 0;
         double largest = 0;
         for (const Triangle& t : mesh.triangles) {
             Box triangle;

@@ -11,17 +11,17 @@
 namespace raypager {
 namespace {
 
-constexpr size_t most_lines = 1000, most_bytes = size_t{1} << 20;  // that are looked at from the start
-constexpr uint64_t spread_parts = 16;                              // of the file, from each of which some lines more are looked at
+constexpr size_t max_lines = 1000, max_bytes = size_t{1} << 20;  // that are looked at from the start
+constexpr uint64_t spread_parts = 16;                            // of the file, from each of which some lines more are looked at
 constexpr size_t spread_lines = 32;
-constexpr size_t most_comments = 100, longest_names = 4096;
+constexpr size_t max_comments = 100, longest_names = 4096;
 
 struct Line {
     std::string text;
     uint64_t number;
 };
 
-using Words = std::array<std::string_view, most_columns>;
+using Words = std::array<std::string_view, max_columns>;
 
 class LayoutFinder {
 public:
@@ -42,7 +42,7 @@ private:
     // The first lines: comments before the points, and all others.
     Status read_start() {
         LineReader reader(file_);
-        for (size_t bytes = 0; lines_.size() < most_lines && bytes < most_bytes;) {
+        for (size_t bytes = 0; lines_.size() < max_lines && bytes < max_bytes;) {
             std::string_view line;
             bool end = false;
             RAYPAGER_TRY(reader.next(line, end));
@@ -50,7 +50,7 @@ private:
             bytes += line.size();
             if (!is_point_comment(line))
                 lines_.push_back({std::string(line), reader.line()});
-            else if (lines_.size() < 3 && comments_.size() < most_comments)
+            else if (lines_.size() < 3 && comments_.size() < max_comments)
                 comments_.push_back({std::string(line), reader.line()});
         }
         return lines_.empty() ? no_points() : Status();

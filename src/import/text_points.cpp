@@ -38,7 +38,7 @@ public:
     void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const override;
 
 private:
-    using Words = std::array<std::string_view, most_columns>;
+    using Words = std::array<std::string_view, max_columns>;
     // Fills point from words that fit. The column of the first word that is no number where one is needed; nothing if there is none.
     std::optional<size_t> parse(std::span<const std::string_view> words, FilePoint& point) const;
 

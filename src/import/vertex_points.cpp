@@ -12,7 +12,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t most_vertex_words = 16;
+constexpr size_t max_vertex_words = 16;
 constexpr size_t scanned_at_once = size_t{1} << 20;
 
 // Where vertices are, and what is in their lines.
@@ -23,7 +23,7 @@ struct VertexLines {
     std::optional<size_t> color_at;  // number of the word that is red, the keyword not counted
 };
 
-using VertexWords = std::array<std::string_view, most_vertex_words>;
+using VertexWords = std::array<std::string_view, max_vertex_words>;
 
 // The words of a vertex without its keyword; nothing if the line is something else.
 std::optional<std::span<const std::string_view>> vertex_words(std::string_view line, bool keyword, VertexWords& words) {

@@ -29,9 +29,10 @@ public:
 
     bool run(uint64_t limit, PackedBlock& block) {
         add_spheres();
-        nodes_.resize(bvh_.portals.size() - 1);
-        for (const uint32_t portal : bvh_.portals) block.portals.push_back({bvh_.nodes[portal].box, add_subtree(portal), 0, 0});
-        add_upper_tree(0, 0, block.portals);
+        nodes_.resize(bvh_.block_entries.size() - 1);
+        for (const uint32_t block_entry : bvh_.block_entries)
+            block.block_entries.push_back({bvh_.nodes[block_entry].box, add_subtree(block_entry), 0, 0});
+        add_upper_tree(0, 0, block.block_entries);
         if (out_of_reach_) return false;
         code();
         if (!layout(limit)) return false;
@@ -47,7 +48,7 @@ private:
     void measure_wide_form(PackedBlock& block) const {
         const WideSize size = raypager::measure_wide_form(bvh_, spheres_);
         block.wide_bytes = size.bytes;
-        for (size_t i = 0; i < size.roots.size(); i++) block.portals[i].wide_root = size.roots[i];
+        for (size_t i = 0; i < size.roots.size(); i++) block.block_entries[i].wide_root = size.roots[i];
     }
 
     // Appends a subtree in depth-first order; returns the reference to its root.
@@ -64,16 +65,16 @@ private:
         return place;
     }
 
-    // The nodes above the portals, in depth-first order, before all others. Portals are met from left to right.
-    rp_u32 add_upper_tree(uint32_t index, uint32_t depth, std::span<PackedPortal> portals) {
-        if (bvh_.portals[upper_portals_] == index) {
-            portals[upper_portals_].depth = depth;
-            return portals[upper_portals_++].root;
+    // The nodes above the block entries, in depth-first order, before all others. Block entries are met from left to right.
+    rp_u32 add_upper_tree(uint32_t index, uint32_t depth, std::span<PackedBlockEntry> block_entries) {
+        if (bvh_.block_entries[upper_block_entries_] == index) {
+            block_entries[upper_block_entries_].depth = depth;
+            return block_entries[upper_block_entries_++].root;
         }
         const rp_u32 place = upper_nodes_++;
         const uint32_t children[2] = {bvh_.nodes[index].left, bvh_.nodes[index].right};
         for (int side = 0; side < 2; side++) {
-            const rp_u32 ref = add_upper_tree(children[side], depth + 1, portals);
+            const rp_u32 ref = add_upper_tree(children[side], depth + 1, block_entries);
             nodes_[place].child[side] = quantise(grid_, bvh_.nodes[children[side]].box, ref);
         }
         return place;
@@ -148,7 +149,7 @@ private:
         header_.node_count = static_cast<rp_u32>(nodes_.size());
         header_.sphere_count = static_cast<rp_u32>(spheres_.size());
         header_.triangle_count = bvh_.triangles;
-        header_.portal_count = static_cast<rp_u32>(bvh_.portals.size());
+        header_.block_entry_count = static_cast<rp_u32>(bvh_.block_entries.size());
         for (int a = 0; a < 3; a++) {
             header_.origin[a] = grid_.origin[a];
             header_.cell[a] = grid_.cell[a];
@@ -179,7 +180,7 @@ private:
     VertexWindows windows_;
     rp_block_header header_ = {};
     std::vector<rp_node> nodes_;
-    rp_u32 upper_nodes_ = 0, upper_portals_ = 0;  // so far
+    rp_u32 upper_nodes_ = 0, upper_block_entries_ = 0;  // so far
     std::vector<rp_leaf> leaves_;
     std::vector<rp_sphere> spheres_;
     std::vector<rp_u32> sphere_ids_, ids_, attributes_;

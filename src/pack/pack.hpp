@@ -9,7 +9,7 @@
 
 namespace raypager {
 
-struct PackedPortal {
+struct PackedBlockEntry {
     Box box;
     rp_u32 root;           // child reference inside the block
     rp_u32 wide_root = 0;  // the same in its wide form
@@ -18,7 +18,7 @@ struct PackedPortal {
 
 struct PackedBlock {
     std::vector<std::byte> bytes;  // a multiple of RP_BLOCK_ALIGNMENT
-    std::vector<PackedPortal> portals;
+    std::vector<PackedBlockEntry> block_entries;
     Box bounds;
     uint32_t triangles = 0, spheres = 0;
     uint32_t wide_bytes = 0;  // in the form of abi/wide.h

@@ -54,7 +54,7 @@ WideSize measure_wide_form(const Bvh& bvh, std::span<const rp_sphere> spheres) {
     const Tree tree = {bvh, spheres};
     WidePlan<Tree, Record> plan;
     plan.reserve(bvh.nodes.size());
-    plan.make(tree, bvh.portals);
+    plan.make(tree, bvh.block_entries);
     ByteCount bytes;
     WideTreeWriter writer(plan.nodes(), plan.collapse(), bytes,
                           [&](const BinaryNode& node, ByteCount& count) { count.resize(count.size() + plan.gathered(tree, node).bytes()); });

@@ -1,4 +1,4 @@
-// How large a block's form for CPUs (abi/wide.h) will be, and where its portals' roots will lie there: what a maker of it would say, without
+// How large a block's form for CPUs (abi/wide.h) will be, and where its block entries' roots will lie there: what a maker of it would say, without
 // making it.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace raypager {
 
 struct WideSize {
     uint32_t bytes = 0;
-    std::vector<rp_u32> roots;  // of bvh.portals
+    std::vector<rp_u32> roots;  // of bvh.block entries
 };
 
 // spheres: as they are stored, those of bvh.sphere_ids in their order.

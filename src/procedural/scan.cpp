@@ -105,7 +105,7 @@ public:
     }
 
 private:
-    static constexpr size_t most_trees = 6;
+    static constexpr size_t max_trees = 6;
 
     double x_at(double z) const { return pulse_.ground_x + pulse_.slope_x * z; }
     double y_at(double z) const { return pulse_.ground_y + pulse_.slope_y * z; }
@@ -140,7 +140,7 @@ private:
         for (const CityBox& box : city_.boxes(cell)) hit_box(pulse_, box, hit_);
         for (const CityTree& tree : city_.trees(cell)) {
             const HeightInterval inside = inside_tree(pulse_, tree);
-            if (!inside.empty() && tree_count_ < most_trees) trees_[tree_count_++] = {inside.low, inside.high, &tree};
+            if (!inside.empty() && tree_count_ < max_trees) trees_[tree_count_++] = {inside.low, inside.high, &tree};
         }
     }
 
@@ -245,7 +245,7 @@ private:
     uint32_t count_ = 0;
     double ground_ = City::typical_height;
     Hit hit_;
-    Crown trees_[most_trees];
+    Crown trees_[max_trees];
     size_t tree_count_ = 0;
     bool blocked_ = false;
 };

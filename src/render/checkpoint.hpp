@@ -31,7 +31,7 @@ struct WorkDone {
     double render_seconds = 0, stall_seconds = 0;
     double stage_seconds[5] = {};  // wake, generate, extend, shade, connect
     uint64_t camera_rays = 0, bounce_rays = 0, shadow_rays = 0;
-    uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, wants_without_hit = 0;
+    uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, requests_without_hit = 0;
     uint64_t runs = 0;
 };
 

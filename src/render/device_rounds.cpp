@@ -79,7 +79,7 @@ void DeviceRounds::fill_by_waits() {
     if (!plan_.fills_by_waits) return;
     const uint64_t rays = counters_.camera_rays() + counters_.bounce_rays();
     if (rays < slots()) return;  // too few to tell
-    wavefront_->fill_together(filled_together(static_cast<double>(counters_.wants_served()) / static_cast<double>(rays)));
+    wavefront_->fill_together(filled_together(static_cast<double>(counters_.requests_served()) / static_cast<double>(rays)));
 }
 
 Status DeviceRounds::page() { return residency_->after_round(ended_, started_, wavefront_->last_round_end(), demand_, ready_rays(), slots()); }

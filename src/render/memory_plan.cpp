@@ -23,28 +23,27 @@ uint64_t pool_limit(const MemoryNeeds& needs) {
 uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
     const double geometry = static_cast<double>(needs.geometry);
     const double bytes = geometry / static_cast<double>(std::max<uint64_t>(pool, 1)) * geometry * needs.slots_for_loads;
-    return static_cast<uint64_t>(std::min(bytes / static_cast<double>(needs.per_slot), static_cast<double>(needs.most_chosen_slots)));
+    return static_cast<uint64_t>(std::min(bytes / static_cast<double>(needs.per_slot), static_cast<double>(needs.max_chosen_slots)));
 }
 
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
     if (std::min(pool, left) < needs.geometry) {
         const uint64_t beside = left > pool ? left - pool : 0;
-        const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(needs.most_slot_bytes, beside / 4));
-        slots = std::max(
-            {slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, needs.most_chosen_slots)});
-        if (needs.near_slots) slots = std::min(slots, std::max(needs.near_slots, slots_for_loads(needs, std::min(pool, left))));
+        const uint64_t for_slots = std::max(std::min(needs.geometry / 2, beside), std::min(needs.max_slot_bytes, beside / 4));
+        slots =
+            std::max({slots, std::min(needs.geometry / 6 / needs.per_slot, 4 * slots), std::min(for_slots / needs.per_slot, needs.max_chosen_slots)});
+        if (needs.cached_slots) slots = std::min(slots, std::max(needs.cached_slots, slots_for_loads(needs, std::min(pool, left))));
         // On a CPU twice those that are near, unless that is too many for regions.
-        const uint64_t at_least = std::min(2 * needs.near_slots, std::max(needs.near_slots, needs.most_region_slots));
-        if (const uint64_t half = std::max({slots / 2, needs.default_slots, at_least}); half <= needs.most_region_slots)
-            slots = std::min(slots, half);
+        const uint64_t at_least = std::min(2 * needs.cached_slots, std::max(needs.cached_slots, needs.max_region_slots));
+        if (const uint64_t half = std::max({slots / 2, needs.default_slots, at_least}); half <= needs.max_region_slots) slots = std::min(slots, half);
     } else {
-        slots = std::max(slots, std::min(needs.roomy_slots, (left - needs.geometry) / needs.per_slot));
+        slots = std::max(slots, std::min(needs.preferred_slots, (left - needs.geometry) / needs.per_slot));
     }
     slots = std::min(slots, std::max(min_slots, needs.total_paths / 4));
     // Half of what is left, unless the pool needs less than the other half.
     const uint64_t room = left > pool ? std::max(left / 2, left - pool) : left / 2;
-    return std::max(min_slots, std::min({slots, room / needs.per_slot, needs.most_slots}));
+    return std::max(min_slots, std::min({slots, room / needs.per_slot, needs.max_slots}));
 }
 
 }  // namespace

@@ -18,14 +18,14 @@ struct MemoryNeeds {
     double geometry_limit_percent = 0;  // the user's; 0: none
     uint64_t requested_slots = 0;       // the user's; 0: choose
     uint64_t default_slots = 0;         // that keep the device busy
-    uint64_t roomy_slots = 0;           // that suit it better, where all geometry fits beside them
-    uint64_t most_chosen_slots = 0;     // where blocks must be swapped and there is room: so many at most, ...
-    uint64_t most_slot_bytes = 0;       // ... and so many bytes of them
-    uint64_t near_slots = 0;            // more are read from far: so many at most, unless loads are what it waits for; 0: all are as far
-    double slots_for_loads = 0;         // with near_slots: bytes of slots, in bytes of the scene over the share of it that is resident
+    uint64_t preferred_slots = 0;       // that suit it better, where all geometry fits beside them
+    uint64_t max_chosen_slots = 0;      // where blocks must be swapped and there is room: so many at most, ...
+    uint64_t max_slot_bytes = 0;        // ... and so many bytes of them
+    uint64_t cached_slots = 0;          // more are read from far: so many at most, unless loads are what it waits for; 0: all are as far
+    double slots_for_loads = 0;         // with cached_slots: bytes of slots, in bytes of the scene over the share of it that is resident
     uint64_t total_paths = 0;           // of the whole render
-    uint64_t most_region_slots = 0;     // with at most so many the render goes region by region (RenderOptions::region); 0: it does not
-    uint64_t most_slots = UINT64_MAX;   // that the device can hold in one buffer
+    uint64_t max_region_slots = 0;      // with at most so many the render goes region by region (RenderOptions::region); 0: it does not
+    uint64_t max_slots = UINT64_MAX;    // that the device can hold in one buffer
 };
 
 struct MemoryPlan {
@@ -45,10 +45,10 @@ inline constexpr uint64_t min_slots = 1024;
 // the roomy number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays
 // (bytes moved a ray fall as 1 / slots) and a round fuller, so there may be more: up to a sixth of the scene's bytes and four times the ordinary
 // number where that is taken from the pool; and of room that the pool may not have all up to half of the scene's bytes, or a quarter up to
-// most_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than near_slots only as far as loads are dearer: in
-// proportion to the scene's bytes, and inversely to the share of it that is resident. Renders that go region by region meet fewer blocks at a time,
-// and half of these slots, on a CPU twice near_slots at least where regions are left then, are better: there is less to look at and to fetch from
-// far. Always at most half of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths of the render.
+// max_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than cached_slots only as far as loads are dearer:
+// in proportion to the scene's bytes, and inversely to the share of it that is resident. Renders that go region by region meet fewer blocks at a
+// time, and half of these slots, on a CPU twice cached_slots at least where regions are left then, are better: there is less to look at and to fetch
+// from far. Always at most half of what is left beside the fixed part if the pool could use the other half, and a quarter of all paths of the render.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 
 }  // namespace raypager

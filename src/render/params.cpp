@@ -76,8 +76,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
     if (options.tuning.tile_size < 1 || options.tuning.tile_size > largest_tile)
         return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tuning.tile_size, largest_tile));
-    if (options.tuning.together > most_together)
-        return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, most_together));
+    if (options.tuning.together > max_together)
+        return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, max_together));
     const uint32_t together = options.tuning.together ? options.tuning.together : is_seen_growing(options) ? 1 : default_together(pixels);
     params.order = make_order(options.tuning.tile_size, together, params.spp, pixels, options.tuning.region.value_or(0));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");

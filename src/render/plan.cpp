@@ -14,8 +14,8 @@ namespace raypager {
 namespace {
 
 // On CPUs it is streams that gain by more rays to choose from.
-uint64_t roomy_slots(BlockForm form, const DeviceProfile& profile) {
-    return profile.caches_slots && form != BlockForm::wide ? 0 : profile.roomy_slots;
+uint64_t preferred_slots(BlockForm form, const DeviceProfile& profile) {
+    return profile.caches_slots && form != BlockForm::wide ? 0 : profile.preferred_slots;
 }
 
 bool chooses_region(const RenderOptions& options) { return !options.tuning.region && !is_seen_growing(options); }
@@ -31,7 +31,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
     VisitLogSettings visits;
     if (instruments.record_paths == 0) return visits;
     const double share = std::min(1.0, static_cast<double>(instruments.record_paths) / static_cast<double>(params.sample_limit));
-    const double slots = static_cast<double>(options.tuning.paths ? options.tuning.paths : device.profile.most_slots);
+    const double slots = static_cast<double>(options.tuning.paths ? options.tuning.paths : device.profile.max_slots);
     visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
     // What one shadow ray passes is logged together (kernels/single_ray/visits.cl).
     const double least = 256 + static_cast<double>(scene.blocks.size());
@@ -59,16 +59,16 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.requested_slots = options.tuning.paths;
     const DeviceProfile& profile = device.profile;
     needs.default_slots = profile.default_slots;
-    needs.roomy_slots = roomy_slots(form, profile);
-    needs.most_chosen_slots = profile.most_slots;
-    needs.most_slot_bytes = profile.scenes_for_slots * needs.geometry;
-    needs.near_slots = profile.caches_slots ? needs.roomy_slots : 0;
+    needs.preferred_slots = preferred_slots(form, profile);
+    needs.max_chosen_slots = profile.max_slots;
+    needs.max_slot_bytes = profile.scenes_for_slots * needs.geometry;
+    needs.cached_slots = profile.caches_slots ? needs.preferred_slots : 0;
     needs.slots_for_loads = profile.loads_for_slots;
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
-    needs.most_region_slots = chooses_region(options) ? most_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
-    needs.most_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
+    needs.max_region_slots = chooses_region(options) ? max_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
+    needs.max_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;
 }
 
@@ -163,7 +163,7 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.fills_by_waits = plan.filled_together > 1 && !resident;
     // Rounds that are waited for, or recorded, run one by one.
     const uint32_t most =
-        instruments.rounds_under_way ? instruments.rounds_under_way : std::min(device.profile.rounds_under_way, Wavefront::most_rounds);
+        instruments.rounds_under_way ? instruments.rounds_under_way : std::min(device.profile.rounds_under_way, Wavefront::max_rounds);
     plan.rounds_under_way = options.tuning.wait_for_loads || instruments.record_paths > 0 ? 1 : most;
     return plan;
 }

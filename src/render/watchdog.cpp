@@ -17,28 +17,28 @@ RoundState make_round_state(uint32_t round, const RoundCounters& counters, const
     state.pool_bytes = residency.pool_bytes();
     const PagingStatistics& paging = residency.statistics();
     state.achieved = counters.next_sample() + counters.camera_rays() + counters.bounce_rays() + counters.total_shadow_rays() + counters.idle_slots() +
-                     counters.wants_served() + paging.loads + paging.evictions;
+                     counters.requests_served() + paging.loads + paging.evictions;
     constexpr size_t told = 3;
     const std::span<const BlockState> blocks = residency.blocks();
     for (uint32_t i = 0; i < blocks.size(); i++) {
-        if (blocks[i].wants == 0) continue;
-        state.wanted_blocks++;
+        if (blocks[i].requests == 0) continue;
+        state.requested_blocks++;
         auto& most = state.most_wanted;
-        const auto at = std::find_if(most.begin(), most.end(), [&](const RoundState::Want& want) { return want.rays < blocks[i].wants; });
+        const auto at = std::find_if(most.begin(), most.end(), [&](const RoundState::Request& request) { return request.rays < blocks[i].requests; });
         if (at == most.end() && most.size() == told) continue;
-        most.insert(at, {i, blocks[i].wants, blocks[i].wanted_since, blocks[i].state == PageState::loading});
+        most.insert(at, {i, blocks[i].requests, blocks[i].requested_since, blocks[i].state == PageState::loading});
         if (most.size() > told) most.pop_back();
     }
     return state;
 }
 
 std::string describe(const RoundState& state) {
-    std::string wants;
-    for (const RoundState::Want& want : state.most_wanted)
-        wants += fmt::format("{}block {} by {} since round {}{}", wants.empty() ? "; most wanted: " : ", ", want.block, counted(want.rays, "ray"),
-                             want.since_round, want.loading ? ", loading" : "");
+    std::string requests;
+    for (const RoundState::Request& request : state.most_wanted)
+        requests += fmt::format("{}block {} by {} since round {}{}", requests.empty() ? "; most wanted: " : ", ", request.block,
+                                counted(request.rays, "ray"), request.since_round, request.loading ? ", loading" : "");
     return fmt::format("ready: {}; waiting: {} for {}{}; pool: {} of {} in use", counted(state.ready_rays, "ray"), counted(state.waiting_rays, "ray"),
-                       counted(state.wanted_blocks, "block"), wants, format_bytes(state.resident_bytes), format_bytes(state.pool_bytes));
+                       counted(state.requested_blocks, "block"), requests, format_bytes(state.resident_bytes), format_bytes(state.pool_bytes));
 }
 
 Watchdog::Watchdog(double seconds, std::function<std::string()> loader, std::function<void(const std::string&)> report)

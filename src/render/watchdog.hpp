@@ -16,13 +16,13 @@ namespace raypager {
 
 // A render after one of its rounds.
 struct RoundState {
-    struct Want {
+    struct Request {
         uint32_t block = 0, rays = 0, since_round = 0;
         bool loading = false;
     };
-    uint32_t round = 0, ready_rays = 0, waiting_rays = 0, wanted_blocks = 0;
+    uint32_t round = 0, ready_rays = 0, waiting_rays = 0, requested_blocks = 0;
     uint64_t resident_bytes = 0, pool_bytes = 0;
-    std::vector<Want> most_wanted;  // a few, most rays first
+    std::vector<Request> most_wanted;  // a few, most rays first
     // Grows with whatever was achieved: rays begun, paths finished, blocks loaded, ... Equal numbers: the round achieved nothing.
     uint64_t achieved = 0;
 };

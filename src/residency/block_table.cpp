@@ -24,13 +24,13 @@ void BlockTable::take_demand(uint32_t round, std::span<const uint32_t> demand) {
     RAYPAGER_CHECK(demand.size() >= RP_DEMAND_ARRAYS * count);
     for (size_t i = 0; i < count; i++) {
         BlockState& block = blocks_[i];
-        block.wants = demand[RP_DEMAND_WANTS * count + i];
+        block.requests = demand[RP_DEMAND_REQUESTS * count + i];
         block.bounces = demand[RP_DEMAND_BOUNCES * count + i];
         take_use(block, demand[RP_DEMAND_USED * count + i], round);
-        if (block.wants == 0)
-            block.wanted_since = 0;
-        else if (block.wanted_since == 0)
-            block.wanted_since = round;
+        if (block.requests == 0)
+            block.requested_since = 0;
+        else if (block.requested_since == 0)
+            block.requested_since = round;
     }
 }
 
@@ -62,7 +62,7 @@ void BlockTable::evict(uint32_t round, uint32_t index) {
     RAYPAGER_CHECK(block.state == PageState::resident);
     resident_bytes_ -= block.bytes;
     block.state = PageState::absent;
-    block.wanted_since = 0;
+    block.requested_since = 0;
     statistics_.evictions++;
     if (keep_journal_) journal_.push_back({round, index, false});
 }

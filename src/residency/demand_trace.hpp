@@ -1,6 +1,6 @@
 // What a render asked of the paging: for a share of its paths, every ray with the blocks that it enters, in its order. That sequence does
 // not depend on limits, policies or timing (it follows from ray and top tree alone), so that a recorded one can be served under any other
-// pool and policy. Which ray waits when, and so the wants, follow from the policy: they are not recorded but found again by the replay.
+// pool and policy. Which ray waits when, and so the requests, follow from the policy: they are not recorded but found again by the replay.
 // TRACE.md says how the file is laid out.
 #pragma once
 

@@ -11,7 +11,7 @@ namespace {
 
 // Pinned memory is had in pieces as it is needed: a driver launches nothing while it pins. So the pieces are small, but not so small that
 // much is lost at their ends, where no block fits.
-constexpr uint64_t blocks_a_chunk = 32, least_chunk_bytes = uint64_t{4} << 20, most_chunk_bytes = uint64_t{64} << 20;
+constexpr uint64_t blocks_a_chunk = 32, min_chunk_bytes = uint64_t{4} << 20, max_chunk_bytes = uint64_t{64} << 20;
 
 // Room for a block while it is read and transcoded in place.
 uint64_t room_for(const BlockRecord& record, BlockForm form) {
@@ -29,7 +29,7 @@ HostCache::HostCache(Device& device, const BlockSource& source, BlockForm form, 
         all_bytes_ += room_for(record, form_);
     }
     limit_ = std::max(limit_bytes, 2 * largest);
-    const uint64_t usual = std::clamp(blocks_a_chunk * largest, least_chunk_bytes, most_chunk_bytes);
+    const uint64_t usual = std::clamp(blocks_a_chunk * largest, min_chunk_bytes, max_chunk_bytes);
     chunk_bytes_ = std::clamp(std::min(all_bytes_, limit_ / 8), largest, std::max(largest, usual));
     chunk_bytes_ = chunk_bytes_ / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }

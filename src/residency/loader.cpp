@@ -11,7 +11,7 @@ namespace raypager {
 namespace {
 
 // Loads that are submitted together: one event tells of all.
-constexpr size_t most_together = 8;
+constexpr size_t max_together = 8;
 
 }  // namespace
 
@@ -162,7 +162,7 @@ void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
     // Who waits for room in the cache must not hold blocks that are not submitted: a block that is not there is brought alone.
     // Nor does one that need not wait for rounds under way go with those that must.
     const auto may_join = [&] {
-        return !waiting_.empty() && loads.size() < most_together && waiting_.front().free.handle()() == loads.front().free.handle()();
+        return !waiting_.empty() && loads.size() < max_together && waiting_.front().free.handle()() == loads.front().free.handle()();
     };
     for (bool there = take(cache_.acquire_if_there(waiting_.front().block)); there && may_join();) {
         const auto bytes = cache_.acquire_if_there(waiting_.front().block);

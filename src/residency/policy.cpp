@@ -7,7 +7,7 @@
 namespace raypager {
 namespace {
 
-double age(const BlockState& block, uint32_t round) { return block.wanted_since ? double(round - block.wanted_since) + 1.0 : 0.0; }
+double age(const BlockState& block, uint32_t round) { return block.requested_since ? double(round - block.requested_since) + 1.0 : 0.0; }
 
 // How much waiting counts beside the number of rays that wait. Not at all (0), and a block that few want waits for very long; in full (1),
 // and blocks come that few want. Replays of recorded renders move the fewest bytes in between (bench/journal/policies.md).
@@ -16,17 +16,17 @@ double patience(double rounds) { return std::sqrt(std::sqrt(rounds)); }
 // Wants that differ by less than about this factor count as the same, so that blocks come in the order in which they lie in space: rays that
 // waited for one of them find the next one beside it. Measured: 2, 4, 16 and 64 are better and better, 256 is so on clouds alone
 // (bench/journal/the-paper.md).
-constexpr double same_wants_bits = 6;  // 2^6
+constexpr double same_requests_bits = 6;  // 2^6
 
 // How much a block is wanted; the highest comes in first.
 double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
     switch (kind) {
         case PolicyKind::aged_wants:
-            return std::floor(std::ilogb(block.wants * patience(age(block, round)) / block.bytes) / same_wants_bits);
+            return std::floor(std::ilogb(block.requests * patience(age(block, round)) / block.bytes) / same_requests_bits);
         case PolicyKind::most_wanted:
-            return block.wants;
+            return block.requests;
         case PolicyKind::wanted_per_byte:
-            return double(block.wants) / block.bytes;
+            return double(block.requests) / block.bytes;
         case PolicyKind::lru:
             return age(block, round);
         case PolicyKind::sweep:
@@ -50,7 +50,7 @@ struct Candidate {
 
 // All absent blocks, in turn; nothing while no ray waits.
 std::vector<Candidate> sweep_candidates(const PolicyInput& input) {
-    const auto waits = [](const BlockState& block) { return block.state == PageState::absent && block.wants > 0; };
+    const auto waits = [](const BlockState& block) { return block.state == PageState::absent && block.requests > 0; };
     if (std::none_of(input.blocks.begin(), input.blocks.end(), waits)) return {};
     std::vector<Candidate> candidates;
     const auto count = static_cast<uint32_t>(input.blocks.size());
@@ -67,7 +67,7 @@ std::vector<Candidate> load_candidates(const PolicySettings& settings, const Pol
     std::vector<Candidate> wanted;
     for (uint32_t i = 0; i < input.blocks.size(); i++) {
         const BlockState& block = input.blocks[i];
-        if (block.state != PageState::absent || block.wants == 0) continue;
+        if (block.state != PageState::absent || block.requests == 0) continue;
         double score = load_score(settings.kind, block, input.round);
         const double rounds = age(block, input.round);
         if (settings.max_age && rounds > settings.max_age) score = 1e30 * rounds;
@@ -142,7 +142,7 @@ std::optional<PoolAddress> evict_for(uint64_t bytes, SlabAllocator& pool, Victim
 }
 
 // How many may be on their way while others must go for them.
-uint32_t most_in_flight(const PolicySettings& settings, const PolicyInput& input) {
+uint32_t max_in_flight(const PolicySettings& settings, const PolicyInput& input) {
     constexpr double idle = 0.02;  // of the slots are ready
     return input.ready_rays < idle * input.slots ? std::max(settings.loads_in_flight, settings.loads_while_idle) : settings.loads_in_flight;
 }
@@ -158,7 +158,7 @@ std::vector<uint32_t> blocks_behind(const std::vector<Candidate>& wanted) {
 // Evicts for those of the wanted blocks that come next. No more than were under way if the loads that this makes room for came beside those that
 // evict.
 void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, uint32_t in_flight, Victims& victims, Plan& plan) {
-    const uint32_t most = most_in_flight(settings, input) + settings.evict_ahead;
+    const uint32_t most = max_in_flight(settings, input) + settings.evict_ahead;
     const size_t count = std::min<size_t>({settings.evict_ahead, most - std::min(most, in_flight), plan.behind.size()});
     uint64_t room = 0;
     for (size_t i = 0; i < count; i++) room += input.blocks[plan.behind[i]].bytes;
@@ -196,10 +196,10 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     settings.loads_into_free = 256;
     const auto loads = [](uint64_t count, uint64_t most) { return static_cast<uint32_t>(std::clamp<uint64_t>(count, 2, most)); };
     const uint64_t for_cores = std::min<uint64_t>(blocks / profile.blocks_per_core_load, profile.core_loads);
-    settings.loads_in_flight = loads(std::max(blocks / profile.blocks_per_load, for_cores), profile.most_loads);
-    if (profile.blocks_per_idle_load) settings.loads_while_idle = loads(blocks / profile.blocks_per_idle_load, profile.most_idle_loads);
+    settings.loads_in_flight = loads(std::max(blocks / profile.blocks_per_load, for_cores), profile.max_loads);
+    if (profile.blocks_per_idle_load) settings.loads_while_idle = loads(blocks / profile.blocks_per_idle_load, profile.max_idle_loads);
     if (profile.blocks_per_evict_ahead)
-        settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / profile.blocks_per_evict_ahead, profile.most_evict_ahead));
+        settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / profile.blocks_per_evict_ahead, profile.max_evict_ahead));
     settings.traffic_kept = profile.traffic_kept;
     return settings;
 }
@@ -213,7 +213,7 @@ Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const
     std::vector<Candidate> wanted = load_candidates(settings, input);
     std::make_heap(wanted.begin(), wanted.end());
     const bool hold = input.ready_rays > settings.hold_above_ready * input.slots;
-    const uint32_t most = most_in_flight(settings, input);
+    const uint32_t most = max_in_flight(settings, input);
     Victims victims(settings, input);
     bool full = false;  // of what cannot go
     for (; !wanted.empty(); wanted.pop_back()) {

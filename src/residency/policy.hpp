@@ -18,13 +18,13 @@ enum class PageState : uint8_t { absent, loading, resident };
 struct BlockState {
     PageState state = PageState::absent;
     uint32_t bytes = 0;
-    uint32_t wants = 0;           // rays that wait for it now
-    uint32_t bounces = 0;         // rays of the last round that ended on its surfaces
-    uint32_t last_used = 0;       // last round in which a ray entered it, as far as that is noted
-    uint32_t entries = 0;         // of rays so far, as counted (counts_entries)
-    double traffic = 0;           // entries, as counted, of the last rounds: of earlier ones less and less (PolicySettings::traffic_kept)
-    uint32_t wanted_since = 0;    // first round of the present run of rounds in which it was wanted; 0: not wanted
-    uint32_t resident_since = 0;  // first round that could see it
+    uint32_t requests = 0;         // rays that wait for it now
+    uint32_t bounces = 0;          // rays of the last round that ended on its surfaces
+    uint32_t last_used = 0;        // last round in which a ray entered it, as far as that is noted
+    uint32_t entries = 0;          // of rays so far, as counted (counts_entries)
+    double traffic = 0;            // entries, as counted, of the last rounds: of earlier ones less and less (PolicySettings::traffic_kept)
+    uint32_t requested_since = 0;  // first round of the present run of rounds in which it was wanted; 0: not wanted
+    uint32_t resident_since = 0;   // first round that could see it
     PoolAddress address;
 };
 

@@ -23,7 +23,7 @@ ReadAhead::~ReadAhead() {
     for (std::thread& thread : threads_) thread.join();
 }
 
-void ReadAhead::want(std::vector<uint32_t> blocks) {
+void ReadAhead::request(std::vector<uint32_t> blocks) {
     if (threads_.empty()) return;
     bool any;
     {

@@ -21,7 +21,7 @@ public:
     ReadAhead(const ReadAhead&) = delete;
     ReadAhead& operator=(const ReadAhead&) = delete;
     // What is to be read, in this order, in place of what was said before.
-    void want(std::vector<uint32_t> blocks);
+    void request(std::vector<uint32_t> blocks);
 
 private:
     void work(uint64_t room);

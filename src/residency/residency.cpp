@@ -14,7 +14,7 @@ namespace raypager {
 namespace {
 
 // More entries of the page table than these are not worth a launch for each few of them.
-constexpr size_t most_changes = 8 * RP_PAGE_CHANGES;
+constexpr size_t max_changes = 8 * RP_PAGE_CHANGES;
 
 uint32_t page_address(PoolAddress place) {
     const uint64_t unit = place.offset / RP_BLOCK_ALIGNMENT;
@@ -103,7 +103,7 @@ Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& si
 Status Residency::publish(Queue& queue) {
     std::sort(changed_.begin(), changed_.end());
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
-    if (nothing_published_ || changed_.size() > most_changes) return publish_all(queue);
+    if (nothing_published_ || changed_.size() > max_changes) return publish_all(queue);
     take_newly_published();
     list_changes();
     return {};
@@ -167,7 +167,7 @@ Status Residency::after_round(uint32_t round, uint32_t last_started, const Event
     last_plan_end_ = last_end;
     std::vector<uint32_t> ahead = loader_->to_begin();
     ahead.insert(ahead.end(), plan.behind.begin(), plan.behind.end());
-    read_ahead_->want(std::move(ahead));
+    read_ahead_->request(std::move(ahead));
     return {};
 }
 
@@ -182,8 +182,8 @@ Status Residency::load_all(Queue& queue) {
     for (uint32_t round = 1;; round++) {
         size_t absent = 0;
         for (size_t i = 0; i < count; i++) {
-            demand[RP_DEMAND_WANTS * count + i] = blocks()[i].state == PageState::resident ? 0 : 1;
-            absent += demand[RP_DEMAND_WANTS * count + i];
+            demand[RP_DEMAND_REQUESTS * count + i] = blocks()[i].state == PageState::resident ? 0 : 1;
+            absent += demand[RP_DEMAND_REQUESTS * count + i];
         }
         if (absent == 0) return publish_all(queue);
         RAYPAGER_TRY(after_round(round, round, Event(), demand, 0, 1));

@@ -10,10 +10,10 @@ namespace raypager {
 namespace {
 
 constexpr size_t neighbour = 3;  // the one whose distance counts
-constexpr float least_share = 0.25f;
+constexpr float min_share = 0.25f;
 // Of two or three points none can be called a stray, so that the smallest ball must be seen beside the whole.
 constexpr size_t without_strays = 3;
-constexpr float least_of_extent = 1.0f / 40;
+constexpr float min_of_extent = 1.0f / 40;
 
 // The middle of what is left when zeros (points in the same place as others) are not counted; 0 if nothing is.
 float middle_of(std::vector<float>& values) {
@@ -39,7 +39,7 @@ float extent_of(std::span<const Float3> points) {
 
 float compared_spacing(std::span<const Float3> points) {
     if (points.size() < 2) return 0;
-    const bool few = points.size() < least_surface_points;
+    const bool few = points.size() < min_surface_points;
     const size_t rank = few ? 1 : neighbour;
     std::vector<float> distances;
     distances.reserve(points.size());
@@ -56,8 +56,8 @@ float compared_spacing(std::span<const Float3> points) {
     }
     const float spacing = std::sqrt(middle_of(distances));
     if (!few) return spacing;
-    const float share = std::max(least_share, static_cast<float>(points.size()) / least_surface_points);
-    return std::max(share * spacing, points.size() <= without_strays ? least_of_extent * extent_of(points) : 0.0f);
+    const float share = std::max(min_share, static_cast<float>(points.size()) / min_surface_points);
+    return std::max(share * spacing, points.size() <= without_strays ? min_of_extent * extent_of(points) : 0.0f);
 }
 
 }  // namespace raypager

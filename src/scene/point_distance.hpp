@@ -9,11 +9,11 @@
 namespace raypager {
 
 // Fewer points than this are no surface: they are shown as balls with room between them.
-inline constexpr size_t least_surface_points = 24;
+inline constexpr size_t min_surface_points = 24;
 
 // The median distance of the points from their third nearest neighbour; 0 if all are in one place. On a surface sampled evenly that is the
 // distance between neighbours; with the second nearest, points in lines would tell nothing of what lies between the lines.
-// Fewer than least_surface_points are told from by the nearest neighbour, and the fewer they are, the smaller is the share of its distance.
+// Fewer than min_surface_points are told from by the nearest neighbour, and the fewer they are, the smaller is the share of its distance.
 float compared_spacing(std::span<const Float3> points);
 
 // Of a sphere around each point, so that a surface of such points looks closed: a multiple of the spacing. An even grid needs 0.71; points

@@ -92,8 +92,8 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, lights, scene.lights));
     RAYPAGER_TRY(read_section(*file, header, ranges, scene.ranges));
     RAYPAGER_TRY(read_section(*file, header, top_nodes, scene.top_nodes));
-    RAYPAGER_TRY(read_section(*file, header, portals, scene.portals));
-    RAYPAGER_TRY(read_section(*file, header, portal_paths, scene.portal_paths));
+    RAYPAGER_TRY(read_section(*file, header, block_entries, scene.block_entries));
+    RAYPAGER_TRY(read_section(*file, header, block_entry_paths, scene.block_entry_paths));
     RAYPAGER_TRY(read_section(*file, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(read_section(*file, header, blocks, scene.blocks));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());

@@ -93,8 +93,8 @@ Status BlockFileWriter::finish(const BakedScene& scene) {
     RAYPAGER_TRY(write_section<rp_light>(file_, header, lights, scene.lights));
     RAYPAGER_TRY(write_section<rp_primitive_range>(file_, header, ranges, scene.ranges));
     RAYPAGER_TRY(write_section<rp_node>(file_, header, top_nodes, scene.top_nodes));
-    RAYPAGER_TRY(write_section<rp_portal>(file_, header, portals, scene.portals));
-    RAYPAGER_TRY(write_section<uint64_t>(file_, header, portal_paths, scene.portal_paths));
+    RAYPAGER_TRY(write_section<rp_block_entry>(file_, header, block_entries, scene.block_entries));
+    RAYPAGER_TRY(write_section<uint64_t>(file_, header, block_entry_paths, scene.block_entry_paths));
     RAYPAGER_TRY(write_section<rp_u32>(file_, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(write_section<BlockRecord>(file_, header, blocks, scene.blocks));
     header.file_bytes = file_.position();

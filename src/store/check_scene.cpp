@@ -117,32 +117,33 @@ Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
     return {};
 }
 
-Status check_portals(const BakedScene& scene) {
-    if (scene.portals.size() != scene.top_grid.portal_count || scene.portals.size() != scene.portal_paths.size() ||
-        scene.portals.size() != scene.wide_roots.size())
-        return bad(portals, "their number is inconsistent");
+Status check_block_entries(const BakedScene& scene) {
+    if (scene.block_entries.size() != scene.top_grid.block_entry_count || scene.block_entries.size() != scene.block_entry_paths.size() ||
+        scene.block_entries.size() != scene.wide_roots.size())
+        return bad(block_entries, "their number is inconsistent");
     uint64_t next_block = 0, of_block = 0;
-    for (size_t i = 0; i < scene.portals.size(); i++) {
-        const rp_portal& portal = scene.portals[i];
-        of_block = portal.block + uint64_t{1} == next_block ? of_block + 1 : 1;
-        if (of_block == 1 && portal.block != next_block++) return bad(portals, fmt::format("portal {} is out of order", i));
-        if (portal.block >= scene.blocks.size() || of_block > RP_MAX_SUB_BOXES) return bad(portals, fmt::format("portal {} leads to no block", i));
-        if (!good_grid(portal.origin, portal.cell)) return bad(portals, fmt::format("the grid of portal {} makes no sense", i));
-        if ((portal.root & RP_REF_PORTAL) == RP_REF_PORTAL || portal.root == RP_REF_EXIT ||
-            (!(portal.root & RP_REF_LEAF) && uint64_t{portal.root} * sizeof(rp_node) >= scene.blocks[portal.block].stored_bytes))
-            return bad(portals, fmt::format("portal {} has no root", i));
-        if (uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[portal.block].wide_bytes)
-            return bad(wide_roots, fmt::format("portal {} has no root", i));
+    for (size_t i = 0; i < scene.block_entries.size(); i++) {
+        const rp_block_entry& block_entry = scene.block_entries[i];
+        of_block = block_entry.block + uint64_t{1} == next_block ? of_block + 1 : 1;
+        if (of_block == 1 && block_entry.block != next_block++) return bad(block_entries, fmt::format("block entry {} is out of order", i));
+        if (block_entry.block >= scene.blocks.size() || of_block > RP_MAX_BLOCK_ENTRIES)
+            return bad(block_entries, fmt::format("block entry {} leads to no block", i));
+        if (!good_grid(block_entry.origin, block_entry.cell)) return bad(block_entries, fmt::format("the grid of block entry {} makes no sense", i));
+        if ((block_entry.root & RP_REF_BLOCK_ENTRY) == RP_REF_BLOCK_ENTRY || block_entry.root == RP_REF_EXIT ||
+            (!(block_entry.root & RP_REF_LEAF) && uint64_t{block_entry.root} * sizeof(rp_node) >= scene.blocks[block_entry.block].stored_bytes))
+            return bad(block_entries, fmt::format("block entry {} has no root", i));
+        if (uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[block_entry.block].wide_bytes)
+            return bad(wide_roots, fmt::format("block entry {} has no root", i));
     }
-    if (next_block != scene.blocks.size()) return bad(portals, fmt::format("block {} has none", next_block));
+    if (next_block != scene.blocks.size()) return bad(block_entries, fmt::format("block {} has none", next_block));
     return {};
 }
 
-// Walks the whole top tree: each node and each portal is reached once, within the depth, and by the path that the portal names.
+// Walks the whole top tree: each node and each block entry is reached once, within the depth, and by the path that the block entry names.
 Status check_top_tree(const BakedScene& scene) {
-    if (scene.portals.empty()) {
+    if (scene.block_entries.empty()) {
         const bool good = scene.top_grid.root == RP_REF_EXIT && scene.top_nodes.empty();
-        return good ? Status() : bad(top_nodes, "there is a tree but no portal");
+        return good ? Status() : bad(top_nodes, "there is a tree but no block entry");
     }
     struct Entry {
         rp_u32 ref;
@@ -150,16 +151,18 @@ Status check_top_tree(const BakedScene& scene) {
         uint64_t path;
     };
     std::vector<Entry> stack = {{scene.top_grid.root, 0, 1}};
-    std::vector<bool> seen(scene.portals.size());
+    std::vector<bool> seen(scene.block_entries.size());
     size_t nodes = 0, reached = 0;
     while (!stack.empty()) {
         const Entry entry = stack.back();
         stack.pop_back();
-        if ((entry.ref & RP_REF_PORTAL) == RP_REF_PORTAL) {
-            const uint32_t portal = entry.ref & ~RP_REF_PORTAL;
-            if (portal >= scene.portals.size() || seen[portal]) return bad(top_nodes, fmt::format("portal {} is absent or reached twice", portal));
-            if (scene.portal_paths[portal] != entry.path) return bad(portal_paths, fmt::format("the path of portal {} leads elsewhere", portal));
-            seen[portal] = true;
+        if ((entry.ref & RP_REF_BLOCK_ENTRY) == RP_REF_BLOCK_ENTRY) {
+            const uint32_t block_entry = entry.ref & ~RP_REF_BLOCK_ENTRY;
+            if (block_entry >= scene.block_entries.size() || seen[block_entry])
+                return bad(top_nodes, fmt::format("block entry {} is absent or reached twice", block_entry));
+            if (scene.block_entry_paths[block_entry] != entry.path)
+                return bad(block_entry_paths, fmt::format("the path of block entry {} leads elsewhere", block_entry));
+            seen[block_entry] = true;
             reached++;
             continue;
         }
@@ -169,7 +172,8 @@ Status check_top_tree(const BakedScene& scene) {
         for (const uint64_t side : {1, 0}) stack.push_back({scene.top_nodes[nodes].child[side].ref, entry.depth + 1, entry.path << 1 | side});
         nodes++;
     }
-    if (nodes != scene.top_nodes.size() || reached != scene.portals.size()) return bad(top_nodes, "some nodes or portals are never reached");
+    if (nodes != scene.top_nodes.size() || reached != scene.block_entries.size())
+        return bad(top_nodes, "some nodes or block entries are never reached");
     return {};
 }
 
@@ -181,7 +185,7 @@ Status check_scene(const BakedScene& scene, uint64_t file_bytes) {
     RAYPAGER_TRY(check_lights(scene));
     RAYPAGER_TRY(check_ranges(scene));
     RAYPAGER_TRY(check_blocks(scene, file_bytes));
-    RAYPAGER_TRY(check_portals(scene));
+    RAYPAGER_TRY(check_block_entries(scene));
     return check_top_tree(scene);
 }
 

@@ -17,57 +17,59 @@ uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     return at_least_16(scene.blocks.size() * arrays * sizeof(uint32_t));
 }
 
-// What single rays have on the device (abi/block.h, rp_portal).
+// What single rays have on the device (abi/block.h, rp_block_entry).
 struct DeviceTop {
     rp_top_grid grid;
     std::vector<rp_node> nodes;
-    std::vector<rp_portal> portals;
+    std::vector<rp_block_entry> block_entries;
 };
 
 DeviceTop device_top(const BakedScene& scene) {
-    DeviceTop top{scene.top_grid, scene.top_nodes, scene.portals};
-    const size_t portals = scene.portals.size();
-    if (portals + scene.blocks.size() >= (RP_REF_RETURN & ~RP_REF_PORTAL)) return top;  // more than references can tell apart
-    top.portals.resize(portals + scene.blocks.size());
-    std::vector<uint32_t> portals_of(scene.blocks.size());
-    for (const rp_portal& portal : scene.portals) {
-        portals_of[portal.block]++;
-        top.portals[portals + portal.block] = portal;
+    DeviceTop top{scene.top_grid, scene.top_nodes, scene.block_entries};
+    const size_t block_entries = scene.block_entries.size();
+    if (block_entries + scene.blocks.size() >= (RP_REF_RETURN & ~RP_REF_BLOCK_ENTRY)) return top;  // more than references can tell apart
+    top.block_entries.resize(block_entries + scene.blocks.size());
+    std::vector<uint32_t> block_entries_of(scene.blocks.size());
+    for (const rp_block_entry& block_entry : scene.block_entries) {
+        block_entries_of[block_entry.block]++;
+        top.block_entries[block_entries + block_entry.block] = block_entry;
     }
-    // The block that all portals beneath a reference belong to, or RP_NONE, and how many these are.
+    // The block that all block entries beneath a reference belong to, or RP_NONE, and how many these are.
     struct Beneath {
-        uint32_t block, portals;
+        uint32_t block, block_entries;
     };
     std::vector<Beneath> of_node(scene.top_nodes.size());
-    const auto beneath = [&](rp_u32 ref) { return ref >= RP_REF_PORTAL ? Beneath{scene.portals[ref & ~RP_REF_PORTAL].block, 1} : of_node[ref]; };
+    const auto beneath = [&](rp_u32 ref) {
+        return ref >= RP_REF_BLOCK_ENTRY ? Beneath{scene.block_entries[ref & ~RP_REF_BLOCK_ENTRY].block, 1} : of_node[ref];
+    };
     const auto enter_whole = [&](rp_u32& ref) {
-        if (ref >= RP_REF_PORTAL) return;
+        if (ref >= RP_REF_BLOCK_ENTRY) return;
         const uint32_t block = of_node[ref].block;
-        if (block == RP_NONE || of_node[ref].portals != portals_of[block]) return;
-        rp_portal& record = top.portals[portals + block];
+        if (block == RP_NONE || of_node[ref].block_entries != block_entries_of[block]) return;
+        rp_block_entry& record = top.block_entries[block_entries + block];
         record.root = ref;
-        ref = RP_REF_PORTAL | static_cast<rp_u32>(portals + block);
+        ref = RP_REF_BLOCK_ENTRY | static_cast<rp_u32>(block_entries + block);
     };
     // Children come after their parents.
     for (size_t i = scene.top_nodes.size(); i-- > 0;) {
         const Beneath left = beneath(scene.top_nodes[i].child[0].ref), right = beneath(scene.top_nodes[i].child[1].ref);
-        of_node[i] = left.block == right.block ? Beneath{left.block, left.portals + right.portals} : Beneath{RP_NONE, 0};
+        of_node[i] = left.block == right.block ? Beneath{left.block, left.block_entries + right.block_entries} : Beneath{RP_NONE, 0};
         for (rp_child& child : top.nodes[i].child) enter_whole(child.ref);
     }
     enter_whole(top.grid.root);
     return top;
 }
 
-WideTop wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots); }
+WideTop wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.block_entries, scene.wide_roots); }
 
 }  // namespace
 
 uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
-    const uint64_t tree = form == BlockForm::wide
-                              ? wide_top(scene).bytes.size() + 2 * at_least_16(0)
-                              : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) + at_least_16(scene.portal_paths.size() * sizeof(uint64_t));
-    const uint64_t portals = scene.portals.size() + (form == BlockForm::stored ? scene.blocks.size() : 0);
-    return tree + at_least_16(portals * sizeof(rp_portal)) + demand_bytes(scene, form);
+    const uint64_t tree = form == BlockForm::wide ? wide_top(scene).bytes.size() + 2 * at_least_16(0)
+                                                  : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) +
+                                                        at_least_16(scene.block_entry_paths.size() * sizeof(uint64_t));
+    const uint64_t block_entries = scene.block_entries.size() + (form == BlockForm::stored ? scene.blocks.size() : 0);
+    return tree + at_least_16(block_entries * sizeof(rp_block_entry)) + demand_bytes(scene, form);
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
@@ -92,8 +94,8 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     };
     // Streams have the wide top tree instead of the nodes and the paths through them.
     const Part parts[] = {{result.top_nodes_, bytes_of(single.nodes), "the top tree"},
-                          {result.portals_, wide ? bytes_of(top.portals) : bytes_of(single.portals), "portals"},
-                          {result.portal_paths_, wide ? std::span<const std::byte>() : bytes_of(scene.portal_paths), "portal paths"}};
+                          {result.block_entries_, wide ? bytes_of(top.block_entries) : bytes_of(single.block_entries), "block entries"},
+                          {result.block_entry_paths_, wide ? std::span<const std::byte>() : bytes_of(scene.block_entry_paths), "block entry paths"}};
     for (const Part& part : parts) {
         auto buffer = device.upload(part.contents, part.what);
         if (!buffer) return buffer.status();

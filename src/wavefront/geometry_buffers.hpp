@@ -53,15 +53,15 @@ private:
     Status set_slabs(Kernel& kernel, const Rest&... rest) const {
         const std::vector<Buffer>& slabs = *slabs_;
         const auto slab = [&](size_t i) -> const Buffer& { return slabs[i < slabs.size() ? i : 0]; };
-        if (slabs.size() == 1) return kernel.set(top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, slab(0), rest...);
-        return kernel.set(top_grid_, top_nodes_, portals_, portal_paths_, *page_table_, demand_, slab(0), slab(1), slab(2), slab(3), slab(4), slab(5),
-                          slab(6), slab(7), rest...);
+        if (slabs.size() == 1) return kernel.set(top_grid_, top_nodes_, block_entries_, block_entry_paths_, *page_table_, demand_, slab(0), rest...);
+        return kernel.set(top_grid_, top_nodes_, block_entries_, block_entry_paths_, *page_table_, demand_, slab(0), slab(1), slab(2), slab(3),
+                          slab(4), slab(5), slab(6), slab(7), rest...);
     }
 
     GeometryBuffers() = default;
     BlockForm form_ = BlockForm::stored;
     rp_top_grid top_grid_ = {};
-    Buffer wide_top_, top_nodes_, portals_, portal_paths_, demand_;
+    Buffer wide_top_, top_nodes_, block_entries_, block_entry_paths_, demand_;
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;

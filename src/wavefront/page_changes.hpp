@@ -27,13 +27,13 @@ inline rp_page_changes take_changes(std::span<const rp_page>& changes) {
 struct RoundBegin {
     rp_page_changes changes;
     uint32_t named;  // how many of the names, or RP_NONE: all blocks are to be asked
-    std::array<uint32_t, RP_MOST_NAMED> names{};
+    std::array<uint32_t, RP_MAX_NAMED> names{};
 };
 
 // The launches of rp_begin_round before a round: one work-item for all but the last one, which wakes rays. Where not all blocks that came can be
 // named, it asks the table for them, which must be as it is to be by then.
 inline std::vector<RoundBegin> round_begins(std::span<const rp_page> changes, std::span<const uint32_t> came) {
-    const bool named = came.size() <= RP_MOST_NAMED;
+    const bool named = came.size() <= RP_MAX_NAMED;
     std::vector<RoundBegin> launches;
     while (changes.size() > (named ? RP_PAGE_CHANGES : 0)) launches.push_back({take_changes(changes), 0});
     launches.push_back({take_changes(changes), named ? static_cast<uint32_t>(came.size()) : RP_NONE});

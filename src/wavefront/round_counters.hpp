@@ -19,8 +19,8 @@ struct RoundCounters {
     uint64_t camera_rays() const { return counter64(RP_COUNT_CAMERA_RAYS); }
     uint64_t bounce_rays() const { return counter64(RP_COUNT_BOUNCE_RAYS); }
     uint64_t total_shadow_rays() const { return counter64(RP_COUNT_SHADOW_RAYS); }
-    uint64_t wants_served() const { return counter64(RP_COUNT_WANTS_SERVED); }
-    uint64_t wants_without_hit() const { return counter64(RP_COUNT_WANTS_NO_HIT); }
+    uint64_t requests_served() const { return counter64(RP_COUNT_REQUESTS_SERVED); }
+    uint64_t requests_without_hit() const { return counter64(RP_COUNT_REQUESTS_NO_HIT); }
 
 private:
     uint64_t counter64(uint32_t at) const { return words[at] | static_cast<uint64_t>(words[at + 1]) << 32; }

@@ -6,7 +6,7 @@ namespace raypager {
 namespace {
 
 // Kernels number the samples of a group with 32 bits.
-uint32_t most_numbered(uint64_t pixels) { return static_cast<uint32_t>(std::clamp<uint64_t>(UINT32_MAX / pixels, 1, most_together)); }
+uint32_t most_numbered(uint64_t pixels) { return static_cast<uint32_t>(std::clamp<uint64_t>(UINT32_MAX / pixels, 1, max_together)); }
 
 // The part of the grouped passes that one lies in, and how many of them form a group there.
 struct Stretch {
@@ -38,16 +38,16 @@ rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, 
 
 uint32_t default_together(uint64_t pixels) {
     // Rays of 16 samples lie so close together that more gain nothing (bench/journal/cpu-paging.md).
-    constexpr uint64_t enough = 16, most_samples = uint64_t{1} << 25;
-    return static_cast<uint32_t>(std::clamp<uint64_t>(most_samples / pixels, 1, enough));
+    constexpr uint64_t enough = 16, max_samples = uint64_t{1} << 25;
+    return static_cast<uint32_t>(std::clamp<uint64_t>(max_samples / pixels, 1, enough));
 }
 
-uint64_t most_slots_with_regions(const rp_sample_order& order, uint64_t pixels) {
-    return pixels / least_regions * passes_of_regions(order) / region_paths_per_slot;
+uint64_t max_slots_with_regions(const rp_sample_order& order, uint64_t pixels) {
+    return pixels / min_regions * passes_of_regions(order) / region_paths_per_slot;
 }
 
 uint32_t default_region(const rp_sample_order& order, uint64_t slots, uint64_t pixels) {
-    if (slots > most_slots_with_regions(order, pixels)) return 0;
+    if (slots > max_slots_with_regions(order, pixels)) return 0;
     const uint64_t passes = passes_of_regions(order);
     return static_cast<uint32_t>((region_paths_per_slot * slots + passes - 1) / passes);
 }
@@ -80,7 +80,7 @@ rp_sample_order continue_order(rp_sample_order order, uint64_t begun, uint32_t s
 
 bool valid_order(const rp_sample_order& order, uint64_t pixels) {
     return order.tile_size >= 1 && order.tile_size <= largest_tile && order.together >= 1 && order.together <= most_numbered(pixels) &&
-           order.grouped_passes <= most_passes;
+           order.grouped_passes <= max_passes;
 }
 
 uint64_t sample_number(const rp_sample_order& order, uint32_t width, uint32_t height, uint32_t pixel, uint32_t sample) {

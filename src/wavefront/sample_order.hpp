@@ -9,9 +9,9 @@
 
 namespace raypager {
 
-inline constexpr uint32_t most_together = 64;  // passes of a group
+inline constexpr uint32_t max_together = 64;  // passes of a group
 inline constexpr uint32_t largest_tile = 1024;
-inline constexpr uint32_t most_passes = 65535;  // what a pixel of the film holds (abi/film.h)
+inline constexpr uint32_t max_passes = 65535;  // what a pixel of the film holds (abi/film.h)
 
 // For so many samples per pixel, with groups of at most `together` passes. region: as rp_sample_order has it.
 rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels, uint32_t region = 0);
@@ -22,9 +22,9 @@ uint32_t default_together(uint64_t pixels);
 // are swapped, half of the slots are taken for it: the others wait.
 inline constexpr uint64_t region_paths_per_slot = 3;
 // Fewer regions are no gain.
-inline constexpr uint64_t least_regions = 6;
+inline constexpr uint64_t min_regions = 6;
 // The most path slots for which such a render is long enough to have regions.
-uint64_t most_slots_with_regions(const rp_sample_order& order, uint64_t pixels);
+uint64_t max_slots_with_regions(const rp_sample_order& order, uint64_t pixels);
 // The pixels of its regions then; 0: there are more slots.
 uint32_t default_region(const rp_sample_order& order, uint64_t slots, uint64_t pixels);
 // Where a render ends before its time, after the first `begun` samples: at once, but every pixel gets a sample. whole_passes: where samples are begun

@@ -121,9 +121,9 @@ Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
     // not read: their slots are different ones.
     if (connects_concurrently()) {
         RAYPAGER_TRY(queue.flush());
-        RAYPAGER_TRY(device_.beside().wait_for(events.wake));
-        RAYPAGER_TRY(geometry_.launch(device_, device_.beside(), connect_, slots, &events.connect));
-        RAYPAGER_TRY(device_.beside().flush());
+        RAYPAGER_TRY(device_.concurrent().wait_for(events.wake));
+        RAYPAGER_TRY(geometry_.launch(device_, device_.concurrent(), connect_, slots, &events.connect));
+        RAYPAGER_TRY(device_.concurrent().flush());
     }
     RAYPAGER_TRY(queue.launch(generate_, items, group, &events.generate));
     RAYPAGER_TRY(queue.launch(advance_, std::max<uint32_t>(blocks, 1), group));

@@ -137,8 +137,8 @@ Status Wavefront::allocate_state(bool vertex_colors) {
 }
 
 Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published) {
-    RAYPAGER_CHECK(started_ - finished_ < most_rounds);
-    Flight& flight = flights_[started_++ % most_rounds];
+    RAYPAGER_CHECK(started_ - finished_ < max_rounds);
+    Flight& flight = flights_[started_++ % max_rounds];
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
     const Round round = {number, page_changes, newly_published, listed_again_, samples_again().size() > listed_again_};
@@ -151,7 +151,7 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
 
 Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t>& demand) {
     RAYPAGER_CHECK(finished_ < started_);
-    Flight& flight = flights_[finished_++ % most_rounds];
+    Flight& flight = flights_[finished_++ % max_rounds];
     RAYPAGER_TRY(flight.read.wait());
     const StageEvents& events = flight.events;
     // What comes behind an event of another queue may run even if that ended badly.

@@ -57,19 +57,19 @@ public:
     // Waits for what is in the queues of kernels: results under way have their place here.
     ~Wavefront() {
         (void)device_.kernels().finish();
-        (void)device_.beside().finish();
+        (void)device_.concurrent().finish();
     }
     // From the next round on, so many slots as filled_together of create.
     void fill_together(uint32_t slots) { backend_->fill_together(slots); }
-    // Puts all stages of a round into the queues of kernels. At most most_rounds rounds may be under way. page_changes: entries of the page table
+    // Puts all stages of a round into the queues of kernels. At most max_rounds rounds may be under way. page_changes: entries of the page table
     // that are not on the device yet, as rp_page_changes has them. newly_published: blocks that are in the page table with them and were not in the
     // round before, each once.
     Status start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published);
     // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
     Status finish_round(RoundCounters& counters, std::span<const uint32_t>& demand);
     // Of the youngest round that was started: when it has ended.
-    const Event& last_round_end() const { return flights_[(started_ + most_rounds - 1) % most_rounds].read; }
-    static constexpr uint32_t most_rounds = 2;
+    const Event& last_round_end() const { return flights_[(started_ + max_rounds - 1) % max_rounds].read; }
+    static constexpr uint32_t max_rounds = 2;
     // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
     Status read_visits(std::vector<uint32_t>& words) { return backend_->read_visits(words); }
     // Begins no samples from this number on. REQUIRES: no round is under way.
@@ -121,7 +121,7 @@ private:
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way
-    std::array<Flight, most_rounds> flights_;
+    std::array<Flight, max_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};
     uint64_t concurrent_ns_ = 0;

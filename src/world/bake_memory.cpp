@@ -19,14 +19,14 @@ constexpr uint64_t builder_bytes_of_block = 16;
 // Of the limit for all builders together.
 constexpr uint64_t builders_share = 4;
 // Triangles of a bucket have their own vertices, which must have numbers.
-constexpr uint64_t most_bucket = uint64_t{RP_NONE} / 3 * *std::min_element(std::begin(record_memory), std::begin(record_memory) + sphere_records + 1);
-constexpr uint64_t least_limit = uint64_t{16} << 20;
+constexpr uint64_t max_bucket = uint64_t{RP_NONE} / 3 * *std::min_element(std::begin(record_memory), std::begin(record_memory) + sphere_records + 1);
+constexpr uint64_t min_limit = uint64_t{16} << 20;
 // A triangle of a chunk: indices, corners, where they come from, records.
 constexpr uint64_t chunk_bytes_of_triangle = 12 + 60 + 12 + 64;
 
 }  // namespace
 
-uint64_t BakeMemory::smallest_limit(uint64_t block_bytes) { return std::max(least_limit, builders_share * builder_bytes_of_block * block_bytes); }
+uint64_t BakeMemory::smallest_limit(uint64_t block_bytes) { return std::max(min_limit, builders_share * builder_bytes_of_block * block_bytes); }
 
 uint64_t BakeMemory::largest_block(uint64_t limit) {
     return std::bit_floor(std::max<uint64_t>(1, limit / (builders_share * builder_bytes_of_block)));
@@ -41,7 +41,7 @@ Result<BakeMemory> BakeMemory::plan(uint64_t limit, uint64_t block_bytes) {
     memory.limit = limit;
     memory.builders = static_cast<size_t>(std::clamp<uint64_t>(limit / builders_share / (builder_bytes_of_block * block_bytes), 1, worker_count()));
     memory.gather = limit - memory.builders * builder_bytes_of_block * block_bytes;
-    memory.bucket = std::min(limit / 2, most_bucket);
+    memory.bucket = std::min(limit / 2, max_bucket);
     memory.cut = limit / builders_share;
     memory.buffers = limit / 2;
     memory.chunk_triangles = static_cast<size_t>(std::clamp<uint64_t>(limit / 4 / chunk_bytes_of_triangle, 1 << 12, 1 << 20));

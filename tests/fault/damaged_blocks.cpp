@@ -210,18 +210,18 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].ref = 0; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_LEAF; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); }), "top tree");
-    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_PORTAL | 0x3ffffff0u; }), "portal");
-    expect_refused(with_item<uint64_t>(portal_paths, 0, [](uint64_t& path) { path ^= 1; }), "path of portal 0");
-    expect_refused(with_item<rp_portal>(portals, 0, [](rp_portal& p) { p.block = 1; }), "portal 0");
-    expect_refused(with_item<rp_portal>(portals, 1, [](rp_portal& p) { p.root = 0x7fffffff; }), "portal 1");
-    expect_refused(with_item<rp_portal>(portals, 1, [](rp_portal& p) { p.root = RP_REF_PORTAL; }), "portal 1");
+    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_BLOCK_ENTRY | 0x3ffffff0u; }), "block entry");
+    expect_refused(with_item<uint64_t>(block_entry_paths, 0, [](uint64_t& path) { path ^= 1; }), "path of block entry 0");
+    expect_refused(with_item<rp_block_entry>(block_entries, 0, [](rp_block_entry& p) { p.block = 1; }), "block entry 0");
+    expect_refused(with_item<rp_block_entry>(block_entries, 1, [](rp_block_entry& p) { p.root = 0x7fffffff; }), "block entry 1");
+    expect_refused(with_item<rp_block_entry>(block_entries, 1, [](rp_block_entry& p) { p.root = RP_REF_BLOCK_ENTRY; }), "block entry 1");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.offset += 64; }), "block 0");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.offset = UINT64_MAX - 4095; }), "block 0");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.stored_bytes = UINT32_MAX; }), "block 0");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.wide_bytes = 0; }), "block 0");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.wide_bytes += 4; }), "block 0");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.wide_bytes = 2 * RP_MAX_WIDE_BYTES; }), "block 0");
-    expect_refused(with_item<rp_u32>(wide_roots, 1, [](rp_u32& root) { root = UINT32_MAX; }), "portal 1");
+    expect_refused(with_item<rp_u32>(wide_roots, 1, [](rp_u32& root) { root = UINT32_MAX; }), "block entry 1");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.triangles++; }), "");
     expect_refused(with_item<BlockRecord>(blocks, 0, [](BlockRecord& b) { b.lower[0] = INFINITY; }), "block 0");
 }
@@ -283,13 +283,13 @@ void decode_damaged_blocks(const std::filesystem::path& path, uint32_t seed) {
         accepted++;
         const BlockView view(span);
         uint64_t primitives = 0;
-        for (const rp_portal& portal : scene.portals) {
-            if (portal.block != block) continue;
-            const DecodedLeaf found = decode_subtree(view, portal.root);
+        for (const rp_block_entry& block_entry : scene.block_entries) {
+            if (block_entry.block != block) continue;
+            const DecodedLeaf found = decode_subtree(view, block_entry.root);
             primitives += found.triangles.size() + found.spheres.size();
         }
         EXPECT_EQ(primitives, uint64_t{scene.blocks[block].triangles} + scene.blocks[block].spheres);
-        EXPECT_FALSE(WideBlockMaker().make(span, scene.portals_of(block).roots).empty());
+        EXPECT_FALSE(WideBlockMaker().make(span, scene.block_entries_of(block).roots).empty());
     }
     // Both must happen, or this tests nothing: vertices and boxes can change freely, references cannot.
     EXPECT_GT(refused, 100);
@@ -314,13 +314,13 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksKnowCodes) {
     EXPECT_NE(status.message().find("coded"), std::string::npos) << status.message();
 }
 
-// What check_block says of the nodes above the portals, by which rays enter a block as a whole.
-TEST_F(DamagedBlockFile, ChecksOfBlocksKnowWhatIsAbovePortals) {
+// What check_block says of the nodes above the block entries, by which rays enter a block as a whole.
+TEST_F(DamagedBlockFile, ChecksOfBlocksKnowWhatIsAboveBlockEntries) {
     const auto file = BlockFile::open(path_);
     ASSERT_TRUE(file.ok());
     const BakedScene& scene = (*file)->scene();
-    const auto portals = scene.portals_of(0).roots;
-    ASSERT_EQ(portals.size(), 4u);
+    const auto block_entries = scene.block_entries_of(0).roots;
+    ASSERT_EQ(block_entries.size(), 4u);
     const auto refused = [&](uint64_t node, int side, rp_u32 ref, const char* because) {
         AlignedBytes damaged = read_block(**file, 0);
         const uint64_t at =
@@ -330,13 +330,13 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksKnowWhatIsAbovePortals) {
         ASSERT_FALSE(status.ok()) << because;
         EXPECT_NE(status.message().find(because), std::string::npos) << status.message();
     };
-    for (uint64_t node = 0; node < portals.size() - 1; node++) {
+    for (uint64_t node = 0; node < block_entries.size() - 1; node++) {
         for (const int side : {0, 1}) {
-            refused(node, side, 0, "above its portals");                          // a cycle
-            refused(node, side, static_cast<rp_u32>(node), "above its portals");  // a shorter one
-            refused(node, side, portals[0] + 1, "above its portals");             // past a portal
-            refused(node, side, RP_REF_LEAF, "above its portals");                // to a leaf
-            refused(node, side, RP_REF_PORTAL, "above its portals");              // out of the block
+            refused(node, side, 0, "above its block entries");                          // a cycle
+            refused(node, side, static_cast<rp_u32>(node), "above its block entries");  // a shorter one
+            refused(node, side, block_entries[0] + 1, "above its block entries");       // past a block entry
+            refused(node, side, RP_REF_LEAF, "above its block entries");                // to a leaf
+            refused(node, side, RP_REF_BLOCK_ENTRY, "above its block entries");         // out of the block
         }
     }
 }

@@ -33,7 +33,7 @@ protected:
     }
 
     // One line that contains all of these.
-    static void expect_told(const std::string& message, const std::vector<std::string>& named) {
+    static void expect_message(const std::string& message, const std::vector<std::string>& named) {
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
         for (const std::string& text : named) EXPECT_NE(message.find(text), std::string::npos) << "no '" << text << "' in: " << message;
     }
@@ -50,13 +50,13 @@ TEST_F(DeviceFailures, none_there) {
     device_->no_platform = true;
     auto result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
-    expect_told(result.status().message(), {"no OpenCL platform", "install"});
+    expect_message(result.status().message(), {"no OpenCL platform", "install"});
     EXPECT_EQ(result.status().exit_code(), 1);
     device_->clear();
     device_->no_device = true;
     result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
-    expect_told(result.status().message(), {"no usable device"});
+    expect_message(result.status().message(), {"no usable device"});
     EXPECT_EQ(result.status().exit_code(), 1);
 }
 
@@ -64,7 +64,7 @@ TEST_F(DeviceFailures, kernels_that_do_not_build) {
     device_->fail_builds = true;
     const auto result = render(*file_, options_, {});
     ASSERT_FALSE(result.ok());
-    expect_told(result.status().message(), {".cl", "does not build", "CL_BUILD_PROGRAM_FAILURE"});
+    expect_message(result.status().message(), {".cl", "does not build", "CL_BUILD_PROGRAM_FAILURE"});
 }
 
 // Other programs hold memory that the limit counts as ours.
@@ -76,7 +76,7 @@ TEST_F(DeviceFailures, memory_refused_leads_to_a_smaller_pool) {
     EXPECT_LE(result->report.peak.memory_bytes, used_ * 3 / 4);
     EXPECT_GT(result->report.paging.evictions, 0u) << "the pool is as large as before";
     ASSERT_FALSE(warnings_.empty());
-    expect_told(warnings_[0], {"CL_MEM_OBJECT_ALLOCATION_FAILURE", "trying with"});
+    expect_message(warnings_[0], {"CL_MEM_OBJECT_ALLOCATION_FAILURE", "trying with"});
 }
 
 TEST_F(DeviceFailures, too_little_memory_is_refused_with_the_least_that_would_do) {
@@ -89,7 +89,7 @@ TEST_F(DeviceFailures, too_little_memory_is_refused_with_the_least_that_would_do
     device_->memory_bytes = std::stoull(least.substr(key.size())) / 20 * 19;
     const auto result = render(*file_, options_, callbacks_);
     ASSERT_FALSE(result.ok());
-    expect_told(result.status().message(), {least, "refused"});
+    expect_message(result.status().message(), {least, "refused"});
 }
 
 TEST_F(DeviceFailures, lost_in_mid_render_keeps_the_checkpoint) {
@@ -117,7 +117,7 @@ TEST_F(DeviceFailures, lost_in_mid_render_keeps_the_checkpoint) {
         } else {
             losses++;
             EXPECT_EQ(result.status().exit_code(), 1);
-            expect_told(result.status().message(), {"CL_INVALID_COMMAND_QUEUE", "device is lost", "--resume", "render.ckpt"});
+            expect_message(result.status().message(), {"CL_INVALID_COMMAND_QUEUE", "device is lost", "--resume", "render.ckpt"});
         }
     }
     EXPECT_TRUE(done);
@@ -129,7 +129,7 @@ TEST_F(DeviceFailures, lost_before_anything_was_kept) {
     callbacks_.progress = [&](const RenderProgress&) { device_->lose_in = 1; };
     const auto result = render(*file_, options_, callbacks_);
     ASSERT_FALSE(result.ok());
-    expect_told(result.status().message(), {"device is lost"});
+    expect_message(result.status().message(), {"device is lost"});
     EXPECT_EQ(result.status().message().find("--resume"), std::string::npos) << result.status().message();
 }
 
@@ -155,9 +155,9 @@ TEST_F(DeviceFailures, a_loader_that_does_not_deliver_is_told) {
     ASSERT_TRUE(result.ok()) << result.status().message();
     EXPECT_EQ(result->report.film_hash, hash_);
     ASSERT_GE(told, 2) << "not told twice";
-    expect_told(*std::find_if(warnings_.begin(), warnings_.end(), is_of_the_loader),
-                {"no progress for", "waiting for a block", "most wanted: block", "loading", "pool:", "loads to begin", "being brought for",
-                 "still going on"});
+    expect_message(*std::find_if(warnings_.begin(), warnings_.end(), is_of_the_loader),
+                   {"no progress for", "waiting for a block", "most wanted: block", "loading", "pool:", "loads to begin", "being brought for",
+                    "still going on"});
 }
 
 TEST_F(DeviceFailures, a_render_with_progress_is_not_talked_about) {

@@ -28,9 +28,9 @@ namespace raypager {
 namespace {
 
 #if RAYPAGER_ADDRESS_SANITIZER || RAYPAGER_THREAD_SANITIZER
-constexpr uint32_t triangles = 30000, least_blocks = 200;  // sanitizers cost five to twenty times the time
+constexpr uint32_t triangles = 30000, min_blocks = 200;  // sanitizers cost five to twenty times the time
 #else
-constexpr uint32_t triangles = 100000, least_blocks = 600;
+constexpr uint32_t triangles = 100000, min_blocks = 600;
 #endif
 
 // Blocks wait before they are uploaded, as files do.
@@ -57,11 +57,11 @@ protected:
         scene.max_depth = 2;
         BakeOptions bake_options;
         bake_options.block_bytes = 16 << 10;
-        bake_options.sub_boxes = 8;
+        bake_options.block_entries = 8;
         auto file = support::bake_and_open(scene, bake_options, folder_.path(), "tiny");
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
-        ASSERT_GE(file_->scene().blocks.size(), least_blocks);
+        ASSERT_GE(file_->scene().blocks.size(), min_blocks);
         options_.tuning.paths = 128;
         options_.instruments.device_hooks = std::make_shared<SlowUploads>(disk_);
         const auto resident = render(*file_, options_, {});
@@ -260,7 +260,7 @@ TEST_F(PagingStressOnDevice, BlocksAreReadAheadBesideLoads) {
                 std::mt19937 random(seed + t);
                 for (int i = 0; i < 200; i++) {
                     const auto block = static_cast<uint32_t>(random() % 40);
-                    ahead.want({block, (block + 1) % 40, (block + 2) % 40, (block + 3) % 40});
+                    ahead.request({block, (block + 1) % 40, (block + 2) % 40, (block + 3) % 40});
                     const auto bytes = cache.acquire(block);
                     wrong += !bytes.ok() || !is_block(*bytes, form, block);
                     if (bytes.ok()) cache.release(block);
@@ -289,12 +289,12 @@ TEST_F(PagingStressOnDevice, WhatRaysWaitForIsReadAhead) {
         return condition();
     };
     const std::vector<uint32_t> blocks = {3, 1, 4, 15, 9, 2, 6, 5};
-    ahead.want(blocks);
+    ahead.request(blocks);
     EXPECT_TRUE(within_seconds([&] { return std::all_of(blocks.begin(), blocks.end(), is_there); }));
-    ahead.want({});
+    ahead.request({});
     disk_.error_number = EIO;
     disk_.fail_read_in = 1;
-    ahead.want({50});
+    ahead.request({50});
     EXPECT_TRUE(within_seconds([&] { return disk_.fail_read_in <= 0; }));
     EXPECT_TRUE(within_seconds([&] { return !cache.knows(50); }));
     const auto bytes = cache.acquire(50);
@@ -319,7 +319,7 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
     std::vector<bool> there(count);
     for (uint32_t round = 1; round <= 60; round++) {
         std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
-        demand[RP_DEMAND_WANTS * count + (round * 7) % count] = 5;
+        demand[RP_DEMAND_REQUESTS * count + (round * 7) % count] = 5;
         ASSERT_TRUE((*residency)->after_round(round, round, Event(), demand, 0, 1).ok());
         if (round % 3 == 0) {
             ASSERT_TRUE((*residency)->wait_for_block(round).ok());

@@ -61,9 +61,9 @@ void check_blocks(const BlockFile& file, const BakeSummary& summary) {
         RAYPAGER_CHECK(file.read_block(block, stored).ok());
         RAYPAGER_CHECK(file.check_block(block, stored).ok());
         const BlockView view(stored);
-        for (const rp_portal& portal : file.scene().portals)
-            if (portal.block == block) {
-                const DecodedLeaf leaf = decode_subtree(view, portal.root);
+        for (const rp_block_entry& block_entry : file.scene().block_entries)
+            if (block_entry.block == block) {
+                const DecodedLeaf leaf = decode_subtree(view, block_entry.root);
                 primitives += leaf.triangles.size() + leaf.spheres.size();
             }
     }
@@ -91,8 +91,8 @@ void run(std::string_view input) {
     BakeOptions options;
     options.block_bytes = 16 << 10;
     const auto choice = in.take<uint8_t>();
-    options.sub_boxes = 1 + choice % 64;
-    options.position_error = std::array{0.0f, 1e-3f, least_position_error, largest_position_error}[choice / 64];
+    options.block_entries = 1 + choice % 64;
+    options.position_error = std::array{0.0f, 1e-3f, min_position_error, largest_position_error}[choice / 64];
     const Scene scene = read_scene(in);
     const std::filesystem::path path = scratch_path("output.rpb");
     const auto summary = bake(scene, options, path);

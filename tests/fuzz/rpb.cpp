@@ -18,9 +18,9 @@ namespace {
 void decode_block(const BakedScene& scene, uint32_t block, std::span<const std::byte> stored) {
     const BlockView view(stored);
     uint64_t primitives = 0;
-    for (const rp_portal& portal : scene.portals) {
-        if (portal.block != block) continue;
-        const DecodedLeaf leaf = decode_subtree(view, portal.root);
+    for (const rp_block_entry& block_entry : scene.block_entries) {
+        if (block_entry.block != block) continue;
+        const DecodedLeaf leaf = decode_subtree(view, block_entry.root);
         primitives += leaf.triangles.size() + leaf.spheres.size();
     }
     RAYPAGER_CHECK(primitives == uint64_t{scene.blocks[block].triangles} + scene.blocks[block].spheres);
@@ -40,7 +40,7 @@ std::vector<std::string> seeds() {
             const std::filesystem::path path = scratch_path("seed.rpb");
             BakeOptions options;
             options.block_bytes = 16 << 10;
-            options.sub_boxes = 4;
+            options.block_entries = 4;
             options.position_error = position_error;
             RAYPAGER_CHECK(bake(scene, options, path).ok());
             result.push_back(support::squeeze_pages(support::read_file(path)));
@@ -63,7 +63,7 @@ void run(std::string_view input) {
         std::vector<std::byte> stored(scene.blocks[block].stored_bytes);
         if (!(*file)->read_block(block, stored) || !(*file)->check_block(block, stored)) continue;
         decode_block(scene, block, stored);
-        (void)WideBlockMaker().make(stored, scene.portals_of(block).roots);
+        (void)WideBlockMaker().make(stored, scene.block_entries_of(block).roots);
     }
 }
 

@@ -26,7 +26,7 @@ protected:
         auto scene = support::DeviceScene::create(*file, 0, GetParam());
         ASSERT_TRUE(scene.ok()) << scene.status().message();
         scene_ = std::move(*scene);
-        portals_ = static_cast<uint32_t>((*file)->scene().portals.size());
+        block_entries_ = static_cast<uint32_t>((*file)->scene().block_entries.size());
         const rp_top_grid& grid = (*file)->scene().top_grid;
         std::mt19937 random(7);
         std::normal_distribution<float> normal;
@@ -67,7 +67,7 @@ protected:
     std::unique_ptr<support::DeviceScene> scene_;
     std::vector<ProbeRay> rays_;
     Float3 middle_;
-    uint32_t portals_ = 0, hits_ = 0;
+    uint32_t block_entries_ = 0, hits_ = 0;
 };
 
 TEST_P(Entries, none_are_told_unless_asked_for) { EXPECT_EQ(use(""), 0u); }
@@ -79,10 +79,10 @@ TEST_P(Entries, all_are_counted) {
     if (GetParam() == Traversal::ray) {
         EXPECT_EQ(entries, 2 * count);
     } else {
-        // Streams enter a block by those of its portals that they meet.
+        // Streams enter a block by those of its block entries that they meet.
         EXPECT_GE(entries, 2 * hits_);
         EXPECT_GT(hits_, count / 8);
-        EXPECT_LE(entries, 2 * count * portals_);
+        EXPECT_LE(entries, 2 * count * block_entries_);
     }
     EXPECT_EQ(use(" -DRP_COUNT_ENTRIES=0u"), 2 * entries) << "they add up";
 }

@@ -18,11 +18,24 @@ TEST(Layout, struct_sizes_agree) {
     ASSERT_TRUE(device.ok()) << device.status().message();
     auto kernel = support::probe_kernel(**device, "single_ray/probe", "rp_struct_sizes", "-DRP_SLABS=1 -DRP_STACK_SIZE=96");
     ASSERT_TRUE(kernel.ok()) << kernel.status().message();
-    const std::vector<uint32_t> expected = {
-        sizeof(rp_node),          sizeof(rp_leaf),         sizeof(rp_block_header), sizeof(rp_portal),          sizeof(rp_top_grid),
-        sizeof(rp_page),          sizeof(rp_material),     sizeof(rp_light),        sizeof(rp_primitive_range), sizeof(rp_camera),
-        sizeof(rp_render_params), sizeof(rp_path_sample),  sizeof(rp_wide_node),    sizeof(rp_wide_leaf),       sizeof(rp_wide_header),
-        sizeof(rp_wide_portal),   sizeof(rp_page_changes), sizeof(rp_light_node)};
+    const std::vector<uint32_t> expected = {sizeof(rp_node),
+                                            sizeof(rp_leaf),
+                                            sizeof(rp_block_header),
+                                            sizeof(rp_block_entry),
+                                            sizeof(rp_top_grid),
+                                            sizeof(rp_page),
+                                            sizeof(rp_material),
+                                            sizeof(rp_light),
+                                            sizeof(rp_primitive_range),
+                                            sizeof(rp_camera),
+                                            sizeof(rp_render_params),
+                                            sizeof(rp_path_sample),
+                                            sizeof(rp_wide_node),
+                                            sizeof(rp_wide_leaf),
+                                            sizeof(rp_wide_header),
+                                            sizeof(rp_wide_block_entry),
+                                            sizeof(rp_page_changes),
+                                            sizeof(rp_light_node)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());
@@ -35,9 +48,9 @@ TEST(Layout, struct_sizes_agree) {
 TEST(Layout, offsets_that_kernels_rely_on) {
     // Kernels read these structs as vectors of four words.
     EXPECT_EQ(offsetof(rp_child, ref), 12u);
-    EXPECT_EQ(offsetof(rp_portal, block), 12u);
-    EXPECT_EQ(offsetof(rp_portal, root), 28u);
-    EXPECT_EQ(offsetof(rp_wide_portal, block), 12u);
+    EXPECT_EQ(offsetof(rp_block_entry, block), 12u);
+    EXPECT_EQ(offsetof(rp_block_entry, root), 28u);
+    EXPECT_EQ(offsetof(rp_wide_block_entry, block), 12u);
     EXPECT_EQ(sizeof(rp_block_header) % 16, 0u);
     EXPECT_EQ(offsetof(rp_render_params, first_sample) % 8, 0u);
 }

@@ -20,7 +20,7 @@ TEST_P(SmallParts, each_ray_is_taken_once) {
         // One work-group starts in one part and has to find the others.
         for (const uint64_t groups : {1, 2, 5}) {
             const uint32_t count = GetParam();
-            std::vector<uint32_t> taken(RP_MOST_PARTS), times(count + 1);
+            std::vector<uint32_t> taken(RP_MAX_PARTS), times(count + 1);
             auto taken_buffer = (*device)->upload(bytes_of(taken), "what is taken"), times_buffer = (*device)->upload(bytes_of(times), "how often");
             ASSERT_TRUE(taken_buffer.ok() && times_buffer.ok());
             ASSERT_TRUE(kernel->set(count, *taken_buffer, *times_buffer).ok());

@@ -138,7 +138,7 @@ TEST(SmallRender, records_the_same_in_a_log_without_room) {
     BakeOptions bake_options;
     bake_options.block_bytes = 16 << 10;
     Scene scene = small_scene(30);
-    scene.shapes.push_back(blocks_test::mesh_shape(blocks_test::soup(3000, 5)));  // rays go through many portals of a block here
+    scene.shapes.push_back(blocks_test::mesh_shape(blocks_test::soup(3000, 5)));  // rays go through many block entries of a block here
     auto file = support::bake_and_open(scene, bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
     support::TestOptions options;
@@ -291,20 +291,20 @@ TEST_P(SmallProbe, traces_resident_blocks) {
     EXPECT_EQ((*hits)[2].primitive, RP_NONE);
 }
 
-// The boxes of all portals, as if each were a block of its own: the tree over these keeps none of the real blocks together.
-std::vector<PortalBox> loose_portals(const BlockFile& file) {
-    std::vector<PortalBox> boxes;
-    for (const rp_portal& portal : file.scene().portals) {
-        blocks_test::AlignedBytes bytes = blocks_test::read_block(file, portal.block);
+// The boxes of all block entries, as if each were a block of its own: the tree over these keeps none of the real blocks together.
+std::vector<BlockEntryBox> loose_block_entries(const BlockFile& file) {
+    std::vector<BlockEntryBox> boxes;
+    for (const rp_block_entry& block_entry : file.scene().block_entries) {
+        blocks_test::AlignedBytes bytes = blocks_test::read_block(file, block_entry.block);
         Box box;
-        for (const DecodedTriangle& t : decode_subtree(BlockView(bytes.span()), portal.root).triangles)
+        for (const DecodedTriangle& t : decode_subtree(BlockView(bytes.span()), block_entry.root).triangles)
             for (const Float3& v : t.vertices) box.grow(v);
         boxes.push_back({box, 0});
     }
     return boxes;
 }
 
-// Rays enter blocks as a whole only where their portals are a subtree of the top tree. What they hit does not depend on it.
+// Rays enter blocks as a whole only where their block entries are a subtree of the top tree. What they hit does not depend on it.
 TEST_P(SmallProbe, finds_the_same_below_any_top_tree) {
     if (GetParam() == Traversal::stream && support::traversals().size() == 1) GTEST_SKIP() << "this device does not trace in streams";
     constexpr uint32_t seed = 7;
@@ -314,12 +314,12 @@ TEST_P(SmallProbe, finds_the_same_below_any_top_tree) {
     auto file = support::bake_and_open(blocks_test::scene_of({blocks_test::mesh_shape(blocks_test::soup(6000, seed, 0.2f))}), bake_options,
                                        folder.path(), "soup");
     ASSERT_TRUE(file.ok()) << file.status().message();
-    const TopTree loose = build_top_tree(loose_portals(**file));
+    const TopTree loose = build_top_tree(loose_block_entries(**file));
     BakedScene other = (*file)->scene();
     other.top_grid = loose.grid;
     other.top_nodes = loose.nodes;
-    other.portal_paths = loose.paths;
-    ASSERT_NE(other.portal_paths, (*file)->scene().portal_paths);
+    other.block_entry_paths = loose.paths;
+    ASSERT_NE(other.block_entry_paths, (*file)->scene().block_entry_paths);
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> place(-1.5f, 1.5f);
     std::vector<support::ProbeRay> rays;

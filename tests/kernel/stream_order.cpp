@@ -1,5 +1,5 @@
-// Streams of rays wait at the first absent portal in the order (distance at which the ray enters the portal's bounds, portal number), go on
-// from there, and end with the hit that they have when everything is resident: with one block at a time, in any order of blocks and rays.
+// Streams of rays wait at the first absent block entry in the order (distance at which the ray enters the block entry's bounds, block entry number),
+// go on from there, and end with the hit that they have when everything is resident: with one block at a time, in any order of blocks and rays.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,13 +22,13 @@ using support::ProbeRay;
 
 struct Place {
     float entry;
-    uint32_t portal;
-    bool operator<(const Place& other) const { return entry < other.entry || (entry == other.entry && portal < other.portal); }
+    uint32_t block_entry;
+    bool operator<(const Place& other) const { return entry < other.entry || (entry == other.entry && block_entry < other.block_entry); }
 };
 
 // Of rp_probe_stream_waits: what it takes and what it returns.
 struct RayState {
-    uint32_t portal = RP_NONE;
+    uint32_t block_entry = RP_NONE;
     float entry = INFINITY;
     float t = INFINITY;
     uint32_t primitive = RP_NONE;
@@ -91,21 +91,21 @@ Scene overlapping_scene(std::mt19937& random) {
 float coordinate(const Float3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 float& coordinate(Float3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-bool contains(const rp_wide_portal& portal, const Float3& p) {
+bool contains(const rp_wide_block_entry& block_entry, const Float3& p) {
     for (int a = 0; a < 3; a++)
-        if (coordinate(p, a) < portal.lower[a] || coordinate(p, a) > portal.upper[a]) return false;
+        if (coordinate(p, a) < block_entry.lower[a] || coordinate(p, a) > block_entry.upper[a]) return false;
     return true;
 }
 
 class Rays {
 public:
-    Rays(std::mt19937& random, std::span<const rp_wide_portal> portals) : random_(random), portals_(portals) {}
+    Rays(std::mt19937& random, std::span<const rp_wide_block_entry> block_entries) : random_(random), block_entries_(block_entries) {}
 
     std::vector<ProbeRay> make(uint32_t count) {
         std::vector<ProbeRay> rays;
         for (uint32_t k = 0; k < count; k++) {
             ProbeRay ray = {k % 3 == 1 ? inside_several() : anywhere(), INFINITY, {}};
-            ray.direction = towards(ray.origin, point_in(any_portal()));
+            ray.direction = towards(ray.origin, point_in(any_block_entry()));
             if (k % 3 == 2) align(ray);
             if (k % 4 == 3) ray.t_max = between(0.1f, 3);
             rays.push_back(ray);
@@ -115,12 +115,12 @@ public:
 
 private:
     float between(float low, float high) { return std::uniform_real_distribution<float>(low, high)(random_); }
-    const rp_wide_portal& any_portal() { return portals_[random_() % portals_.size()]; }
+    const rp_wide_block_entry& any_block_entry() { return block_entries_[random_() % block_entries_.size()]; }
     Float3 anywhere() { return {between(-3, 4), between(-3, 4), between(-3, 4)}; }
 
-    Float3 point_in(const rp_wide_portal& portal) {
+    Float3 point_in(const rp_wide_block_entry& block_entry) {
         Float3 point;
-        for (int a = 0; a < 3; a++) coordinate(point, a) = between(portal.lower[a], portal.upper[a]);
+        for (int a = 0; a < 3; a++) coordinate(point, a) = between(block_entry.lower[a], block_entry.upper[a]);
         return point;
     }
 
@@ -128,8 +128,9 @@ private:
         Float3 best;
         int64_t most = -1;
         for (int k = 0; k < 8; k++) {
-            const Float3 point = point_in(any_portal());
-            const int64_t inside = std::ranges::count_if(portals_, [&](const rp_wide_portal& portal) { return contains(portal, point); });
+            const Float3 point = point_in(any_block_entry());
+            const int64_t inside =
+                std::ranges::count_if(block_entries_, [&](const rp_wide_block_entry& block_entry) { return contains(block_entry, point); });
             if (inside > most) best = point;
             most = std::max(most, inside);
         }
@@ -143,14 +144,14 @@ private:
         return {d.x / length, d.y / length, d.z / length};
     }
 
-    // One or two components of the direction become zero, of either sign, and the origin comes to lie in planes of portals or in corners.
+    // One or two components of the direction become zero, of either sign, and the origin comes to lie in planes of block entries or in corners.
     void align(ProbeRay& ray) {
         const int along = static_cast<int>(random_() % 3), other = (along + 1 + static_cast<int>(random_() % 2)) % 3;
         const bool both = random_() % 2;
         for (int a = 0; a < 3; a++) {
-            const rp_wide_portal& portal = any_portal();
+            const rp_wide_block_entry& block_entry = any_block_entry();
             if (a != along && (both || a == other)) coordinate(ray.direction, a) = random_() % 2 ? 0.0f : -0.0f;
-            const float plane = random_() % 2 ? portal.lower[a] : portal.upper[a];
+            const float plane = random_() % 2 ? block_entry.lower[a] : block_entry.upper[a];
             const bool whole = random_() % 2;  // of the meshes; bounds lie slightly outside
             if (a != along || random_() % 2) coordinate(ray.origin, a) = whole ? std::round(plane) : plane;
         }
@@ -159,28 +160,30 @@ private:
     }
 
     std::mt19937& random_;
-    std::span<const rp_wide_portal> portals_;
+    std::span<const rp_wide_block_entry> block_entries_;
 };
 
-// Where a ray enters and leaves the bounds of a portal: what rp_prepare_stream and rp_enter_portal compute.
+// Where a ray enters and leaves the bounds of a block entry: what rp_prepare_stream and rp_enter_block_entry compute.
 struct Passage {
     float enter, leave;
 };
-Passage pass(const ProbeRay& ray, float t, const rp_wide_portal& portal) {
+Passage pass(const ProbeRay& ray, float t, const rp_wide_block_entry& block_entry) {
     Passage passage = {0, t};
     for (int a = 0; a < 3; a++) {
         const float d = coordinate(ray.direction, a), inverse = 1 / (std::abs(d) < 1e-18f ? std::copysign(1e-18f, d) : d);
         const float shift = coordinate(ray.origin, a) * inverse, slack = std::abs(shift) * 0x1p-22f;
         const bool negative = std::signbit(inverse);
-        passage.enter = std::max(passage.enter, std::fma(negative ? portal.upper[a] : portal.lower[a], inverse, -shift - slack));
-        passage.leave = std::min(passage.leave, std::fma(negative ? portal.lower[a] : portal.upper[a], inverse, slack - shift));
+        passage.enter = std::max(passage.enter, std::fma(negative ? block_entry.upper[a] : block_entry.lower[a], inverse, -shift - slack));
+        passage.leave = std::min(passage.leave, std::fma(negative ? block_entry.lower[a] : block_entry.upper[a], inverse, slack - shift));
     }
     return passage;
 }
 
 // The device's reciprocals may be rounded in another way. Where two entries are equal here, they are equal there: the same planes gave them, or 0.
 float tolerance(float entry) { return 1e-5f * std::max(1.0f, entry); }
-bool surely_before(const Place& a, const Place& b) { return a.entry + tolerance(a.entry) < b.entry || (a.entry == b.entry && a.portal < b.portal); }
+bool surely_before(const Place& a, const Place& b) {
+    return a.entry + tolerance(a.entry) < b.entry || (a.entry == b.entry && a.block_entry < b.block_entry);
+}
 
 class StreamOrder : public testing::Test {
 protected:
@@ -193,20 +196,20 @@ protected:
         ASSERT_TRUE(scene.ok()) << scene.status().message();
         scene_ = std::move(*scene);
         const BakedScene& baked = scene_->scene();
-        portals_ = make_wide_top(baked.top_grid, baked.top_nodes, baked.portals, baked.wide_roots).portals;
+        block_entries_ = make_wide_top(baked.top_grid, baked.top_nodes, baked.block_entries, baked.wide_roots).block_entries;
         pages_.resize(baked.blocks.size());
         ASSERT_TRUE(queue().read_now(scene_->geometry().pages(), 0, std::as_writable_bytes(std::span(pages_))).ok());
         auto kernel = support::probe_kernel(scene_->device(), "stream/probe", "rp_probe_stream_waits", scene_->geometry().definitions());
         ASSERT_TRUE(kernel.ok()) << kernel.status().message();
         kernel_ = std::move(*kernel);
-        rays_ = Rays(random_, portals_).make(ray_count);
+        rays_ = Rays(random_, block_entries_).make(ray_count);
         states_ = fresh_states();
     }
 
     Result<std::shared_ptr<const BlockFile>> bake() {
         BakeOptions options;
         options.block_bytes = 16 << 10;
-        options.sub_boxes = 8;
+        options.block_entries = 8;
         return support::bake_and_open(overlapping_scene(random_), options, folder_.path(), "order");
     }
 
@@ -252,29 +255,29 @@ protected:
     }
 
     // RP_NONE: it meets none.
-    uint32_t some_portal_met_by(uint32_t ray) {
+    uint32_t some_block_entry_met_by(uint32_t ray) {
         std::vector<uint32_t> met;
-        for (uint32_t k = 0; k < portals_.size(); k++) {
-            const Passage passage = pass(rays_[ray], rays_[ray].t_max, portals_[k]);
+        for (uint32_t k = 0; k < block_entries_.size(); k++) {
+            const Passage passage = pass(rays_[ray], rays_[ray].t_max, block_entries_[k]);
             if (passage.enter < passage.leave) met.push_back(k);
         }
         return met.empty() ? RP_NONE : met[random_() % met.size()];
     }
 
-    Place place_of(uint32_t ray, uint32_t portal) const {
-        if (portal == RP_NONE) return {INFINITY, RP_NONE};
-        return {pass(rays_[ray], INFINITY, portals_[portal]).enter, portal};
+    Place place_of(uint32_t ray, uint32_t block_entry) const {
+        if (block_entry == RP_NONE) return {INFINITY, RP_NONE};
+        return {pass(rays_[ray], INFINITY, block_entries_[block_entry]).enter, block_entry};
     }
 
-    // No absent portal that the ray meets before its hit lies between the place where it went on and the one where it waits.
+    // No absent block entry that the ray meets before its hit lies between the place where it went on and the one where it waits.
     bool waits_too_late(uint32_t ray, const RayState& before, const RayState& after, uint32_t resident) const {
-        const Place from = before.portal == RP_NONE ? Place{0, 0} : place_of(ray, before.portal), wait = place_of(ray, after.portal);
-        for (uint32_t k = 0; k < portals_.size(); k++) {
-            const Passage passage = pass(rays_[ray], after.t, portals_[k]);
+        const Place from = before.block_entry == RP_NONE ? Place{0, 0} : place_of(ray, before.block_entry), wait = place_of(ray, after.block_entry);
+        for (uint32_t k = 0; k < block_entries_.size(); k++) {
+            const Passage passage = pass(rays_[ray], after.t, block_entries_[k]);
             const Place place = {passage.enter, k};
             const bool meets = passage.enter + tolerance(passage.enter) < passage.leave;
-            const bool after_from = (place.portal == from.portal && place.entry == from.entry) || surely_before(from, place);
-            if (portals_[k].block != resident && meets && after_from && surely_before(place, wait)) return true;
+            const bool after_from = (place.block_entry == from.block_entry && place.entry == from.entry) || surely_before(from, place);
+            if (block_entries_[k].block != resident && meets && after_from && surely_before(place, wait)) return true;
         }
         return false;
     }
@@ -282,32 +285,32 @@ protected:
     // A step of a ray from where it was to where it is now.
     void check_step(uint32_t ray, const RayState& before, const RayState& after, uint32_t resident) {
         EXPECT_LE(after.t, before.t);
-        EXPECT_FALSE(waits_too_late(ray, before, after, resident)) << "waits at " << after.portal << ", not at an earlier one";
-        if (after.portal == RP_NONE) return;
-        ASSERT_LT(after.portal, portals_.size());
-        const float entry = place_of(ray, after.portal).entry;
-        EXPECT_NE(portals_[after.portal].block, resident) << "waits for a block that is there";
+        EXPECT_FALSE(waits_too_late(ray, before, after, resident)) << "waits at " << after.block_entry << ", not at an earlier one";
+        if (after.block_entry == RP_NONE) return;
+        ASSERT_LT(after.block_entry, block_entries_.size());
+        const float entry = place_of(ray, after.block_entry).entry;
+        EXPECT_NE(block_entries_[after.block_entry].block, resident) << "waits for a block that is there";
         EXPECT_NEAR(after.entry, entry, tolerance(entry));
         EXPECT_LE(after.entry, after.t + tolerance(entry)) << "waits behind its hit";
-        if (before.portal == RP_NONE) return;
-        const Place from = {before.entry, before.portal}, wait = {after.entry, after.portal};
-        EXPECT_TRUE(from < wait) << "from (" << from.entry << ", " << from.portal << ") to (" << wait.entry << ", " << wait.portal << ")";
+        if (before.block_entry == RP_NONE) return;
+        const Place from = {before.entry, before.block_entry}, wait = {after.entry, after.block_entry};
+        EXPECT_TRUE(from < wait) << "from (" << from.entry << ", " << from.block_entry << ") to (" << wait.entry << ", " << wait.block_entry << ")";
         ties_ += from.entry == wait.entry ? 1 : 0;
-        if (std::ranges::equal(portals_[from.portal].lower, portals_[wait.portal].lower) &&
-            std::ranges::equal(portals_[from.portal].upper, portals_[wait.portal].upper))
+        if (std::ranges::equal(block_entries_[from.block_entry].lower, block_entries_[wait.block_entry].lower) &&
+            std::ranges::equal(block_entries_[from.block_entry].upper, block_entries_[wait.block_entry].upper))
             same_bounds_++;
     }
 
     // One for each ray that waits.
-    std::vector<uint32_t> blocks_wanted() const {
+    std::vector<uint32_t> blocks_requested() const {
         std::vector<uint32_t> blocks;
         for (const RayState& state : states_)
-            if (state.portal != RP_NONE) blocks.push_back(portals_[state.portal].block);
+            if (state.block_entry != RP_NONE) blocks.push_back(block_entries_[state.block_entry].block);
         return blocks;
     }
 
     uint32_t pick_block() {
-        const std::vector<uint32_t> wanted = blocks_wanted();
+        const std::vector<uint32_t> wanted = blocks_requested();
         return wanted.empty() ? static_cast<uint32_t>(random_() % pages_.size()) : wanted[random_() % wanted.size()];
     }
 
@@ -315,7 +318,7 @@ protected:
     void run_round(uint32_t block) {
         std::vector<uint32_t> traced;
         for (uint32_t r = 0; r < ray_count; r++)
-            if (states_[r].portal != RP_NONE && portals_[states_[r].portal].block == block) traced.push_back(r);
+            if (states_[r].block_entry != RP_NONE && block_entries_[states_[r].block_entry].block == block) traced.push_back(r);
         for (uint32_t k = 0; k < fresh_a_round && begun_ < ray_count; k++) traced.push_back(order_[begun_++]);
         std::shuffle(traced.begin(), traced.end(), random_);
         make_resident(block);
@@ -325,7 +328,8 @@ protected:
             RayState& state = states_[traced[k]];
             check_step(traced[k], state, after[k], block);
             state = after[k];
-            EXPECT_TRUE(state.portal == RP_NONE || waited_[traced[k]].insert(state.portal).second) << "waits twice at portal " << state.portal;
+            EXPECT_TRUE(state.block_entry == RP_NONE || waited_[traced[k]].insert(state.block_entry).second)
+                << "waits twice at block entry " << state.block_entry;
         }
     }
 
@@ -334,7 +338,7 @@ protected:
         for (uint32_t r = 0; r < ray_count; r++) {
             SCOPED_TRACE(r);
             const bool hit = expected[r].primitive != RP_NONE;
-            EXPECT_EQ(expected[r].portal, RP_NONE);
+            EXPECT_EQ(expected[r].block_entry, RP_NONE);
             EXPECT_EQ(states_[r].t, expected[r].t);
             EXPECT_EQ(states_[r].primitive, expected[r].primitive);
             EXPECT_EQ(probed[r].primitive, expected[r].primitive);
@@ -351,15 +355,15 @@ protected:
     std::mt19937 random_{seed_};
     support::TemporaryFolder folder_;
     std::unique_ptr<support::DeviceScene> scene_;
-    std::vector<rp_wide_portal> portals_;
+    std::vector<rp_wide_block_entry> block_entries_;
     std::vector<rp_page> pages_;  // with all blocks
     std::vector<ProbeRay> rays_;
     std::vector<RayState> states_;
-    std::vector<std::set<uint32_t>> waited_{ray_count};  // portals that each ray has waited at
+    std::vector<std::set<uint32_t>> waited_{ray_count};  // block entries that each ray has waited at
     std::vector<uint32_t> order_ = all_rays();           // in which rays begin
     uint32_t begun_ = 0;
     Kernel kernel_;
-    uint64_t ties_ = 0, same_bounds_ = 0;  // steps between portals that are entered at the same distance, or have the same bounds
+    uint64_t ties_ = 0, same_bounds_ = 0;  // steps between block entries that are entered at the same distance, or have the same bounds
 };
 
 TEST_F(StreamOrder, one_block_at_a_time_takes_rays_forward_to_the_hits_of_the_resident_scene) {
@@ -370,8 +374,8 @@ TEST_F(StreamOrder, one_block_at_a_time_takes_rays_forward_to_the_hits_of_the_re
     const auto probed = scene_->trace(rays_);
     ASSERT_TRUE(probed.ok()) << probed.status().message();
     std::shuffle(order_.begin(), order_.end(), random_);
-    const size_t enough = 20 * portals_.size() * pages_.size();
-    for (size_t rounds = 0; begun_ < ray_count || !blocks_wanted().empty(); rounds++) {
+    const size_t enough = 20 * block_entries_.size() * pages_.size();
+    for (size_t rounds = 0; begun_ < ray_count || !blocks_requested().empty(); rounds++) {
         ASSERT_LT(rounds, enough) << "rays wait forever";
         run_round(pick_block());
         if (HasFailure()) return;
@@ -385,16 +389,16 @@ TEST_F(StreamOrder, rays_that_go_on_leave_out_what_is_behind_them) {
     SCOPED_TRACE(seed_);
     const std::vector<RayState> expected = trace(all_rays(), states_);
     std::vector<RayState> states = states_;
-    for (uint32_t r = 0; r < ray_count; r++) states[r].portal = some_portal_met_by(r);
+    for (uint32_t r = 0; r < ray_count; r++) states[r].block_entry = some_block_entry_met_by(r);
     const std::vector<RayState> after = trace(all_rays(), states);
     uint32_t left_out = 0;
     for (uint32_t r = 0; r < ray_count; r++) {
-        if (states[r].portal == RP_NONE) continue;
+        if (states[r].block_entry == RP_NONE) continue;
         SCOPED_TRACE(r);
-        const float entry = place_of(r, states[r].portal).entry;
-        EXPECT_EQ(after[r].portal, RP_NONE);
+        const float entry = place_of(r, states[r].block_entry).entry;
+        EXPECT_EQ(after[r].block_entry, RP_NONE);
         EXPECT_GE(after[r].t, expected[r].t);
-        // What a portal holds is not hit before it is entered.
+        // What a block entry holds is not hit before it is entered.
         EXPECT_GE(after[r].t + tolerance(entry), entry);
         left_out += expected[r].t + tolerance(entry) < entry;
     }

@@ -51,7 +51,7 @@ protected:
         }
         const size_t list = 2 * RP_LISTS * block + (phase == RP_PHASE_SHADOW_WAITS ? RP_LISTS : 0) + random_() % RP_LISTS;
         status_[RP_STATUS_WORDS(slots) + slot] = std::exchange(demand_[RP_DEMAND_LISTS * blocks + list], slot + 1);
-        demand_[RP_DEMAND_WANTS * blocks + block]++;
+        demand_[RP_DEMAND_REQUESTS * blocks + block]++;
         counters_[RP_COUNT_IN_LISTS]++;
     }
 
@@ -84,14 +84,14 @@ protected:
         EXPECT_EQ(std::set<uint32_t>(shadow_list.begin(), shadow_list.end()), shadow);
         EXPECT_EQ(std::set<uint32_t>(listed.begin(), listed.end()), free);
         EXPECT_EQ(counters_[RP_COUNT_IN_LISTS], waiting);
-        std::vector<uint32_t> wants(blocks);
+        std::vector<uint32_t> requests(blocks);
         for (uint32_t slot = 0; slot < slots; slot++) {
             const bool waits_on = waits(slot);
-            wants[block_of_[slot]] += waits_on ? 1 : 0;
+            requests[block_of_[slot]] += waits_on ? 1 : 0;
             EXPECT_EQ(awake_[slot / RP_AWAKE_SLOTS] >> slot % RP_AWAKE_SLOTS & 1, waits_on || phase(slot) == RP_PHASE_IDLE ? 0u : 1u);
         }
         for (uint32_t block = 0; block < blocks; block++) {
-            EXPECT_EQ(demand_[RP_DEMAND_WANTS * blocks + block], wants[block]);
+            EXPECT_EQ(demand_[RP_DEMAND_REQUESTS * blocks + block], requests[block]);
             if (absent(block)) continue;
             const auto lists = demand_.begin() + RP_DEMAND_LISTS * blocks + 2 * RP_LISTS * block;
             EXPECT_EQ(std::count(lists, lists + 2 * RP_LISTS, 0u), 2 * RP_LISTS);
@@ -130,7 +130,7 @@ private:
              wake = device_->kernel("stream/wake", "rp_wake_stream", "");
         ASSERT_TRUE(begin.ok()) << begin.status().message();
         ASSERT_TRUE(wake.ok()) << wake.status().message();
-        std::array<cl_uint, RP_MOST_NAMED> names{};
+        std::array<cl_uint, RP_MAX_NAMED> names{};
         rp_page_changes changes;
         for (rp_page& page : changes.pages) page.unused = RP_NONE;
         // Where blocks are named, the table is changed with them.
@@ -305,7 +305,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
                 }
             }
             EXPECT_EQ(length, std::count(blocks.begin(), blocks.end(), block));
-            EXPECT_EQ(demand[RP_DEMAND_WANTS * block_count + block], length);
+            EXPECT_EQ(demand[RP_DEMAND_REQUESTS * block_count + block], length);
         }
         EXPECT_EQ(std::count(found.begin(), found.end(), true), slots);
         EXPECT_EQ(std::count(status.begin(), status.begin() + slots, RP_PHASE_EXTEND_WAITS), slots);

@@ -28,7 +28,7 @@ struct ProbeHit {
     float t;  // INFINITY: none
     uint32_t primitive, normal, occluded;
     Float3 position;
-    uint32_t portal;
+    uint32_t block_entry;
 };
 
 // Bakes into folder / (name + ".rpb") and opens it.

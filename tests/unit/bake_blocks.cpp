@@ -32,7 +32,7 @@ struct Case {
     const char* name;
     std::function<Scene()> scene;
     uint64_t block_bytes;
-    uint32_t sub_boxes;
+    uint32_t block_entries;
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -46,14 +46,14 @@ protected:
         auto gathered = gather(scene_, [](double) {});
         ASSERT_TRUE(gathered.ok()) << gathered.status().message();
         gathered_ = std::move(*gathered);
-        file_ = bake_and_open(scene_, folder_ / "scene.rpb", GetParam().block_bytes, GetParam().sub_boxes);
+        file_ = bake_and_open(scene_, folder_ / "scene.rpb", GetParam().block_bytes, GetParam().block_entries);
     }
 
-    // Portals of a block, in order.
-    std::vector<rp_portal> portals_of(uint32_t block) const {
-        std::vector<rp_portal> result;
-        for (const rp_portal& portal : file_->scene().portals)
-            if (portal.block == block) result.push_back(portal);
+    // Block entries of a block, in order.
+    std::vector<rp_block_entry> block_entries_of(uint32_t block) const {
+        std::vector<rp_block_entry> result;
+        for (const rp_block_entry& block_entry : file_->scene().block_entries)
+            if (block_entry.block == block) result.push_back(block_entry);
         return result;
     }
 
@@ -69,8 +69,8 @@ TEST_P(Bake, EveryPrimitiveOnceAndExactly) {
     for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
         AlignedBytes bytes = read_block(*file_, block);
         const BlockView view(bytes.span());
-        for (const rp_portal& portal : portals_of(block)) {
-            const DecodedLeaf found = decode_subtree(view, portal.root);
+        for (const rp_block_entry& block_entry : block_entries_of(block)) {
+            const DecodedLeaf found = decode_subtree(view, block_entry.root);
             for (const DecodedTriangle& t : found.triangles) {
                 ASSERT_LT(t.id, seen.size());
                 seen[t.id]++;
@@ -138,9 +138,9 @@ TEST(BakeOfFewBytes, MovesEveryVertexALittleAndOpensNoCracks) {
         const BlockView view(bytes.span());
         EXPECT_NE(RP_POSITION_STRIDE(view.header.flags), 0u);
         EXPECT_NE(view.header.flags & RP_IDS_CODED, 0u);
-        for (const rp_portal& portal : file->scene().portals) {
-            if (portal.block != block) continue;
-            for (const DecodedTriangle& t : decode_subtree(view, portal.root).triangles) {
+        for (const rp_block_entry& block_entry : file->scene().block_entries) {
+            if (block_entry.block != block) continue;
+            for (const DecodedTriangle& t : decode_subtree(view, block_entry.root).triangles) {
                 const Triangle& expected = to.primitives[t.id];
                 ASSERT_EQ(canonical({t.vertices[0], t.vertices[1], t.vertices[2]}),
                           canonical({to.positions[expected[0]], to.positions[expected[1]], to.positions[expected[2]]}));
@@ -196,10 +196,10 @@ TEST_P(Bake, BoxesHoldWhatIsBeneath) {
         std::copy_n(view.header.origin, 3, grid.origin);
         std::copy_n(view.header.cell, 3, grid.cell);
         Box bounds;
-        const auto portals = portals_of(block);
-        for (const rp_portal& portal : portals) bounds.grow(checked_bounds(view, grid, portal.root, 0));
-        // What is above the portals holds the same.
-        const Box whole = portals.size() > 1 ? checked_bounds(view, grid, 0, 0) : bounds;
+        const auto block_entries = block_entries_of(block);
+        for (const rp_block_entry& block_entry : block_entries) bounds.grow(checked_bounds(view, grid, block_entry.root, 0));
+        // What is above the block entries holds the same.
+        const Box whole = block_entries.size() > 1 ? checked_bounds(view, grid, 0, 0) : bounds;
         for (int a = 0; a < 3; a++) {
             EXPECT_EQ(bounds.lower[a], file_->scene().blocks[block].lower[a]);
             EXPECT_EQ(bounds.upper[a], file_->scene().blocks[block].upper[a]);
@@ -214,19 +214,19 @@ TEST_P(Bake, WideFormsAreAsLargeAsTheFileSays) {
     WideBlockMaker maker;
     for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
         AlignedBytes bytes = read_block(*file_, block);
-        const BlockPortals portals = file_->scene().portals_of(block);
-        EXPECT_EQ(maker.make(bytes.span(), portals.roots).size(), file_->scene().blocks[block].wide_bytes);
-        EXPECT_TRUE(std::ranges::equal(maker.roots(), portals.wide_roots));
+        const BlockEntryRoots block_entries = file_->scene().block_entries_of(block);
+        EXPECT_EQ(maker.make(bytes.span(), block_entries.roots).size(), file_->scene().blocks[block].wide_bytes);
+        EXPECT_TRUE(std::ranges::equal(maker.roots(), block_entries.wide_roots));
     }
 }
 
-// A ray that enters a block as a whole meets what lies beneath its portals, once.
+// A ray that enters a block as a whole meets what lies beneath its block entries, once.
 TEST_P(Bake, TheRootOfABlockLeadsToAllOfIt) {
-    uint32_t with_portals = 0;
+    uint32_t with_block_entries = 0;
     for (uint32_t block = 0; block < file_->scene().blocks.size(); block++) {
-        const auto portals = portals_of(block);
-        if (portals.size() == 1) continue;
-        with_portals++;
+        const auto block_entries = block_entries_of(block);
+        if (block_entries.size() == 1) continue;
+        with_block_entries++;
         AlignedBytes bytes = read_block(*file_, block);
         const DecodedLeaf all = decode_subtree(BlockView(bytes.span()), 0);
         std::set<uint32_t> ids;
@@ -237,28 +237,28 @@ TEST_P(Bake, TheRootOfABlockLeadsToAllOfIt) {
         EXPECT_EQ(all.spheres.size(), record.spheres);
         EXPECT_EQ(ids.size(), uint64_t{record.triangles} + record.spheres);
     }
-    EXPECT_TRUE(with_portals > 0 || GetParam().sub_boxes == 1 || file_->scene().blocks.size() < 2);
+    EXPECT_TRUE(with_block_entries > 0 || GetParam().block_entries == 1 || file_->scene().blocks.size() < 2);
 }
 
-// Else rays would have to enter portal by portal what is resident.
-TEST_P(Bake, PortalsOfABlockAreASubtreeOfTheTopTree) {
+// Else rays would have to enter block entry by block entry what is resident.
+TEST_P(Bake, BlockEntriesOfABlockAreASubtreeOfTheTopTree) {
     const BakedScene& scene = file_->scene();
     int deepest = 0;
-    for (size_t first = 0, end = 0; first < scene.portals.size(); first = end) {
-        uint64_t common = scene.portal_paths[first];
-        for (end = first; end < scene.portals.size() && scene.portals[end].block == scene.portals[first].block; end++) {
-            uint64_t path = scene.portal_paths[end];
+    for (size_t first = 0, end = 0; first < scene.block_entries.size(); first = end) {
+        uint64_t common = scene.block_entry_paths[first];
+        for (end = first; end < scene.block_entries.size() && scene.block_entries[end].block == scene.block_entries[first].block; end++) {
+            uint64_t path = scene.block_entry_paths[end];
             while (path != common) (path > common ? path : common) >>= 1;
         }
-        // Portals at these depths below what they have in common leave no room for others.
+        // Block entries at these depths below what they have in common leave no room for others.
         double taken = 0;
         for (size_t i = first; i < end; i++) {
-            const int depth = static_cast<int>(std::bit_width(scene.portal_paths[i])) - static_cast<int>(std::bit_width(common));
+            const int depth = static_cast<int>(std::bit_width(scene.block_entry_paths[i])) - static_cast<int>(std::bit_width(common));
             EXPECT_LE(depth, RP_UPPER_TREE_MAX_DEPTH);
             deepest = std::max(deepest, depth);
             taken += std::ldexp(1.0, -depth);
         }
-        EXPECT_EQ(taken, 1.0) << "block " << scene.portals[first].block;
+        EXPECT_EQ(taken, 1.0) << "block " << scene.block_entries[first].block;
     }
     const bool deep = std::string_view(GetParam().name) == "nested_clusters";
     EXPECT_TRUE(!deep || deepest == RP_UPPER_TREE_MAX_DEPTH) << "the bound is not tested";
@@ -274,14 +274,14 @@ TEST_P(Bake, BlocksKeepTheirLimitAndHoldTogether) {
         EXPECT_LE(record.stored_bytes, GetParam().block_bytes);
         EXPECT_EQ(record.stored_bytes % RP_BLOCK_ALIGNMENT, 0u);
         EXPECT_EQ(record.wide_bytes % RP_BLOCK_ALIGNMENT, 0u);
-        EXPECT_LE(portals_of(block).size(), GetParam().sub_boxes);
+        EXPECT_LE(block_entries_of(block).size(), GetParam().block_entries);
         bytes_in_all += record.stored_bytes;
     }
     EXPECT_EQ(bytes_in_all, file_->scene().stored_bytes());
 }
 
-// Walks from the root by each portal's path; boxes on the way must hold the portal's geometry.
-TEST_P(Bake, PathsLeadToTheirPortals) {
+// Walks from the root by each block entry's path; boxes on the way must hold the block entry's geometry.
+TEST_P(Bake, PathsLeadToTheirBlockEntries) {
     const BakedScene& scene = file_->scene();
     Grid grid;
     std::copy_n(scene.top_grid.origin, 3, grid.origin);
@@ -289,11 +289,11 @@ TEST_P(Bake, PathsLeadToTheirPortals) {
     std::set<uint64_t> paths;
     AlignedBytes bytes;
     uint32_t loaded = RP_NONE;
-    for (uint32_t i = 0; i < scene.portals.size(); i++) {
-        const uint64_t path = scene.portal_paths[i];
+    for (uint32_t i = 0; i < scene.block_entries.size(); i++) {
+        const uint64_t path = scene.block_entry_paths[i];
         EXPECT_TRUE(paths.insert(path).second);
-        if (scene.portals[i].block != loaded) bytes = read_block(*file_, loaded = scene.portals[i].block);
-        const DecodedLeaf beneath = decode_subtree(BlockView(bytes.span()), scene.portals[i].root);
+        if (scene.block_entries[i].block != loaded) bytes = read_block(*file_, loaded = scene.block_entries[i].block);
+        const DecodedLeaf beneath = decode_subtree(BlockView(bytes.span()), scene.block_entries[i].root);
         Box bounds;
         for (const DecodedTriangle& t : beneath.triangles)
             for (const Float3& v : t.vertices) bounds.grow(v);
@@ -312,12 +312,12 @@ TEST_P(Bake, PathsLeadToTheirPortals) {
             }
             ref = child.ref;
         }
-        EXPECT_EQ(ref, RP_REF_PORTAL | i);
+        EXPECT_EQ(ref, RP_REF_BLOCK_ENTRY | i);
     }
 }
 
 TEST_P(Bake, TwiceIsTheSame) {
-    const auto again = bake_and_open(scene_, folder_ / "again.rpb", GetParam().block_bytes, GetParam().sub_boxes);
+    const auto again = bake_and_open(scene_, folder_ / "again.rpb", GetParam().block_bytes, GetParam().block_entries);
     const auto first = read_text(folder_ / "scene.rpb"), second = read_text(folder_ / "again.rpb");
     ASSERT_TRUE(first.ok() && second.ok());
     EXPECT_TRUE(*first == *second);

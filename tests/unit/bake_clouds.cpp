@@ -93,7 +93,7 @@ TEST(Clouds, WhatMakesNoSenseIsCountedOrRefused) {
     EXPECT_EQ(all.issues.not_finite, 1u);
     EXPECT_EQ(all.issues.changed_radius, 1u);
     EXPECT_EQ(all.world.spheres.size(), 4u);
-    EXPECT_EQ(all.world.spheres[3].radius, RP_POINT_LEAST_RADIUS);
+    EXPECT_EQ(all.world.spheres[3].radius, RP_POINT_MIN_RADIUS);
     EXPECT_NE(all.issues.describe().find("radius"), std::string::npos);
     scene.shapes[0].to_world = Transform::scale(1e14, 1e14, 1e14);
     const auto refused = gather(scene, [](double) {});

@@ -339,9 +339,9 @@ protected:
             AlignedBytes bytes = read_block(file, b);
             EXPECT_TRUE(file.check_block(b, bytes.span()).ok());
             const BlockView view(bytes.span());
-            for (const rp_portal& portal : file.scene().portals) {
-                if (portal.block != b) continue;
-                const DecodedLeaf found = decode_subtree(view, portal.root);
+            for (const rp_block_entry& block_entry : file.scene().block_entries) {
+                if (block_entry.block != b) continue;
+                const DecodedLeaf found = decode_subtree(view, block_entry.root);
                 for (const auto& t : found.triangles) EXPECT_TRUE(ids.insert(t.id).second) << t.id;
                 for (const auto& s : found.spheres) EXPECT_TRUE(ids.insert(s.id).second) << s.id;
             }

@@ -17,7 +17,7 @@ using namespace blocks_test;
 constexpr uint32_t points_seed = 20260611;
 
 TEST(PointCode, RadiiGrowWithTheirCodes) {
-    EXPECT_EQ(point_radius(0), RP_POINT_LEAST_RADIUS);
+    EXPECT_EQ(point_radius(0), RP_POINT_MIN_RADIUS);
     EXPECT_EQ(point_radius(RP_POINT_LARGEST_CODE), RP_POINT_LARGEST_RADIUS);
     EXPECT_EQ(point_radius(16 << 3), 1.0f);
     for (uint32_t code = 0; code <= RP_POINT_LARGEST_CODE; code++) {
@@ -38,7 +38,7 @@ TEST(PointCode, WhatDoesNotFitBecomesTheNearest) {
     EXPECT_EQ(point_radius_code(1e20f), RP_POINT_LARGEST_CODE);
     EXPECT_FALSE(point_radius_fits(1e-5f));
     EXPECT_FALSE(point_radius_fits(60000));
-    EXPECT_TRUE(point_radius_fits(RP_POINT_LEAST_RADIUS));
+    EXPECT_TRUE(point_radius_fits(RP_POINT_MIN_RADIUS));
     EXPECT_TRUE(point_radius_fits(RP_POINT_LARGEST_RADIUS));
 }
 

@@ -189,10 +189,10 @@ inline AlignedBytes read_block(const BlockFile& file, uint32_t block) {
 }
 
 inline std::shared_ptr<const BlockFile> bake_and_open(const Scene& scene, const std::filesystem::path& path, uint64_t block_bytes,
-                                                      uint32_t sub_boxes = 64, float position_error = 0) {
+                                                      uint32_t block_entries = 64, float position_error = 0) {
     BakeOptions options;
     options.block_bytes = block_bytes;
-    options.sub_boxes = sub_boxes;
+    options.block_entries = block_entries;
     options.position_error = position_error;
     const auto summary = bake(scene, options, path);
     if (!summary) throw std::runtime_error(summary.status().message());

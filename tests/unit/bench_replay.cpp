@@ -93,7 +93,7 @@ TEST(Replay, every_policy_ends_within_its_pool_and_serves_every_ray) {
                     EXPECT_LE(result.peak_resident_bytes, settings.pool_bytes);
                     EXPECT_GE(result.loads, result.evictions);
                     // No schedule can do with less than either bound.
-                    EXPECT_LE(least_bytes(trace, slots, settings.pool_bytes), result.bytes_loaded);
+                    EXPECT_LE(min_bytes(trace, slots, settings.pool_bytes), result.bytes_loaded);
                     // The service orders' sums tell of every round.
                     EXPECT_EQ(result.service.begin.size(), result.rounds + 1);
                 }
@@ -154,16 +154,16 @@ TEST(Bounds, furthest_next_use_is_the_best_for_equal_blocks) {
     }
 }
 
-TEST(Bounds, least_bytes_by_hand) {
+TEST(Bounds, min_bytes_by_hand) {
     // Path after path needs another block of four; one path at a time, room for one block: each path costs a load, but for repetitions
     // of a block that the pool may hold.
     std::vector<std::vector<uint32_t>> rays;
     for (uint32_t i = 0; i < 400; i++) rays.push_back({i % 4});
     const DemandTrace trace = paths_of(4, rays);
-    const uint64_t least = least_bytes(trace, 1, 64);
+    const uint64_t least = min_bytes(trace, 1, 64);
     EXPECT_LE(least, 400u * 64);
     EXPECT_GE(least, 150u * 64);  // far above the four blocks that have to come once
-    EXPECT_EQ(least_bytes(trace, 400, 4 * 64), 4u * 64);
+    EXPECT_EQ(min_bytes(trace, 400, 4 * 64), 4u * 64);
 }
 
 TEST(PolicyBench, rows_come_in_order_and_the_check_replays_the_recording) {

@@ -10,7 +10,7 @@
 namespace raypager {
 
 struct TraceShape {
-    uint32_t blocks = 12, paths = 400, most_rays = 6, most_visits = 5;
+    uint32_t blocks = 12, paths = 400, max_rays = 6, max_visits = 5;
     bool equal_sizes = false;
 };
 
@@ -21,10 +21,10 @@ inline DemandTrace random_trace(uint64_t seed, const TraceShape& shape = {}) {
     for (uint32_t i = 0; i < shape.blocks; i++) trace.block_bytes.push_back(shape.equal_sizes ? 640 : 64 * (1 + below(20)));
     for (uint32_t path = 0; path < shape.paths; path++) {
         bool shadow = false;
-        for (uint32_t ray = 1 + below(shape.most_rays); ray > 0; ray--) {
+        for (uint32_t ray = 1 + below(shape.max_rays); ray > 0; ray--) {
             TracedRay traced{trace.visits.size(), 0, shadow, RP_NONE};
             uint32_t block = below(shape.blocks);
-            for (uint32_t visits = below(shape.most_visits + 1); visits > 0; visits--) {
+            for (uint32_t visits = below(shape.max_visits + 1); visits > 0; visits--) {
                 trace.visits.push_back(Visit::of(block, shadow && below(4) == 0));
                 block = (block + 1 + below(std::min(3u, shape.blocks - 1))) % shape.blocks;  // never the same twice in a row
             }

@@ -154,7 +154,7 @@ TEST(BlockCoding, what_makes_no_sense_is_refused) {
     EXPECT_TRUE(refused(11)) << "bits of floats";
     EXPECT_TRUE(refused(stride(7) | 11)) << "a stride that there is not";
     EXPECT_TRUE(refused(stride(12)));
-    EXPECT_TRUE(refused(stride(4) | (RP_POSITION_MOST_BITS + 1))) << "more than a float holds";
+    EXPECT_TRUE(refused(stride(4) | (RP_POSITION_MAX_BITS + 1))) << "more than a float holds";
     EXPECT_TRUE(refused(1u << 30)) << "bits that mean nothing";
     EXPECT_TRUE(refused(1u << RP_ID_FIRST_SHIFT)) << "ids that are not coded";
     EXPECT_FALSE(refused(RP_IDS_CODED | 1u << RP_ID_FIRST_SHIFT));

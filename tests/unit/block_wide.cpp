@@ -32,16 +32,16 @@ T at(std::span<const std::byte> bytes, size_t offset) {
 // What a subtree of a wide tree holds, read as abi/wide.h says.
 class WideReader {
 public:
-    // portals: of the top tree.
-    WideReader(std::span<const std::byte> bytes, uint32_t block, std::span<const rp_wide_portal> portals = {})
-        : bytes_(bytes), portals_(portals), block_(block) {}
+    // block entries: of the top tree.
+    WideReader(std::span<const std::byte> bytes, uint32_t block, std::span<const rp_wide_block_entry> block_entries = {})
+        : bytes_(bytes), block_entries_(block_entries), block_(block) {}
 
     // Returns the bounds of what is beneath a root; checks all boxes on the way.
     Box read(rp_u32 root) { return record(size_t{root >> 1} * RP_WIDE_UNIT, root & 1, 0); }
 
     DecodedLeaf found;
-    std::vector<rp_u32> portals_found;
-    std::vector<rp_u32> portal_roots;  // in the order of portals_found
+    std::vector<rp_u32> block_entries_found;
+    std::vector<rp_u32> block_entry_roots;  // in the order of block_entries_found
     size_t record_bytes = 0;
 
 private:
@@ -57,9 +57,9 @@ private:
         for (uint32_t k = 0; k < node.count; k++) {
             const Box inside = record(child, node.leaves >> k & 1, depth + 1), box = stored_box(node, k);
             for (int a = 0; a < 3; a++) {
-                // Bounds of portals have their slack already.
-                EXPECT_TRUE(portals_.empty() ? box.lower[a] < inside.lower[a] : box.lower[a] <= inside.lower[a]);
-                EXPECT_TRUE(portals_.empty() ? box.upper[a] > inside.upper[a] : box.upper[a] >= inside.upper[a]);
+                // Bounds of block entries have their slack already.
+                EXPECT_TRUE(block_entries_.empty() ? box.lower[a] < inside.lower[a] : box.lower[a] <= inside.lower[a]);
+                EXPECT_TRUE(block_entries_.empty() ? box.upper[a] > inside.upper[a] : box.upper[a] >= inside.upper[a]);
             }
             bounds.grow(inside);
             child += size_t{node.size[k]} * RP_WIDE_UNIT;
@@ -70,16 +70,16 @@ private:
     Box leaf(size_t offset) {
         const auto head = at<rp_wide_leaf>(bytes_, offset);
         offset += sizeof head;
-        if (head.kind == RP_WIDE_PORTAL) {
-            const auto portal = at<rp_u32>(bytes_, offset + 4);
-            EXPECT_LT(portal, portals_.size());
-            if (portal >= portals_.size()) return {};
-            portal_roots.push_back(at<rp_u32>(bytes_, offset));
-            portals_found.push_back(portal);
-            EXPECT_EQ(head.block, portals_[portal].block);
+        if (head.kind == RP_WIDE_BLOCK_ENTRY) {
+            const auto block_entry = at<rp_u32>(bytes_, offset + 4);
+            EXPECT_LT(block_entry, block_entries_.size());
+            if (block_entry >= block_entries_.size()) return {};
+            block_entry_roots.push_back(at<rp_u32>(bytes_, offset));
+            block_entries_found.push_back(block_entry);
+            EXPECT_EQ(head.block, block_entries_[block_entry].block);
             Box bounds;
-            bounds.grow(Float3{portals_[portal].lower[0], portals_[portal].lower[1], portals_[portal].lower[2]});
-            bounds.grow(Float3{portals_[portal].upper[0], portals_[portal].upper[1], portals_[portal].upper[2]});
+            bounds.grow(Float3{block_entries_[block_entry].lower[0], block_entries_[block_entry].lower[1], block_entries_[block_entry].lower[2]});
+            bounds.grow(Float3{block_entries_[block_entry].upper[0], block_entries_[block_entry].upper[1], block_entries_[block_entry].upper[2]});
             return bounds;
         }
         EXPECT_EQ(head.block, block_);
@@ -126,7 +126,7 @@ private:
     }
 
     std::span<const std::byte> bytes_;
-    std::span<const rp_wide_portal> portals_;
+    std::span<const rp_wide_block_entry> block_entries_;
     uint32_t block_;
 };
 
@@ -169,12 +169,12 @@ TEST(WideBlocks, HoldEveryPrimitiveOnceAndExactly) {
         ASSERT_EQ(header.block, block);
         AlignedBytes stored = read_block(*file, block);
         const BlockView view(stored.span());
-        const BlockPortals portals = scene.portals_of(block);
-        ASSERT_FALSE(portals.roots.empty());
-        for (size_t p = 0; p < portals.roots.size(); p++) {
-            DecodedLeaf expected = decode_subtree(view, portals.roots[p]);
+        const BlockEntryRoots block_entries = scene.block_entries_of(block);
+        ASSERT_FALSE(block_entries.roots.empty());
+        for (size_t p = 0; p < block_entries.roots.size(); p++) {
+            DecodedLeaf expected = decode_subtree(view, block_entries.roots[p]);
             WideReader reader(bytes, block);
-            reader.read(portals.wide_roots[p]);
+            reader.read(block_entries.wide_roots[p]);
             sort_by_id(expected.triangles);
             sort_by_id(expected.spheres);
             sort_by_id(reader.found.triangles);
@@ -186,12 +186,12 @@ TEST(WideBlocks, HoldEveryPrimitiveOnceAndExactly) {
                 ASSERT_EQ(canonical(reader.found.triangles[i]), canonical(expected.triangles[i])) << "triangle " << expected.triangles[i].id;
             }
             for (size_t i = 0; i < expected.spheres.size(); i++) {
-                const DecodedSphere &have = reader.found.spheres[i], &want = expected.spheres[i];
-                ASSERT_EQ(have.id, want.id);
-                ASSERT_EQ(have.center, want.center);
-                ASSERT_EQ(have.point_word, want.point_word);
-                if (want.point_word == RP_NONE) {
-                    ASSERT_EQ(have.radius, want.radius);
+                const DecodedSphere &have = reader.found.spheres[i], &request = expected.spheres[i];
+                ASSERT_EQ(have.id, request.id);
+                ASSERT_EQ(have.center, request.center);
+                ASSERT_EQ(have.point_word, request.point_word);
+                if (request.point_word == RP_NONE) {
+                    ASSERT_EQ(have.radius, request.radius);
                 }
             }
         }
@@ -204,9 +204,9 @@ TEST(WideBlocks, DoNotDependOnWhatWasMadeBefore) {
     WideBlockMaker maker;
     for (const uint32_t block : {1u, 0u, 1u}) {
         AlignedBytes stored = read_block(*file, block);
-        const std::span<const std::byte> made = maker.make(stored.span(), file->scene().portals_of(block).roots);
+        const std::span<const std::byte> made = maker.make(stored.span(), file->scene().block_entries_of(block).roots);
         EXPECT_TRUE(std::ranges::equal(made, wide_form(*file, block))) << "block " << block;
-        EXPECT_TRUE(std::ranges::equal(maker.roots(), file->scene().portals_of(block).wide_roots));
+        EXPECT_TRUE(std::ranges::equal(maker.roots(), file->scene().block_entries_of(block).wide_roots));
     }
 }
 
@@ -235,24 +235,24 @@ TEST(WideBlocks, OtherRootsThanTheFileSaysAreRefused) {
     EXPECT_NE(status.message().find("block 0"), std::string::npos);
 }
 
-TEST(WideTop, LeadsToEveryPortal) {
+TEST(WideTop, LeadsToEveryBlockEntry) {
     TemporaryFolder folder;
     const auto file = bake_and_open(mixed_scene(seed), folder / "scene.rpb", 40 << 10, 8);
     const BakedScene& scene = file->scene();
-    const auto [bytes, portals] = make_wide_top(scene.top_grid, scene.top_nodes, scene.portals, scene.wide_roots);
+    const auto [bytes, block_entries] = make_wide_top(scene.top_grid, scene.top_nodes, scene.block_entries, scene.wide_roots);
     const auto header = at<rp_wide_header>(bytes, 0);
     ASSERT_EQ(header.block, RP_NONE);
-    ASSERT_EQ(portals.size(), scene.portals.size());
-    WideReader reader(bytes, RP_NONE, portals);
+    ASSERT_EQ(block_entries.size(), scene.block_entries.size());
+    WideReader reader(bytes, RP_NONE, block_entries);
     reader.read(header.root);
-    ASSERT_EQ(reader.portals_found.size(), portals.size());
-    std::vector<bool> seen(portals.size());
-    for (size_t i = 0; i < portals.size(); i++) {
-        const rp_u32 portal = reader.portals_found[i];
-        EXPECT_FALSE(seen[portal]) << portal;
-        seen[portal] = true;
-        EXPECT_EQ(reader.portal_roots[i], scene.wide_roots[portal]);
-        EXPECT_EQ(portals[portal].block, scene.portals[portal].block);
+    ASSERT_EQ(reader.block_entries_found.size(), block_entries.size());
+    std::vector<bool> seen(block_entries.size());
+    for (size_t i = 0; i < block_entries.size(); i++) {
+        const rp_u32 block_entry = reader.block_entries_found[i];
+        EXPECT_FALSE(seen[block_entry]) << block_entry;
+        seen[block_entry] = true;
+        EXPECT_EQ(reader.block_entry_roots[i], scene.wide_roots[block_entry]);
+        EXPECT_EQ(block_entries[block_entry].block, scene.block_entries[block_entry].block);
     }
 }
 
@@ -260,7 +260,7 @@ TEST(WideTop, OfAnEmptySceneHasNoRoot) {
     rp_top_grid grid = {};
     grid.root = RP_REF_EXIT;
     const auto top = make_wide_top(grid, {}, {}, {});
-    EXPECT_TRUE(top.portals.empty());
+    EXPECT_TRUE(top.block_entries.empty());
     EXPECT_EQ(at<rp_wide_header>(top.bytes, 0).root, RP_NONE);
 }
 

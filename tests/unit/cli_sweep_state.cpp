@@ -69,7 +69,7 @@ TEST_F(SweepStates, give_back_what_was_kept) {
         EXPECT_EQ(run.report.film_hash, before.report.film_hash);
         EXPECT_EQ(run.report.form, BlockForm::wide);
         EXPECT_EQ(run.report.rays.total(), 95u);
-        EXPECT_EQ(run.report.paging.wants_without_hit, 1u);
+        EXPECT_EQ(run.report.paging.requests_without_hit, 1u);
         EXPECT_EQ(run.report.device.type, "CPU");
         ASSERT_EQ(run.convergence.size(), 2u);
         EXPECT_EQ(run.convergence[1].rmse, 0.1);

@@ -19,12 +19,12 @@ void expect_refused(const std::string& text, const std::string& named) {
 }
 
 TEST(CliTune, ChangesWhatIsNamed) {
-    const auto settings = parse_render_settings({"a.rpb", "-o", "a.pfm", "--tune", "most-loads=8,default-slots=2M,pinned-ahead=1M,traffic-kept=0.5"});
+    const auto settings = parse_render_settings({"a.rpb", "-o", "a.pfm", "--tune", "max-loads=8,default-slots=2M,pinned-ahead=1M,traffic-kept=0.5"});
     ASSERT_TRUE(settings.ok()) << settings.status().message();
     DeviceProfile profile = profile_of_cores(2);
     const uint32_t rounds = profile.rounds_under_way;
     apply((*settings)->options.tuning.profile, profile);
-    EXPECT_EQ(profile.most_loads, 8u);
+    EXPECT_EQ(profile.max_loads, 8u);
     EXPECT_EQ(profile.default_slots, 2000000u);
     EXPECT_EQ(profile.pinned_ahead_bytes, 1u << 20);
     EXPECT_EQ(profile.traffic_kept, 0.5);
@@ -34,12 +34,12 @@ TEST(CliTune, ChangesWhatIsNamed) {
 TEST(CliTune, RefusesWhatItDoesNotKnow) {
     expect_refused("loads=8", "'loads'");
     expect_refused("loads=8", "raypager devices --profile");
-    expect_refused("most-loads", "NAME=VALUE");
+    expect_refused("max-loads", "NAME=VALUE");
     expect_refused("", "NAME=VALUE");
-    expect_refused("most-loads=8,", "NAME=VALUE");
-    expect_refused("most-loads=8,most-loads=9", "more than once");
-    expect_refused("most-loads=1", "most-loads: '1' is not a whole number from 2 to 1024");
-    expect_refused("most-loads=many", "most-loads");
+    expect_refused("max-loads=8,", "NAME=VALUE");
+    expect_refused("max-loads=8,max-loads=9", "more than once");
+    expect_refused("max-loads=1", "max-loads: '1' is not a whole number from 2 to 1024");
+    expect_refused("max-loads=many", "max-loads");
     expect_refused("traffic-kept=1.5", "from 0 to 1");
     expect_refused("pinned-ahead=2000G", "pinned-ahead");
     expect_refused("pinned-ahead=-1", "pinned-ahead");

@@ -17,7 +17,7 @@ TEST(DeviceProfile, FollowsTheClass) {
     EXPECT_FALSE(gpu.streams || gpu.shares_host_memory || gpu.caches_slots);
     EXPECT_EQ(gpu.rounds_under_way, 2u);
     EXPECT_EQ(gpu.closest_hit_registers, 64u);
-    EXPECT_EQ(device_profile(DeviceType::gpu, "rusticl", 16, 16).bounce_least_walks, 1u);
+    EXPECT_EQ(device_profile(DeviceType::gpu, "rusticl", 16, 16).bounce_min_walks, 1u);
     EXPECT_FALSE(device_profile(DeviceType::cpu, "rusticl", 2, 2).streams);
 }
 
@@ -27,9 +27,9 @@ TEST(DeviceProfile, FollowsTheNumberOfCores) {
     EXPECT_EQ(slots(DeviceType::cpu, 16), (1u << 19) - 683);
     EXPECT_EQ(slots(DeviceType::gpu, 1), 1u << 18);
     EXPECT_EQ(slots(DeviceType::gpu, 132), 1u << 22);
-    EXPECT_EQ(device_profile(DeviceType::cpu, "", 2, 2).roomy_slots, (1u << 18) - 683);
-    EXPECT_EQ(device_profile(DeviceType::cpu, "", 64, 64).roomy_slots, slots(DeviceType::cpu, 64));
-    EXPECT_EQ(device_profile(DeviceType::gpu, "", 132, 16).most_slots, 1u << 26);
+    EXPECT_EQ(device_profile(DeviceType::cpu, "", 2, 2).preferred_slots, (1u << 18) - 683);
+    EXPECT_EQ(device_profile(DeviceType::cpu, "", 64, 64).preferred_slots, slots(DeviceType::cpu, 64));
+    EXPECT_EQ(device_profile(DeviceType::gpu, "", 132, 16).max_slots, 1u << 26);
     EXPECT_EQ(device_profile(DeviceType::cpu, "", 2, 2).loader_threads, 2u);
     EXPECT_EQ(device_profile(DeviceType::cpu, "", 2, 64).read_ahead_threads, 4u);
     EXPECT_EQ(device_profile(DeviceType::gpu, "", 2, 64).read_ahead_threads, 8u);
@@ -53,8 +53,8 @@ TEST(DeviceProfile, FieldsAreSetByName) {
     EXPECT_EQ(find_profile_field("no-such-field"), nullptr);
     DeviceProfile profile = profile_of_cores(2);
     const double before = profile.traffic_kept;
-    apply({{find_profile_field("most-loads"), 5}, {find_profile_field("default-slots"), 5e9}}, profile);
-    EXPECT_EQ(profile.most_loads, 5u);
+    apply({{find_profile_field("max-loads"), 5}, {find_profile_field("default-slots"), 5e9}}, profile);
+    EXPECT_EQ(profile.max_loads, 5u);
     EXPECT_EQ(profile.default_slots, 5000000000u);
     EXPECT_EQ(profile.traffic_kept, before);
 }

@@ -43,7 +43,7 @@ TEST(PageChanges, all_come_once_and_in_order) {
             std::iota(all.begin(), all.end(), 1000);
             EXPECT_EQ(entries, all);
             const RoundBegin& last = launches.back();
-            if (blocks > RP_MOST_NAMED) {
+            if (blocks > RP_MAX_NAMED) {
                 // It reads the table: nothing of that may change meanwhile.
                 EXPECT_EQ(last.named, RP_NONE);
                 EXPECT_TRUE(entries_in(last.changes).empty());

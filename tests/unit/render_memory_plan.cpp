@@ -15,8 +15,8 @@ MemoryNeeds ordinary() {
     needs.geometry = 100 << 20;
     needs.largest_block = 4 << 20;
     needs.default_slots = 1 << 16;
-    needs.most_chosen_slots = 1 << 22;
-    needs.most_slot_bytes = 2 * needs.geometry;
+    needs.max_chosen_slots = 1 << 22;
+    needs.max_slot_bytes = 2 * needs.geometry;
     needs.total_paths = uint64_t{1} << 40;
     return needs;
 }
@@ -28,9 +28,9 @@ TEST(MemoryPlan, everything_fits) {
     EXPECT_EQ(plan->slots, 1u << 16);
 }
 
-TEST(MemoryPlan, roomy_slots_only_where_everything_stays_resident) {
+TEST(MemoryPlan, preferred_slots_only_where_everything_stays_resident) {
     MemoryNeeds needs = ordinary();
-    needs.roomy_slots = 1 << 18;
+    needs.preferred_slots = 1 << 18;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
     const uint64_t tight = needs.fixed + needs.geometry + needs.largest_block;
     uint64_t before = 0;
@@ -46,7 +46,7 @@ TEST(MemoryPlan, roomy_slots_only_where_everything_stays_resident) {
     // With less, no more than without them.
     needs.limit = tight;
     const uint64_t slots = plan_memory(needs)->slots;
-    needs.roomy_slots = 0;
+    needs.preferred_slots = 0;
     EXPECT_EQ(slots, plan_memory(needs)->slots);
 }
 
@@ -95,9 +95,9 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     needs.per_slot = 10;
     needs.default_slots = 1 << 16;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 22);
-    needs.most_chosen_slots = 1 << 23;
+    needs.max_chosen_slots = 1 << 23;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 23);
-    needs.most_slot_bytes = 60 << 20;
+    needs.max_slot_bytes = 60 << 20;
     EXPECT_EQ(plan_memory(needs)->slots, (60u << 20) / 10);
     needs = ordinary();
     needs.geometry_limit_percent = 25;
@@ -122,7 +122,7 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     needs.geometry_limit_percent = 50;
     const uint64_t all = plan_memory(needs)->slots;
     ASSERT_GT(all, 1u << 20);
-    needs.near_slots = 1 << 18;
+    needs.cached_slots = 1 << 18;
     needs.slots_for_loads = 1.0 / 54;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 18);
     // The fewer blocks stay, the more slots; and in proportion to the scene.
@@ -139,9 +139,9 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     // Regions want half of them, but not fewer than twice of those that are near.
     const auto of_regions = [&](double percent) {
         needs.geometry_limit_percent = percent;
-        needs.most_region_slots = 0;
+        needs.max_region_slots = 0;
         const uint64_t slots = plan_memory(needs)->slots;
-        needs.most_region_slots = UINT64_MAX;
+        needs.max_region_slots = UINT64_MAX;
         const uint64_t fewer = plan_memory(needs)->slots;
         EXPECT_EQ(fewer, std::min<uint64_t>(slots, std::max<uint64_t>(slots / 2, 1 << 19))) << percent;
         return std::pair(slots, fewer);
@@ -153,16 +153,16 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     EXPECT_EQ(as_few, few) << "between both";
     const auto [many, half] = of_regions(2);
     EXPECT_EQ(half, many / 2);
-    needs.most_region_slots = 400000;
+    needs.max_region_slots = 400000;
     EXPECT_EQ(plan_memory(needs)->slots, many) << "too short for half of them";
     needs.geometry_limit_percent = 6;
     EXPECT_EQ(plan_memory(needs)->slots, 400000u) << "regions are worth more";
-    needs.most_region_slots = UINT64_MAX;
+    needs.max_region_slots = UINT64_MAX;
     // Never more than there were without.
     needs.geometry_limit_percent = 1;
-    needs.near_slots = 0;
+    needs.cached_slots = 0;
     const uint64_t most = plan_memory(needs)->slots;
-    needs.near_slots = 1 << 18;
+    needs.cached_slots = 1 << 18;
     needs.slots_for_loads = 1.0 / 54;
     EXPECT_LE(plan_memory(needs)->slots, most);
 }
@@ -171,14 +171,14 @@ TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
     const uint64_t slots = plan_memory(needs)->slots;
-    needs.most_region_slots = slots / 2 - 1;
+    needs.max_region_slots = slots / 2 - 1;
     EXPECT_EQ(plan_memory(needs)->slots, slots) << "too short";
-    needs.most_region_slots++;
+    needs.max_region_slots++;
     EXPECT_EQ(plan_memory(needs)->slots, slots / 2);
     needs.default_slots = slots;
     EXPECT_EQ(plan_memory(needs)->slots, slots) << "enough to keep the device busy";
     needs = ordinary();
-    needs.most_region_slots = UINT64_MAX;
+    needs.max_region_slots = UINT64_MAX;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 16) << "everything is resident";
 }
 

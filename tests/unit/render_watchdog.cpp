@@ -41,7 +41,7 @@ RoundState state(uint64_t achieved) {
     s.round = 17;
     s.ready_rays = 0;
     s.waiting_rays = 1234;
-    s.wanted_blocks = 2;
+    s.requested_blocks = 2;
     s.most_wanted = {{5, 1000, 12, true}, {7, 234, 16, false}};
     s.resident_bytes = 4096;
     s.pool_bytes = 8192;

@@ -11,11 +11,11 @@
 namespace raypager {
 namespace {
 
-BlockState absent(uint32_t wants, uint32_t wanted_since = 1, uint32_t bytes = 64) {
+BlockState absent(uint32_t requests, uint32_t requested_since = 1, uint32_t bytes = 64) {
     BlockState block;
     block.bytes = bytes;
-    block.wants = wants;
-    block.wanted_since = wants ? wanted_since : 0;
+    block.requests = requests;
+    block.requested_since = requests ? requested_since : 0;
     return block;
 }
 
@@ -56,7 +56,7 @@ TEST(Policy, each_kind_has_its_first_load) {
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, blocks, pool).load.at(0).block, 2u);
     EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).load.at(0).block, 1u);  // oldest; ties go to the lower index
     const std::vector<BlockState> aged = {absent(30, 100000, 64), absent(20, 1, 64)};
-    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool, 100000).load.at(0).block, 1u);  // 20 wants x 100000^(1/4) rounds > 16 x 30 x 1
+    EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool, 100000).load.at(0).block, 1u);  // 20 requests x 100000^(1/4) rounds > 16 x 30 x 1
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, {absent(30, 100, 64), absent(20, 1, 64)}, pool, 100).load.at(0).block, 0u);
 }
 
@@ -155,7 +155,7 @@ TEST(Policy, sweep_loads_in_turn_whatever_is_wanted) {
     EXPECT_EQ(first.evict, std::vector<uint32_t>{2});  // was there for longest, however much it is used
     const Plan second = plan_paging(settings, {blocks, 10, 0, 100, 0}, pool);
     EXPECT_EQ(second.load.at(0).block, 0u);
-    blocks[1].wants = 0;
+    blocks[1].requests = 0;
     EXPECT_TRUE(plan_paging(settings, {blocks, 10, 0, 100, 4}, pool).load.empty());  // nobody waits
 }
 
@@ -228,8 +228,8 @@ TEST(Policy, more_loads_are_in_flight_while_the_device_is_idle) {
 TEST(Policy, tells_what_is_wanted_behind_the_loads) {
     SlabAllocator pool({10 * 64});
     std::vector<BlockState> blocks = half_resident(pool, 10);
-    blocks[13].wants = 0;
-    blocks[17].wants = 100000;
+    blocks[13].requests = 0;
+    blocks[17].requests = 100000;
     const PolicySettings settings = default_settings(PolicyKind::aged_wants);
     const Plan held = plan_paging(settings, {blocks, 20, 100, 100}, pool);
     EXPECT_TRUE(held.load.empty());
@@ -266,7 +266,7 @@ TEST(Policy, random_states_give_sound_plans) {
                 }
             loading |= block.state == PageState::loading;
             unseen |= block.state == PageState::resident && block.resident_since > round;
-            wanted |= block.state == PageState::absent && block.wants > 0;
+            wanted |= block.state == PageState::absent && block.requests > 0;
             blocks.push_back(block);
         }
         const PolicyKind kind = policy_names[below(policy_names.size())].kind;
@@ -289,7 +289,7 @@ TEST(Policy, random_states_give_sound_plans) {
         for (const PlannedLoad& load : result.load) {
             EXPECT_EQ(blocks[load.block].state, PageState::absent);
             if (kind != PolicyKind::sweep) {
-                EXPECT_GT(blocks[load.block].wants, 0u);
+                EXPECT_GT(blocks[load.block].requests, 0u);
             }
             // Kernels may read what is evicted until the rounds that were started have ended.
             for (const BlockState& block : blocks) {

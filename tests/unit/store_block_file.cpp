@@ -190,7 +190,7 @@ TEST(BakeOptionsCheck, RefusesImpossibleSizes) {
     options.block_bytes = uint64_t{1} << 40;
     EXPECT_FALSE(bake(scene, options, folder / "a.rpb").ok());
     options = {};
-    options.sub_boxes = 0;
+    options.block_entries = 0;
     EXPECT_FALSE(bake(scene, options, folder / "a.rpb").ok());
     EXPECT_FALSE(bake(scene, {}, folder / "no/such/folder/a.rpb").ok());
 }

@@ -57,9 +57,9 @@ TEST(SampleOrder, long_renders_have_regions) {
     EXPECT_EQ(default_region(make_order(16, 16, 1, 100), 1024, 100), 0u);
     for (const uint32_t spp : {1u, 17u, 64u, 1000u, 4096u, 65535u}) {
         const rp_sample_order each = make_order(16, 8, spp, 640 * 360);
-        const uint64_t most = most_slots_with_regions(each, 640 * 360);
+        const uint64_t most = max_slots_with_regions(each, 640 * 360);
         EXPECT_GT(default_region(each, most, 640 * 360), 0u) << spp;
-        EXPECT_LE(default_region(each, most, 640 * 360) * least_regions, 640u * 360) << spp;
+        EXPECT_LE(default_region(each, most, 640 * 360) * min_regions, 640u * 360) << spp;
         EXPECT_EQ(default_region(each, most + 1, 640 * 360), 0u) << spp;
     }
 }

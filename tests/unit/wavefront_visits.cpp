@@ -35,7 +35,7 @@ TEST(VisitRecorder, puts_rays_together_over_rounds) {
     first.add(2, RP_VISIT_BEGIN_EXTEND, none);
     first.add(1, RP_VISIT_BEGIN_EXTEND, 7);  // between the events of another path
     first.add(2, RP_VISIT_ENTER, 5);
-    first.add(2, RP_VISIT_ENTER, 5);  // another portal of the same block
+    first.add(2, RP_VISIT_ENTER, 5);  // another block entry of the same block
     first.add(2, RP_VISIT_ENTER, 6);
     first.add(1, RP_VISIT_ENTER, 7);
     second.add(2, RP_VISIT_RESUME_EXTEND, 8);

@@ -2,7 +2,7 @@
 // all blocks. These are the bytes that kernels read; src/store/FORMAT.md says how they lie in a block file.
 //
 // A block is one run of bytes. It starts with rp_block_header; each section starts at a multiple of 16 bytes:
-//   nodes      rp_node[node_count]             inner nodes, two children each, directly behind the header: first those above its portals, the
+//   nodes      rp_node[node_count]             inner nodes, two children each, directly behind the header: first those above its block entries, the
 //                                              root first, so that a ray can enter the block as a whole, then those beneath them
 //   leaves     rp_leaf[leaf_count]             triangle strips
 //   vertices   float[3 * vertex_count]         exact positions in world space; a leaf sees a window of up to 256; or coded, see below
@@ -20,19 +20,19 @@
 #define RP_BLOCK_MAGIC 0x4b4c4252u  // "RBLK"
 #define RP_BLOCK_ALIGNMENT 64u      // blocks start at, and have sizes that are, multiples of this
 #define RP_MAX_BLOCK_BYTES (32u << 20)
-#define RP_MAX_SUB_BOXES 64u        // portals into one block
+#define RP_MAX_BLOCK_ENTRIES 64u    // block entries into one block
 #define RP_BLOCK_MAX_DEPTH 40       // inner nodes on the way from the root to a leaf, at most; builders guarantee it, checks refuse more
-#define RP_UPPER_TREE_MAX_DEPTH 12  // of these above a portal, at most
+#define RP_UPPER_TREE_MAX_DEPTH 12  // of these above a block entry, at most
 
 // Child references ------------------------------------------------------------------------------------------------------
 // Inner node: its index among the nodes of the block (or of the top tree); bit 31 clear.
 // Leaf in a block: bit 31 set, bit 30 clear, and
 //   a strip:  bits 0-1 triangles - 1 | bits 2-4 strip switches | bit 5 winding | bit 6 clear | bits 7-29 leaf index
 //   spheres:  bits 0-3 spheres - 1 | bit 4 clear | bit 5 they are points | bit 6 set | bits 7-29 index of the first sphere
-// Leaf of the top tree: bits 31 and 30 set, bits 0-29 portal index; on the device, with single rays, also rp_top_grid.portal_count + block
-// (see rp_portal).
+// Leaf of the top tree: bits 31 and 30 set, bits 0-29 block entry index; on the device, with single rays, also rp_top_grid.block_entry_count + block
+// (see rp_block_entry).
 #define RP_REF_LEAF 0x80000000u
-#define RP_REF_PORTAL 0xc0000000u
+#define RP_REF_BLOCK_ENTRY 0xc0000000u
 #define RP_REF_EXIT 0xffffffffu     // bottom of a traversal stack; also the root of an empty scene
 #define RP_REF_STOPPED 0xfffffffeu  // of a walk: it has come to an absent block
 #define RP_REF_RETURN 0xfffffffdu   // on a traversal stack: leave the block, go on in the top tree
@@ -91,7 +91,7 @@ typedef struct rp_sphere {
 #define RP_POINT_RADIUS_SHIFT 20
 #define RP_POINT_RADIUS_BIAS ((127u - 16u) << 23)
 #define RP_POINT_LARGEST_CODE 254u
-#define RP_POINT_LEAST_RADIUS 0x1p-16f
+#define RP_POINT_MIN_RADIUS 0x1p-16f
 #define RP_POINT_LARGEST_RADIUS 57344.0f
 
 // Coded ids and positions, as rp_block_header.flags says -------------------------------------------------------------------
@@ -105,7 +105,7 @@ typedef struct rp_sphere {
 #define RP_POSITION_ALL_BITS 0x7fffu
 #define RP_POSITION_STRIDE_SHIFT 15
 #define RP_POSITION_STRIDE(flags) ((flags) >> RP_POSITION_STRIDE_SHIFT & 15u)
-#define RP_POSITION_MOST_BITS 23  // an axis, so that numbers are exact as floats
+#define RP_POSITION_MAX_BITS 23  // an axis, so that numbers are exact as floats
 // With RP_IDS_CODED ids are rp_u32 base, rp_u32 step, then a run of n bits in rp_u32[n / 32 + 2], from the lowest of each on: leaf by leaf
 // RP_ID_FIRST_BITS of its first triangle's id, counted from base, and three times RP_ID_STEP_BITS of what the others' are above that, counted from
 // step; all modulo 2^32. So the word behind the last bit is there as well, for whoever reads two. What a leaf does not use may be anything.
@@ -114,7 +114,7 @@ typedef struct rp_sphere {
 #define RP_ID_FIRST_BITS(flags) ((flags) >> RP_ID_FIRST_SHIFT & 31u)
 #define RP_ID_STEP_SHIFT 25
 #define RP_ID_STEP_BITS(flags) ((flags) >> RP_ID_STEP_SHIFT & 31u)
-#define RP_ID_MOST_BITS 31
+#define RP_ID_MAX_BITS 31
 #define RP_IDS_ALL_BITS (0x7ffu << 19)
 
 // What vertices have beside a position, as rp_block_header.flags says.
@@ -125,32 +125,32 @@ typedef struct rp_block_header {
     rp_u32 magic, block_index, bytes, flags;
     rp_u32 node_count, leaf_count, vertex_count, sphere_count;
     rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
-    rp_u32 ids_at, attributes_at /* 0: none */, triangle_count, portal_count;
+    rp_u32 ids_at, attributes_at /* 0: none */, triangle_count, block_entry_count;
     float origin[4];           // grid: xyz; coded positions: base of x
     float cell[4];             // grid: xyz; base of y
     float lower[4], upper[4];  // exact bounds: xyz; base of z, cell
 } rp_block_header;
 
 // A sub-box of a block, and a leaf of the top tree: where a ray enters the block's BVH. The grid is that of the block.
-typedef struct rp_portal {
+typedef struct rp_block_entry {
     float origin[3];
     rp_u32 block;
     float cell[3];
     rp_u32 root;  // child reference inside the block
-} rp_portal;
-// On the device, with single rays, a record of this kind for each block follows. Where all portals of a block, two or more, are a subtree of the
-// top tree, the reference to that leads to the block's record, and `root` there is the reference: a ray enters the block at node 0 if it is
-// resident, and goes on in the subtree if not, to find out which portal it has to wait at.
+} rp_block_entry;
+// On the device, with single rays, a record of this kind for each block follows. Where all block entries of a block, two or more, are a subtree of
+// the top tree, the reference to that leads to the block's record, and `root` there is the reference: a ray enters the block at node 0 if it is
+// resident, and goes on in the subtree if not, to find out which block entry it has to wait at.
 
-// Each portal also has a rp_u64 path: the way from the root of the top tree down to it, one bit a level (which child), the first
-// step in the most significant place, below a leading 1 bit. So a ray that waits at a portal needs nothing but its index to go on.
-#define RP_TOP_MAX_DEPTH 40  // inner nodes on the way from the root of the top tree to a portal, at most
+// Each block entry also has a rp_u64 path: the way from the root of the top tree down to it, one bit a level (which child), the first
+// step in the most significant place, below a leading 1 bit. So a ray that waits at a block entry needs nothing but its index to go on.
+#define RP_TOP_MAX_DEPTH 40  // inner nodes on the way from the root of the top tree to a block entry, at most
 
 typedef struct rp_top_grid {
     float origin[3];
     rp_u32 root;  // child reference; RP_REF_EXIT for an empty scene
     float cell[3];
-    rp_u32 portal_count;
+    rp_u32 block_entry_count;
 } rp_top_grid;
 
 // Page table: one entry a block. Where it lies (slab << RP_PAGE_SLAB_SHIFT | offset / RP_BLOCK_ALIGNMENT), or RP_NONE while it is

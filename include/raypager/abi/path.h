@@ -12,9 +12,9 @@
 //   RP_PLANE_THROUGHPUT  throughput rgb | flags (RP_PATH_*)
 //   RP_PLANE_RADIANCE    radiance gathered so far rgb | pixel index
 //   RP_PLANE_HIT         extension: hit point xyz, primitive (RP_NONE: no hit yet); shadow: direction of the next extension ray xyz, light r
-//   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | portal
-// The portal is where a ray that waits, or has just waited, stands in its order of visits; that of others says nothing: they start at the root of the
-// top tree.
+//   RP_PLANE_SURFACE     extension: geometric normal, shading normal (octahedral); shadow: light g, light b | sample index | block entry
+// The block entry is where a ray that waits, or has just waited, stands in its order of visits; that of others says nothing: they start at the root
+// of the top tree.
 #define RP_PLANE_ORIGIN 0u
 #define RP_PLANE_DIRECTION 1u
 #define RP_PLANE_THROUGHPUT 2u
@@ -31,7 +31,7 @@
 // The rest: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
 // began), as a signed binary logarithm in steps of about 1/256 (kernels/shading/scatter.cl). Russian roulette must not end paths for that.
 #define RP_PATH_REFRACTION_SHIFT 17
-#define RP_PATH_MOST_REFRACTION 7680
+#define RP_PATH_MAX_REFRACTION 7680
 
 // Slots that sleep together have a word of 64 bits (single_ray/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
 // than RP_SLEEP_BITS, for block b.
@@ -74,12 +74,12 @@
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says
 // so:
 // Extension ray behind a shadow ray: the planes are still as for that one, so it has no hit. Single rays are this until they wait. With streams
-// they are until they have a hit and wait, and keep their portal in its place; and once they are done ORIGIN is hit point xyz, primitive (RP_NONE: no
-// hit, and then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
+// they are until they have a hit and wait, and keep their block entry in its place; and once they are done ORIGIN is hit point xyz, primitive
+// (RP_NONE: no hit, and then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
 #define RP_STATUS_CONNECTED 0x800u
 #define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
-#define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its portal
+#define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its block entry
 // With single rays (stages built with RP_SHORT_STATES):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x8000u
@@ -91,7 +91,7 @@
 #define RP_STATUS_FIRST 0x20000u
 
 // So many blocks that have come are named to the stage that wakes rays: as many as an OpenCL vector has components.
-#define RP_MOST_NAMED 16u
+#define RP_MAX_NAMED 16u
 
 // What a path is traced for: one sample of one pixel.
 typedef struct rp_path_sample {
@@ -106,25 +106,25 @@ typedef struct rp_path_sample {
 #define RP_COUNT_WAITING 4u       // rays that wait for an absent block
 #define RP_COUNT_IDLE 5u          // slots that are none of these, before new camera paths begin
 #define RP_COUNT_SHADOW_TAKEN 6u  // what work-items have taken from the queue of shadow rays, on CPUs: streams of them
-// The same of extension rays; on GPUs rays, of each part of the queue (kernels/single_ray/persistent.cl), of which there are at most RP_MOST_PARTS.
+// The same of extension rays; on GPUs rays, of each part of the queue (kernels/single_ray/persistent.cl), of which there are at most RP_MAX_PARTS.
 // In the end it is more than there were, by what was asked for in vain.
 #define RP_COUNT_EXTEND_TAKEN 7u
-#define RP_MOST_PARTS 256u
-#define RP_COUNTERS_PER_ROUND (RP_COUNT_EXTEND_TAKEN + RP_MOST_PARTS)
+#define RP_MAX_PARTS 256u
+#define RP_COUNTERS_PER_ROUND (RP_COUNT_EXTEND_TAKEN + RP_MAX_PARTS)
 #define RP_COUNT_NEXT_SAMPLE (RP_COUNTERS_PER_ROUND + 0u)  // 64 bits: low, high
 #define RP_COUNT_CAMERA_RAYS (RP_COUNTERS_PER_ROUND + 2u)  // 64 bits each from here on
 #define RP_COUNT_BOUNCE_RAYS (RP_COUNTERS_PER_ROUND + 4u)
 #define RP_COUNT_SHADOW_RAYS (RP_COUNTERS_PER_ROUND + 6u)
-#define RP_COUNT_WANTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)   // times that a waiting extension ray entered the block that it had waited for
-#define RP_COUNT_WANTS_NO_HIT (RP_COUNTERS_PER_ROUND + 10u)  // of these: nothing was hit behind it
-#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)      // with streams: rays in the lists of blocks (RP_DEMAND_LISTS)
+#define RP_COUNT_REQUESTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)   // times that a waiting extension ray entered the block that it had waited for
+#define RP_COUNT_REQUESTS_NO_HIT (RP_COUNTERS_PER_ROUND + 10u)  // of these: nothing was hit behind it
+#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)         // with streams: rays in the lists of blocks (RP_DEMAND_LISTS)
 #define RP_COUNTER_WORDS (RP_COUNTERS_PER_ROUND + 13u)
 
 // Demand: arrays of one word a block, one after the other.
-#define RP_DEMAND_WANTS 0u    // rays that wait for the block
-#define RP_DEMAND_BOUNCES 1u  // with RP_COUNT_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
+#define RP_DEMAND_REQUESTS 0u  // rays that wait for the block
+#define RP_DEMAND_BOUNCES 1u   // with RP_COUNT_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
 // With RP_NOTE_ROUNDS: the last round in which a ray entered the block; with RP_COUNT_ENTRIES: how many have so far, of a
-// sample of rays, modulo 2^32 (streams, and rays that are recorded, enter it by each of its portals).
+// sample of rays, modulo 2^32 (streams, and rays that are recorded, enter it by each of its block entries).
 // A residency policy needs one or the other, and where everything is resident none is kept.
 #define RP_DEMAND_USED 2u
 #define RP_DEMAND_ARRAYS 3u

@@ -6,7 +6,7 @@
 // node + RP_WIDE_UNIT * children on: no reference needs a base, and a record may lie anywhere.
 //
 // A block, or the top tree: rp_wide_header | records | RP_WIDE_GUARD bytes of nothing, for vector loads that reach past a record.
-// A root is a word: its offset from the start, in units, times two, plus one if it is a leaf. Those of a block stand in the portals.
+// A root is a word: its offset from the start, in units, times two, plus one if it is a leaf. Those of a block stand in the block entries.
 #ifndef RAYPAGER_ABI_WIDE_H
 #define RAYPAGER_ABI_WIDE_H
 
@@ -34,7 +34,7 @@ typedef struct rp_wide_node {
 // A leaf begins with this word, and goes on as its kind says.
 #define RP_WIDE_TRIANGLES 0u
 #define RP_WIDE_SPHERES 1u
-#define RP_WIDE_PORTAL 2u
+#define RP_WIDE_BLOCK_ENTRY 2u
 #define RP_WIDE_NORMALS 1u
 #define RP_WIDE_POINTS 2u
 #define RP_WIDE_COLORS 4u
@@ -48,17 +48,17 @@ typedef struct rp_wide_leaf {
     //   with RP_WIDE_NORMALS: rp_u32 normal[vertices] (octahedral; RP_NONE: none). Corners 0, 1, 2 are counter-clockwise seen from the side
     //   of the normal. With RP_WIDE_COLORS: then rp_u32 color[vertices], as in block.h.
     // Spheres: after 8 bytes of nothing rp_sphere sphere[count], rp_u32 id[count]. With RP_WIDE_POINTS they are points.
-    // Portal: rp_u32 root in the block, rp_u32 index of the portal. `count` is 0.
+    // Block entry: rp_u32 root in the block, rp_u32 index of the block entry. `count` is 0.
 } rp_wide_leaf;
 
-// What stands beside the wide top tree for each portal: its bounds, with slack, inside those that the top tree has for it.
-// The block lies where rp_portal has it.
-typedef struct rp_wide_portal {
+// What stands beside the wide top tree for each block entry: its bounds, with slack, inside those that the top tree has for it.
+// The block lies where rp_block_entry has it.
+typedef struct rp_wide_block_entry {
     float lower[3];
     rp_u32 block;
     float upper[3];
     rp_u32 pad;
-} rp_wide_portal;
+} rp_wide_block_entry;
 
 #define RP_WIDE_LEAF_TRIANGLES 16u
 #define RP_WIDE_LEAF_VERTICES 16u

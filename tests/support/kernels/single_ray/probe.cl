@@ -16,7 +16,7 @@
 #undef RP_ANY_HIT
 
 // rays: origin xyz, t max; direction xyz, unused. results: t (INFINITY: none), primitive, geometric normal, occluded within t max;
-// position xyz, portal the ray waits at.
+// position xyz, block entry the ray waits at.
 __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global float4* restrict rays, uint count, __global uint4* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
@@ -45,14 +45,14 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     }
     const uint primitive = rp_hit_primitive(&geometry, &walk.best);
     results[2u * i] = (uint4)(as_uint(primitive == RP_NONE ? INFINITY : walk.best.t), primitive, normal, any.hit ? 1u : 0u);
-    results[2u * i + 1u] = (uint4)(position, rp_closest_portal(&walk));
+    results[2u * i + 1u] = (uint4)(position, rp_closest_block_entry(&walk));
 }
 
 __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[0] = sizeof(rp_node);
     sizes[1] = sizeof(rp_leaf);
     sizes[2] = sizeof(rp_block_header);
-    sizes[3] = sizeof(rp_portal);
+    sizes[3] = sizeof(rp_block_entry);
     sizes[4] = sizeof(rp_top_grid);
     sizes[5] = sizeof(rp_page);
     sizes[6] = sizeof(rp_material);
@@ -64,7 +64,7 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[12] = sizeof(rp_wide_node);
     sizes[13] = sizeof(rp_wide_leaf);
     sizes[14] = sizeof(rp_wide_header);
-    sizes[15] = sizeof(rp_wide_portal);
+    sizes[15] = sizeof(rp_wide_block_entry);
     sizes[16] = sizeof(rp_page_changes);
     sizes[17] = sizeof(rp_light_node);
 }
@@ -143,7 +143,7 @@ __kernel void rp_probe_parts(uint count, volatile __global uint* restrict taken,
     const uint parts = rp_part_count();
     uint part = rp_own_part(parts);
     while (part != RP_NONE) {
-        const uint i = rp_part_place(rp_take_numbers(true, taken + part), part, parts);
+        const uint i = rp_part_position(rp_take_numbers(true, taken + part), part, parts);
         if (rp_ballot(i >= count) != 0u) part = rp_next_part(taken, part, parts, count);
         if (i < count) atomic_inc(times + i);
     }

@@ -29,7 +29,7 @@ static inline void rp_load_probe_stream(const __global float4* rays, uint first,
     rp_prepare_stream(s);
 }
 
-// Rays and results as those of rp_probe, but that the portal is RP_NONE, or 0 if the ray came to an absent block.
+// Rays and results as those of rp_probe, but that the block entry is RP_NONE, or 0 if the ray came to an absent block.
 __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, const __global float4* restrict rays,
                               uint count, __global uint4* restrict results) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
@@ -54,8 +54,8 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
     }
 }
 
-// For tests of the order in which rays wait. rays: as for rp_probe. before: portal that the ray waits at (RP_NONE: it begins), unused, and its
-// closest hit so far: t (or the ray's end), primitive. results: portal that it waits at now, the distance at which it enters that (INFINITY:
+// For tests of the order in which rays wait. rays: as for rp_probe. before: block entry that the ray waits at (RP_NONE: it begins), unused, and its
+// closest hit so far: t (or the ray's end), primitive. results: block entry that it waits at now, the distance at which it enters that (INFINITY:
 // none), and its closest hit now.
 __kernel void rp_probe_stream_waits(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count,
                                     const __global float4* restrict rays, const __global uint4* restrict before, uint count,
@@ -72,11 +72,11 @@ __kernel void rp_probe_stream_waits(RP_GEOMETRY_PARAMETERS, const __global uchar
         s->active = n < RP_STREAM_RAYS ? (1ul << n) - 1ul : ~0ul;
         rp_prepare_stream(s);
         for (uint r = 0u; r < n; r++)
-            if (before[first + r].x != RP_NONE) rp_resume_ray(s, r, geometry.portals, before[first + r].x);
+            if (before[first + r].x != RP_NONE) rp_resume_ray(s, r, geometry.block_entries, before[first + r].x);
         rp_trace_walk(&geometry, &walk, wide_top, false);
         for (uint r = 0u; r < n; r++) {
-            const uint portal = rp_waits_at(s, r);
-            results[first + r] = (uint4)(portal, as_uint(portal == RP_NONE ? INFINITY : RP_OF_RAY(s->wait, r)), as_uint(RP_OF_RAY(s->t, r)),
+            const uint block_entry = rp_waits_at(s, r);
+            results[first + r] = (uint4)(block_entry, as_uint(block_entry == RP_NONE ? INFINITY : RP_OF_RAY(s->wait, r)), as_uint(RP_OF_RAY(s->t, r)),
                                          ((const uint*)s->primitive)[r]);
         }
     }
