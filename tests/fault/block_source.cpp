@@ -4,19 +4,14 @@
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/memory_source.hpp"
-#include "support/small_scene.hpp"
+#include "support/small_scene_file.hpp"
 
 namespace raypager {
 namespace {
 
-class BlockSources : public testing::Test {
+class BlockSources : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
         ASSERT_GT(file_->scene().blocks.size(), 4u);
         auto memory = support::MemorySource::copy_of(*file_);
         ASSERT_TRUE(memory.ok()) << memory.status().message();
@@ -34,8 +29,6 @@ protected:
         EXPECT_NE(result.status().message().find(named), std::string::npos) << result.status().message();
     }
 
-    support::TemporaryFolder folder_;
-    std::shared_ptr<const BlockFile> file_;
     std::optional<support::MemorySource> memory_;
     RenderOptions options_;
 };

@@ -5,7 +5,7 @@
 
 #include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
-#include "support/small_scene.hpp"
+#include "support/small_scene_file.hpp"
 #include "support/test_options.hpp"
 #include "support/thorough.hpp"
 
@@ -14,14 +14,9 @@ namespace {
 
 using support::render_rounds;
 
-class CheckpointResume : public testing::Test {
+class CheckpointResume : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
         base_.spp = 8;
         base_.tuning.paths = 128;
         const auto whole = render(*file_, base_, {});
@@ -47,8 +42,6 @@ protected:
         return all;
     }
 
-    support::TemporaryFolder folder_;
-    std::shared_ptr<const BlockFile> file_;
     support::TestOptions base_;
     uint64_t hash_ = 0;
 };

@@ -8,23 +8,17 @@
 #include <thread>
 
 #include "device/device.hpp"
-#include "support/device_scene.hpp"
 #include "support/failing_device.hpp"
 #include "support/interrupted_render.hpp"
-#include "support/small_scene.hpp"
+#include "support/small_scene_file.hpp"
 #include "support/test_options.hpp"
 
 namespace raypager {
 namespace {
 
-class DeviceFailures : public testing::Test {
+class DeviceFailures : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
         options_.instruments.device_hooks = device_;
         options_.spp = 4;
         options_.tuning.paths = 128;
@@ -44,8 +38,6 @@ protected:
         for (const std::string& text : named) EXPECT_NE(message.find(text), std::string::npos) << "no '" << text << "' in: " << message;
     }
 
-    support::TemporaryFolder folder_;
-    std::shared_ptr<const BlockFile> file_;
     const std::shared_ptr<support::FailingDevice> device_ = std::make_shared<support::FailingDevice>();
     support::TestOptions options_;
     RenderCallbacks callbacks_;

@@ -14,8 +14,7 @@
 
 #include "base/files.hpp"
 #include "support/child_process.hpp"
-#include "support/device_scene.hpp"
-#include "support/small_scene.hpp"
+#include "support/small_scene_file.hpp"
 
 namespace raypager {
 namespace {
@@ -24,13 +23,9 @@ using support::ChildProcess;
 using support::ChildResult;
 using support::patience;
 
-class KilledRenders : public testing::Test {
+class KilledRenders : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
-        ASSERT_TRUE(file.ok()) << file.status().message();
         const ChildResult whole = run({"-o", "whole.pfm", "--report", "whole.json"});
         ASSERT_EQ(whole.exit_code, 0) << errors();
         hash_ = film_hash("whole.json");
@@ -69,7 +64,6 @@ protected:
     }
     bool exists(const char* name) const { return std::filesystem::exists(folder_.path() / name); }
 
-    support::TemporaryFolder folder_;
     std::string hash_;
     double seconds_ = 0;  // of the last run that nothing stopped: the first may have had kernels to compile
 };

@@ -5,9 +5,8 @@
 #include <atomic>
 #include <random>
 
-#include "support/device_scene.hpp"
 #include "support/interrupted_render.hpp"
-#include "support/small_scene.hpp"
+#include "support/small_scene_file.hpp"
 #include "support/test_options.hpp"
 
 namespace raypager {
@@ -15,14 +14,9 @@ namespace {
 
 using support::render_rounds;
 
-class StoppedRenders : public testing::Test {
+class StoppedRenders : public support::SmallSceneFile {
 protected:
     void SetUp() override {
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        auto file = support::bake_and_open(support::small_scene(40), bake_options, folder_.path(), "scene");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
         options_.spp = 12;
         options_.tuning.together = 4;
         options_.width = 24;
@@ -39,8 +33,6 @@ protected:
         return std::move(result->image);
     }
 
-    support::TemporaryFolder folder_;
-    std::shared_ptr<const BlockFile> file_;
     support::TestOptions options_;
 };
 
