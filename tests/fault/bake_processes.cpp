@@ -25,7 +25,8 @@ using support::patience;
 
 class BakeProcesses : public testing::Test {
 protected:
-    static constexpr uint32_t n = 1000;
+    // With sanitizers, just enough for the smallest limit to send them over the disk.
+    static constexpr uint32_t n = RAYPAGER_ADDRESS_SANITIZER || RAYPAGER_THREAD_SANITIZER ? 500 : 1000;
 
     // 2 n^2 triangles, one mesh in one file: so many that a bake in memory takes more than the limits that are tried.
     void SetUp() override {

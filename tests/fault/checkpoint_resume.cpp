@@ -7,6 +7,7 @@
 #include "support/interrupted_render.hpp"
 #include "support/small_scene_file.hpp"
 #include "support/test_options.hpp"
+#include "support/thorough.hpp"
 
 namespace raypager {
 namespace {
@@ -57,7 +58,7 @@ TEST_F(CheckpointResume, goes_on_in_groups_with_other_samples_a_pixel) {
         plain.spp = later_spp;
         const auto whole = render(*file_, plain, {});
         ASSERT_TRUE(whole.ok()) << whole.status().message();
-        for (int trial = 0; trial < 3; trial++) {
+        for (int trial = 0; trial < (support::thorough() ? 5 : 2); trial++) {
             support::TestOptions options = base_;
             options.tuning.together = 4;
             options.tuning.region = 20 * trial;
@@ -202,8 +203,10 @@ TEST_F(CheckpointResume, in_the_order_in_which_it_began) {
     struct Order {
         uint32_t tile, together, region;
     };
+    support::Turns turns(0, 2);
     for (const Order& first : {Order{16, 1, 0}, Order{5, 1, 0}, Order{16, 4, 0}, Order{3, 8, 0}, Order{16, 1, 33}, Order{16, 4, 40}})
         for (const Order& then : {Order{16, 1, 0}, Order{4, 8, 0}, Order{16, 4, 70}}) {
+            if (!turns.take()) continue;
             std::filesystem::remove(base_.checkpoint.file);
             support::TestOptions options = base_;
             options.tuning.tile_size = first.tile;

@@ -39,7 +39,7 @@ protected:
     Outcome run(const std::string& arguments) const {
         // The redirections come first, so that a test can name others.
         const std::string command =
-            fmt::format("cd '{}' && timeout 120 '{}' >.stdout 2>.stderr </dev/null {}", folder_.string(), RAYPAGER_PROGRAM, arguments);
+            fmt::format("cd '{}' && timeout 120 '{}' >.stdout 2>.stderr </dev/null {}", folder_.string(), program_, arguments);
         const int raw = std::system(command.c_str());
         return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, read_file(folder_ / ".stdout"), read_file(folder_ / ".stderr")};
     }
@@ -47,7 +47,7 @@ protected:
     // setup: shell commands that come first.
     Outcome run_after(const std::string& setup, const std::string& arguments) const {
         const std::string command =
-            fmt::format("cd '{}' && {} && '{}' >.stdout 2>.stderr </dev/null {}", folder_.string(), setup, RAYPAGER_PROGRAM, arguments);
+            fmt::format("cd '{}' && {} && '{}' >.stdout 2>.stderr </dev/null {}", folder_.string(), setup, program_, arguments);
         const int raw = std::system(command.c_str());
         return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, read_file(folder_ / ".stdout"), read_file(folder_ / ".stderr")};
     }
@@ -84,6 +84,7 @@ protected:
                                 n * 0.5, n * 0.8, n * -0.6, points, indices));
     }
 
+    const char* program_ = RAYPAGER_PROGRAM;
     const support::TemporaryFolder temporary_;
     const std::filesystem::path folder_ = temporary_.path();
 };
@@ -228,6 +229,7 @@ TEST_F(CliProgramOnDevice, UnknownDeviceAndTooSmallLimits) {
 }
 
 TEST_F(CliProgramOnDevice, FromSceneToComparedPictures) {
+    program_ = RAYPAGER_WHOLE_PROGRAM;
     write_scene("scene.pbrt", 40);
     ASSERT_EQ(run("bake scene.pbrt -o scene.rpb --block-size 16K").status, 0);
     const Outcome inspected = run("inspect scene.rpb --json --verify");

@@ -52,7 +52,7 @@ TriangleMesh with_vertex(TriangleMesh mesh, Float3 vertex) {
     return mesh;
 }
 
-std::vector<Case> cases() {
+std::vector<Case> make_cases() {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     std::vector<Case> list;
     const auto add = [&](const char* name, TriangleMesh mesh, double size, std::optional<uint64_t> primitives) {
@@ -75,10 +75,16 @@ std::vector<Case> cases() {
     return list;
 }
 
+// Every process of these tests asks for the names of all, which takes a third of a second if they are made anew for each.
+const std::vector<Case>& cases() {
+    static const std::vector<Case> list = make_cases();
+    return list;
+}
+
 class ExtremeGeometryOnDevice : public testing::TestWithParam<size_t> {};
 
 TEST_P(ExtremeGeometryOnDevice, IsRefusedOrRendered) {
-    const Case c = cases()[GetParam()];
+    const Case& c = cases()[GetParam()];
     SCOPED_TRACE(c.name);
     Scene scene = blocks_test::scene_of(c.shapes);
     rp_light sky = {};

@@ -17,6 +17,7 @@
 #include "support/failing_file_system.hpp"
 #include "support/sheet_scene.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/thorough.hpp"
 
 namespace raypager {
 namespace {
@@ -45,17 +46,8 @@ struct Error {
 };
 constexpr Error errors[] = {{"EIO", EIO}, {"ENOSPC", ENOSPC}, {"short", 0}};
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define RAYPAGER_UNDER_ASAN 1
-#endif
-#endif
-// Under the sanitizer, where a job takes several times as long, every operation fails with one of the errors instead of with each in turn.
-#ifdef RAYPAGER_UNDER_ASAN
-constexpr int errors_an_operation = 1;
-#else
-constexpr int errors_an_operation = std::size(errors);
-#endif
+// How many operations lie between those that fail with the same error: each fails with one of them, in turn, or with all of them.
+int every() { return support::thorough() ? 1 : static_cast<int>(std::size(errors)); }
 
 bool is_temporary(const std::filesystem::path& path) { return path.filename().string().find(".tmp") != std::string::npos; }
 
@@ -80,10 +72,9 @@ protected:
         std::vector<std::string> right;
         for (const std::string& name : outputs) right.push_back(comparable(name));
         int failed = 0, unharmed = 0;
-        constexpr int every = static_cast<int>(std::size(errors)) / errors_an_operation;
         for (const Error& error : errors) {
             bool reached = true;
-            for (int n = 1 + static_cast<int>(&error - errors) % every; reached; n += every) {
+            for (int n = 1 + static_cast<int>(&error - errors) % every(); reached; n += every()) {
                 SCOPED_TRACE(fmt::format("{}, operation {}", error.name, n));
                 ASSERT_LT(n, 2000) << "no end of operations";
                 for (const std::string& name : outputs) folder_.write(name, old_content);

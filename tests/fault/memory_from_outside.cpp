@@ -43,7 +43,7 @@ protected:
 
     // Peak resident set of a render.
     uint64_t peak(uint64_t memory_limit, uint64_t host_limit, const std::string& size = "64x48") {
-        ChildProcess child(RAYPAGER_PROGRAM,
+        ChildProcess child(RAYPAGER_WHOLE_PROGRAM,
                            {"render", "scene.rpb", "-o", "a.pfm", "--size", size, "--spp", "1", "--paths", "4096", "--memory-limit",
                             std::to_string(memory_limit), "--host-limit", std::to_string(host_limit), "--report", "report.json"},
                            folder_.path());

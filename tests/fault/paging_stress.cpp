@@ -22,6 +22,7 @@
 #include "support/failing_file_system.hpp"
 #include "support/sanitizers.hpp"
 #include "support/test_options.hpp"
+#include "support/thorough.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager {
@@ -78,7 +79,7 @@ protected:
 
 TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
     const char* wanted = std::getenv("RAYPAGER_SCHEDULES");
-    const int schedules = wanted ? std::atoi(wanted) : 4;
+    const int schedules = wanted ? std::atoi(wanted) : support::thorough() ? 50 : 3;
     const uint32_t first_seed = std::random_device{}();
     for (int i = 0; i < schedules; i++) {
         const uint32_t seed = first_seed + static_cast<uint32_t>(i);

@@ -2,12 +2,16 @@
 // never exceeds its limit; and every render ends, with room for just the largest block.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string_view>
+
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/failing_device.hpp"
 #include "support/recorded_films.hpp"
 #include "support/test_options.hpp"
+#include "support/thorough.hpp"
 
 namespace raypager {
 namespace {
@@ -72,6 +76,15 @@ protected:
 
     Result<MeasuredRender> run(const support::TestOptions& options) const { return render(*file_, options, {}); }
 
+    // Whether this scene is to be drawn with the next combination of options: a third of them, so that all come with some of the scenes.
+    bool is_its_turn() { return turns_.take(); }
+
+    static uint64_t number_of_scene() {
+        return static_cast<uint64_t>(std::find_if(std::begin(picture_cases), std::end(picture_cases),
+                                                  [](const PictureCase& c) { return std::string_view(c.name) == GetParam().name; }) -
+                                     std::begin(picture_cases));
+    }
+
     void expect_same(const support::TestOptions& options, const std::string& what) const {
         SCOPED_TRACE(what);
         const auto result = run(options);
@@ -90,6 +103,9 @@ protected:
     std::shared_ptr<const BlockFile> file_;
     support::TestOptions base_;
     uint64_t hash_ = 0, rays_ = 0;
+
+private:
+    support::Turns turns_{number_of_scene(), 3};
 };
 
 // The other tests say that no option changes this film; this one, that no change of the code did without meaning to. Where one means to, record the
@@ -108,6 +124,7 @@ TEST_P(SamePicture, is_the_recorded_one) {
 TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
     for (const PolicyName& policy : policy_names)
         for (const double percent : {100.0, 50.0, 25.0, 10.0, 3.0}) {
+            if (!is_its_turn()) continue;
             support::TestOptions options = base_;
             options.tuning.policy = policy.kind;
             options.geometry_limit_percent = percent;
@@ -117,6 +134,7 @@ TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
 
 TEST_P(SamePicture, with_room_for_one_block) {
     for (const PolicyName& policy : policy_names) {
+        if (!is_its_turn()) continue;
         support::TestOptions options = base_;
         options.tuning.policy = policy.kind;
         options.geometry_limit = file_->scene().largest_block(support::default_form());
@@ -136,20 +154,24 @@ TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
 
 TEST_P(SamePicture, for_regions_of_any_size) {
     for (const uint32_t region : {0u, 7u, 500u})
-        for (const double percent : {100.0, 20.0, 3.0}) {
-            support::TestOptions options = base_;
-            options.tuning.region = region;
-            options.tuning.paths = 200;
-            options.geometry_limit_percent = percent;
-            expect_same(options, "regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
-            options.tuning.traversal = Traversal::ray;  // which gives out slots in ones, twos, fours or eights
-            expect_same(options, "rays one by one, regions of " + std::to_string(region) + " at " + std::to_string(percent) + " %");
-        }
+        for (const double percent : {100.0, 20.0, 3.0})
+            for (const Traversal traversal :
+                 {Traversal::automatic, Traversal::ray}) {  // ray by ray slots are given out in ones, twos, fours or eights
+                if (!is_its_turn()) continue;
+                support::TestOptions options = base_;
+                options.tuning.region = region;
+                options.tuning.paths = 200;
+                options.geometry_limit_percent = percent;
+                options.tuning.traversal = traversal;
+                expect_same(options, (traversal == Traversal::ray ? "rays one by one, regions of " : "regions of ") + std::to_string(region) +
+                                         " at " + std::to_string(percent) + " %");
+            }
 }
 
 TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
     for (const uint64_t slab : {uint64_t{0}, uint64_t{40} << 10})
         for (const uint32_t loads : {1u, 4u}) {
+            if (!is_its_turn()) continue;
             support::TestOptions options = base_;
             options.geometry_limit_percent = 30;
             options.instruments.slab_bytes = slab;
@@ -173,6 +195,7 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
 TEST_P(SamePicture, with_room_made_ahead) {
     for (const Traversal traversal : support::traversals())
         for (const double percent : {100.0, 40.0, 5.0, 0.001}) {
+            if (!is_its_turn()) continue;
             support::TestOptions options = base_;
             options.tuning.traversal = traversal;
             options.geometry_limit_percent = percent;
@@ -190,6 +213,7 @@ TEST_P(SamePicture, with_room_made_ahead) {
 TEST_P(SamePicture, ray_by_ray_and_in_streams) {
     for (const Traversal traversal : support::traversals())
         for (const double percent : {100.0, 20.0, 0.001}) {  // the last: room for the largest block
+            if (!is_its_turn()) continue;
             support::TestOptions options = base_;
             options.tuning.traversal = traversal;
             options.geometry_limit_percent = percent;
@@ -201,6 +225,7 @@ TEST_P(SamePicture, ray_by_ray_and_in_streams) {
 // As on devices whose lanes can vote, with vectors of one lane, and the lowest entries of stacks in local memory.
 TEST_P(SamePicture, by_persistent_threads) {
     for (const double percent : {100.0, 20.0, 0.001}) {
+        if (!is_its_turn()) continue;
         support::TestOptions options = base_;
         options.tuning.traversal = Traversal::ray;
         options.geometry_limit_percent = percent;

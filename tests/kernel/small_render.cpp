@@ -14,6 +14,7 @@
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
 #include "support/test_options.hpp"
+#include "support/thorough.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager {
@@ -193,20 +194,22 @@ TEST(SmallRender, goes_on_from_a_checkpoint) {
     auto file = support::bake_and_open(small_scene(40), bake_options, folder.path(), "small");
     ASSERT_TRUE(file.ok()) << file.status().message();
     ASSERT_GT((*file)->scene().blocks.size(), 4u);
+    support::Turns turns(0, 3);
     for (const Traversal traversal : support::traversals()) {
         for (const uint32_t percent : {100u, 60u}) {
-            SCOPED_TRACE(testing::Message() << (traversal == Traversal::ray ? "rays, " : "streams, ") << percent << " %");
-            support::TestOptions options;
-            options.spp = 2;
-            options.tuning.paths = 64;
-            options.tuning.traversal = traversal;
-            options.geometry_limit_percent = percent;
-            const auto whole = render(**file, options, {});
-            ASSERT_TRUE(whole.ok()) << whole.status().message();
-            EXPECT_EQ(whole->report.paging.evictions > 0, percent < 100);
             // Rounds after which paths are in different states.
             for (const uint32_t rounds : {2u, 5u}) {
-                options.checkpoint = {};
+                if (!turns.take()) continue;
+                SCOPED_TRACE(testing::Message() << (traversal == Traversal::ray ? "rays, " : "streams, ") << percent << " %, " << rounds
+                                                << " rounds");
+                RenderOptions options;
+                options.spp = 2;
+                options.tuning.paths = 64;
+                options.tuning.traversal = traversal;
+                options.geometry_limit_percent = percent;
+                const auto whole = render(**file, options, {});
+                ASSERT_TRUE(whole.ok()) << whole.status().message();
+                EXPECT_EQ(whole->report.paging.evictions > 0, percent < 100);
                 options.checkpoint.file = folder.path() / fmt::format("{}-{}-{}.ckpt", int(traversal), percent, rounds);
                 const auto stopped = support::render_rounds(**file, options, rounds);
                 ASSERT_TRUE(stopped.ok()) << stopped.status().message();
