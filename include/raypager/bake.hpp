@@ -15,8 +15,8 @@
 
 namespace raypager {
 
-// Far from where cells are no longer normal numbers; no coordinate is larger.
-inline constexpr float min_position_error = 1e-20f, largest_position_error = 1e12f;
+// Bounds of BakeOptions::position_error, in the scene's units: below, grid cells would be denormal numbers; above, larger than any coordinate.
+inline constexpr float min_position_error = 1e-20f, max_position_error = 1e12f;
 
 // What to make of points when they are baked.
 struct PointOptions {
@@ -30,11 +30,11 @@ struct PointOptions {
 };
 
 struct BakeOptions {
-    uint64_t block_bytes = 0;     // at most, in memory format; 16 KiB .. 32 MiB; 0: about a thousand blocks, of 128 KiB to 4 MiB
+    uint64_t block_bytes = 0;     // at most, in stored form; 16 KiB .. 32 MiB; 0: about a thousand blocks, of 128 KiB to 4 MiB
     uint32_t block_entries = 64;  // per block, at most: boxes in the top tree that say where its geometry is; 1 .. 64
     PointOptions points;
     // Vertices of meshes may move by so much along each axis, and by the rounding to floats, onto a grid that all share, so that they take fewer
-    // bytes; 0: they stay where they are. min_position_error .. largest_position_error
+    // bytes; 0: they stay where they are. min_position_error .. max_position_error
     float position_error = 0;
     uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what there is
     const std::atomic<bool>* stop = nullptr;  // the bake ends soon after it becomes true

@@ -22,6 +22,7 @@ class Blocks {
 public:
     // Reads and checks everything in a block file (.rpb) but the blocks, which renders read and check when they need them. The file stays open.
     static Result<Blocks> open(const std::filesystem::path& path);
+    // For the engine: BlockSource is no part of the library.
     explicit Blocks(std::shared_ptr<const BlockSource> source) : source_(std::move(source)) {}
 
     // The scene's own view and settings, where a render says nothing else.
@@ -34,9 +35,9 @@ public:
     std::array<float, 3> lower() const, upper() const;
 
     uint64_t triangles() const;
-    uint64_t spheres() const;  // and points
-    uint32_t count() const;    // of blocks
-    uint64_t entries() const;  // boxes in the top tree that say where the geometry of blocks is
+    uint64_t spheres() const;        // and points
+    uint32_t count() const;          // of blocks
+    uint64_t block_entries() const;  // boxes in the top tree that say where the geometry of blocks is
     // Bytes of all blocks, and of the largest one, in device memory; 0 without blocks.
     uint64_t bytes(BlockForm form) const;
     uint64_t largest(BlockForm form) const;

@@ -1,5 +1,5 @@
-// What depends on the class of a device: what it can do, and the numbers that suit it. profile.cpp has them in one table, with the measurement that
-// each comes from. None of them changes a picture.
+// What depends on the class of a device: what it can do, and the numbers that suit it. src/device/profile.cpp has them in one table, with the
+// measurement that each comes from. None of them changes a picture.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct DeviceProfile {
     // What it is.
     bool shares_host_memory = false;  // its memory is the host's, which other programs take from, too
     bool streams = false;             // it traces rays in streams, over blocks in wide form
-    bool caches_slots = false;  // slots are read through caches that hold few of them: more than the roomy number only as far as loads cost more
+    bool caches_slots = false;        // slots are read through caches that hold few of them: more than preferred_slots only as far as loads cost more
 
     // Kernels.
     uint32_t cache_kernels = 1;  // whether they are kept on disk when they are built; 0: the driver does so itself

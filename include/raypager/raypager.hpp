@@ -1,4 +1,4 @@
-// All of the library. A picture is made in four steps:
+// All of the library but baselines.hpp, which is for measurements. A picture is made in four steps:
 //   Scene   load one (import.hpp), or build it in memory (scene.hpp, materials.hpp)
 //   Blocks  bake it, into a file or into memory (bake.hpp), or open a block file (blocks.hpp)
 //   Session render it on a device (devices.hpp), step by step or at once (session.hpp)

@@ -200,7 +200,10 @@ struct Camera {
 std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const Float3& up, double fov_degrees, uint32_t width, uint32_t height,
                                   bool right_handed = true);
 
-// The same with a direction that is not rounded to floats on its way from a text.
+// A camera for a picture of another shape: the field of view of the shorter side stays, pixels are square.
+Camera fit_camera(Camera camera, uint32_t old_width, uint32_t old_height, uint32_t width, uint32_t height);
+
+// The same as make_camera with a direction that is not rounded to floats on its way from a text.
 std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<double, 3>& target, const std::array<double, 3>& up, double fov_degrees,
                                         uint32_t width, uint32_t height, bool right_handed);
 

@@ -1,5 +1,5 @@
 // A render: a baked scene in, a picture out, with geometry paged through a pool on the device. The picture is the same to the bit whatever the
-// limits are, and a render always ends.
+// limits are, and a render always ends. Messages of errors call options what the command line calls them: --memory-limit is memory_limit.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct Background {
 struct CheckpointOptions {
     std::filesystem::path file;  // empty: no checkpoints
     double every_seconds = 60;   // and at the end, however it comes
-    bool resume = false;         // go on from the file if it is there; otherwise it must not be there
+    bool resume = false;         // go on from the file if it is there; false: the file must not exist yet
 };
 
 // What paths do is recorded, for 'raypager bench policy'.
@@ -41,16 +41,20 @@ struct RecordOptions {
 };
 
 struct RenderOptions {
-    std::string device;                       // index or part of a name (devices.hpp); empty: the default device
-    uint64_t memory_limit = 0;                // all device memory of the render, in bytes; 0: a part of the device's memory
-    uint64_t geometry_limit = 0;              // the pool, in bytes; 0: no limit of its own
-    double geometry_limit_percent = 0;        // of the scene's geometry bytes; 0: not given. A percentage is raised to the largest block.
+    std::string device;  // index or part of a name (devices.hpp); empty: the default device
+    // All device memory of the render, in bytes. 0: three quarters of what the device has; on a CPU half of main memory, or less if less is free.
+    // More than the device has is a usage error; too little fails, and the message names the smallest limit that would do.
+    uint64_t memory_limit = 0;
+    // Of the blocks on the device, in bytes, and in percent of all of them; 0: not given. The smaller one counts. Bytes below the largest block are
+    // refused, a percentage is raised to it.
+    uint64_t geometry_limit = 0;
+    double geometry_limit_percent = 0;
     uint64_t host_limit = 0;                  // cache of stored blocks in host memory, in bytes; 0: half of the memory, if so much is free
     uint32_t spp = 0, width = 0, height = 0;  // samples per pixel; pixels. 0: as the scene says
     std::optional<uint32_t> max_depth;        // scattering events of a path
-    double time_seconds = 0;                  // stop after about so long, at the end of a pass or a group of them; 0: no limit
+    double time_seconds = 0;  // stop after about so long, at the end of a pass (one sample of each pixel) or of some passes; 0: no limit
     uint32_t seed = 0;
-    std::optional<Camera> camera;          // of the picture that is rendered; none: the scene's, which must have its shape
+    std::optional<Camera> camera;          // none: the scene's, as it is; for a picture of another shape see fit_camera()
     std::optional<Background> background;  // none: what shines there
     Connection connection = Connection::queue;
     CheckpointOptions checkpoint;
@@ -59,9 +63,9 @@ struct RenderOptions {
     double snapshot_seconds = 0;    // between calls of RenderCallbacks::snapshot; 0: never
     double snapshot_growth = 1;     // each interval between snapshots is longer by this factor than the one before
     double stall_seconds = 30;      // a render that makes no progress for so long says so; 0: never
-    // Set from outside. stop: end soon, with an even picture. Few more samples begin, so that every pixel gets one, and paths under way may finish
-    // for stop_seconds; with a checkpoint, which keeps all work, the render ends after the round under way. stop_now: end after that round in any
-    // case.
+    // Set from outside, and there as long as the render. stop: end soon, with an even picture. Few more samples begin, so that every pixel gets one,
+    // and paths under way may finish for stop_seconds; with a checkpoint, which keeps all work, the render ends after the round under way. stop_now:
+    // end after that round in any case.
     const std::atomic<bool>*stop = nullptr, *stop_now = nullptr;
     double stop_seconds = 1.5;
     RenderTuning tuning;
@@ -103,8 +107,8 @@ struct RenderReport {
     } checkpoint;
     struct Seconds {
         double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
-        double trace = 0;                                    // kernels on the device, the sum of, but for what ran side by side, ...
-        std::array<double, 5> stages{};                      // ... wake, generate, extend (streams: and connect), shade, connect
+        double trace = 0;                                    // of all kernels on the device; what ran side by side counts once
+        std::array<double, 5> stages{};                      // the parts: wake, generate, extend (streams: and connect), shade, connect
         double snapshots = 0;                                // of render: what the snapshots took
     } seconds;
     struct Rays {
@@ -113,7 +117,7 @@ struct RenderReport {
     } rays;
     struct Paging {
         uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, requests_without_hit = 0;
-    } paging;
+    } paging;  // requests_without_hit: rays that waited for a block and hit nothing in it
     uint64_t clamped_samples = 0;
     uint64_t recorded_paths = 0;  // in the file of RecordOptions
 };
@@ -143,8 +147,10 @@ public:
     Session(Session&&) noexcept;
     Session& operator=(Session&&) noexcept;
 
-    // Traces rays for about so many seconds, at least one round. False: the picture is finished, or the render was cancelled; then call finish().
-    Result<bool> step(double seconds);
+    // Whether the picture is finished, or the render was cancelled.
+    bool done() const;
+    // Traces rays for about so many seconds, at least one round, unless it is done.
+    Status step(double seconds);
     RenderProgress progress() const;
     // The picture so far: pixels without a sample show what is around them. Rendering goes on as if nothing had happened.
     Result<Image> snapshot();

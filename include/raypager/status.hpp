@@ -23,6 +23,7 @@ public:
     bool ok() const { return !error_; }
     explicit operator bool() const { return ok(); }
     const std::string& message() const;  // empty if ok
+    // REQUIRES: not ok.
     ErrorKind kind() const { return error_ ? error_->first : ErrorKind::failed; }
     int exit_code() const { return error_ ? static_cast<int>(error_->first) : 0; }
     // The same error with a place before it: "place: message".
@@ -42,6 +43,7 @@ public:
     bool ok() const { return value_.has_value(); }
     explicit operator bool() const { return ok(); }
     const Status& status() const { return status_; }
+    // REQUIRES: ok().
     T& value() { return *value_; }
     const T& value() const { return *value_; }
     T* operator->() { return &*value_; }

@@ -1,4 +1,5 @@
-// How a render goes about its work. Nothing here changes the picture.
+// How a render goes about its work. Nothing here changes the picture. "The paper": Sun, Yan, Wu, Kubiatowicz 2014, "GPU Memory Management for
+// Efficient Ray Tracing Applications".
 #pragma once
 
 #include <array>

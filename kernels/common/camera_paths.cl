@@ -54,8 +54,8 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
     }
 }
 
-// Once it has been given out: accounts for the samples. By one work-item. What others have read in the same kernel is changed by atomics, as it was
-// read: that it was read before, by an order that OpenCL 1.2 has no words for, checkers of races do not see.
+// Once it has been given out: accounts for the samples. By one work-item. What others read in the same kernel they read with atomics, and it is
+// changed with atomics: OpenCL 1.2 cannot express the order in which that happens, and checkers of races would complain.
 static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters,
                                           uint listed) {
     const uint again = min(listed, supply->slots);

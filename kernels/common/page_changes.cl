@@ -7,9 +7,9 @@
 static inline void rp_change_pages(__global rp_page* pages, const rp_page_changes* changes) {
     for (uint i = 0u; i < RP_PAGE_CHANGES; i++) {
         rp_page page = changes->pages[i];
-        if (page.unused == RP_NONE) return;
-        const uint block = page.unused;
-        page.unused = 0u;
+        if (page.block == RP_NONE) return;
+        const uint block = page.block;
+        page.block = 0u;
         pages[block] = page;
     }
 }

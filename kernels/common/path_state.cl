@@ -105,7 +105,7 @@ static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint bloc
     atomic_inc(requests + block);
 }
 
-// Where that is on the device what a slot waits for, by its status word and its wait word: RP_NONE, not there yet; 0, it does not wait.
+// Address on the device of what a slot waits for, by its status word and its wait word: RP_NONE, it is absent; 0, the slot does not wait.
 static inline uint rp_awaited_address(const __global rp_page* pages, uint status, uint wait_word) {
     return rp_waits(status) ? pages[wait_word].address : 0u;
 }

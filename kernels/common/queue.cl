@@ -16,7 +16,7 @@ static inline void rp_count_add(volatile __global uint* counter, uint amount) {
 }
 
 // Counts of a whole work-group on their way to global counters: one atomic a work-group instead of one a ray. Every work-item of the group
-// must come by both. totals: __local, `number` words.
+// must call both. totals: __local, `number` words.
 static inline void rp_begin_totals(__local uint* totals, uint number) {
     for (uint i = get_local_id(0); i < number; i += get_local_size(0)) totals[i] = 0u;
     barrier(CLK_LOCAL_MEM_FENCE);

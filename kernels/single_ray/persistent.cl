@@ -13,7 +13,7 @@
 #error "persistent threads do not record: a ray that finds no room in the log leaves its walk alone"
 #endif
 #if defined(RP_PART_RUN) != defined(RP_PERSISTENT) || (defined(RP_MIN_INNER) && !defined(RP_PERSISTENT)) || \
-    (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
+    defined(RP_SHARED_STACK) != defined(RP_MIN_INNER) || (defined(RP_SHARED_STACK) && !defined(RP_GROUP_SIZE))
 #error "definitions that go together are not"
 #endif
 

@@ -1,4 +1,4 @@
-// On CPUs, what connect.cl does, with streams of rays over the wide form of the blocks. In a render this is a part of stream/trace.cl.
+// On CPUs, what single_ray/connect.cl does, with streams of rays over the wide form of the blocks. In a render this is a part of stream/trace.cl.
 #include "common/noinline.cl"
 #include "common/film.cl"
 #include "common/path_state.cl"

@@ -1,4 +1,4 @@
-// On CPUs, what extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render this is a part
+// On CPUs, what single_ray/extend.cl does, with streams of rays over the wide form of the blocks, surfaces included. In a render this is a part
 // of stream/trace.cl.
 #include "common/noinline.cl"
 #include "common/path_state.cl"

@@ -1,4 +1,5 @@
-// Second stage on CPUs: does what generate.cl does, in one kernel, since each that is launched costs a CPU as much time as some hundred rays.
+// Second stage on CPUs: does what single_ray/generate.cl does, in one kernel, since each that is launched costs a CPU as much time as some hundred
+// rays.
 #include "common/camera_paths.cl"
 
 // See rp_account_for_samples.

@@ -1,5 +1,5 @@
-// Third stage on CPUs: does what extend.cl and connect.cl do, with streams of rays. A work-item that finds no more extension rays goes on with shadow
-// rays, so that cores wait for each other once.
+// Third stage on CPUs: does what single_ray/extend.cl and connect.cl do, with streams of rays. A work-item that finds no more extension rays goes on
+// with shadow rays, so that cores wait for each other once.
 #define RP_WITHOUT_KERNELS
 #include "stream/extend.cl"
 #include "stream/connect.cl"

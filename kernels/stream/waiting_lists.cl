@@ -39,7 +39,7 @@ static inline void rp_end_chains(rp_chains* chains, const rp_paths* paths, volat
     for (uint k = 0u; k < RP_CHAINS; k++) rp_end_chain(chains, k, paths, demand, block_count);
 }
 
-// The ray of a slot waits for a block, of which there is no RP_NONE. waiting_status: as for rp_wait_for_block.
+// The ray of a slot waits for a block. REQUIRES: block is not RP_NONE. waiting_status: as for rp_wait_for_block.
 static inline void rp_wait_for_block_in_chain(rp_chains* chains, const rp_paths* paths, uint slot, uint block, uint waiting_status,
                                               volatile __global uint* demand, uint block_count) {
     rp_set_status(paths, slot, waiting_status);

@@ -1,6 +1,6 @@
-// First stage of a round on CPUs: does what wake.cl does, with streams. Slots that wait are looked at once and fall asleep: they are in lists of
-// the blocks that they wait for (abi/path.h). When a block has come, rp_begin_round takes its lists apart, and rp_wake_stream looks at all slots that
-// are awake.
+// First stage of a round on CPUs: does what single_ray/wake.cl does, with streams. Slots that wait are looked at once and fall asleep: they are in
+// lists of the blocks that they wait for (abi/path.h). When a block has come, rp_begin_round takes its lists apart, and rp_wake_stream looks at all
+// slots that are awake.
 //
 // Rays that can go on are queued in bundles of those that are in the same block, or in blocks that lie together, so that the rays of a stream have
 // much in common; within a bundle in the order of their slots, so that what is read for neighbours lies together. Each work-item puts its share of
@@ -35,9 +35,9 @@ static inline uint rp_wake_lists(volatile __global uint* lists, uint part, uint 
 }
 
 // Before rp_wake_stream: changes the page table, clears what is counted anew in each round, and wakes the rays of blocks that have come since the
-// round before. named: how many of new_blocks are their numbers; these are resident once the table has been changed, and each is named once, for who
-// wakes a block's rays has its lists for himself. RP_NONE: those are not all, and nothing is to be changed. awake: see abi/path.h. Where there are
-// at least twice as many work-items as blocks, several share the lists of each.
+// round before. named: how many of new_blocks are their numbers; these are resident once the table has been changed, and each is named once:
+// whoever wakes a block's rays empties its lists, without a lock. RP_NONE: those are not all, and nothing is to be changed. awake: see abi/path.h.
+// Where there are at least twice as many work-items as blocks, several share the lists of each.
 __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* restrict pages, uint block_count, uint slot_count,
                              volatile __global uint* restrict awake, volatile __global uint* restrict counters,
                              volatile __global uint* restrict demand, uint named, uint16 new_blocks, rp_page_changes changes) {

@@ -25,12 +25,12 @@
 namespace raypager {
 namespace {
 
-constexpr uint64_t min_block_bytes = 16 << 10, min_automatic = uint64_t{128} << 10, largest_automatic = uint64_t{4} << 20;
+constexpr uint64_t min_block_bytes = 16 << 10, min_automatic = uint64_t{128} << 10, max_automatic = uint64_t{4} << 20;
 
 // About a thousand blocks a scene page best: smaller ones are chosen more exactly, larger ones cost less a byte to move. Below 128 KiB a
 // transfer costs more than its bytes; above 4 MiB nothing is gained.
 uint64_t automatic_block_bytes(uint64_t scene_bytes, uint64_t host_limit) {
-    return std::min(std::clamp(std::bit_ceil(scene_bytes / 1024), min_automatic, largest_automatic), BakeMemory::largest_block(host_limit));
+    return std::min(std::clamp(std::bit_ceil(scene_bytes / 1024), min_automatic, max_automatic), BakeMemory::largest_block(host_limit));
 }
 
 Status check_options(const BakeOptions& options) {
@@ -39,9 +39,8 @@ Status check_options(const BakeOptions& options) {
                                          format_bytes(RP_MAX_BLOCK_BYTES)));
     if (options.block_entries < 1 || options.block_entries > RP_MAX_BLOCK_ENTRIES)
         return Status::usage(fmt::format("{} sub-boxes per block: must be from 1 to {}", options.block_entries, RP_MAX_BLOCK_ENTRIES));
-    if (options.position_error != 0 && !(options.position_error >= min_position_error && options.position_error <= largest_position_error))
-        return Status::usage(
-            fmt::format("position error {}: must be from {} to {}", options.position_error, min_position_error, largest_position_error));
+    if (options.position_error != 0 && !(options.position_error >= min_position_error && options.position_error <= max_position_error))
+        return Status::usage(fmt::format("position error {}: must be from {} to {}", options.position_error, min_position_error, max_position_error));
     return {};
 }
 

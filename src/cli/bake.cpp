@@ -31,8 +31,8 @@ Result<float> parse_position_error(const std::string& text) {
     const auto error = parse_positive(text);
     if (!error) return error.status();
     const auto rounded = static_cast<float>(*error);
-    if (rounded < min_position_error || rounded > largest_position_error)
-        return Status::usage(fmt::format("'{}' is not between {} and {}", text, min_position_error, largest_position_error));
+    if (rounded < min_position_error || rounded > max_position_error)
+        return Status::usage(fmt::format("'{}' is not between {} and {}", text, min_position_error, max_position_error));
     return rounded;
 }
 

@@ -9,20 +9,6 @@
 namespace raypager {
 namespace {
 
-Float3 with_length(const Float3& v, double wanted) {
-    const double old = length(vector(v)), factor = old > 0 ? wanted / old : 0;
-    return {static_cast<float>(v.x * factor), static_cast<float>(v.y * factor), static_cast<float>(v.z * factor)};
-}
-
-Camera fit_camera(Camera camera, uint32_t scene_width, uint32_t scene_height, uint32_t width, uint32_t height) {
-    if (uint64_t(width) * scene_height == uint64_t(height) * scene_width) return camera;
-    const double shorter = scene_width <= scene_height ? length(vector(camera.right)) : length(vector(camera.up));
-    const double sides = double(width) / height;
-    camera.right = with_length(camera.right, shorter * std::max(1.0, sides));
-    camera.up = with_length(camera.up, shorter * std::max(1.0, 1 / sides));
-    return camera;
-}
-
 // About an axis through the origin (Rodrigues).
 Vector rotated(const Vector& v, const Vector& axis, double angle) {
     const double c = std::cos(angle), s = std::sin(angle);

@@ -202,7 +202,7 @@ Result<std::unique_ptr<Device>> Device::open(const std::string& selector, uint64
     const uint64_t quarters = device->profile().limit_quarters;
     device->default_limit_ = device->profile().shares_host_memory ? raypager::default_limit(total_memory() / 4 * quarters, available_memory())
                                                                   : DefaultLimit{most / 4 * quarters, most / 4 * quarters};
-    // What the device itself does not have is not held by other programs.
+    // A limit that the device's own size cuts, and not other programs, does not count as reduced.
     if (!device->default_limit_.reduced()) device->default_limit_.usual = std::min(device->default_limit_.usual, most);
     device->default_limit_.bytes = std::min(device->default_limit_.bytes, most);
     device->budget_ = std::make_shared<MemoryBudget>(memory_limit ? memory_limit : device->default_limit_.bytes);
@@ -335,7 +335,7 @@ std::string Device::camera_definitions() const {
 
 std::string Device::bounce_definitions() const {
     const DeviceProfile& p = profile();
-    return fmt::format(" -DRP_PERSISTENT={} -DRP_LEAST_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_min_walks,
+    return fmt::format(" -DRP_PERSISTENT={} -DRP_MIN_INNER={} -DRP_SHARED_STACK={} -DRP_PART_RUN={} -DRP_GROUP_SIZE={}", p.bounce_min_walks,
                        p.bounce_min_inner, p.bounce_shared_stack, p.bounce_part_run, group_size_);
 }
 

@@ -21,10 +21,10 @@ struct MemoryNeeds {
     uint64_t preferred_slots = 0;       // that suit it better, where all geometry fits beside them
     uint64_t max_chosen_slots = 0;      // where blocks must be swapped and there is room: so many at most, ...
     uint64_t max_slot_bytes = 0;        // ... and so many bytes of them
-    uint64_t cached_slots = 0;          // more are read from far: so many at most, unless loads are what it waits for; 0: all are as far
+    uint64_t cached_slots = 0;          // that fit the caches of a CPU; there are more only where loads dominate; 0: caches do not matter (GPUs)
     double slots_for_loads = 0;         // with cached_slots: bytes of slots, in bytes of the scene over the share of it that is resident
     uint64_t total_paths = 0;           // of the whole render
-    uint64_t max_region_slots = 0;      // with at most so many the render goes region by region (RenderOptions::region); 0: it does not
+    uint64_t max_region_slots = 0;      // with at most so many the render goes region by region (RenderTuning::region); 0: it does not
     uint64_t max_slots = UINT64_MAX;    // that the device can hold in one buffer
 };
 
@@ -42,7 +42,7 @@ inline constexpr uint64_t min_slots = 1024;
 // Pool and slots within the limit. Refuses what does not fit with a sentence that names the smallest limit that would do.
 //
 // The pool gets what the geometry limit allows, at most all geometry. Slots: enough to keep the device busy if everything is resident, and
-// the roomy number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays
+// the preferred number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays
 // (bytes moved a ray fall as 1 / slots) and a round fuller, so there may be more: up to a sixth of the scene's bytes and four times the ordinary
 // number where that is taken from the pool; and of room that the pool may not have all up to half of the scene's bytes, or a quarter up to
 // max_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than cached_slots only as far as loads are dearer:

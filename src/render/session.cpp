@@ -59,7 +59,9 @@ Result<Session> Session::create(const Blocks& scene, const RenderOptions& option
     return Session(std::move(state));
 }
 
-Result<bool> Session::step(double seconds) {
+bool Session::done() const { return state_->job.done(); }
+
+Status Session::step(double seconds) {
     using Clock = std::chrono::steady_clock;
     const auto begin = Clock::now();
     RenderJob& job = state_->job;
@@ -67,7 +69,7 @@ Result<bool> Session::step(double seconds) {
         RAYPAGER_TRY(job.step());
         if (std::chrono::duration<double>(Clock::now() - begin).count() >= seconds) break;
     }
-    return !job.done();
+    return {};
 }
 
 RenderProgress Session::progress() const { return state_->job.progress(); }

@@ -134,7 +134,7 @@ void Residency::list_changes() {
     page_changes_.clear();
     for (const uint32_t block : changed_) {
         page_changes_.push_back(pages_[block]);
-        page_changes_.back().unused = block;
+        page_changes_.back().block = block;
     }
     changed_.clear();
 }
@@ -159,8 +159,8 @@ Status Residency::after_round(uint32_t round, uint32_t last_started, const Event
     const Plan plan = table_.plan(round, ready_rays, slots);
     for (const uint32_t block : plan.evict) pages_[block] = {RP_NONE, 0, 0, 0};
     changed_.insert(changed_.end(), plan.evict.begin(), plan.evict.end());
-    // What was free before has been so since the last plan at the latest, and no round that was started after that one reads it. The others have
-    // ended by now, as a rule; an upload that has nothing to wait for begins sooner.
+    // Places that were free before were freed by an earlier plan, so uploads into them wait only for rounds that had been started by then. These have
+    // usually ended; an upload that has nothing to wait for begins sooner.
     auto ended = last_plan_end_.finished();
     if (!ended) return ended.status();
     loader_->start(plan.load, last_end, *ended ? Event() : last_plan_end_);

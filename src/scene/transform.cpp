@@ -21,6 +21,11 @@ std::optional<Vector> normalized(Vector v) {
 // Sine of the angle between "up" and the view below which no stable image axis can be made of the two.
 constexpr double smallest_sine = 1e-7;
 
+Float3 with_length(const Float3& v, double wanted) {
+    const double old = length(vector(v)), factor = old > 0 ? wanted / old : 0;
+    return {static_cast<float>(v.x * factor), static_cast<float>(v.y * factor), static_cast<float>(v.z * factor)};
+}
+
 }  // namespace
 
 Transform Transform::translate(double x, double y, double z) {
@@ -162,6 +167,15 @@ std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<doub
         return Float3{static_cast<float>(r[0] * scale), static_cast<float>(r[1] * scale), static_cast<float>(r[2] * scale)};
     };
     return Camera{eye, axis(0, right_handed ? -half_width : half_width), axis(1, half_height), axis(2, 1)};
+}
+
+Camera fit_camera(Camera camera, uint32_t old_width, uint32_t old_height, uint32_t width, uint32_t height) {
+    if (uint64_t(width) * old_height == uint64_t(height) * old_width) return camera;
+    const double shorter = old_width <= old_height ? length(vector(camera.right)) : length(vector(camera.up));
+    const double sides = double(width) / height;
+    camera.right = with_length(camera.right, shorter * std::max(1.0, sides));
+    camera.up = with_length(camera.up, shorter * std::max(1.0, 1 / sides));
+    return camera;
 }
 
 }  // namespace raypager

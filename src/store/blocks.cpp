@@ -21,7 +21,7 @@ std::array<float, 3> Blocks::upper() const { return std::to_array(source_->scene
 uint64_t Blocks::triangles() const { return source_->scene().triangles; }
 uint64_t Blocks::spheres() const { return source_->scene().spheres; }
 uint32_t Blocks::count() const { return static_cast<uint32_t>(source_->scene().blocks.size()); }
-uint64_t Blocks::entries() const { return source_->scene().block_entries.size(); }
+uint64_t Blocks::block_entries() const { return source_->scene().block_entries.size(); }
 uint64_t Blocks::bytes(BlockForm form) const { return source_->scene().geometry_bytes(form); }
 uint64_t Blocks::largest(BlockForm form) const { return source_->scene().largest_block(form); }
 

@@ -14,11 +14,11 @@
 
 namespace raypager {
 
-// With this definition stages leave to the next one what it can as well do (kernels/common/path_state.cl): surfaces at hits to
+// With this definition stages leave work to the next one that it can do as well (kernels/common/path_state.cl): surfaces at hits to
 // `shade`, for one. Not with streams.
 inline constexpr const char* short_states = " -DRP_SHORT_STATES";
 
-// The bytes of a buffer for so many: empty ones there are none.
+// Bytes of a buffer: OpenCL has no empty ones.
 constexpr uint64_t at_least_16(uint64_t bytes) { return bytes < 16 ? 16 : bytes; }
 
 class GeometryBuffers {
@@ -34,7 +34,7 @@ public:
     // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
     std::string definitions() const;
     BlockForm form() const { return form_; }
-    // The kernel rp_NAME of the stage NAME ("extend", "connect"), or rp_NAME_stream of NAME_stream if the blocks are in wide form
+    // The kernel rp_NAME of single_ray/NAME ("extend", "connect"), or rp_NAME_stream of stream/NAME if the blocks are in wide form
     // (where renders take all stages from one program instead).
     // more_definitions: " -D..." beside definitions().
     Result<Kernel> kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions = {}) const;

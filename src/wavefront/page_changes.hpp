@@ -31,7 +31,7 @@ struct RoundBegin {
 };
 
 // The launches of rp_begin_round before a round: one work-item for all but the last one, which wakes rays. Where not all blocks that came can be
-// named, it asks the table for them, which must be as it is to be by then.
+// named, it asks the table for them, which must be up to date by then.
 inline std::vector<RoundBegin> round_begins(std::span<const rp_page> changes, std::span<const uint32_t> came) {
     const bool named = came.size() <= RP_MAX_NAMED;
     std::vector<RoundBegin> launches;

@@ -62,13 +62,13 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     return queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade);
 }
 
-// Both say how many rays wait, and change where they begin to and where they are woken. A want that nobody has would bring blocks in for ever.
+// Requests per block and RP_COUNT_IN_LISTS count the same waiting rays. If they did not agree, a block would be loaded for nobody, for ever.
 Status StreamBackend::check_round(const RoundCounters& counters, std::span<const uint32_t> demand) const {
     uint64_t requests = 0;
     for (const uint32_t of_block : demand.subspan(uint64_t{RP_DEMAND_REQUESTS} * geometry_.block_count(), geometry_.block_count()))
         requests += of_block;
     if (requests == counters.words[RP_COUNT_IN_LISTS]) return {};
-    return Status::failed(fmt::format("{} rays wait, but blocks are wanted by {}; this is a bug", counters.words[RP_COUNT_IN_LISTS], requests));
+    return Status::failed(fmt::format("{} rays wait, but blocks are requested by {}; this is a bug", counters.words[RP_COUNT_IN_LISTS], requests));
 }
 
 }  // namespace raypager

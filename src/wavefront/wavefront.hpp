@@ -34,7 +34,7 @@ struct WavefrontBytes {
 };
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height);
 
-// What kernels tell of blocks beside the rays that wait for them (abi/path.h, RP_DEMAND_BOUNCES and RP_DEMAND_USED).
+// What kernels tell of blocks in addition to the rays that wait for them (abi/path.h, RP_DEMAND_BOUNCES and RP_DEMAND_USED).
 struct BlockNotes {
     enum class Use { none, last_round, entries };
     bool bounces = false;
@@ -42,7 +42,7 @@ struct BlockNotes {
     std::string definitions(BlockForm form, uint32_t slots) const;  // " -D..." for kernels that trace rays
 };
 
-// The stages whose kernels a render runs, in whatever form the blocks are (kernels/stages).
+// The stages whose kernels a render runs, in whatever form the blocks are: what can change a picture (kernels_identity).
 inline constexpr std::array<std::string_view, 7> render_stages = {"single_ray/publish", "single_ray/wake", "single_ray/generate", "single_ray/extend",
                                                                   "single_ray/connect", "shading/shade",   "stream/all_stages"};
 

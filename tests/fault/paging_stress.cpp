@@ -335,7 +335,7 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
             EXPECT_TRUE(resident || !named) << "block " << block << ", round " << round;
             EXPECT_TRUE(named || there[block] || !resident) << "block " << block << ", round " << round;
             EXPECT_LE(std::count(names.begin(), names.end(), block), 1) << "block " << block << ", round " << round;
-            const auto change = std::find_if(changes.begin(), changes.end(), [&](const rp_page& page) { return page.unused == block; });
+            const auto change = std::find_if(changes.begin(), changes.end(), [&](const rp_page& page) { return page.block == block; });
             // The first publication writes the whole table.
             if (change != changes.end())
                 EXPECT_EQ(change->address != RP_NONE, resident);

@@ -37,11 +37,8 @@ protected:
 
     // To the end, a round at a time.
     static Result<RenderResult> finish(Session& session) {
-        for (;;) {
-            const auto more = session.step(0);
-            if (!more) return more.status();
-            if (!*more) return session.finish();
-        }
+        while (!session.done()) RAYPAGER_TRY(session.step(0));
+        return session.finish();
     }
 
     support::TemporaryFolder folder_;
@@ -69,10 +66,9 @@ TEST_F(Sessions, blocks_in_memory_and_in_a_file_are_the_same) {
 TEST_F(Sessions, stepping_and_looking_change_nothing) {
     Session stepped = session(options_);
     double fraction = 0;
-    for (int i = 0;; i++) {
-        const auto more = stepped.step(0);
-        ASSERT_TRUE(more.ok()) << more.status().message();
-        if (!*more) break;
+    for (int i = 0; !stepped.done(); i++) {
+        const Status status = stepped.step(0);
+        ASSERT_TRUE(status.ok()) << status.message();
         EXPECT_GE(stepped.progress().fraction, fraction);
         fraction = stepped.progress().fraction;
         if (i % 3 == 0) {
@@ -111,10 +107,10 @@ TEST_F(Sessions, cancelling_from_another_thread_keeps_what_there_is) {
     Session cancelled = session(options_);
     ASSERT_TRUE(cancelled.step(0).ok());
     std::thread other([&] { cancelled.cancel(); });
-    const auto more = cancelled.step(1e9);
+    const Status status = cancelled.step(1e9);
     other.join();
-    ASSERT_TRUE(more.ok()) << more.status().message();
-    EXPECT_FALSE(*more);
+    ASSERT_TRUE(status.ok()) << status.message();
+    EXPECT_TRUE(cancelled.done());
     const auto result = cancelled.finish();
     ASSERT_TRUE(result.ok()) << result.status().message();
     EXPECT_FALSE(result->report.complete);

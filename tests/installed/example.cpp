@@ -26,7 +26,10 @@ static TriangleMesh waves(uint32_t n) {
 
 static Result<RenderResult> run() {
     Scene scene;
-    scene.camera = *make_camera({0, 1, 2}, {0, 0, 0}, {0, 1, 0}, 45, 320, 180);
+    scene.width = 320, scene.height = 180, scene.spp = 16;
+    const auto camera = make_camera({0, 1, 2}, {0, 0, 0}, {0, 1, 0}, 45, scene.width, scene.height);
+    if (!camera) return Status::usage("the camera has no direction");
+    scene.camera = *camera;
     scene.materials = {diffuse_material({0.8f, 0.6f, 0.4f})};
     scene.lights = {infinite_light({1, 1, 1})};
     Shape& shape = scene.shapes.emplace_back();
@@ -35,21 +38,22 @@ static Result<RenderResult> run() {
     auto baked = bake(scene, BakeOptions());
     if (!baked) return baked.status();
     RenderOptions options;
-    options.width = 320, options.height = 180, options.spp = 16;
     options.geometry_limit_percent = 25;
     auto session = Session::create(baked->blocks, options);
     if (!session) return session.status();
-    for (;;) {
-        const auto more = session->step(0.5);
-        if (!more) return more.status();
-        if (!*more) return session->finish();
+    while (!session->done()) {
+        RAYPAGER_TRY(session->step(0.5));
         std::printf("%.0f %%\n", 100 * session->progress().fraction);
     }
+    return session->finish();
 }
 
 int main() {
     const auto result = run();
     const Status status = result ? write_image("waves.pfm", result->image) : result.status();
-    if (!status) return std::fprintf(stderr, "%s\n", status.message().c_str()), status.exit_code();
+    if (!status) {
+        std::fprintf(stderr, "%s\n", status.message().c_str());
+        return status.exit_code();
+    }
     std::printf("waves.pfm: %u samples per pixel, %llu loads\n", result->report.spp, (unsigned long long)result->report.paging.loads);
 }

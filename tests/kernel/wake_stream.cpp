@@ -37,7 +37,7 @@ protected:
     bool waits(uint32_t slot) const { return phase(slot) >= RP_PHASE_EXTEND_WAITS; }
     bool absent(uint32_t block) const { return pages_[block].address == RP_NONE; }
 
-    // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_in_chain has it.
+    // The slot's path is in the block now. Slots that wait join a list of the block's, as rp_wait_for_block_in_chain has it.
     void set(uint32_t slot, uint32_t phase, uint32_t block) {
         const uint32_t flags = phase == RP_PHASE_SHADOW || phase == RP_PHASE_SHADOW_WAITS   ? RP_STATUS_ENDS
                                : phase == RP_PHASE_EXTEND || phase == RP_PHASE_EXTEND_WAITS ? RP_STATUS_CONNECTED | RP_STATUS_LIT
@@ -132,7 +132,7 @@ private:
         ASSERT_TRUE(wake.ok()) << wake.status().message();
         std::array<cl_uint, RP_MAX_NAMED> names{};
         rp_page_changes changes;
-        for (rp_page& page : changes.pages) page.unused = RP_NONE;
+        for (rp_page& page : changes.pages) page.block = RP_NONE;
         // Where blocks are named, the table is changed with them.
         named = named && came_.size() <= names.size();
         uint32_t changed = 0;
@@ -140,7 +140,7 @@ private:
             if (pages_on_device_[block].address == pages_[block].address) continue;
             if (named && changed < RP_PAGE_CHANGES) {
                 changes.pages[changed] = pages_[block];
-                changes.pages[changed++].unused = block;
+                changes.pages[changed++].block = block;
             } else {
                 pages_on_device_[block] = pages_[block];
             }
@@ -177,7 +177,7 @@ private:
         }
         for (uint32_t block = 0; block < blocks; block++) {
             ASSERT_EQ(pages_on_device_[block].address, pages_[block].address);
-            ASSERT_EQ(pages_on_device_[block].unused, 0u);
+            ASSERT_EQ(pages_on_device_[block].block, 0u);
             ASSERT_EQ(demand_[RP_DEMAND_BOUNCES * blocks + block], 0u);
         }
     }

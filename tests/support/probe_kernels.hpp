@@ -1,4 +1,4 @@
-// Kernels that only tests have (tests/support/kernels): they call parts of kernels/lib from outside a render. The build puts their sources into the
+// Kernels that only tests have (tests/support/kernels): they call parts of kernels/ from outside a render. The build puts their sources into the
 // tests, not into the program.
 #pragma once
 

@@ -17,9 +17,9 @@ std::vector<rp_page> changes_of(uint32_t count) {
 std::vector<uint32_t> entries_in(const rp_page_changes& changes) {
     std::vector<uint32_t> entries;
     for (const rp_page& page : changes.pages) {
-        if (page.unused == RP_NONE) break;
-        EXPECT_EQ(page.address, 7 * (page.unused - 1000));
-        entries.push_back(page.unused);
+        if (page.block == RP_NONE) break;
+        EXPECT_EQ(page.address, 7 * (page.block - 1000));
+        entries.push_back(page.block);
     }
     return entries;
 }

@@ -157,10 +157,11 @@ typedef struct rp_top_grid {
 // absent, and two of its header's offsets, so that entering a block needs nothing but this entry, which
 // kernels read as one uint4.
 typedef struct rp_page {
-    rp_u32 address, leaves_at, vertices_at, unused;
+    rp_u32 address, leaves_at, vertices_at;
+    rp_u32 block;  // 0 in the table; in rp_page_changes, whose entry it is
 } rp_page;
 
-// Entries that change together, as one argument of a kernel. `unused` is the entry's number here, RP_NONE behind the last one.
+// Entries that change together, as one argument of a kernel. block: RP_NONE behind the last one.
 #define RP_PAGE_CHANGES 48  // with what else kernels take less than the 1024 bytes of arguments that every device takes
 typedef struct rp_page_changes {
     rp_page pages[RP_PAGE_CHANGES];
