@@ -15,12 +15,6 @@ typedef struct rp_surface {
 #endif
 } rp_surface;
 
-// Rounding moves a point that is an affine combination of vertices by a few units in the last place of the largest of them; 2^-20 of it,
-// rounded up to a power of two, is 8 to 16 of these.
-static inline uint rp_offset_exponent(float largest_coordinate) {
-    const uint exponent = as_uint(largest_coordinate) >> 23 & 255u;
-    return exponent + 150u - 127u - 19u;
-}
 static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f, (int)offset_exponent - 150); }
 
 // Without fused operations, so that it makes no difference which kernel a compiler has put these into: on some devices the surface at a hit is
@@ -29,17 +23,7 @@ static inline float3 rp_scaled(float s, float3 v) { return (float3)(rp_mul(s, v.
 static inline float3 rp_sum(float3 a, float3 b) { return (float3)(rp_add(a.x, b.x), rp_add(a.y, b.y), rp_add(a.z, b.z)); }
 static inline float rp_squared_length(float3 v) { return rp_add(rp_add(rp_mul(v.x, v.x), rp_mul(v.y, v.y)), rp_mul(v.z, v.z)); }
 static inline float3 rp_normalized(float3 v) { return rp_scaled(1.0f / sqrt(rp_squared_length(v)), v); }
-static inline float3 rp_cross(float3 a, float3 b) {
-    return (float3)(rp_edge_function_1(a.y, b.z, a.z, b.y), rp_edge_function_1(a.z, b.x, a.x, b.z), rp_edge_function_1(a.x, b.y, a.y, b.x));
-}
-
 static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(v.y)), fabs(v.z)); }
-
-static inline bool rp_comes_before(float3 a, float3 b) {
-    if (a.x != b.x) return a.x < b.x;
-    if (a.y != b.y) return a.y < b.y;
-    return a.z < b.z;
-}
 
 // Where the normals, or the colours, of a leaf's vertices begin, if its block has any.
 static inline const __global uint* rp_leaf_attributes(const __global rp_block_header* header, uint2 leaf, bool colors) {
@@ -75,9 +59,6 @@ static inline float3 rp_blended_reflectance(uint color) {
 }
 #endif
 
-#ifdef RP_SURFACE_LANES
-// Where streams find the surfaces of eight or sixteen hits together (wide_surface.cl), single rays do the same operations, so that pictures do not
-// depend on the way of tracing.
 #define RP_LANES 1
 #include "shading/surface_lanes.cl"
 #undef RP_LANES
@@ -113,20 +94,25 @@ static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref
     return triangle;
 }
 
+// What three corners have, beginning with one of them. Not by an index: GPUs keep arrays in memory that are read so.
+static inline uint3 rp_turned(const uint* of, uint turns) {
+    return turns == 0u ? (uint3)(of[0], of[1], of[2]) : turns == 1u ? (uint3)(of[1], of[2], of[0]) : (uint3)(of[2], of[0], of[1]);
+}
+
 // The shading normal between the corners, whose first by position is `turns` from the first by number; `normal` if they have none.
 static inline uint rp_shading_normal(const rp_triangle* triangle, uint turns, float b, float c, uint normal) {
-    const uint first = triangle->normal[turns], second = triangle->normal[turns == 2u ? 0u : turns + 1u];
-    const uint third = triangle->normal[turns == 0u ? 2u : turns - 1u];
-    if (first == RP_NONE || second == RP_NONE || third == RP_NONE) return normal;
-    const float3 n = (1.0f - b - c) * rp_decode_normal(first) + b * rp_decode_normal(second) + c * rp_decode_normal(third);
-    return dot(n, n) > 1e-12f ? rp_encode_normal(n) : normal;
+    const uint3 of = rp_turned(triangle->normal, turns);
+    if (of.x == RP_NONE || of.y == RP_NONE || of.z == RP_NONE) return normal;
+    const float3 n =
+        rp_sum(rp_sum(rp_scaled(1.0f - b - c, rp_decode_normal(of.x)), rp_scaled(b, rp_decode_normal(of.y))), rp_scaled(c, rp_decode_normal(of.z)));
+    return rp_squared_length(n) > 1e-12f ? rp_encode_normal(n) : normal;
 }
 
 #ifdef RP_VERTEX_COLORS
 // Likewise of the colour.
 static inline uint rp_triangle_color(const rp_triangle* triangle, uint turns, float b, float c) {
-    return rp_blend_colors(triangle->color[turns], triangle->color[turns == 2u ? 0u : turns + 1u], triangle->color[turns == 0u ? 2u : turns - 1u], b,
-                           c);
+    const uint3 of = rp_turned(triangle->color, turns);
+    return rp_blend_colors(of.x, of.y, of.z, b, c);
 }
 #endif
 
@@ -144,50 +130,6 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
 #endif
     return s;
 }
-#else
-static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
-    const uint2 leaf = rp_leaf_record(block, ref);
-    const uint3 corners = rp_strip_corners(ref);
-    uint3 number = (uint3)(rp_vertex_number(leaf, corners.x), rp_vertex_number(leaf, corners.y), rp_vertex_number(leaf, corners.z));
-    const rp_vertices vertices = rp_leaf_vertices(block, leaf);
-    float3 a = rp_vertex(&vertices, number.x), b = rp_vertex(&vertices, number.y), c = rp_vertex(&vertices, number.z);
-    // Begin with the first vertex by position, so that the arithmetic below does not depend on how the strip lists them.
-    for (int turn = 0; turn < 2 && (rp_comes_before(b, a) || rp_comes_before(c, a)); turn++) {
-        const float3 first = a;
-        a = b;
-        b = c;
-        c = first;
-        number = number.yzx;
-    }
-    const rp_shear shear = rp_make_shear(ray);
-    const rp_sheared sa = rp_shear_vertex(ray, &shear, a), sb = rp_shear_vertex(ray, &shear, b), sc = rp_shear_vertex(ray, &shear, c);
-    const float u = rp_edge_function_1(sc.x, sb.y, sc.y, sb.x), v = rp_edge_function_1(sa.x, sc.y, sa.y, sc.x);
-    const float w = rp_edge_function_1(sb.x, sa.y, sb.y, sa.x), total = u + v + w;
-    const float bb = v / total, bc = w / total;
-    rp_surface s;
-    const float3 e1 = b - a, e2 = c - a;
-    s.position = rp_sum(a, rp_sum(rp_scaled(bb, e1), rp_scaled(bc, e2)));
-    s.geometric_normal = rp_encode_normal(rp_cross(rp_normalized(e1), rp_normalized(e2)));
-    s.shading_normal = s.geometric_normal;
-    s.offset_exponent = rp_offset_exponent(rp_max(rp_max(rp_largest(a), rp_largest(b)), rp_largest(c)));
-    const __global uchar* const base = rp_block_of_nodes(block->nodes);
-    const __global rp_block_header* const header = (const __global rp_block_header*)base;
-    if (header->flags & RP_BLOCK_NORMALS) {
-        const __global uint* normals = rp_leaf_attributes(header, leaf, false);
-        const uint na = normals[number.x], nb = normals[number.y], nc = normals[number.z];
-        if (na != RP_NONE && nb != RP_NONE && nc != RP_NONE) {
-            const float3 n = rp_sum(rp_sum(rp_scaled(1.0f - bb - bc, rp_decode_normal(na)), rp_scaled(bb, rp_decode_normal(nb))),
-                                    rp_scaled(bc, rp_decode_normal(nc)));
-            if (rp_squared_length(n) > 1e-12f) s.shading_normal = rp_encode_normal(n);
-        }
-    }
-#ifdef RP_VERTEX_COLORS
-    const __global uint* colors = rp_leaf_attributes(header, leaf, true);
-    s.color = header->flags & RP_BLOCK_COLORS ? rp_blend_colors(colors[number.x], colors[number.y], colors[number.z], bb, bc) : RP_NONE;
-#endif
-    return s;
-}
-#endif
 
 // record: rp_sphere. ref: of its leaf.
 static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint ref, float t) {
@@ -197,7 +139,7 @@ static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint
     s.position = rp_sum(sphere.xyz, rp_scaled(sphere.w, normal));
     s.geometric_normal = rp_encode_normal(normal);
     s.shading_normal = ref & RP_LEAF_POINTS ? record.w : s.geometric_normal;
-    s.offset_exponent = rp_offset_exponent(rp_largest(sphere.xyz) + sphere.w);
+    s.offset_exponent = rp_offset_exponent_1(rp_largest(sphere.xyz) + sphere.w);
 #ifdef RP_VERTEX_COLORS
     s.color = RP_NONE;
 #endif

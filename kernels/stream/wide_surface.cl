@@ -2,9 +2,6 @@
 #ifndef RP_WIDE_SURFACE_CL
 #define RP_WIDE_SURFACE_CL
 
-#ifndef RP_SURFACE_LANES
-#define RP_SURFACE_LANES
-#endif
 #include "shading/surface.cl"
 #include "stream/wide_leaf.cl"
 
