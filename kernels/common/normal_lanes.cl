@@ -1,5 +1,13 @@
 // Octahedral unit vectors in 2 x 16 bits (Cigolle et al. 2014, "A Survey of Efficient Representations for Independent Unit Vectors"), on RP_LANES
-// lanes. Included once for each number of lanes.
+// lanes. May be included more than once for a number of lanes: with AVX-512 surfaces and shading both have sixteen.
+#if (RP_LANES == 1 && !defined(RP_HAS_NORMALS_1)) || (RP_LANES == 8 && !defined(RP_HAS_NORMALS_8)) || (RP_LANES == 16 && !defined(RP_HAS_NORMALS_16))
+#if RP_LANES == 1
+#define RP_HAS_NORMALS_1
+#elif RP_LANES == 8
+#define RP_HAS_NORMALS_8
+#else
+#define RP_HAS_NORMALS_16
+#endif
 #include "common/begin_lanes.cl"
 #include "common/vector_lanes.cl"
 
@@ -27,3 +35,4 @@ static inline RP_NAME(rp_vector_) RP_NAME(rp_decode_normal_)(RP_UINTS code) {
 }
 
 #include "common/end_lanes.cl"
+#endif

@@ -7,9 +7,10 @@
 namespace raypager::support {
 
 std::string film_device(const std::string& name, const std::string& driver) {
-    const std::string prefix = "pthread-";
-    if (!name.starts_with(prefix)) return name + ", " + driver;
-    return name.substr(0, name.find('-', prefix.size())) + ", " + driver;
+    // PoCL's CPUs, whose names go on with a model: "pthread-haswell-..." of version 3, "cpu-haswell-..." of version 5.
+    for (const std::string prefix : {"pthread-", "cpu-"})
+        if (name.starts_with(prefix)) return name.substr(0, name.find('-', prefix.size())) + ", " + driver;
+    return name + ", " + driver;
 }
 
 std::optional<uint64_t> recorded_film(const std::string& device, const std::string& scene) {
