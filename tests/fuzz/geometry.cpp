@@ -92,7 +92,7 @@ void run(std::string_view input) {
     options.block_bytes = 16 << 10;
     const auto choice = in.take<uint8_t>();
     options.block_entries = 1 + choice % 64;
-    options.position_error = std::array{0.0f, 1e-3f, min_position_error, largest_position_error}[choice / 64];
+    options.position_error = std::array{0.0f, 1e-3f, min_position_error, max_position_error}[choice / 64];
     const Scene scene = read_scene(in);
     const std::filesystem::path path = scratch_path("output.rpb");
     const auto summary = bake(scene, options, path);
