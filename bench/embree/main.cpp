@@ -95,7 +95,8 @@ Status run(const std::string& input, TraverseOptions options) {
     const auto file = BlockFile::open(input);
     if (!file) return file.status();
     const BakedScene& scene = (*file)->scene();
-    auto tracer = StageTracer::create(**file, options.device, options.memory_limit, options.traversal, uint64_t{options.width} * options.height);
+    auto tracer = StageTracer::create(**file, options.device, options.memory_limit, options.tuning, options.traversal,
+                                      uint64_t{options.width} * options.height);
     if (!tracer) return tracer.status();
     const auto embree = EmbreeTracer::create(**file);
     if (!embree) return embree.status();
