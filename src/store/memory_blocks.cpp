@@ -7,11 +7,10 @@
 #include "base/check.hpp"
 #include "base/hash.hpp"
 #include "store/check_scene.hpp"
-#include "store/format.hpp"
 
 namespace raypager {
 
-// Offsets are those that a file would have: check_scene wants them in order.
+// Offsets are those that a file would have: check_scene checks them.
 Status MemoryBlocks::append(std::span<const std::byte> stored, BlockRecord& record) {
     RAYPAGER_CHECK(!stored.empty() && stored.size() <= UINT32_MAX);
     record.offset = end_;

@@ -6,6 +6,7 @@
 
 #include "store/block_sink.hpp"
 #include "store/block_source.hpp"
+#include "store/format.hpp"
 
 namespace raypager {
 
@@ -22,7 +23,7 @@ private:
 
     BakedScene scene_;
     std::vector<std::vector<std::byte>> blocks_;
-    uint64_t end_ = 4096;
+    uint64_t end_ = format::page;  // where a file would go on, behind its header
 };
 
 }  // namespace raypager
