@@ -55,7 +55,7 @@ Status PbrtReader::light_source(const Directive& directive) {
     if (type == "infinite" || type == "exinfinite") {
         RAYPAGER_TRY(light_color(parameters, "L", radiance, std::numbers::pi));
         warn_if_present(parameters, {"filename", "mapname"}, "the sky is white on average");
-        warn_if_present(parameters, {"block entry"}, "light comes from everywhere");
+        warn_if_present(parameters, {"portal"}, "light comes from everywhere");
         add_infinite_light(radiance);
         warn_of_unused(directive, type, parameters, {"samples", "nsamples"});
         return {};

@@ -323,12 +323,15 @@ TEST(DamagedInputs, IncludesWithoutEnd) {
         const std::string next = i < 25 ? "Include \"twice" + std::to_string(i + 1) + ".pbrt\"\n" : "WorldBegin\n";
         folder.write("twice" + std::to_string(i) + ".pbrt", next + next);
     }
+    std::string last;
     for (const char* name : {"a.pbrt", "c.pbrt", "deep0.pbrt", "twice0.pbrt"}) {
         const Status status = import_scene({folder / name}).status();
         EXPECT_FALSE(status.ok()) << name;
         EXPECT_EQ(status.message().find('\n'), std::string::npos);
         EXPECT_LT(status.message().size(), 1000u) << status.message();
+        last = status.message();
     }
+    EXPECT_NE(last.find("files are included"), std::string::npos) << last;
 }
 
 // A polygon of very many corners is cut into as many triangles, in time that grows no faster.
