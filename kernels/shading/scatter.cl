@@ -4,7 +4,11 @@
 #ifndef RP_SCATTER_CL
 #define RP_SCATTER_CL
 
+#include "common/noinline.cl"
 #include "shading/bsdf.cl"
+#ifdef RP_LAYERED
+#include "shading/layers.cl"
+#endif
 #include "raypager/abi/path.h"
 
 // Russian roulette begins after so many scattering events; a path goes on with this times its throughput as probability (bench/journal/sampling.md).
@@ -67,5 +71,44 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
     else
         rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
 }
+
+#ifdef RP_LAYERED
+// The same at layered materials.
+static RP_NOINLINE void rp_scatter_layered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                           const __global rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
+    const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
+    const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
+    const rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
+    const rp_layers layers = rp_choose_layers(material, &frame, rp_float3(vertex->reflectance), rp_unit_1(bits.z));
+    const rp_vector_1 away = rp_times_1(frame.geometric_normal, layers.below ? -vertex->offset : vertex->offset);
+    out->start = rp_plus_1(vertex->position, away);
+    out->throughput = vertex->throughput;
+    rp_choose_rays_1(params, params->light_count != 0u && layers.side > 0.0f && layers.single < 1.0f, bits.w, out);
+    if (out->shadow) {
+        const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
+        float density;
+        const rp_vector_1 scattered = rp_vector_of(rp_layers_evaluate(material, &frame, &layers, rp_float3(light.direction), &density));
+        const float weight = light.density > 0.0f ? rp_mis_weight_1(light.density, density) : 1.0f;
+        out->light = rp_times_1(rp_product_1(rp_product_1(out->throughput, scattered), light.radiance), weight);
+        out->light_direction = light.direction;
+        out->light_reach = light.reach;
+        out->shadow = out->light.x > 0.0f || out->light.y > 0.0f || out->light.z > 0.0f;
+    }
+    if (!out->go_on) return;
+    const rp_scatter scatter = rp_layers_sample(material, &frame, &layers, (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), 0.0f, 0.0f));
+    out->direction = rp_vector_of(scatter.direction);
+    out->density = scatter.density;
+    out->throughput = rp_product_1(out->throughput, rp_vector_of(scatter.weight));
+    out->refraction = vertex->refraction;
+    if (scatter.transmitted) {
+        const int change = rp_refraction(layers.eta);
+        out->refraction = clamp(vertex->refraction + change, -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION);
+    }
+    if (layers.single >= 1.0f && vertex->depth < RP_MAX_SPARED)
+        out->go_on = out->throughput.x > 0.0f || out->throughput.y > 0.0f || out->throughput.z > 0.0f;
+    else
+        rp_survive_1(vertex->depth, rp_unit_1(light_bits.w), out);
+}
+#endif
 
 #endif

@@ -43,6 +43,21 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
 }
 
+#ifdef RP_LAYERED
+// The material with this number, or if that is a mix, the one of its parts that this sample meets.
+static inline const __global rp_material* rp_of_mix(__constant rp_render_params* params, const __global rp_material* materials, uint number,
+                                                    uint pixel, uint sample, uint depth) {
+    if (materials[number].kind != RP_MATERIAL_MIX) return materials + number;
+    const rp_numbers_1 bits = rp_random_bits_1(pixel, sample, depth + 1u, RP_RANDOM_MIX, params->seed);
+    const uint4 each = (uint4)(bits.x, bits.z, bits.y, bits.w);
+    for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) {
+        const uint mine = i == 0u ? each.x : i == 1u ? each.y : i == 2u ? each.z : each.w;
+        number = rp_unit_1(mine) < materials[number].amount ? materials[number].second : materials[number].first;
+    }
+    return materials + number;
+}
+#endif
+
 // A path ends here.
 static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
                                float3 radiance) {
@@ -119,7 +134,11 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         rp_end_path(params, paths, slot, film, pixel, radiance);
         return false;
     }
+#ifdef RP_LAYERED
+    const __global rp_material* material = rp_of_mix(params, materials, range->material, pixel, a.sample, depth);
+#else
     const __global rp_material* material = materials + range->material;
+#endif
     const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u, plain = (material->flags & RP_MATERIAL_PLAIN) != 0u;
     const float3 root = (float3)(a.shading_normal >> 8 & 255u, a.shading_normal >> 16 & 255u, a.shading_normal >> 24) / 255.0f;
     float3 reflectance = colored && !plain ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
@@ -170,8 +189,11 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
                                 const rp_reached_vertex* reached, const rp_paths* paths, __global uint* film, uint* mine) {
     const rp_vertex_1* vertex = &reached->vertex;
     rp_departure_1 out;
-    if (reached->material->kind == RP_MATERIAL_DIFFUSE)
-        rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
+    if (reached->material->kind == RP_MATERIAL_DIFFUSE) rp_scatter_diffuse_1(params, lights, light_steps, vertex, &out);
+#ifdef RP_LAYERED
+    else if (reached->material->kind == RP_MATERIAL_LAYERED)
+        rp_scatter_layered(params, lights, light_steps, reached->material, vertex, &out);
+#endif
     else
         rp_scatter_special(params, lights, light_steps, reached->material, vertex, &out);
     rp_depart(params, paths, reached->slot, reached->status, reached->radiance, vertex->pixel, vertex->sample, vertex->depth, &out, film, mine);

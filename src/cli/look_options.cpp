@@ -77,12 +77,27 @@ std::optional<rp_material> metal_of(const std::string& text) {
     return conductor_of_reflectance(*color, roughness);
 }
 
+// "R,G,B" or "#rrggbb", and perhaps ",roughness" behind it.
+std::optional<rp_material> plastic_of(const std::string& text) {
+    std::vector<std::string> words = split(text, ',');
+    float roughness = usual_roughness;
+    if (words.size() == 2 || words.size() == 4) {
+        const auto given = number_within(words.back(), 0, 1);
+        if (!given) return std::nullopt;
+        roughness = static_cast<float>(*given);
+        words.pop_back();
+    }
+    const auto color = color_within(words, 1);
+    return color ? std::optional(coated_diffuse_material(*color, usual_ior, roughness)) : std::nullopt;
+}
+
 std::optional<rp_material> material_of(const std::string& kind, const std::string& rest, bool has_rest) {
     if (kind == "diffuse" && has_rest) {
         const auto color = color_within(split(rest, ','), 1);
         return color ? std::optional(diffuse_material(*color)) : std::nullopt;
     }
     if (kind == "metal" && has_rest) return metal_of(rest);
+    if (kind == "plastic" && has_rest) return plastic_of(rest);
     if (kind == "glass") {
         const auto ior = has_rest ? number_within(rest, 1, 10) : usual_ior;
         return ior ? std::optional(dielectric_material(static_cast<float>(*ior))) : std::nullopt;
@@ -131,7 +146,7 @@ Result<rp_material> parse_material(const std::string& text) {
     if (!material)
         return Status::usage(fmt::format(
             "'{}' is not a material; use clay, white, grey, black, gold, silver, copper, brass, aluminium, chrome, mirror, glass[:IOR] (1 to 10), "
-            "diffuse:R,G,B or metal:R,G,B[,roughness] (each 0 to 1; or #rrggbb for R,G,B), or metal:NAME[,roughness]",
+            "diffuse:R,G,B, plastic:R,G,B[,roughness] or metal:R,G,B[,roughness] (each 0 to 1; or #rrggbb for R,G,B), or metal:NAME[,roughness]",
             text));
     material->flags |= RP_MATERIAL_PLAIN;
     return *material;
@@ -186,7 +201,8 @@ OptionParser::Setter keeping_text(std::optional<std::string>& text, OptionParser
 void add_look_options(OptionParser& parser, BareLook& look, LookTexts& texts) {
     parser.option("material", "SPEC",
                   "of bare meshes and clouds: clay, white, grey, black, gold, silver, copper, brass, aluminium, chrome, mirror, glass[:IOR], "
-                  "diffuse:R,G,B, metal:NAME[,roughness] or metal:R,G,B[,roughness]; colours are linear, 0 to 1, or #rrggbb in sRGB; roughness is "
+                  "diffuse:R,G,B, plastic:R,G,B[,roughness], metal:NAME[,roughness] or metal:R,G,B[,roughness]; colours are linear, 0 to 1, or "
+                  "#rrggbb in sRGB; roughness is "
                   "GGX alpha, 0 to 1 (default: what the files say, clay where they do not; metals 0.1, chrome and mirror smooth; glass 1.5)",
                   keeping_text(texts.material, into(look.material, parse_material)));
     parser.option("sky", "R,G,B|none",

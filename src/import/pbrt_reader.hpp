@@ -134,7 +134,13 @@ private:
     Status make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index);
     Status describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
     Status conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, rp_material& material);
-    Status dielectric(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
+    Status roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, float& alpha);
+    Status index_of_refraction(const Directive& directive, const PbrtParameters& parameters, const std::string& prefix, float& ior);
+    Status dielectric(const Directive& directive, const PbrtParameters& parameters, bool version_3, rp_material& material);
+    void make_translucent(const Directive& directive, const Float3& opacity, rp_material& material);
+    Status glossy(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
+    Status coated(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
+    Status disney(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
     Status approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
     Status mix_materials(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
     void warn_of_bumps(const PbrtParameters& parameters);

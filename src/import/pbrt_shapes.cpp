@@ -93,9 +93,8 @@ Status PbrtReader::shape(const Directive& directive) {
     shape.material = state_.material;
     if (state_.material == no_surface) {
         if (!state_.area_light) return {};  // nothing to be seen
-        if (!unseen) warn(directive.location, "a light without a surface is not supported; it absorbs what meets it");
         shape.material = static_cast<uint32_t>(scene_.materials.size());
-        scene_.materials.push_back(absorbing_material());
+        scene_.materials.push_back(clear_material());
     }
     if (!shape.to_world.inverse()) {
         leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");

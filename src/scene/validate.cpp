@@ -6,6 +6,7 @@
 #include <span>
 
 #include "raypager/scene.hpp"
+#include "scene/check_material.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {
@@ -40,29 +41,6 @@ Status check_film(const FilmResponse& film) {
     if (!finite(film.color_matrix)) return Status::failed("film: its colour matrix is not finite");
     if (!(film.max_luminance >= 0) || !(film.max_xyz >= 0)) return Status::failed("film: its limits for samples must be 0 or more");
     return {};
-}
-
-Status check_material(const rp_material& material, size_t index) {
-    const auto bad = [&](const char* what) { return Status::failed(fmt::format("material {}: {}", index, what)); };
-    const std::span color(material.color, 3), eta(material.eta, 3), k(material.k, 3);
-    switch (material.kind) {
-        case RP_MATERIAL_DIFFUSE:
-            if (!at_least(color, 0) || *std::max_element(color.begin(), color.end()) > 1) return bad("reflectance must be 0 to 1");
-            return {};
-        case RP_MATERIAL_CONDUCTOR:
-            if (!at_least(eta, 0) || !at_least(k, 0)) return bad("eta and k must be 0 or more");
-            for (size_t i = 0; i < 3; ++i)
-                if (eta[i] == 0 && k[i] == 0) return bad("eta and k must not both be 0");
-            if (!(material.alpha >= 0 && material.alpha <= 1)) return bad("roughness must be 0 to 1");
-            return {};
-        case RP_MATERIAL_DIELECTRIC:
-            if (!(material.ior > 0) || !std::isfinite(material.ior)) return bad("the index of refraction must be more than 0");
-            return {};
-        case RP_MATERIAL_NONE:
-            return {};
-        default:
-            return bad("of an unknown kind");
-    }
 }
 
 Status check_light(const rp_light& light, size_t index) {
@@ -114,7 +92,7 @@ Status check_shape(const Scene& scene, const Shape& shape) {
 Status validate(const Scene& scene) {
     RAYPAGER_TRY(check_camera(scene));
     RAYPAGER_TRY(check_film(scene.film));
-    for (size_t i = 0; i < scene.materials.size(); ++i) RAYPAGER_TRY(check_material(scene.materials[i], i));
+    for (size_t i = 0; i < scene.materials.size(); ++i) RAYPAGER_TRY(check_material(scene.materials, i));
     for (size_t i = 0; i < scene.area_lights.size(); ++i) {
         const Float3& l = scene.area_lights[i].radiance;
         if (!at_least(std::array{l.x, l.y, l.z}, 0))

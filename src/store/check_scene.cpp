@@ -7,6 +7,7 @@
 
 #include "block/block_coding.hpp"
 #include "raypager/abi/path.h"
+#include "scene/check_material.hpp"
 #include "store/format.hpp"
 
 namespace raypager {
@@ -48,12 +49,8 @@ Status check_scalars(const BakedScene& scene) {
 }
 
 Status check_materials(const BakedScene& scene) {
-    for (size_t i = 0; i < scene.materials.size(); i++) {
-        const rp_material& m = scene.materials[i];
-        if (m.kind > RP_MATERIAL_NONE) return bad(materials, fmt::format("material {} is of an unknown kind", i));
-        if (!std::isfinite(m.alpha) || !std::isfinite(m.ior) || !finite(m.color) || !finite(m.eta) || !finite(m.k))
-            return bad(materials, fmt::format("material {} is not finite", i));
-    }
+    for (size_t i = 0; i < scene.materials.size(); i++)
+        if (const Status status = check_material(scene.materials, i); !status.ok()) return bad(materials, status.message());
     return {};
 }
 

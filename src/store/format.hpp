@@ -13,7 +13,7 @@ namespace raypager::format {
 static_assert(std::endian::native == std::endian::little, "block files are read and written as they lie in memory");
 
 inline constexpr char magic[8] = {'R', 'A', 'Y', 'P', 'A', 'G', 'E', 'R'};
-inline constexpr uint32_t version = 7;
+inline constexpr uint32_t version = 8;
 inline constexpr uint32_t endian_mark = 0x01020304u;
 inline constexpr uint64_t page = 4096;  // the header takes one; blocks start at multiples
 
@@ -52,7 +52,7 @@ inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),    sizeo
                                                        sizeof(BlockRecord)};
 
 static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 200);
-static_assert(sizeof(rp_material) == 64 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
+static_assert(sizeof(rp_material) == 128 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
 static_assert(sizeof(rp_node) == 32 && sizeof(rp_block_entry) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
 
 }  // namespace raypager::format

@@ -73,6 +73,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     settings.tracing = kept.definitions(form, params.slot_count);
     settings.count_bounces = kept.bounces;
     if (has_light_tree(scene.lights)) settings.shading = " -DRP_LIGHT_TREE";
+    if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) settings.shading += " -DRP_LAYERED";
     Wavefront& w = *wavefront;
     auto backend = form == BlockForm::wide ? StreamBackend::create(device, w.params_, w.geometry_, w.buffers_, settings)
                                            : SingleRayBackend::create(device, w.params_, w.geometry_, w.buffers_, settings, visits);

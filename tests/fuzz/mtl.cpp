@@ -4,6 +4,7 @@
 #include "base/check.hpp"
 #include "fuzz/fuzz.hpp"
 #include "import/obj_materials.hpp"
+#include "scene/check_material.hpp"
 
 namespace raypager::fuzz {
 
@@ -18,6 +19,7 @@ void run(std::string_view input) {
     RAYPAGER_CHECK(libraries.materials.size() <= input.size() / 6 && libraries.warnings.size() <= 3);
     for (const ObjMaterial& m : libraries.materials) {
         const rp_material material = engine_material(m);
+        RAYPAGER_CHECK(check_material(std::span(&material, 1), 0).ok());
         for (const float c : material.color) RAYPAGER_CHECK(c >= 0 && c <= 1);
         RAYPAGER_CHECK(material.alpha >= 0 && material.alpha <= 1 && std::isfinite(material.ior));
         for (const float k : material.k) RAYPAGER_CHECK(std::isfinite(k) && k >= 0);

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "film/film.hpp"
+#include "raypager/materials.hpp"
 #include "reference/path_tracer.hpp"
 #include "reference/scenes.hpp"
 #include "reference/statistics.hpp"
@@ -88,6 +89,51 @@ TEST(Furnace, roulette_lets_paths_through_glass) {
     const double mean = mean_of(image), pixels = static_cast<double>(image.values.size()) / 3;
     EXPECT_NEAR(mean, 1, 4 * standard_error(image) + 2e-4);
     EXPECT_LT(standard_error(image) * std::sqrt(pixels), 1e-3);
+}
+
+struct LayeredFurnace {
+    const char* name;
+    std::vector<rp_material> materials;  // the last one is that of the ball
+    double least, most;                  // radiance under an even sky of 1
+    uint32_t max_depth = 64;
+};
+
+// White surfaces give back what they get, but for what rough ones lose to masking, and never more.
+TEST(Furnace, layered_materials_give_back_what_they_get) {
+    constexpr Float3 white{1, 1, 1};
+    const auto plastic = [] {
+        rp_material m = glossy_material({1, 1, 1}, {0.04f, 0.04f, 0.04f}, 0.3f);
+        m.flags = RP_MATERIAL_BLEND;
+        return m;
+    }();
+    const LayeredFurnace furnaces[] = {
+        {"rough glass", {dielectric_material(1.5f, 0.1f, white, white)}, 0.97, 1},
+        {"rougher glass", {dielectric_material(1.5f, 0.5f, white, white)}, 0.6, 1},
+        {"half of what is refracted", {dielectric_material(1.5f, 0, white, {0.5f, 0.5f, 0.5f})}, 0.2, 0.5},
+        {"thin", {thin_dielectric_material(1.5f)}, 1, 1},
+        {"smooth coat", {coated_diffuse_material(white, 1.5f, 0)}, 1, 1, 1},
+        {"dense coat", {coated_diffuse_material(white, 2.5f, 0)}, 1, 1, 1},
+        {"rough coat", {coated_diffuse_material(white, 1.5f, 0.3f)}, 0.9, 1.01, 1},
+        {"coated metal", {coated_conductor_material(white, {1e5f, 1e5f, 1e5f}, 0.05f, 1.5f, 0)}, 0.9, 1.005, 1},
+        {"gloss", {glossy_material(white, {0.04f, 0.04f, 0.04f}, 0.3f)}, 0.85, 1, 1},
+        {"substrate", {plastic}, 0.85, 1.05, 1},
+        {"rough paint", {rough_diffuse_material(white, 40)}, 0.6, 1, 1},
+        {"translucent", {translucent_material({0.3f, 0.3f, 0.3f}, {0.7f, 0.7f, 0.7f})}, 1, 1},
+        {"clear", {clear_material()}, 1, 1},
+        {"mix",
+         {clear_material(), diffuse_material(white), mix_material(0, 1, 0.5f), thin_dielectric_material(1.2f), mix_material(2, 3, 0.3f)},
+         1,
+         1},
+    };
+    for (const LayeredFurnace& f : furnaces) {
+        SCOPED_TRACE(f.name);
+        const auto last = static_cast<uint32_t>(f.materials.size() - 1);
+        const Image image = render_scene(reference::ball_under_sky(f.materials, last, f.max_depth), 64, 1, Connection::queue, 0);
+        const double mean = mean_of(image), error = 4 * standard_error(image) + 3e-4;
+        EXPECT_GE(mean, f.least - error);
+        EXPECT_LE(mean, f.most + error);
+        EXPECT_LT(standard_error(image), 0.01);
+    }
 }
 
 // What only shines reflects nothing, so no path goes on from it.
@@ -195,6 +241,9 @@ INSTANTIATE_TEST_SUITE_P(scenes, Transport,
                                                            return reference::cornell_small({.smooth_normals = true}, {48, 48});
                                                        },
                                                        Connection::queue},
+                                         TransportCase{"coated_balls", [] { return reference::coated_balls(); }, Connection::queue},
+                                         TransportCase{"clear_balls", [] { return reference::clear_balls(); }, Connection::queue},
+                                         TransportCase{"clear_balls_roulette", [] { return reference::clear_balls(); }, Connection::roulette},
                                          TransportCase{"cornell_unseen",
                                                        [] {
                                                            return reference::cornell_unseen({48, 48});

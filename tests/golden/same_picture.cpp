@@ -50,6 +50,10 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::painted_small(40, {48, 36});
      }},  // meshes with colours at their vertices, with normals and without, beside ones without colours
+    {"clear_balls",
+     [] {
+         return reference::clear_balls({48, 36});
+     }},  // layered materials, and mixes of them
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

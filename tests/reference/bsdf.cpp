@@ -2,43 +2,11 @@
 
 #include <complex>
 
+#include "reference/layers.hpp"
+#include "reference/microfacets.hpp"
+
 namespace raypager::reference {
 namespace {
-
-// GGX, isotropic -----------------------------------------------------------------------------------------------------------
-// In the frame of the shading normal (+z). Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007;
-// Heitz, Understanding the Masking-Shadowing Function, JCGT 3(2), 2014.
-
-double ggx_density(const Vec3& m, double alpha) {
-    if (m.z <= 0) return 0;
-    const double a = alpha * alpha, c = m.z * m.z;
-    const double denominator = c * a + (m.x * m.x + m.y * m.y);
-    return a / (pi * denominator * denominator);
-}
-
-double smith_lambda(const Vec3& w, double alpha) {
-    const double tangent2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
-    return (std::sqrt(1 + alpha * alpha * tangent2) - 1) / 2;
-}
-
-double masking(const Vec3& w, double alpha) { return 1 / (1 + smith_lambda(w, alpha)); }
-double masking_shadowing(const Vec3& a, const Vec3& b, double alpha) { return 1 / (1 + smith_lambda(a, alpha) + smith_lambda(b, alpha)); }
-
-// A normal among those visible from wo: density masking(wo) max(0, wo.m) D(m) / wo.z.
-// Heitz, Sampling the GGX Distribution of Visible Normals, JCGT 7(4), 2018.
-Vec3 sample_visible_normal(const Vec3& wo, double alpha, double u, double v) {
-    // The unit hemisphere of normals, seen along the stretched direction, is a disk one half of which is foreshortened.
-    const Vec3 axis = normalized(Vec3(alpha * wo.x, alpha * wo.y, wo.z));
-    const double radius = std::sqrt(u), phi = 2 * pi * v;
-    const double x = radius * std::cos(phi);
-    const double horizontal = axis.x * axis.x + axis.y * axis.y;
-    const Vec3 t1 = horizontal > 0 ? Vec3(-axis.y, axis.x, 0) / std::sqrt(horizontal) : Vec3(1, 0, 0);
-    const Vec3 t2 = cross(axis, t1);
-    const double s = 0.5 * (1 + axis.z);
-    const double y = (1 - s) * std::sqrt(std::max(0.0, 1 - x * x)) + s * radius * std::sin(phi);
-    const Vec3 normal = x * t1 + y * t2 + std::sqrt(std::max(0.0, 1 - x * x - y * y)) * axis;
-    return normalized(Vec3(alpha * normal.x, alpha * normal.y, std::max(1e-12, normal.z)));
-}
 
 // Materials ------------------------------------------------------------------------------------------------------------------
 
@@ -58,6 +26,16 @@ std::optional<ScatterSample> sample_diffuse(const rp_material& material, const S
     const Vec3 wi = Frame(point.shading_normal).to_world(local);
     if (local.z <= 0 || !same_side(point, wi)) return {};
     return ScatterSample{.wi = wi, .weight = Vec3(material.color), .pdf = local.z / pi};
+}
+
+std::optional<ScatterSample> sample_layered(const rp_material& material, const ScatterPoint& point, Random& random) {
+    const Frame frame(point.shading_normal);
+    const auto sampled = sample_layers(material, point.outside, frame.to_local(point.wo), random);
+    if (!sampled) return {};
+    const Vec3 wi = frame.to_world(sampled->wi);
+    if (same_side(point, wi) != (sampled->wi.z > 0)) return {};
+    // Not weighed against light sampling: light that has a size is found in this way alone.
+    return ScatterSample{.wi = wi, .weight = sampled->weight, .specular = true};
 }
 
 std::optional<ScatterSample> sample_mirror(const rp_material& material, const ScatterPoint& point) {
@@ -114,6 +92,10 @@ bool is_specular(const rp_material& material) {
 
 Vec3 evaluate(const rp_material& material, const ScatterPoint& point, const Vec3& wi) {
     const double cosine = dot(point.shading_normal, wi);
+    if (material.kind == RP_MATERIAL_LAYERED) {
+        const Frame frame(point.shading_normal);
+        return same_side(point, wi) == (cosine > 0) ? evaluate_layers(material, point.outside, frame.to_local(point.wo), frame.to_local(wi)) : Vec3();
+    }
     if (cosine <= 0 || !same_side(point, wi)) return {};
     if (material.kind == RP_MATERIAL_DIFFUSE) return Vec3(material.color) * (cosine / pi);
     if (material.kind != RP_MATERIAL_CONDUCTOR || is_specular(material)) return {};
@@ -144,6 +126,8 @@ std::optional<ScatterSample> sample(const rp_material& material, const ScatterPo
             return sample_diffuse(material, point, random);
         case RP_MATERIAL_CONDUCTOR:
             return is_specular(material) ? sample_mirror(material, point) : sample_rough_conductor(material, point, random);
+        case RP_MATERIAL_LAYERED:
+            return sample_layered(material, point, random);
         case RP_MATERIAL_DIELECTRIC:
             return sample_dielectric(material, point, random);
         default:

@@ -64,7 +64,10 @@ Vec3 PathTracer::radiance(const Vec3& eye, const Vec3& towards, Random& random) 
         }
         if (depth == max_depth_) return light;
 
-        const rp_material& material = scene_.materials[scene_.shapes[geometry_.shape_of(hit.primitive)].material];
+        uint32_t number = scene_.shapes[geometry_.shape_of(hit.primitive)].material;
+        while (scene_.materials[number].kind == RP_MATERIAL_MIX)
+            number = random.uniform() < double{scene_.materials[number].amount} ? scene_.materials[number].second : scene_.materials[number].first;
+        const rp_material& material = scene_.materials[number];
         const ScatterPoint point = scatter_point(hit, direction);
         if (!is_specular(material)) light += throughput * direct_light(material, point, position, random);
 
@@ -101,7 +104,7 @@ Vec3 PathTracer::lifted(const Vec3& position, const Vec3& normal, const Vec3& to
 Vec3 PathTracer::direct_light(const rp_material& material, const ScatterPoint& point, const Vec3& position, Random& random) const {
     if (!lights_.any()) return {};
     const std::optional<LightSample> light = lights_.sample(position, point.geometric_normal, random);
-    if (!light) return {};
+    if (!light || (material.kind == RP_MATERIAL_LAYERED && !light->delta)) return {};
     const Vec3 scattered = evaluate(material, point, light->wi);
     if (is_black(scattered) || !visible(*light, position, point.geometric_normal)) return {};
     const double weight = light->delta ? 1 : balance(light->pdf, pdf(material, point, light->wi));

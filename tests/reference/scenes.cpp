@@ -2,6 +2,7 @@
 #include "reference/scenes.hpp"
 
 #include "base/check.hpp"
+#include "raypager/materials.hpp"
 #include "reference/scene_builder.hpp"
 #include "scene/emitters.hpp"
 
@@ -94,6 +95,71 @@ Furnace furnace(FurnaceKind kind, double albedo, double alpha, uint32_t subdivis
     }
     Furnace result{scene.finish(), expected};
     result.scene.max_depth = max_depth;
+    return result;
+}
+
+namespace {
+
+// Two rows of balls on a floor, below a wide lamp, a point light and a dim sky.
+Scene rows_of_balls(const std::vector<rp_material>& materials, const std::vector<uint32_t>& shown, PictureSize size) {
+    SceneBuilder scene(size);
+    for (const rp_material& material : materials) scene.material(material);
+    const uint32_t floor = scene.material(diffuse({0.6, 0.5, 0.4})), dark = scene.material(absorber());
+    scene.add("floor", quad({-8, 0, 8}, {16, 0, 0}, {0, 0, -16}, 4), floor);
+    for (size_t i = 0; i < shown.size(); i++) {
+        const double x = 2.2 * static_cast<double>(i % 4) - 3.3, z = i < 4 ? 0 : -2.4;
+        scene.add("ball " + std::to_string(i), icosphere(1, 3, true), shown[i], Transform::translate(x, 1.02, z));
+    }
+    scene.shine(scene.add("lamp", quad({-3, 6, -4}, {6, 0, 0}, {0, 0, 6}), dark), Vec3(3));
+    scene.point_light({2, 5, 5}, Vec3(12));
+    scene.infinite_light({0.3, 0.35, 0.4});
+    scene.camera({0, 4, 9}, {0, 0.8, -1}, {0, 1, 0}, 32);
+    Scene result = scene.finish();
+    result.max_depth = 6;
+    return result;
+}
+
+// Kinds for which importers alone have a use, so nothing else makes them.
+rp_material layers(uint32_t flags, double ior, double alpha, const Vec3& color, const Vec3& specular) {
+    rp_material m{};
+    m.kind = RP_MATERIAL_LAYERED;
+    m.flags = flags;
+    m.ior = static_cast<float>(ior);
+    m.alpha = static_cast<float>(alpha);
+    for (int k = 0; k < 3; k++) m.color[k] = static_cast<float>(color[k]), m.specular[k] = static_cast<float>(specular[k]);
+    return m;
+}
+
+}  // namespace
+
+Scene coated_balls(PictureSize size) {
+    return rows_of_balls({layers(0, 1 / 1.5, 0.15, {0.4, 0.2, 0.1}, Vec3(0.4)), layers(RP_MATERIAL_BLEND, 1.5, 0.2, {0.1, 0.3, 0.5}, Vec3(0.2)),
+                          glossy_material({0.5f, 0.1f, 0.1f}, {0.1f, 0.2f, 0.3f}, 0.3f), coated_diffuse_material({0.7f, 0.3f, 0.1f}, 1.5f, 0),
+                          coated_diffuse_material({0.2f, 0.6f, 0.3f}, 1.6f, 0.25f), rough_diffuse_material({0.7f, 0.6f, 0.5f}, 30),
+                          coated_conductor_material({0.2f, 0.9f, 1.1f}, {3.9f, 2.5f, 2.4f}, 0.3f, 1.5f, 0.2f),
+                          coated_conductor_material({1.3f, 1, 0.6f}, {7, 6, 5}, 0.15f, 1.4f, 0)},
+                         {0, 1, 2, 3, 4, 5, 6, 7}, size);
+}
+
+Scene clear_balls(PictureSize size) {
+    rp_material uber = layers(RP_MATERIAL_SOLID | RP_MATERIAL_CLEAR, 1.4, 0.2, Vec3(0.1), Vec3(0.2)),
+                leaf = layers(RP_MATERIAL_SOLID, 1.5, 0.3, {0.1, 0.3, 0.1}, Vec3(0.2));
+    for (int k = 0; k < 3; k++) uber.mirror[k] = 0.3f, uber.refracted[k] = 0.6f, leaf.transmittance[k] = 0.3f, leaf.refracted[k] = 0.2f;
+    return rows_of_balls({dielectric_material(1.5f, 0.2f, {1, 1, 1}, {1, 1, 1}), dielectric_material(1.5f, 0, {1, 1, 1}, {0.3f, 0.8f, 0.2f}),
+                          thin_dielectric_material(1.5f), translucent_material({0.2f, 0.1f, 0.1f}, {0.1f, 0.6f, 0.5f}), uber, leaf, clear_material(),
+                          diffuse_material({0.8f, 0.2f, 0.2f}), mix_material(6, 7, 0.4f),
+                          conductor_material({0.2f, 0.9f, 1.1f}, {3.9f, 2.5f, 2.4f}, 0.2f), mix_material(8, 9, 0.5f)},
+                         {0, 1, 2, 3, 4, 5, 8, 10}, size);
+}
+
+Scene ball_under_sky(const std::vector<rp_material>& materials, uint32_t material, uint32_t max_depth, PictureSize size) {
+    SceneBuilder scene(size);
+    for (const rp_material& m : materials) scene.material(m);
+    scene.add_sphere("ball", {0, 0, 0}, 1, material);
+    scene.camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 16);
+    scene.infinite_light(grey(1));
+    Scene result = scene.finish();
+    result.max_depth = max_depth;
     return result;
 }
 

@@ -54,6 +54,13 @@ struct LitPlane {
 // A diffuse plane from straight above, under a point light and a slanting distant one.
 LitPlane two_lights_plane(PlaneLights lights = PlaneLights::both, PictureSize size = {32, 32});
 
+// Balls of layered materials that reflect: plastic, a substrate, gloss as of glTF, coats, rough and smooth, over paint and over metal, rough paint.
+Scene coated_balls(PictureSize size = {64, 48});
+// And of those that let light through: rough and coloured glass, thin sheets, translucent ones, opacity, mixes within mixes.
+Scene clear_balls(PictureSize size = {64, 48});
+// A ball of one material under an even sky, at most max_depth scattering events.
+Scene ball_under_sky(const std::vector<rp_material>& materials, uint32_t material, uint32_t max_depth, PictureSize size = {32, 32});
+
 // Hits -----------------------------------------------------------------------------------------------------------------------
 
 // A height field of 2 n^2 triangles under sun and sky.

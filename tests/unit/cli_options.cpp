@@ -198,6 +198,8 @@ TEST(CliLook, Materials) {
     EXPECT_EQ(parse_material("chrome")->alpha, 0);
     EXPECT_EQ(parse_material("gold")->alpha, 0.1f);
     EXPECT_EQ(parse_material("metal:gold,0.25")->alpha, 0.25f);
+    EXPECT_EQ(parse_material("plastic:0.1,0.2,0.3,0.4")->alpha, 0.4f);
+    EXPECT_TRUE(parse_material("plastic:#ff8000")->flags & RP_MATERIAL_COAT);
     // k follows from the reflectance at right angles: ((k^2) / (k^2 + 4)).
     const float k = parse_material("metal:0.5,0.5,0.5,0")->k[0];
     EXPECT_NEAR(k * k / (k * k + 4), 0.5, 1e-5);

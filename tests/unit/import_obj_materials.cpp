@@ -142,12 +142,19 @@ ObjMaterial material(const std::string& text) {
 
 TEST(ImportObjMaterials, BecomeWhatTheEngineHas) {
     const auto kind = [](const std::string& text) { return engine_material(material(text)).kind; };
-    EXPECT_EQ(kind("Kd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nNs 250\nillum 2\n"), RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(kind("Kd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nNs 250\nillum 1\n"), RP_MATERIAL_DIFFUSE);
+    const rp_material gloss = engine_material(material("Kd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nNs 198\nillum 2\n"));
+    EXPECT_EQ(gloss.kind, RP_MATERIAL_LAYERED);
+    EXPECT_FLOAT_EQ(gloss.specular[0], 0.04f);
+    EXPECT_FLOAT_EQ(gloss.alpha, 0.1f);
+    const rp_material veil = engine_material(material("Kd 0.8 0.4 0.2\nd 0.25\n"));
+    EXPECT_FLOAT_EQ(veil.refracted[0], 0.75f);
+    EXPECT_FLOAT_EQ(veil.color[0], 0.2f);
     EXPECT_EQ(kind("Kd 0 0 0\nKs 0.9 0.9 0.9\nNs 500\nillum 3\n"), RP_MATERIAL_CONDUCTOR);
-    EXPECT_EQ(kind("Kd 0.8 0.2 0.2\nKs 0.9 0.9 0.9\nNs 500\nillum 3\n"), RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(kind("Kd 0.8 0.2 0.2\nKs 0.9 0.9 0.9\nNs 500\nillum 3\n"), RP_MATERIAL_LAYERED);
     EXPECT_EQ(kind("Kd 1 1 1\nd 0.1\nNi 1.45\nillum 4\n"), RP_MATERIAL_DIELECTRIC);
     EXPECT_EQ(kind("Kd 1 1 1\nTr 0.9\nNi 1.3\n"), RP_MATERIAL_DIELECTRIC);
-    EXPECT_EQ(kind("Kd 1 1 1\nd 0.5\nNi 1\nillum 2\n"), RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(kind("Kd 1 1 1\nd 0.5\nNi 1\nillum 2\n"), RP_MATERIAL_LAYERED);
     EXPECT_EQ(kind("Kd 0.9 0.6 0.3\nPm 1\nPr 0.3\n"), RP_MATERIAL_CONDUCTOR);
     EXPECT_FLOAT_EQ(engine_material(material("Kd 1 1 1\nd 0.1\nNi 1.45\nillum 4\n")).ior, 1.45f);
     // alpha^2 = 2 / (Ns + 2)

@@ -270,8 +270,8 @@ TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
                    "scene.pbrt:2: Frobnicate is not supported; it and its parameters are skipped");
     expect_warning("PixelFilter \"gaussian\" \"float xradius\" 3 WorldBegin " + one_triangle,
                    "scene.pbrt:1: PixelFilter is not supported; pixels are averaged");
-    expect_warning("WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3]\n" + one_triangle,
-                   "scene.pbrt:2: Material \"coateddiffuse\" is not supported");
+    expect_warning("WorldBegin\nMaterial \"hair\" \"rgb reflectance\" [.1 .2 .3]\n" + one_triangle,
+                   "scene.pbrt:2: Material \"hair\" is not supported");
     expect_warning("WorldBegin\n\nShape \"curve\" \"point3 P\" [0 0 0]\n" + one_triangle,
                    "scene.pbrt:3: Shape \"curve\" is not supported; it is left out");
     expect_warning("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + one_triangle, "the sky is white on average");

@@ -179,8 +179,9 @@ TEST_F(ImportPbrtDialects, ColoursComeFromTheRightParameter) {
         "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [1 1 1] "
         "MakeNamedMaterial \"b\" \"string type\" \"matte\" \"rgb Kd\" [0 0 0] Material \"mix\" ";
     // What the amount is of differs.
-    EXPECT_FLOAT_EQ(color(parts + "\"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"rgb amount\" [.8 .8 .8]"), 0.8f);
-    EXPECT_FLOAT_EQ(color(parts + "\"string materials\" [\"a\" \"b\"] \"float amount\" .8"), 0.2f);
+    const auto second = [&](const std::string& amount) { return material_of(scene("WorldBegin " + parts + amount + ball)).amount; };
+    EXPECT_FLOAT_EQ(second("\"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\" \"rgb amount\" [.8 .8 .8]"), 0.2f);
+    EXPECT_FLOAT_EQ(second("\"string materials\" [\"a\" \"b\"] \"float amount\" .8"), 0.8f);
 }
 
 TEST_F(ImportPbrtDialects, Parameters) {

@@ -6,18 +6,47 @@
 
 #define RP_MATERIAL_DIFFUSE 0u     // color = reflectance; both sides
 #define RP_MATERIAL_CONDUCTOR 1u   // eta + i k by channel, GGX if alpha > 0, a mirror otherwise; both sides
-#define RP_MATERIAL_DIELECTRIC 2u  // ior = index inside over index outside; the normal points outside; smooth
+#define RP_MATERIAL_DIELECTRIC 2u  // ior = index inside over index outside; the normal points outside; smooth, and clear
 #define RP_MATERIAL_NONE 3u        // absorbs everything (surfaces that only emit)
-#define RP_MATERIAL_PLAIN 1u       // a flag: where primitives have colours of their own, color counts all the same
+#define RP_MATERIAL_LAYERED 4u     // an interface over a base, see below
+#define RP_MATERIAL_MIX 5u         // material `second` with probability `amount`, else `first`; either may be a mix
+#define RP_MATERIAL_KINDS 6u
+#define RP_MAX_MIXES 4u  // of mixes, within each other
 
+#define RP_MATERIAL_PLAIN 1u  // a flag: where primitives have colours of their own, color counts all the same
+// Flags of layered materials.
+#define RP_MATERIAL_SOLID 2u       // ior is that of a solid: seen from inside, the interface is met from its other side. Else it is alike from both.
+#define RP_MATERIAL_THIN 4u        // the interface is a sheet of two parallel surfaces: what passes goes straight on. Smooth.
+#define RP_MATERIAL_METAL_BASE 8u  // the base is a conductor of eta + i k (over the index of the coat) with roughness base_alpha
+// How the base of a layered material is lit: one of these, or as if there were no interface.
+#define RP_MATERIAL_COAT 16u     // through the interface and back, with all reflections between the two
+#define RP_MATERIAL_BLEND 32u    // Ashikhmin and Shirley 2000, as in the substrate of pbrt-v3
+#define RP_MATERIAL_SCHLICK 64u  // by what Schlick's approximation of the interface leaves; as glTF 2.0 has it
+#define RP_MATERIAL_CLEAR 128u   // what is refracted meets a smooth interface, whatever alpha says
+#define RP_MATERIAL_FLAGS 255u
+
+// A layered material reflects `mirror` and refracts `refracted` times what the Fresnel equations for ior say. `specular` is the same for
+// the interface of GGX roughness alpha (0: smooth); with BLEND and SCHLICK, whose alpha is more than 0, it is what is reflected at normal incidence.
+// Below the interface are a diffuse reflection `color`, rough by Oren and Nayar's terms a (less 1) and b, and a diffuse transmission.
 typedef struct rp_material {
     rp_u32 kind;
+    rp_u32 flags;
     float alpha;  // GGX roughness
     float ior;
-    rp_u32 flags;
-    float color[4];
-    float eta[4];
-    float k[4];
+    float color[3];
+    float oren_a;
+    float eta[3];
+    float oren_b;
+    float k[3];
+    float internal;  // with COAT: what the interface reflects of diffuse light from below
+    float specular[3];
+    float amount;
+    float refracted[3];
+    float base_alpha;
+    float transmittance[3];
+    rp_u32 first;
+    float mirror[3];
+    rp_u32 second;
 } rp_material;
 
 #define RP_LIGHT_TRIANGLE 0u  // p = vertex 0, e1, e2 = edges to vertices 1 and 2; emits on the side of cross(e1, e2)

@@ -1,0 +1,100 @@
+// What the materials of pbrt's scenes become.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "pbrt_fixture.hpp"
+
+namespace raypager {
+namespace {
+
+class ImportPbrtMaterials : public test::PbrtTest {
+protected:
+    const std::string ball = " Shape \"sphere\" ";
+    Scene silent(const std::string& material) { return expect_silence("WorldBegin " + material + ball); }
+    static rp_material last(const Scene& scene) { return scene.materials[scene.shapes.back().material]; }
+    rp_material of(const std::string& material) { return last(silent("Material " + material)); }
+};
+
+TEST_F(ImportPbrtMaterials, GlossOfVersion3) {
+    const rp_material plastic =
+        of("\"plastic\" \"rgb Kd\" [.1 .2 .3] \"rgb Ks\" [.4 .5 .6] \"float roughness\" .2 \"bool remaproughness\" \"false\"");
+    EXPECT_EQ(plastic.kind, RP_MATERIAL_LAYERED);
+    EXPECT_FLOAT_EQ(plastic.color[2], 0.3f);
+    EXPECT_FLOAT_EQ(plastic.specular[0], 0.4f);
+    EXPECT_FLOAT_EQ(plastic.alpha, 0.2f);
+    EXPECT_FLOAT_EQ(plastic.ior, 1 / 1.5f);
+    const rp_material substrate = of("\"substrate\"");
+    EXPECT_EQ(substrate.flags, RP_MATERIAL_BLEND);
+    EXPECT_FLOAT_EQ(substrate.specular[1], 0.5f);
+    const rp_material leaf = of("\"translucent\" \"rgb Kd\" [.8 .4 .2] \"rgb reflect\" [.25 .25 .25] \"rgb transmit\" [.75 .75 .75]");
+    EXPECT_FLOAT_EQ(leaf.color[0], 0.2f);
+    EXPECT_FLOAT_EQ(leaf.transmittance[1], 0.3f);
+    EXPECT_FLOAT_EQ(leaf.refracted[0], 0.1875f);
+    const rp_material uber = of("\"uber\" \"rgb Kr\" [.5 .5 .5] \"rgb Kt\" [.1 .2 .3] \"float eta\" 1.3");
+    EXPECT_FLOAT_EQ(uber.mirror[0], 0.5f);
+    EXPECT_FLOAT_EQ(uber.refracted[2], 0.3f);
+    EXPECT_FLOAT_EQ(uber.ior, 1.3f);
+    EXPECT_TRUE(uber.flags & RP_MATERIAL_CLEAR);
+    const Scene veil = silent("Material \"uber\" \"rgb opacity\" [.3 .3 .3]");
+    EXPECT_EQ(last(veil).kind, RP_MATERIAL_MIX);
+    EXPECT_FLOAT_EQ(last(veil).amount, 0.3f);
+    EXPECT_EQ(veil.materials[last(veil).second].kind, RP_MATERIAL_LAYERED);
+}
+
+TEST_F(ImportPbrtMaterials, GlassAndLayersOfVersion4) {
+    EXPECT_EQ(of("\"dielectric\" \"float eta\" 1.4").kind, RP_MATERIAL_DIELECTRIC);
+    const rp_material rough = of("\"dielectric\" \"float roughness\" .04");
+    EXPECT_EQ(rough.kind, RP_MATERIAL_LAYERED);
+    EXPECT_FLOAT_EQ(rough.alpha, 0.2f);
+    EXPECT_TRUE(rough.flags & RP_MATERIAL_SOLID);
+    const rp_material green = of("\"glass\" \"rgb Kt\" [.3 .8 .2]");
+    EXPECT_FLOAT_EQ(green.refracted[1], 0.8f);
+    EXPECT_EQ(green.alpha, 0);
+    EXPECT_TRUE(of("\"thindielectric\"").flags & RP_MATERIAL_THIN);
+    const rp_material coat = of("\"coateddiffuse\" \"rgb reflectance\" [.2 .2 .2] \"float roughness\" .01 \"float thickness\" .02");
+    EXPECT_EQ(coat.flags, RP_MATERIAL_COAT);
+    EXPECT_FLOAT_EQ(coat.alpha, 0.1f);
+    EXPECT_NEAR(coat.internal, 0.5964, 1e-3) << "Egan and Hilgeman 1973, for an index of 1.5";
+    const rp_material metal =
+        of("\"coatedconductor\" \"float conductor.roughness\" .09 \"spectrum conductor.eta\" \"metal-Au-eta\" \"spectrum conductor.k\" "
+           "\"metal-Au-k\" \"float interface.eta\" 1.4");
+    EXPECT_EQ(metal.flags, RP_MATERIAL_COAT | RP_MATERIAL_METAL_BASE);
+    EXPECT_FLOAT_EQ(metal.base_alpha, 0.3f);
+    EXPECT_FLOAT_EQ(metal.ior, 1.4f);
+    const rp_material leaf = of("\"diffusetransmission\" \"rgb transmittance\" [.2 .8 .9] \"float scale\" .5");
+    EXPECT_FLOAT_EQ(leaf.transmittance[1], 0.4f);
+    EXPECT_FLOAT_EQ(leaf.color[0], 0.125f);
+    EXPECT_LT(of("\"diffuse\" \"float sigma\" 20").oren_a, 0);
+    expect_warning("WorldBegin Material \"coateddiffuse\" \"rgb albedo\" [.5 .5 .5]" + ball, "a coat that scatters is not supported");
+    expect_error("WorldBegin Material \"coateddiffuse\" \"float eta\" .5" + ball, "at least 1");
+}
+
+TEST_F(ImportPbrtMaterials, Mixes) {
+    const std::string parts = "MakeNamedMaterial \"a\" \"string type\" \"matte\" MakeNamedMaterial \"b\" \"string type\" \"mirror\" ";
+    const Scene mixed = silent(parts + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25");
+    EXPECT_EQ(last(mixed).kind, RP_MATERIAL_MIX);
+    EXPECT_FLOAT_EQ(last(mixed).amount, 0.25f);
+    EXPECT_EQ(mixed.materials[last(mixed).first].kind, RP_MATERIAL_DIFFUSE);
+    EXPECT_EQ(mixed.materials[last(mixed).second].kind, RP_MATERIAL_CONDUCTOR);
+    std::string nested = parts;
+    std::string inner = "a";
+    for (int i = 0; i < 5; ++i) {
+        const std::string name = "m" + std::to_string(i);
+        nested += "MakeNamedMaterial \"" + name + "\" \"string type\" \"mix\" \"string materials\" [\"" + inner + "\" \"b\"] ";
+        inner = name;
+        if (i == 3) silent(nested + "NamedMaterial \"" + name + "\"");
+    }
+    expect_warning("WorldBegin " + nested + "NamedMaterial \"" + inner + "\"" + ball, "more than 4 times within another");
+    expect_warning("WorldBegin Material \"mix\" \"string materials\" [\"x\" \"interface\"]" + ball, "there is no material \"x\"");
+}
+
+// A light without a surface lets rays through.
+TEST_F(ImportPbrtMaterials, LightsWithoutASurface) {
+    const rp_material m = last(silent("Material \"none\" AreaLightSource \"diffuse\""));
+    EXPECT_EQ(m.kind, RP_MATERIAL_LAYERED);
+    EXPECT_EQ(m.refracted[0], 1);
+}
+
+}  // namespace
+}  // namespace raypager
