@@ -8,6 +8,7 @@
 #include <set>
 
 #include "cut/top_tree.hpp"
+#include "raypager/materials.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/failing_device.hpp"
@@ -57,6 +58,20 @@ void draw_paged(const Scene& scene) {
 TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) { draw_paged(small_scene(40)); }
 
 TEST(SmallRender, pages_meshes_with_colors_as_well) { draw_paged(small_scene(40, true)); }
+
+// Everything that kernels for layered materials have, and a mix.
+TEST(SmallRender, pages_layered_materials_as_well) {
+    Scene scene = small_scene(40);
+    rp_material leaf = dielectric_material(1.5f, 0.3f, {1, 1, 1}, {0.5f, 0.5f, 0.5f});
+    leaf.transmittance[1] = 0.4f;
+    leaf.mirror[0] = 0.2f;
+    scene.materials = {coated_diffuse_material({0.6f, 0.6f, 0.6f}, 1.5f, 0.2f),
+                       coated_conductor_material({0.2f, 0.9f, 1.1f}, {3.9f, 2.5f, 2.4f}, 0.3f, 1.5f, 0), leaf,
+                       glossy_material({0.5f, 0.5f, 0.5f}, {0.04f, 0.04f, 0.04f}, 0.3f), mix_material(2, 3, 0.5f)};
+    for (Shape& shape : scene.shapes)
+        if (shape.material == 3) shape.material = 4;
+    draw_paged(scene);
+}
 
 // Positions that are coded with this error: all ways of tracing draw what they draw of the same positions as floats. Adds the strides of the blocks.
 void draw_coded(float error, std::initializer_list<double> percents, std::set<uint32_t>& strides) {
