@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "import/cloud_file.hpp"
+#include "import/curves.hpp"
 #include "import/mesh_file.hpp"
 #include "import/pbrt_parameters.hpp"
 #include "import/pbrt_textures.hpp"
@@ -169,6 +170,15 @@ private:
     Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status points(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status make_sphere(const Directive& directive, double radius, Shape& shape);
+    Status loop_subdivision(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status cone(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status paraboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status hyperboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status curve(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status curve_points(const Directive& directive, const PbrtParameters& parameters, CurveShape& curve);
+    Status sweep(const Directive& directive, const PbrtParameters& parameters, double& radians);
+    Status lengths(const Directive& directive, std::initializer_list<double> values);
     Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);

@@ -41,6 +41,11 @@ ObjectBegin "o" Shape "disk" "float radius" 2 Shape "bilinearmesh" "point3 P" [0
 TransformBegin Scale 2 2 2 ObjectInstance "o" TransformEnd
 ReverseOrientation
 Shape "cylinder" "float zmin" -1 "float zmax" 1 "float phimax" 180
+Shape "sphere" "float zmin" -.5 "float phimax" 200 Shape "cone" "float height" 2 Shape "paraboloid" "float zmax" 2
+Shape "hyperboloid" "point3 p1" [1 0 0]
+Shape "loopsubdiv" "integer levels" 2 "point3 P" [0 0 0 1 0 0 0 1 0 0 0 1] "integer indices" [0 2 1 0 1 3 1 2 3 0 3 2]
+Shape "curve" "string type" "ribbon" "point3 P" [0 0 0 1 0 0 2 1 0 3 0 0] "normal3 N" [0 0 1 0 1 0] "float width0" 0.1
+Shape "curve" "string basis" "bspline" "integer degree" 2 "point3 P" [0 0 0 1 0 0 2 1 0 3 0 0] "string type" "cylinder"
 Include "other.pbrt"
 Import "other.pbrt"
 ActiveTransform All
