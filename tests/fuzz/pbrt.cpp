@@ -11,13 +11,14 @@ namespace {
 const char* const all_directives = R"(# a comment
 Option "disablepixeljitter" true
 Film "rgb" "integer xresolution" [64] "integer yresolution" 48 "string filename" "a.exr" "float iso" 200 "float whitebalance" 5000
+ "float cropwindow" [0 .5 .25 1]
 Sampler "stratified" "integer xsamples" 2 "integer ysamples" 2
-PixelFilter "gaussian" "float xradius" 2
+PixelFilter "gaussian" "float xradius" 2 "float sigma" 0.7
 Integrator "volpath" "integer maxdepth" 7
 Scale -1 1 1
 LookAt 0 1 -5  0 0 0  0 1 0
 CoordinateSystem "here"
-Camera "perspective" "float fov" 45.5 "float lensradius" 0.1
+Camera "perspective" "float fov" 45.5 "float lensradius" 0.1 "float focaldistance" 5 "float screenwindow" [-1 1 -1 .5] "float frameaspectratio" 1.5
 WorldBegin
 LightSource "infinite" "rgb L" [.3 .3 .3] "float scale" 2
 LightSource "distant" "point3 from" [0 10 0] "point3 to" [0 0 0] "blackbody L" 5500
@@ -56,7 +57,10 @@ constexpr uint64_t largest_tessellation = 2400000;  // bytes; an ellipsoid's, wi
 }  // namespace
 
 std::vector<std::string> seeds() {
-    return {all_directives, "WorldBegin Include \"input.pbrt\"", "Identity Transform [1 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1] Shape \"sphere\" WorldEnd"};
+    return {all_directives,
+            "Film \"image\" \"integer pixelbounds\" [0 9 0 9] PixelFilter \"mitchell\" Camera \"environment\" WorldBegin Shape \"sphere\"",
+            "Camera \"orthographic\" \"float lensradius\" 1 WorldBegin Shape \"sphere\"", "WorldBegin Include \"input.pbrt\"",
+            "Identity Transform [1 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1] Shape \"sphere\" WorldEnd"};
 }
 
 void run(std::string_view input) {

@@ -50,6 +50,10 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::painted_small(40, {48, 36});
      }},  // meshes with colours at their vertices, with normals and without, beside ones without colours
+    {"lens",
+     [] {
+         return reference::balls_on_a_floor(reference::ViewKind::lens, {PixelFilter::Kind::gaussian, 1.5f, 1.5f, 2}, {48, 36});
+     }},  // camera rays that begin in different places, and samples that a filter places
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

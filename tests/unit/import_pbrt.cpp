@@ -314,8 +314,8 @@ TEST_F(ImportPbrt, ShapesThatAreNone) {
 TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
     expect_warning("WorldBegin\nFrobnicate 1 [2 3] \"x\" true \"float y\" 1\n" + one_triangle,
                    "scene.pbrt:2: Frobnicate is not supported; it and its parameters are skipped");
-    expect_warning("PixelFilter \"gaussian\" \"float xradius\" 3 WorldBegin " + one_triangle,
-                   "scene.pbrt:1: PixelFilter is not supported; pixels are averaged");
+    expect_warning("PixelFilter \"nonesuch\" WorldBegin " + one_triangle,
+                   "scene.pbrt:1: PixelFilter \"nonesuch\" is not supported; pixels are averaged with a box filter");
     expect_warning("WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3]\n" + one_triangle,
                    "scene.pbrt:2: Material \"coateddiffuse\" is not supported");
     expect_warning("WorldBegin\n\nShape \"nurbs\" \"point3 P\" [0 0 0]\n" + one_triangle,
