@@ -189,10 +189,29 @@ struct Shape {
     bool backdrop = false;  // such as the ground under a bare mesh: not what the scene shows, so its bounds do not count. Comes after all that is.
 };
 
+// How the places of a picture become rays. (x, y) of a picture, from (-1, -1) at the bottom left to (1, 1) at the top right:
+//   perspective      rays leave the eye towards eye + forward + x right + y up
+//   orthographic     rays leave eye + x right + y up, all of them along forward
+//   equirectangular  rays leave the eye in all directions: from left to right a whole turn about up, from right by way of forward; from top to bottom
+//                    from up to down
+//   equal_area       the same by the octahedral map of Clarberg (2008), in which equal areas are equal solid angles; forward, right and up are as
+//   above
+// The values are those of abi/scene.h.
+enum class Projection : uint32_t { perspective, orthographic, equirectangular, equal_area };
+
 struct Camera {
     Float3 eye{0, 0, 0};
-    Float3 right{1, 0, 0}, up{0, 1, 0};  // half the image's width and height at distance |forward|
+    Float3 right{1, 0, 0}, up{0, 1, 0};  // half the image's width and height at distance |forward|; of cameras that see all around: unit vectors
     Float3 forward{0, 0, 1};
+    Projection projection = Projection::perspective;
+    // A thin lens around the place where a ray would begin, in the plane of right and up; 0: none, all is in focus. What lies in the plane through
+    // eye + focal_distance forward, parallel to the picture, is in focus. Not for cameras that see all around.
+    float lens_radius = 0;     // in the world
+    float focal_distance = 1;  // in lengths of forward
+    // Of cameras that see all around: the part of the whole that is the picture, left, top, width and height as shares of it.
+    std::array<float, 4> window = {0, 0, 1, 1};
+    bool sees_all_around() const { return projection >= Projection::equirectangular; }
+    bool operator==(const Camera&) const = default;
 };
 
 // A pinhole camera at eye. fov_degrees spans the shorter side of a width x height image.
@@ -200,12 +219,16 @@ struct Camera {
 std::optional<Camera> make_camera(const Float3& eye, const Float3& target, const Float3& up, double fov_degrees, uint32_t width, uint32_t height,
                                   bool right_handed = true);
 
-// A camera for a picture of another shape: the field of view of the shorter side stays, pixels are square.
+// A camera for a picture of another shape: the field of view of the shorter side stays, pixels are square. One that sees all around stays as it is.
 Camera fit_camera(Camera camera, uint32_t old_width, uint32_t old_height, uint32_t width, uint32_t height);
 
 // The same as make_camera with a direction that is not rounded to floats on its way from a text.
 std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<double, 3>& target, const std::array<double, 3>& up, double fov_degrees,
                                         uint32_t width, uint32_t height, bool right_handed);
+
+// Whether a camera is an upright pinhole, or lens, whose line of sight goes through the middle of its picture: what camera texts and other renderers
+// can describe.
+bool is_centered_perspective(const Camera& camera);
 
 // What a film makes of the radiance that comes to it. Without a word: radiance as it is.
 struct FilmResponse {
@@ -217,9 +240,28 @@ struct FilmResponse {
     bool operator==(const FilmResponse&) const = default;
 };
 
+// How much light counts for a pixel by where it falls, x and y being how far from the pixel's middle it does, in pixels: the product of a
+// function of x and one of y, each 0 beyond its radius. Positions are drawn with this density, so that all samples count the same.
+//   box       1
+//   triangle  1 - |x| / radius
+//   gaussian  exp(-first x^2) - exp(-first radius^2)
+//   mitchell  the cubic of Mitchell and Netravali with B = first and C = second, over the radius; where it is negative, 0
+//   sinc      its main lobe, |x| < 1, times that of a window: sinc(x) sinc(x / first)
+// The sums of a film have no sign and all samples have one weight, so that renders can be stopped and go on at any sample: what a filter takes away
+// cannot be told.
+struct PixelFilter {
+    enum class Kind : uint32_t { box, triangle, gaussian, mitchell, sinc };
+    Kind kind = Kind::box;
+    float radius_x = 0.5f, radius_y = 0.5f;  // pixels
+    float first = 0, second = 0;
+    bool is_the_pixel() const { return kind == Kind::box && radius_x == 0.5f && radius_y == 0.5f; }  // what is seen through it, and no more
+    bool operator==(const PixelFilter&) const = default;
+};
+
 struct Scene {
     Camera camera;
     FilmResponse film;
+    PixelFilter filter;
     uint32_t width = 1280, height = 720;  // of the picture, where no option says otherwise
     uint32_t spp = 64;
     uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine

@@ -3,6 +3,7 @@
 #define RP_CAMERA_PATHS_CL
 
 #include "common/arithmetic.cl"
+#include "common/camera.cl"
 #include "common/path_state.cl"
 #include "common/random.cl"
 #include "common/sample_order.cl"
@@ -12,14 +13,14 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
 #pragma OPENCL FP_CONTRACT ON
     const uint2 xy = (uint2)(pixel % params->width, pixel / params->width);
     const rp_numbers_1 random = rp_random_bits_1(pixel, sample, 0u, RP_RANDOM_CAMERA, params->seed);
+#ifdef RP_PIXEL_FILTER
+    const float2 place = (float2)(0.5f) + rp_filtered_place(&params->filter, random.x, random.y);
+    const float u = ((float)xy.x + place.x) / (float)params->width, v = ((float)xy.y + place.y) / (float)params->height;
+#else
     const float u = ((float)xy.x + rp_unit_1(random.x)) / (float)params->width, v = ((float)xy.y + rp_unit_1(random.y)) / (float)params->height;
-    __constant rp_camera* camera = &params->camera;
-    const float3 eye = (float3)(camera->eye[0], camera->eye[1], camera->eye[2]);
-    const float3 right = (float3)(camera->right[0], camera->right[1], camera->right[2]);
-    const float3 up = (float3)(camera->up[0], camera->up[1], camera->up[2]);
-    const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
-    const float3 direction = normalize(forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up);
-    rp_store_camera_path(paths, slot, pixel, sample, eye, direction);
+#endif
+    const rp_camera_ray ray = rp_ray_of_camera(&params->camera, u, v, random.z, random.w);
+    rp_store_camera_path(paths, slot, pixel, sample, ray.origin, ray.direction);
 }
 
 // What there is to be given out.

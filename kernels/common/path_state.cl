@@ -236,7 +236,11 @@ static inline void rp_finish_extension(const rp_paths* paths, uint slot, uint of
 // The same, where shading finds the surface. block: RP_NONE if there is no hit in this pass; leaf: the reference of what was hit there.
 static inline void rp_finish_extension_deferred(const rp_paths* paths, uint slot, uint status, uint leaf, uint block, float t) {
     if (block != RP_NONE) {
+#ifdef RP_EYE_MOVES
+        const uint plane = status & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
+#else
         const uint plane = status & RP_STATUS_CAMERA ? RP_PLANE_ORIGIN : status & RP_STATUS_CONNECTED ? RP_PLANE_DIRECTION : RP_PLANE_HIT;
+#endif
         __global uint* const found = (__global uint*)&RP_PLANE(paths, plane, slot);
         found[0] = leaf;
         found[1] = block;
@@ -330,7 +334,7 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
 }
 
 #ifdef RP_SHORT_STATES
-// eye: of the camera, for camera rays.
+// eye: of the camera, for camera rays that all begin there.
 static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint status, float3 eye) {
     uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
     uint4 throughput = (uint4)(0u), radiance = (uint4)(0u), hit = (uint4)(0u), surface = (uint4)(0u);
@@ -347,8 +351,12 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
         surface = (uint4)(0u, 0u, direction.w, RP_NONE);
         hit.w = RP_NONE;
         direction.w = as_uint(0.0f);
+#ifdef RP_EYE_MOVES
+        if (status & RP_STATUS_FOUND) found = RP_PLANE(paths, RP_PLANE_HIT, slot).xyz;
+#else
         found = origin.xyz;
         origin.xyz = as_uint3(eye);
+#endif
     } else if (status & RP_STATUS_CONNECTED) {
         if (status & RP_STATUS_LIT) radiance.xyz = as_uint3(as_float3(radiance.xyz) + rp_light_in(hit, surface));
         found = direction.xyz;

@@ -6,7 +6,6 @@
 #include "common/random.cl"
 #include "raypager/abi/scene.h"
 
-#define RP_PI 3.14159265359f
 #define RP_INV_PI 0.31830988618f
 
 // The light that a uniform 32-bit random number chooses: steps[i] is the last one of light i. (A float could not tell many lights apart.)

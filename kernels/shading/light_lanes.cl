@@ -1,5 +1,6 @@
 // Points on lights (light.cl) on RP_LANES lanes.
 #include "common/begin_lanes.cl"
+#include "common/turns_lanes.cl"
 #include "common/vector_lanes.cl"
 
 typedef struct RP_NAME(rp_light_sample_) {
@@ -8,18 +9,6 @@ typedef struct RP_NAME(rp_light_sample_) {
     RP_NAME(rp_vector_) radiance;   // divided by the density of the sample
     RP_FLOATS density;              // by solid angle, choice of the light included; 0 for lights that no BSDF sample can hit
 } RP_NAME(rp_light_sample_);
-
-// Sine and cosine of u whole turns, u in [0, 1]. Polynomials of Cephes (Moshier 1984) on an eighth of a turn.
-static inline void RP_NAME(rp_sincos_turns_)(RP_FLOATS u, RP_FLOATS* sine, RP_FLOATS* cosine) {
-    const RP_FLOATS quarter = rint(u * 4.0f), x = (u * 4.0f - quarter) * (0.5f * RP_PI), x2 = x * x;
-    const RP_FLOATS s = x + x * x2 * (-1.6666654611e-1f + x2 * (8.3321608736e-3f - x2 * 1.9515295891e-4f));
-    const RP_FLOATS c = 1.0f - 0.5f * x2 + x2 * x2 * (4.166664568298827e-2f + x2 * (-1.388731625493765e-3f + x2 * 2.443315711809948e-5f));
-    const RP_INTS i = RP_TO_INTS(quarter);
-    const RP_INTS odd = (i & 1) != 0, down = (i & 2) != 0, left = ((i + 1) & 2) != 0;
-    const RP_FLOATS a = odd ? c : s, b = odd ? s : c;
-    *sine = down ? -a : a;
-    *cosine = left ? -b : b;
-}
 
 // A uniform direction.
 static inline RP_NAME(rp_vector_) RP_NAME(rp_on_sphere_)(RP_FLOATS u, RP_FLOATS v) {

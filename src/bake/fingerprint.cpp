@@ -112,7 +112,11 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     add_points(f, options.points);
     // Only then do blocks depend on who looks at them.
     if (options.points.cull_to_camera || options.points.filter_to_image) {
-        for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward}) f.add(v);
+        const Camera& camera = scene.camera;
+        for (const Float3& v : {camera.eye, camera.right, camera.up, camera.forward}) f.add(v);
+        f.add(static_cast<uint32_t>(camera.projection));
+        for (const float value : {camera.lens_radius, camera.focal_distance}) f.add(value);
+        for (const float share : camera.window) f.add(share);
         for (const uint32_t value : {scene.width, scene.height}) f.add(value);
     }
     for (const Shape& shape : scene.shapes)

@@ -56,6 +56,7 @@ void take_settings(const Scene& scene, BakedScene& baked) {
     baked.spp = scene.spp;
     baked.max_depth = scene.max_depth;
     baked.film = scene.film;
+    baked.filter = scene.filter;
     baked.materials = scene.materials;
 }
 

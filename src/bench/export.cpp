@@ -9,6 +9,7 @@
 #include "bench/export_groups.hpp"
 #include "block/octahedral.hpp"
 #include "block/point_code.hpp"
+#include "scene/projection.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -276,6 +277,9 @@ private:
 }  // namespace
 
 Result<ExportSummary> export_to_mitsuba(const BlockFile& file, const std::filesystem::path& directory, const std::function<void(double)>& progress) {
+    const BakedScene& scene = file.scene();
+    if (!is_centered_perspective(scene.camera) || scene.camera.lens_radius > 0 || !scene.filter.is_the_pixel())
+        return Status::failed(file.path().string() + ": only scenes with a pinhole camera and without a pixel filter can be compared");
     return Exporter(file, directory, progress).run();
 }
 

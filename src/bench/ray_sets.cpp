@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "scene/projection.hpp"
+
 namespace raypager::bench {
 namespace {
 
@@ -42,6 +44,11 @@ std::vector<Ray> primary_rays(const Camera& camera, uint32_t width, uint32_t hei
         for (uint32_t left = 0; left < width; left += tile)
             for (uint32_t y = top; y < std::min(top + tile, height); y++)
                 for (uint32_t x = left; x < std::min(left + tile, width); x++) {
+                    if (camera.projection != Projection::perspective) {
+                        const ViewRay ray = view_ray(camera, (x + 0.5) / width, (y + 0.5) / height);
+                        rays.push_back({float3(ray.origin), std::numeric_limits<float>::infinity(), float3(ray.direction)});
+                        continue;
+                    }
                     const float u = 2 * (static_cast<float>(x) + 0.5f) / static_cast<float>(width) - 1;
                     const float v = 1 - 2 * (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
                     rays.push_back(

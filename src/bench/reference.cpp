@@ -36,8 +36,7 @@ std::filesystem::path reference_path(const BakedScene& scene, const RenderOption
     const Camera& camera = reference.camera ? *reference.camera : scene.camera;
     uint64_t key = scene.identity();
     const auto add = [&key](const auto& value) { key = hash64(std::as_bytes(std::span(&value, 1)), key); };
-    for (const Float3& v : {camera.eye, camera.right, camera.up, camera.forward})
-        for (const float component : {v.x, v.y, v.z}) add(component);
+    add(camera);
     const uint32_t depth = reference.max_depth ? *reference.max_depth : scene.max_depth;
     for (const uint32_t value : {reference.width, reference.height, depth, reference.spp, reference.seed}) add(value);
     return settings.folder / fmt::format("reference-{}.pfm", hex64(key));

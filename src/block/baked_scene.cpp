@@ -56,6 +56,7 @@ BlockEntryRoots BakedScene::block_entries_of(uint32_t block) const {
 uint64_t BakedScene::identity() const {
     Hasher hasher;
     hasher.add(camera);
+    hasher.add(filter);
     for (const uint64_t value : {uint64_t{width}, uint64_t{height}, uint64_t{spp}, uint64_t{max_depth}, triangles, spheres}) hasher.add(value);
     // The rest of the film's response comes in when the picture is made of the samples.
     hasher.add(film.max_luminance);

@@ -32,6 +32,7 @@ struct BakedScene {
     Camera camera;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0;
     FilmResponse film;
+    PixelFilter filter;
     std::vector<rp_material> materials;
     std::vector<rp_light> lights;            // all, emissive primitives included; probabilities filled in
     std::vector<rp_primitive_range> ranges;  // sorted by first_primitive, starting at 0

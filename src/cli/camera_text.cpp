@@ -44,8 +44,6 @@ double rounded(double value, int digits) { return std::strtod(fmt::format("{:.{}
 
 Vector rounded(const Vector& v, int digits) { return {rounded(v[0], digits), rounded(v[1], digits), rounded(v[2], digits)}; }
 
-bool same_bits(const Camera& a, const Camera& b) { return a.eye == b.eye && a.right == b.right && a.up == b.up && a.forward == b.forward; }
-
 struct Interval {
     double low = -1e-6, high = 1e-6;  // far more than single precision rounds, in radians
     bool empty() const { return !(low <= high); }
@@ -108,11 +106,21 @@ private:
         return std::nullopt;
     }
     CameraText text(const Vector& forward, double fov, int digits) const {
-        return {camera_.eye, rounded(vector(camera_.eye) + distance_ * forward, digits), rounded(upright_, 9), fov, mirrored_};
+        CameraText result{camera_.eye, rounded(vector(camera_.eye) + distance_ * forward, digits), rounded(upright_, 9), fov, mirrored_};
+        if (camera_.lens_radius > 0) {
+            result.lens_radius = camera_.lens_radius;
+            // The axes of most cameras are unit vectors but for rounding.
+            const double unit_length = length(vector(camera_.forward));
+            result.focal_distance =
+                std::abs(unit_length - 1) < 1e-6 ? camera_.focal_distance : static_cast<float>(camera_.focal_distance * unit_length);
+        }
+        return result;
     }
     bool makes_it(const CameraText& found) const {
         const auto made = make_camera(found, width_, height_);
-        return made && same_bits(*made, camera_);
+        Camera wanted = camera_;
+        if (made && wanted.lens_radius == 0) wanted.focal_distance = made->focal_distance;  // says nothing
+        return made && *made == wanted;
     }
 
     const Camera& camera_;
@@ -128,44 +136,56 @@ Result<CameraText> parse_camera(std::string_view text) {
     const auto wrong = [&](std::string_view reason) {
         return Status::usage(
             fmt::format("'{}' {}; give ten numbers: eye x,y,z, target x,y,z, up x,y,z, field of view in degrees; and ,mirrored "
-                        "behind them for a picture whose left and right are exchanged",
+                        "behind them for a picture whose left and right are exchanged; and ,lens,RADIUS,DISTANCE for a lens",
                         text, reason));
     };
     constexpr size_t count = 10;
-    const auto words = words_between_commas(text, count + 2);
-    if (words.size() < count || words.size() > count + 1) return wrong("is not a camera");
+    constexpr size_t lens_words = 3;
+    const auto words = words_between_commas(text, count + 1 + lens_words + 1);
+    if (words.size() < count) return wrong("is not a camera");
     std::array<double, count> numbers = {};
     for (size_t i = 0; i < count; ++i) {
         const auto number = camera_number(words[i]);
         if (!number) return wrong("is not a camera");
         numbers[i] = *number;
     }
-    if (words.size() > count && words[count] != "mirrored") return wrong("is not a camera");
     const auto& n = numbers;
-    const CameraText camera{float3({n[0], n[1], n[2]}), {n[3], n[4], n[5]}, {n[6], n[7], n[8]}, n[9], words.size() > count};
+    CameraText camera{float3({n[0], n[1], n[2]}), {n[3], n[4], n[5]}, {n[6], n[7], n[8]}, n[9]};
+    size_t next = count;
+    camera.mirrored = next < words.size() && words[next] == "mirrored";
+    if (camera.mirrored) next++;
+    if (next + lens_words <= words.size() && words[next] == "lens") {
+        const auto radius = camera_number(words[next + 1]), distance = camera_number(words[next + 2]);
+        if (!radius || !distance || !(static_cast<float>(*radius) > 0) || !(static_cast<float>(*distance) > 0))
+            return wrong("has a lens whose radius and distance are not both more than 0");
+        camera.lens_radius = static_cast<float>(*radius);
+        camera.focal_distance = static_cast<float>(*distance);
+        next += lens_words;
+    }
+    if (next < words.size()) return wrong("is not a camera");
     if (!(camera.fov_degrees > 0 && camera.fov_degrees < 180)) return wrong("has a field of view that is not between 0 and 180 degrees");
     if (!has_direction(camera)) return wrong("has no direction: eye and target are the same, or up lies along the line of sight");
     return camera;
 }
 
 std::string format_camera(const CameraText& camera) {
-    const auto [eye, target, up, fov, mirrored] = camera;
-    return fmt::format("{},{},{},{},{},{},{},{},{},{}{}", eye.x, eye.y, eye.z, target[0], target[1], target[2], up[0], up[1], up[2], fov,
-                       mirrored ? ",mirrored" : "");
+    const auto [eye, target, up, fov, mirrored, radius, distance] = camera;
+    return fmt::format("{},{},{},{},{},{},{},{},{},{}{}{}", eye.x, eye.y, eye.z, target[0], target[1], target[2], up[0], up[1], up[2], fov,
+                       mirrored ? ",mirrored" : "", radius > 0 ? fmt::format(",lens,{},{}", radius, distance) : "");
 }
 
 std::optional<Camera> make_camera(const CameraText& text, uint32_t width, uint32_t height) {
-    return make_exact_camera(text.eye, text.target, text.up, text.fov_degrees, width, height, !text.mirrored);
+    auto camera = make_exact_camera(text.eye, text.target, text.up, text.fov_degrees, width, height, !text.mirrored);
+    if (camera && text.lens_radius > 0) {
+        camera->lens_radius = text.lens_radius;
+        camera->focal_distance = text.focal_distance;
+    }
+    return camera;
 }
 
 std::optional<CameraText> describe_camera(const Camera& camera, uint32_t width, uint32_t height, double distance) {
-    const Vector forward = vector(camera.forward), right = vector(camera.right), up = vector(camera.up);
-    const double f = length(forward), r = length(right), u = length(up);
-    constexpr double tolerance = 1e-4;
-    if (!(f > 0 && r > 0 && u > 0) || width == 0 || height == 0) return std::nullopt;
-    if (std::abs(dot(forward, right)) > tolerance * f * r || std::abs(dot(forward, up)) > tolerance * f * u ||
-        std::abs(dot(right, up)) > tolerance * r * u || std::abs(r / u * height / width - 1) > tolerance)
-        return std::nullopt;
+    if (!is_centered_perspective(camera) || width == 0 || height == 0) return std::nullopt;
+    if (std::abs(length(vector(camera.right)) / length(vector(camera.up)) * height / width - 1) > 1e-4) return std::nullopt;
     return CameraSearch(camera, width, height, distance > 0 && std::isfinite(distance) ? distance : 1).run();
 }
 

@@ -18,11 +18,12 @@ struct CameraText {
     std::array<double, 3> target = {}, up = {};
     double fov_degrees = 0;  // of the shorter side of the picture
     bool mirrored = false;
+    float lens_radius = 0, focal_distance = 0;  // a thin lens, in focus at that distance ahead; 0: none
     bool operator==(const CameraText&) const = default;
 };
 
-// "eye,target,up,fov": ten numbers with commas between them, and perhaps the word "mirrored" behind another one. The camera must have a direction:
-// eye and target differ, up is not along the line between them.
+// "eye,target,up,fov": ten numbers with commas between them, and perhaps ",mirrored" behind them, and perhaps ",lens," and two numbers more, its
+// radius and the distance at which it is in focus. The camera must have a direction: eye and target differ, up is not along the line between them.
 Result<CameraText> parse_camera(std::string_view text);
 std::string format_camera(const CameraText& camera);  // parse_camera gives the same back, to the last bit
 
@@ -30,7 +31,7 @@ std::string format_camera(const CameraText& camera);  // parse_camera gives the 
 std::optional<Camera> make_camera(const CameraText& text, uint32_t width, uint32_t height);
 
 // The text that makes this camera, to the last bit wherever there is one; otherwise to single precision. The target lies `distance` from the eye.
-// Nothing for a camera that no text describes: its axes are not at right angles, or its pixels not square.
+// Nothing for a camera that no text describes: it is no perspective, its axes are not at right angles, or its pixels not square.
 std::optional<CameraText> describe_camera(const Camera& camera, uint32_t width, uint32_t height, double distance = 1);
 
 // The axis of the world that stands upright in the picture, as up does in LookAt; the camera's own up if none does.

@@ -131,7 +131,7 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     const auto point = [](const float(&p)[3]) { return fmt::format("{},{},{}", p[0], p[1], p[2]); };
     line("bounds", fmt::format("{} to {}", point(scene.lower), point(scene.upper)));
     const std::string camera = camera_string(scene.camera, scene.width, scene.height, center_of(Blocks(file)));
-    line("camera", camera.empty() ? "none that --camera could describe: its axes are not at right angles, or its pixels not square" : camera);
+    line("camera", camera.empty() ? "none that --camera could describe: it is no upright perspective with square pixels" : camera);
     line("picture", fmt::format("{}x{}, {} spp, depth {}", scene.width, scene.height, scene.spp, scene.max_depth));
     text += "  share of bytes\n";
     for (const NamedPart& part : named_parts) {

@@ -22,11 +22,17 @@ Json limits_json(const RenderReport::Limits& limits) {
 
 Json vector_json(const Float3& v) { return {v.x, v.y, v.z}; }
 
+// What a pinhole camera does not have is left out.
 Json axes_json(const Camera& camera) {
-    return {{"eye", vector_json(camera.eye)},
-            {"right", vector_json(camera.right)},
-            {"up", vector_json(camera.up)},
-            {"forward", vector_json(camera.forward)}};
+    Json json = {{"eye", vector_json(camera.eye)},
+                 {"right", vector_json(camera.right)},
+                 {"up", vector_json(camera.up)},
+                 {"forward", vector_json(camera.forward)}};
+    constexpr const char* projections[] = {"perspective", "orthographic", "equirectangular", "equal-area"};
+    if (camera.projection != Projection::perspective) json["projection"] = projections[static_cast<size_t>(camera.projection)];
+    if (camera.lens_radius > 0) json["lens"] = {{"radius", camera.lens_radius}, {"focal_distance", camera.focal_distance}};
+    if (camera.sees_all_around()) json["window"] = camera.window;
+    return json;
 }
 
 Json text_json(const std::optional<std::string>& text) { return text ? Json(*text) : Json(nullptr); }

@@ -24,9 +24,13 @@ constexpr const char* end_mark = "finished";
 Json common_json(const bench::SweepSettings& settings, const BakedScene& scene) {
     const RenderOptions& o = settings.base;
     Json camera = Json::array();
-    if (o.camera)
+    if (o.camera) {
         for (const Float3& v : {o.camera->eye, o.camera->right, o.camera->up, o.camera->forward})
             for (const float component : {v.x, v.y, v.z}) camera.push_back(component);
+        camera.push_back(static_cast<uint32_t>(o.camera->projection));
+        for (const float number : {o.camera->lens_radius, o.camera->focal_distance}) camera.push_back(number);
+        for (const float share : o.camera->window) camera.push_back(share);
+    }
     return {{"raypager", RAYPAGER_VERSION},
             {"scene", hex64(scene.identity())},
             {"--size", fmt::format("{}x{}", o.width, o.height)},

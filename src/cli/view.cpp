@@ -45,7 +45,8 @@ void add_view_options(OptionParser& parser, uint32_t& width, uint32_t& height, s
     parser.option(
         "camera", "EYE,TARGET,UP,FOV",
         "ten numbers x,y,z,x,y,z,x,y,z,degrees; the field of view is that of the shorter side; with ',mirrored' behind them left and right are "
-        "exchanged, as in most .pbrt scenes; 'inspect' and reports print cameras in this form (default: the scene's camera)",
+        "exchanged, as in most .pbrt scenes; ',lens,RADIUS,DISTANCE' at the end is a thin lens and the distance at which it is in focus; 'inspect' "
+        "and reports print cameras in this form (default: the scene's camera)",
         into(camera, parse_camera));
 }
 
@@ -71,12 +72,17 @@ Camera turned_camera(const Camera& camera, const std::array<double, 3>& center, 
     if (turns == 0) return camera;
     const Vector axis = unit(upright);
     const auto turned = [&](const Float3& v) { return float3(rotated(vector(v), axis, 2 * std::numbers::pi * turns)); };
-    const Vector eye = center + rotated(vector(camera.eye) - center, axis, 2 * std::numbers::pi * turns);
-    return {float3(eye), turned(camera.right), turned(camera.up), turned(camera.forward)};
+    Camera result = camera;
+    result.eye = float3(center + rotated(vector(camera.eye) - center, axis, 2 * std::numbers::pi * turns));
+    result.right = turned(camera.right);
+    result.up = turned(camera.up);
+    result.forward = turned(camera.forward);
+    return result;
 }
 
 Camera stand_back_for_turns(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, uint32_t count,
                             std::span<const Box> boxes) {
+    if (camera.projection != Projection::perspective) return camera;  // from farther back it would not see more
     double border = 1;  // boxes are larger than what is in them, so the first picture need not hold all of their corners
     for_each_corner(boxes, [&](const Vector& p) {
         const Sighting seen = sighting(camera, p);

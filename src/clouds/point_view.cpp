@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "scene/vector.hpp"
 
@@ -54,14 +55,29 @@ PointView::PointView(const Camera& camera, uint32_t width, uint32_t height, doub
     const double determinant = dot(right, rows[0]);
     for (int i = 0; i < 3; i++)
         for (int a = 0; a < 3; a++) across_[i][a] = rows[i][a] / determinant;
-    pixel_ = std::min(2 * length(right) / width, 2 * length(up) / height) / length(forward);
+    projection_ = camera.projection;
+    pixel_ = std::min(2 * length(right) / width, 2 * length(up) / height);
+    if (projection_ == Projection::perspective) pixel_ /= length(forward);
+    if (camera.sees_all_around()) {
+        // Steps down and, at the horizon, across; of the other map the side of the square that a pixel's solid angle is.
+        const double across = 2 * std::numbers::pi * camera.window[2] / width, down = std::numbers::pi * camera.window[3] / height;
+        pixel_ = projection_ == Projection::equirectangular ? std::min(across, down) : std::sqrt(2 * across * down / std::numbers::pi);
+    }
+    if (camera.lens_radius > 0) {
+        lens_[0] = camera.lens_radius / length(right);
+        lens_[1] = camera.lens_radius / length(up);
+        focal_distance_ = camera.focal_distance;
+    }
 }
 
 bool PointView::sees(const Float3& position) const {
+    if (projection_ >= Projection::equirectangular) return true;
     const double p[3] = {position.x - eye_[0], position.y - eye_[1], position.z - eye_[2]};
     double seen[3];
     for (int i = 0; i < 3; i++) seen[i] = across_[i][0] * p[0] + across_[i][1] * p[1] + across_[i][2] * p[2];
-    return seen[2] > 0 && std::abs(seen[0]) <= reach_ * seen[2] && std::abs(seen[1]) <= reach_ * seen[2];
+    // How wide the picture is there; through the border of a lens, what is out of focus is seen from further aside.
+    const double half = projection_ == Projection::orthographic ? reach_ : reach_ * seen[2], blur = std::abs(seen[2] / focal_distance_ - 1);
+    return seen[2] > 0 && std::abs(seen[0]) <= half + lens_[0] * blur && std::abs(seen[1]) <= half + lens_[1] * blur;
 }
 
 double PointView::distance(const Float3& lower, double size) const {

@@ -19,7 +19,7 @@ public:
     // Whether the point lies in front of the camera and within the picture and its margin.
     bool sees(const Float3& position) const;
     // Width of a pixel's footprint at this distance from the eye: the smaller of its sides.
-    double footprint(double distance) const { return pixel_ * distance; }
+    double footprint(double distance) const { return projection_ == Projection::orthographic ? pixel_ : pixel_ * distance; }
     // Of a cube from the eye.
     double distance(const Float3& lower, double size) const;
     // Whether the cube is no larger than a pixel's footprint at its distance.
@@ -29,6 +29,8 @@ private:
     double eye_[3];
     double across_[3][3];  // position relative to the eye -> (right, up, forward) in units of the camera's axes
     double reach_, pixel_;
+    Projection projection_;
+    double lens_[2] = {0, 0}, focal_distance_ = 1;  // in units of the camera's axes
 };
 
 // The point that stands for all those of a cell: the one nearest to their middle. It gets their mean colour, and a radius that covers what they

@@ -126,7 +126,7 @@ Status PbrtReader::glossy(const Directive& directive, const std::string& type, c
     material.kind = RP_MATERIAL_LAYERED;
     material.alpha = std::max(alpha, 1e-3f);
     if (type == "plastic") {
-        material.ior = 1 / 1.5f;  // pbrt-v3 takes the Fresnel equations from inside here: all of specular beyond 42 degrees
+        material.ior = 1.5f;
     } else if (substrate) {
         material.ior = 1.5f;
         material.flags = RP_MATERIAL_BLEND;

@@ -22,7 +22,6 @@ struct Unsupported {
     int version = 0;  // of pbrt, where only one has it
 };
 constexpr Unsupported unsupported[] = {
-    {"PixelFilter", "pixels are averaged with a box filter"},
     {"Accelerator", "raypager builds its own hierarchy"},
     {"ColorSpace", "colours are taken as sRGB", 4},
     {"Option", "it is ignored", 4},
@@ -62,6 +61,7 @@ const std::unordered_map<std::string_view, PbrtReader::Handler>& PbrtReader::han
         {"ObjectBegin", &PbrtReader::object_begin},
         {"ObjectEnd", &PbrtReader::object_end},
         {"ObjectInstance", &PbrtReader::object_instance},
+        {"PixelFilter", &PbrtReader::pixel_filter},
         {"ReverseOrientation", &PbrtReader::reverse_orientation},
         {"Rotate", &PbrtReader::rotate},
         {"Sampler", &PbrtReader::sampler},
@@ -83,6 +83,7 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     RAYPAGER_TRY(read_to_the_end(path));
     if (const Status placed = place_camera(); !placed.ok()) return placed.at(path.string());
     RAYPAGER_TRY(set_film_response());
+    RAYPAGER_TRY(set_pixel_filter());
     // Version 3 lets attributes and objects end in any order.
     if (odd_nesting_ && version_ != 3) warn(odd_nesting_location_, *odd_nesting_);
     if (scene_.shapes.empty()) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "import/cloud_file.hpp"
+#include "import/curves.hpp"
 #include "import/mesh_file.hpp"
 #include "import/pbrt_parameters.hpp"
 #include "import/pbrt_textures.hpp"
@@ -52,11 +53,27 @@ private:
     struct CameraSettings {
         Transform camera_to_world;
         double fov = 90, shutter_seconds = 1;
+        Projection projection = Projection::perspective;
+        std::optional<double> frame_aspect;
+        std::optional<std::array<double, 4>> screen_window;  // left, right, bottom, top
+        double lens_radius = 0, focal_distance = 1e6;
+        PbrtLocation location;
     };
     struct FilmSettings {
         double iso = 100, scale = 1, white_balance = 0;  // 0: none
         std::optional<double> exposure_time, imaging_ratio;
         double max_component = FilmResponse::no_limit, max_luminance = FilmResponse::no_limit;
+        PbrtLocation location;
+    };
+    // Pixels of the whole film that are the picture.
+    struct Crop {
+        uint32_t left = 0, right = 0, top = 0, bottom = 0;
+    };
+    // Not known before all is read: which version's defaults count.
+    struct FilterSettings {
+        std::string type;
+        std::optional<double> x_radius, y_radius, alpha, sigma;
+        double b = 1.0 / 3, c = 1.0 / 3, tau = 3;
         PbrtLocation location;
     };
     static constexpr uint32_t no_surface = RP_NONE;  // rays pass: pbrt's "interface" material
@@ -119,13 +136,19 @@ private:
     // pbrt_film.cpp
     Status film(const Directive& directive);
     Status film_response(const Directive& directive, const PbrtParameters& parameters);
+    Status crop(const Directive& directive, const PbrtParameters& parameters);
     Status set_film_response();
+    Status pixel_filter(const Directive& directive);
+    Status set_pixel_filter();
 
     // pbrt_camera.cpp
     Status camera(const Directive& directive);
     Status sampler(const Directive& directive);
     Status integrator(const Directive& directive);
+    Status lens(const Directive& directive, const PbrtParameters& parameters, CameraSettings& settings);
+    Status frame(const Directive& directive, const PbrtParameters& parameters, CameraSettings& settings);
     Status place_camera();
+    void crop_camera();
 
     // pbrt_materials.cpp
     Status material(const Directive& directive);
@@ -175,6 +198,15 @@ private:
     Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status points(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status make_sphere(const Directive& directive, double radius, Shape& shape);
+    Status loop_subdivision(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status cone(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status paraboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status hyperboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status curve(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status curve_points(const Directive& directive, const PbrtParameters& parameters, CurveShape& curve);
+    Status sweep(const Directive& directive, const PbrtParameters& parameters, double& radians);
+    Status lengths(const Directive& directive, std::initializer_list<double> values);
     Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
@@ -200,6 +232,8 @@ private:
     std::map<std::string, Transform> coordinate_systems_;
     std::optional<CameraSettings> camera_;
     FilmSettings film_;
+    std::optional<Crop> crop_;
+    std::optional<FilterSettings> filter_;
     std::map<std::string, uint32_t> named_materials_;
     PbrtTextures textures_;
     std::map<std::string, std::vector<Shape>> objects_;

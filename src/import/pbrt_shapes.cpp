@@ -4,11 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "import/loop_subdivision.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/ply_header.hpp"
 #include "import/tessellate.hpp"
 #include "import/text.hpp"
 #include "raypager/materials.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
@@ -17,6 +19,9 @@ namespace {
 constexpr size_t max_shapes = RP_NONE - 1;
 // From here on, single precision is coarser than 8 mm if the unit is the metre.
 constexpr double far_coordinate = 65536;
+// Of subdivision surfaces: a few words in a file must not fill the memory.
+constexpr uint32_t most_loop_levels = 6;
+constexpr uint64_t most_loop_triangles = uint64_t{1} << 24;
 constexpr double degrees = 3.14159265358979323846 / 180;
 
 // Lengths and angles are the same in all directions: spheres stay spheres.
@@ -40,16 +45,17 @@ bool is_similarity(const Transform& t) {
 Status PbrtReader::make_shape(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape) {
     shape.sphere.radius = 0;
     if (type == "trianglemesh") return triangle_mesh(directive, parameters, shape);
-    if (type == "loopsubdiv") {
-        warn(directive.location, "Shape \"loopsubdiv\" is not supported; its control mesh is used");
-        return triangle_mesh(directive, parameters, shape);
-    }
+    if (type == "loopsubdiv") return loop_subdivision(directive, parameters, shape);
     if (type == "bilinearmesh") return bilinear_mesh(directive, parameters, shape);
     if (type == "plymesh") return ply_mesh(directive, parameters, shape);
     if (type == "sphere") return sphere(directive, parameters, shape);
     if (type == "points") return points(directive, parameters, shape);
     if (type == "disk") return disk(directive, parameters, shape);
     if (type == "cylinder") return cylinder(directive, parameters, shape);
+    if (type == "cone") return cone(directive, parameters, shape);
+    if (type == "paraboloid") return paraboloid(directive, parameters, shape);
+    if (type == "hyperboloid") return hyperboloid(directive, parameters, shape);
+    if (type == "curve") return curve(directive, parameters, shape);
     leave_out(directive, fmt::format("Shape \"{}\" is not supported; it is left out", clipped(type)));
     return {};
 }
@@ -81,7 +87,7 @@ Status PbrtReader::shape(const Directive& directive) {
     RAYPAGER_TRY(parameters.status());
     if (!shape.mesh && !shape.points && !(shape.sphere.radius > 0)) return {};  // what was to be said was said
     warn_of_unused(directive, type, parameters,
-                   {"uv", "st", "S", "faceIndices", "shadowalpha", "levels", "nlevels", "scheme", "edgelength", "discarddegenerateUVs"});
+                   {"uv", "st", "S", "faceIndices", "shadowalpha", "scheme", "edgelength", "discarddegenerateUVs", "splitdepth", "emissionfilename"});
     shape.to_world = state_.transform * shape.to_world;
     shape.reverse_orientation = state_.reverse_orientation;
     shape.area_light = state_.area_light;
@@ -138,26 +144,47 @@ Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameter
     return mesh_in_memory(directive, std::move(mesh), shape);
 }
 
-// Patches of four points p00, p10, p01, p11: two triangles each.
-Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
-    TriangleMesh mesh;
-    mesh.positions = parameters.points("P");
-    std::vector<uint32_t> indices = parameters.indices("indices");
-    parameters.find("N");
+// A subdivision surface. Each level has four times the triangles of the one before.
+Status PbrtReader::loop_subdivision(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const std::vector<Float3> positions = parameters.points("P");
+    const std::vector<uint32_t> indices = parameters.indices("indices");
+    constexpr uint32_t any_number = 1u << 20;
+    uint32_t levels = parameters.count(parameters.find("levels") ? "levels" : "nlevels", 3, any_number);
     RAYPAGER_TRY(parameters.status());
-    if (indices.empty() && mesh.positions.size() == 4) indices = {0, 1, 2, 3};
-    if (mesh.positions.empty() || indices.size() < 4) {
+    if (positions.empty() || indices.size() < 3) {
+        leave_out(directive, "a subdivision surface without vertices or triangles is left out");
+        return {};
+    }
+    if (indices.size() % 3 != 0) warn(directive.location, "the indices of a mesh do not come in threes; those behind the last triangle are ignored");
+    std::vector<Triangle> triangles;
+    for (size_t i = 0; i + 2 < indices.size(); i += 3) triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    const uint32_t wanted = levels;
+    levels = std::min(levels, most_loop_levels);
+    while (levels > 0 && triangles.size() > most_loop_triangles >> 2 * levels) levels--;
+    if (levels < wanted) warn(directive.location, fmt::format("Shape \"loopsubdiv\" is subdivided {} times instead of {}", levels, wanted));
+    return mesh_in_memory(directive, subdivide_loop(positions, triangles, levels), shape);
+}
+
+// Patches of four points p00, p10, p01, p11.
+Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const std::vector<Float3> positions = parameters.points("P");
+    std::vector<Float3> normals = parameters.points("N");
+    std::vector<uint32_t> indices = parameters.indices("indices");
+    RAYPAGER_TRY(parameters.status());
+    if (indices.empty() && positions.size() == 4) indices = {0, 1, 2, 3};
+    if (positions.empty() || indices.size() < 4) {
         leave_out(directive, "a bilinear mesh without vertices or patches is left out");
         return {};
     }
     if (indices.size() % 4 != 0)
         warn(directive.location, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
-    warn(directive.location, "Shape \"bilinearmesh\" is not supported; two triangles are used for each patch");
-    for (size_t i = 0; i + 3 < indices.size(); i += 4) {
-        mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 3]});
-        mesh.triangles.push_back({indices[i], indices[i + 3], indices[i + 2]});
+    if (!normals.empty() && normals.size() != positions.size()) {
+        warn(directive.location, fmt::format("a mesh has {} normals for {} points; they are ignored", normals.size(), positions.size()));
+        normals.clear();
     }
-    return mesh_in_memory(directive, std::move(mesh), shape);
+    std::vector<Patch> patches;
+    for (size_t i = 0; i + 3 < indices.size(); i += 4) patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
+    return mesh_in_memory(directive, tessellate_patches(positions, normals, patches), shape);
 }
 
 // The file of a mesh or cloud. One that is not there leaves its shape out, as pbrt does it.
@@ -262,17 +289,22 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
         return {};
     }
     if (!(static_cast<float>(radius) > 0) || !std::isfinite(static_cast<float>(radius))) return error(directive, "its radius must be more than 0");
-    const bool partial =
-        parameters.number("zmin", -radius) > -radius || parameters.number("zmax", radius) < radius || parameters.number("phimax", 360) < 360;
-    if (partial) warn(directive.location, "partial spheres are not supported; the whole one is used");
-    if (is_similarity(state_.transform) && !state_.reverse_orientation) {
+    const double z_min = std::clamp(parameters.number("zmin", -radius), -radius, radius);
+    const double z_max = std::clamp(parameters.number("zmax", radius), -radius, radius);
+    double angle = 0;
+    RAYPAGER_TRY(sweep(directive, parameters, angle));
+    const bool whole = std::min(z_min, z_max) == -radius && std::max(z_min, z_max) == radius && angle == 360 * degrees;
+    if (whole) return make_sphere(directive, radius, shape);
+    if (z_min == z_max) return error(directive, "nothing is left of it between zmin and zmax");
+    return mesh_in_memory(directive, tessellate_partial_sphere(radius, std::min(z_min, z_max), std::max(z_min, z_max), angle), shape);
+}
+
+// Sphere primitives face outwards.
+Status PbrtReader::make_sphere(const Directive&, double radius, Shape& shape) {
+    if (is_similarity(state_.transform) && !state_.reverse_orientation)
         shape.sphere.radius = static_cast<float>(radius);
-        return {};
-    }
-    // Sphere primitives face outwards.
-    warn(directive.location, state_.reverse_orientation ? "spheres with reversed orientation are not supported; a mesh of 65024 triangles is used"
-                                                        : "ellipsoids are not supported; a mesh of 65024 triangles is used");
-    make_ellipsoid(shape, radius);
+    else
+        make_ellipsoid(shape, radius);
     return {};
 }
 
@@ -283,22 +315,110 @@ void PbrtReader::make_ellipsoid(Shape& shape, double radius) {
     shape.to_world = shape.to_world * Transform::scale(radius, radius, radius);
 }
 
+// How far a shape goes around z.
+Status PbrtReader::sweep(const Directive& directive, const PbrtParameters& parameters, double& radians) {
+    radians = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
+    RAYPAGER_TRY(parameters.status());
+    return radians > 0 ? Status() : error(directive, "its phimax must be more than 0");
+}
+
+// Which single precision must hold, too.
+Status PbrtReader::lengths(const Directive& directive, std::initializer_list<double> values) {
+    for (const double value : values)
+        if (!(static_cast<float>(value) > 0) || !std::isfinite(static_cast<float>(value)))
+            return error(directive, "its radius and height must be more than 0");
+    return {};
+}
+
 Status PbrtReader::disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     const double height = parameters.number("height", 0), radius = parameters.number("radius", 1), inner = parameters.number("innerradius", 0);
-    const double sweep = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
-    RAYPAGER_TRY(parameters.status());
-    if (!(radius > 0) || !(inner >= 0 && inner < radius) || !(sweep > 0)) return error(directive, "its radii must be 0 <= innerradius < radius");
-    warn(directive.location, "disks are not supported; a mesh of triangles is used");
-    return mesh_in_memory(directive, tessellate_disk(height, radius, inner, sweep), shape);
+    double angle = 0;
+    RAYPAGER_TRY(sweep(directive, parameters, angle));
+    if (!(radius > 0) || !(inner >= 0 && inner < radius)) return error(directive, "its radii must be 0 <= innerradius < radius");
+    return mesh_in_memory(directive, tessellate_disk(height, radius, inner, angle), shape);
 }
 
 Status PbrtReader::cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     const double radius = parameters.number("radius", 1), z_min = parameters.number("zmin", -1), z_max = parameters.number("zmax", 1);
-    const double sweep = std::clamp(parameters.number("phimax", 360), 0.0, 360.0) * degrees;
+    double angle = 0;
+    RAYPAGER_TRY(sweep(directive, parameters, angle));
+    RAYPAGER_TRY(lengths(directive, {radius, std::abs(z_max - z_min)}));
+    return mesh_in_memory(directive, tessellate_cylinder(radius, std::min(z_min, z_max), std::max(z_min, z_max), angle), shape);
+}
+
+Status PbrtReader::cone(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const double radius = parameters.number("radius", 1), height = parameters.number("height", 1);
+    double angle = 0;
+    RAYPAGER_TRY(sweep(directive, parameters, angle));
+    RAYPAGER_TRY(lengths(directive, {radius, height}));
+    return mesh_in_memory(directive, tessellate_cone(radius, height, angle), shape);
+}
+
+// radius: where z is the larger of the two heights.
+Status PbrtReader::paraboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const double radius = parameters.number("radius", 1), one = parameters.number("zmin", 0), other = parameters.number("zmax", 1);
+    const double z_min = std::min(one, other), z_max = std::max(one, other);
+    double angle = 0;
+    RAYPAGER_TRY(sweep(directive, parameters, angle));
+    RAYPAGER_TRY(lengths(directive, {radius, z_max - z_min}));
+    if (!(z_min >= 0)) return error(directive, "its zmin must be 0 or more: there is no paraboloid below that");
+    return mesh_in_memory(directive, tessellate_paraboloid(radius, z_min, z_max, angle), shape);
+}
+
+// Of version 3: what the line from p1 to p2 sweeps out.
+Status PbrtReader::hyperboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    const auto from = parameters.point("p1", {0, 0, 0}), to = parameters.point("p2", {1, 1, 1});
+    double angle = 0;
+    RAYPAGER_TRY(sweep(directive, parameters, angle));
+    RAYPAGER_TRY(lengths(directive, {length(to - from)}));
+    if (std::hypot(from[0], from[1]) == 0 && std::hypot(to[0], to[1]) == 0) return error(directive, "its line lies on the axis");
+    return mesh_in_memory(directive, tessellate_hyperboloid(from, to, angle), shape);
+}
+
+Status PbrtReader::curve_points(const Directive& directive, const PbrtParameters& parameters, CurveShape& curve) {
+    const std::string basis = parameters.text("basis", "bezier");
+    const uint32_t degree = parameters.count("degree", 3, 3);
+    std::vector<Vector> points, normals;
+    for (const Float3& p : parameters.points("P")) points.push_back(vector(p));
+    for (const Float3& n : parameters.points("N")) normals.push_back(vector(n));
     RAYPAGER_TRY(parameters.status());
-    if (!(radius > 0) || z_min == z_max || !(sweep > 0)) return error(directive, "its radius, height and sweep must be more than 0");
-    warn(directive.location, "cylinders are not supported; a mesh of triangles is used");
-    return mesh_in_memory(directive, tessellate_cylinder(radius, std::min(z_min, z_max), std::max(z_min, z_max), sweep), shape);
+    if (basis != "bezier" && basis != "bspline")
+        return error(directive, fmt::format("there is no basis \"{}\"; it is bezier or bspline", clipped(basis)));
+    if (degree < 2) return error(directive, "its degree must be 2 or 3");
+    const size_t segments = curve_segments(points.size(), degree, basis == "bspline");
+    if (segments == 0) return error(directive, fmt::format("{} control points make no {} curve of degree {}", points.size(), basis, degree));
+    curve.points = cubic_bezier_points(points, degree, basis == "bspline");
+    if (curve.type != CurveShape::Type::ribbon) return {};
+    if (normals.size() != segments + 1) return error(directive, fmt::format("a ribbon of {} segments needs {} normals", segments, segments + 1));
+    for (const Vector& n : normals) {
+        if (!(length(n) > 0)) return error(directive, "a normal of its ribbon has no length");
+        curve.normals.push_back(unit(n));
+    }
+    return {};
+}
+
+Status PbrtReader::curve(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    CurveShape curve;
+    const std::string type = parameters.text("type", "flat");
+    const double width = parameters.number("width", 1);
+    curve.first_width = parameters.number("width0", width);
+    curve.last_width = parameters.number("width1", width);
+    RAYPAGER_TRY(parameters.status());
+    if (type == "cylinder")
+        curve.type = CurveShape::Type::cylinder;
+    else if (type == "ribbon")
+        curve.type = CurveShape::Type::ribbon;
+    else if (type != "flat")
+        return error(directive, fmt::format("there is no curve of type \"{}\"; it is flat, cylinder or ribbon", clipped(type)));
+    if (!(curve.first_width >= 0) || !(curve.last_width >= 0) || !(std::max(curve.first_width, curve.last_width) > 0))
+        return error(directive, "its widths must be 0 or more, and not both 0");
+    RAYPAGER_TRY(curve_points(directive, parameters, curve));
+    TriangleMesh mesh = tessellate_curve(curve);
+    if (mesh.triangles.empty()) {
+        leave_out(directive, "a curve without length is left out");
+        return {};
+    }
+    return mesh_in_memory(directive, std::move(mesh), shape);
 }
 
 // Instances are not shared: each places the object's shapes again.
@@ -340,7 +460,6 @@ Status PbrtReader::object_instance(const Directive& directive) {
     for (Shape shape : found->second) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
         if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
-            warn(directive.location, "ellipsoids are not supported; a mesh of 65024 triangles is used");
             make_ellipsoid(shape, shape.sphere.radius);
         }
         shape.to_world = state_.transform * shape.to_world;

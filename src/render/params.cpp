@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <span>
+#include <vector>
 
 #include "base/hash.hpp"
 #include "base/memory.hpp"
@@ -10,6 +12,8 @@
 #include "device/kernel_sources.hpp"
 #include "device/kernel_tokens.hpp"
 #include "raypager/abi/film.h"
+#include "scene/pixel_filter.hpp"
+#include "scene/vector.hpp"
 #include "wavefront/sample_order.hpp"
 #include "wavefront/wavefront.hpp"
 
@@ -31,6 +35,34 @@ void set3(float (&target)[4], const Float3& value) {
     target[3] = 0;
 }
 
+rp_camera device_camera(const Camera& camera) {
+    rp_camera result = {};
+    set3(result.eye, camera.eye);
+    set3(result.right, camera.right);
+    set3(result.up, camera.up);
+    set3(result.forward, camera.forward);
+    result.projection = static_cast<rp_u32>(camera.projection);
+    if (camera.lens_radius > 0) {
+        set3(result.lens_right, float3(double{camera.lens_radius} * unit(vector(camera.right))));
+        set3(result.lens_up, float3(double{camera.lens_radius} * unit(vector(camera.up))));
+        result.focal_distance = camera.focal_distance;
+    }
+    if (camera.sees_all_around()) std::copy(camera.window.begin(), camera.window.end(), result.window);
+    return result;
+}
+
+rp_pixel_filter device_filter(const PixelFilter& filter) {
+    rp_pixel_filter result = {};
+    if (filter.is_the_pixel()) return result;
+    result.radius[0] = filter.radius_x;
+    result.radius[1] = filter.radius_y;
+    for (uint32_t axis = 0; axis < 2; axis++) {
+        const std::vector<float> shares = filter_shares(filter, axis, RP_FILTER_STEPS);
+        std::copy(shares.begin(), shares.end(), result.share[axis]);
+    }
+    return result;
+}
+
 uint32_t background_identity(const rp_render_params& params) {
     if (params.background_kind == RP_BACKGROUND_LIGHTS) return 0;
     return static_cast<uint32_t>(hash64(std::as_bytes(std::span(params.background)), params.background_kind)) | 1u;
@@ -45,10 +77,8 @@ bool is_seen_growing(const RenderOptions& options) {
 Result<rp_render_params> make_params(const BakedScene& scene, const RenderOptions& options) {
     rp_render_params params = {};
     const Camera& camera = options.camera ? *options.camera : scene.camera;
-    set3(params.camera.eye, camera.eye);
-    set3(params.camera.right, camera.right);
-    set3(params.camera.up, camera.up);
-    set3(params.camera.forward, camera.forward);
+    params.camera = device_camera(camera);
+    params.filter = device_filter(scene.filter);
     params.width = options.width ? options.width : scene.width;
     params.height = options.height ? options.height : scene.height;
     // With a time limit alone, the time decides.

@@ -166,11 +166,16 @@ std::optional<Camera> make_exact_camera(const Float3& eye, const std::array<doub
         const auto& r = to_camera->m[row];
         return Float3{static_cast<float>(r[0] * scale), static_cast<float>(r[1] * scale), static_cast<float>(r[2] * scale)};
     };
-    return Camera{eye, axis(0, right_handed ? -half_width : half_width), axis(1, half_height), axis(2, 1)};
+    Camera camera;
+    camera.eye = eye;
+    camera.right = axis(0, right_handed ? -half_width : half_width);
+    camera.up = axis(1, half_height);
+    camera.forward = axis(2, 1);
+    return camera;
 }
 
 Camera fit_camera(Camera camera, uint32_t old_width, uint32_t old_height, uint32_t width, uint32_t height) {
-    if (uint64_t(width) * old_height == uint64_t(height) * old_width) return camera;
+    if (uint64_t(width) * old_height == uint64_t(height) * old_width || camera.sees_all_around()) return camera;
     const double shorter = old_width <= old_height ? length(vector(camera.right)) : length(vector(camera.up));
     const double sides = double(width) / height;
     camera.right = with_length(camera.right, shorter * std::max(1.0, sides));

@@ -7,6 +7,8 @@
 
 #include "raypager/scene.hpp"
 #include "scene/check_material.hpp"
+#include "scene/pixel_filter.hpp"
+#include "scene/projection.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {
@@ -29,6 +31,8 @@ Status check_camera(const Scene& scene) {
                                double{c.right.y} * (double{c.up.x} * c.forward.z - double{c.up.z} * c.forward.x) +
                                double{c.right.z} * (double{c.up.x} * c.forward.y - double{c.up.y} * c.forward.x);
     if (determinant == 0) return Status::failed("camera: its axes lie in one plane; check its transform and field of view");
+    if (const Status status = check_projection(c); !status.ok()) return status;
+    if (const Status status = check_filter(scene.filter); !status.ok()) return status;
     for (const uint32_t side : {scene.width, scene.height})
         if (side == 0 || side > largest_side)
             return Status::failed(fmt::format("picture: {} x {} pixels; each side must be 1 to {}", scene.width, scene.height, largest_side));

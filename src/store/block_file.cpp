@@ -59,7 +59,16 @@ Status read_scalars(const InputFile& file, const Header& header, BakedScene& sce
     if (items.size() != 1)
         return Status::failed(file.path().string() + ": section \"scene\": must have one entry; the file is damaged, bake the scene again");
     const Scalars& s = items[0];
-    scene.camera = {load(s.eye), load(s.right), load(s.up), load(s.forward)};
+    scene.camera = {load(s.eye),
+                    load(s.right),
+                    load(s.up),
+                    load(s.forward),
+                    static_cast<Projection>(s.projection),
+                    s.lens_radius,
+                    s.focal_distance,
+                    {s.window[0], s.window[1], s.window[2], s.window[3]}};
+    scene.filter = {static_cast<PixelFilter::Kind>(s.filter_kind), s.filter_radius[0], s.filter_radius[1], s.filter_parameters[0],
+                    s.filter_parameters[1]};
     scene.width = s.width;
     scene.height = s.height;
     scene.spp = s.spp;

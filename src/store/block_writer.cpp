@@ -24,6 +24,15 @@ Scalars make_scalars(const BakedScene& scene) {
     store(s.right, scene.camera.right);
     store(s.up, scene.camera.up);
     store(s.forward, scene.camera.forward);
+    s.projection = static_cast<uint32_t>(scene.camera.projection);
+    s.lens_radius = scene.camera.lens_radius;
+    s.focal_distance = scene.camera.focal_distance;
+    std::copy(scene.camera.window.begin(), scene.camera.window.end(), s.window);
+    s.filter_kind = static_cast<uint32_t>(scene.filter.kind);
+    s.filter_radius[0] = scene.filter.radius_x;
+    s.filter_radius[1] = scene.filter.radius_y;
+    s.filter_parameters[0] = scene.filter.first;
+    s.filter_parameters[1] = scene.filter.second;
     s.width = scene.width;
     s.height = scene.height;
     s.spp = scene.spp;

@@ -8,6 +8,8 @@
 #include "block/block_coding.hpp"
 #include "raypager/abi/path.h"
 #include "scene/check_material.hpp"
+#include "scene/pixel_filter.hpp"
+#include "scene/projection.hpp"
 #include "store/format.hpp"
 
 namespace raypager {
@@ -36,6 +38,8 @@ bool good_bounds(const float (&lower)[3], const float (&upper)[3]) {
 Status check_scalars(const BakedScene& scene) {
     for (const Float3& v : {scene.camera.eye, scene.camera.right, scene.camera.up, scene.camera.forward})
         if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) return bad(scalars, "the camera is not finite");
+    if (const Status camera = check_projection(scene.camera); !camera.ok()) return bad(scalars, camera.message());
+    if (const Status filter = check_filter(scene.filter); !filter.ok()) return bad(scalars, filter.message());
     if (scene.width == 0 || scene.height == 0 || scene.spp == 0) return bad(scalars, "the size of the picture is zero");
     if (!(scene.film.exposure >= 0) || !std::isfinite(scene.film.exposure) || !finite(scene.film.color_matrix) || !(scene.film.max_luminance >= 0) ||
         !(scene.film.max_xyz >= 0))

@@ -44,6 +44,10 @@ struct Scalars {
     float position_cell;
     float exposure, color_matrix[9];
     float max_luminance, max_xyz;
+    uint32_t projection;
+    float lens_radius, focal_distance, window[4];
+    uint32_t filter_kind;
+    float filter_radius[2], filter_parameters[2];
     uint32_t unused;
 };
 
@@ -51,7 +55,7 @@ inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),    sizeo
                                                        sizeof(rp_node),    sizeof(rp_block_entry), sizeof(uint64_t), sizeof(rp_u32),
                                                        sizeof(BlockRecord)};
 
-static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 200);
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 248);
 static_assert(sizeof(rp_material) == 128 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
 static_assert(sizeof(rp_node) == 32 && sizeof(rp_block_entry) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
 

@@ -25,9 +25,9 @@ struct WavefrontBuffers {
     Buffer film, queue, free_list, again, counters;
 };
 
-// What kernels are built with, as " -D..." for those that trace and for those that shade.
+// What kernels are built with, as " -D...": for those that trace, those that shade, and those that make camera rays; and for all of single rays.
 struct BackendSettings {
-    std::string tracing, shading;
+    std::string tracing, shading, cameras, single_rays;
     bool count_bounces = false;  // RP_DEMAND_BOUNCES is kept
 };
 

@@ -42,13 +42,13 @@ Status SingleRayBackend::allocate() {
 Status SingleRayBackend::build(const BackendSettings& settings) {
     const DeviceProfile& profile = device_.profile();
     RAYPAGER_TRY(get_kernels({{publish_, "single_ray/publish", "rp_publish"}}, ""));
-    const std::string states = short_states;
+    const std::string states = short_states + settings.single_rays;
     const std::string common =
         device_.register_limit(profile.shading_registers) + geometry_.definitions() + states +
         fmt::format(" -DRP_WAKE_GROUP={} -DRP_WAKE_SLEEP_GROUPS={} -DRP_SHADE_LANES=1", device_.group_size(), profile.wake_sleep_groups);
-    RAYPAGER_TRY(get_kernels(
-        {{wake_, "single_ray/wake", "rp_wake"}, {generate_, "single_ray/generate", "rp_generate"}, {advance_, "single_ray/generate", "rp_advance"}},
-        common));
+    RAYPAGER_TRY(
+        get_kernels({{generate_, "single_ray/generate", "rp_generate"}, {advance_, "single_ray/generate", "rp_advance"}}, common + settings.cameras));
+    RAYPAGER_TRY(get_kernels({{wake_, "single_ray/wake", "rp_wake"}}, common));
     RAYPAGER_TRY(get_kernels({{shade_, "shading/shade", "rp_shade"}}, common + settings.shading));
     // Persistent threads do not record.
     persistent_ = visit_settings_.capacity == 0 && device_.has_persistent_threads();

@@ -37,7 +37,7 @@ Status StreamBackend::build(const BackendSettings& settings) {
                               {generate_, all, "rp_generate_stream"},
                               {trace_, all, "rp_trace_stream"},
                               {shade_, all, "rp_shade"}},
-                             geometry_.definitions() + settings.tracing + settings.shading + " -DRP_SHADE_LANES=16"));
+                             geometry_.definitions() + settings.tracing + settings.shading + settings.cameras + " -DRP_SHADE_LANES=16"));
     const WavefrontBuffers& b = buffers_;
     return shade_.set(b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film);
 }

@@ -29,6 +29,20 @@ constexpr uint64_t backend_fixed_bytes(BlockForm form) {
     return form == BlockForm::wide ? StreamBackend::fixed_bytes : SingleRayBackend::fixed_bytes;
 }
 
+bool has_lens(const rp_camera& camera) { return camera.focal_distance > 0; }
+
+// Rays of the camera begin in more than one place.
+bool eye_moves(const rp_camera& camera) { return has_lens(camera) || camera.projection == RP_PROJECTION_ORTHOGRAPHIC; }
+
+// A pinhole camera and samples that lie evenly in their pixels take none.
+std::string camera_definitions(const rp_render_params& params) {
+    std::string result;
+    if (params.camera.projection != RP_PROJECTION_PERSPECTIVE) result += fmt::format(" -DRP_PROJECTION={}", params.camera.projection);
+    if (has_lens(params.camera)) result += " -DRP_LENS";
+    if (params.filter.radius[0] > 0) result += " -DRP_PIXEL_FILTER";
+    return result;
+}
+
 template <class T>
 std::span<const std::byte> bytes_of_one(const T& value) {
     return std::as_bytes(std::span(&value, 1));
@@ -74,6 +88,8 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     settings.count_bounces = kept.bounces;
     if (has_light_tree(scene.lights)) settings.shading = " -DRP_LIGHT_TREE";
     if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) settings.shading += " -DRP_LAYERED";
+    settings.cameras = camera_definitions(params);
+    if (eye_moves(params.camera)) settings.single_rays = " -DRP_EYE_MOVES";
     Wavefront& w = *wavefront;
     auto backend = form == BlockForm::wide ? StreamBackend::create(device, w.params_, w.geometry_, w.buffers_, settings)
                                            : SingleRayBackend::create(device, w.params_, w.geometry_, w.buffers_, settings, visits);

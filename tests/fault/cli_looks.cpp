@@ -106,6 +106,25 @@ TEST_F(CliLooks, CamerasOfReportsComeBack) {
         }
 }
 
+// So do lenses; of a camera that no text describes the report says nothing but its axes.
+TEST_F(CliLooks, LensesOfReportsComeBack) {
+    write_scene("lens.pbrt", "Scale -1 1 1\n", "0.5 0.5 0.5");
+    std::string text = read_file(folder_ / "lens.pbrt");
+    text.replace(text.find("\"float fov\""), 0, "\"float lensradius\" 0.2 \"float focaldistance\" 6 ");
+    write("lens.pbrt", text);
+    const auto own = render("lens.pbrt -o a.pfm --spp 2");
+    const std::string camera = own["camera"];
+    EXPECT_TRUE(camera.ends_with(",lens,0.2,6")) << camera;
+    EXPECT_NEAR(own["settings"]["camera"]["lens"]["radius"].get<double>(), 0.2, 1e-6);
+    EXPECT_EQ(film("lens.pbrt -o a.pfm --spp 2 --camera " + camera), own["image"]["film_hash"]);
+    EXPECT_NE(film("lens.pbrt -o a.pfm --spp 2 --camera " + camera.substr(0, camera.find(",lens"))), own["image"]["film_hash"]);
+    text.replace(text.find("\"perspective\""), 13, "\"orthographic\"");
+    write("parallel.pbrt", text);
+    const auto parallel = render("parallel.pbrt -o a.pfm --spp 2");
+    EXPECT_TRUE(parallel["camera"].is_null());
+    EXPECT_EQ(parallel["settings"]["camera"]["projection"], "orthographic");
+}
+
 TEST_F(CliLooks, TurntablesWriteAllTheirPictures) {
     const auto report = render("wedge.off -o turn.pfm --spp 2 --size 24x16 --turntable 3");
     ASSERT_EQ(report["turntable"].size(), 3u);

@@ -184,6 +184,13 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     using namespace format;
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.eye[1] = NAN; }), "scene");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.width = 0; }), "scene");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.projection = 4; }), "projection");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.lens_radius = -1; }), "lens");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.lens_radius = 1, s.focal_distance = NAN; }), "in focus");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.window[2] = 0; }), "window");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.filter_kind = 5; }), "pixel filter");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.filter_radius[1] = 0; }), "pixel filter");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.filter_kind = 2, s.filter_parameters[0] = NAN; }), "pixel filter");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.exposure = -1; }), "film");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.exposure = INFINITY; }), "film");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.color_matrix[4] = NAN; }), "film");

@@ -11,13 +11,14 @@ namespace {
 const char* const all_directives = R"(# a comment
 Option "disablepixeljitter" true
 Film "rgb" "integer xresolution" [64] "integer yresolution" 48 "string filename" "a.exr" "float iso" 200 "float whitebalance" 5000
+ "float cropwindow" [0 .5 .25 1]
 Sampler "stratified" "integer xsamples" 2 "integer ysamples" 2
-PixelFilter "gaussian" "float xradius" 2
+PixelFilter "gaussian" "float xradius" 2 "float sigma" 0.7
 Integrator "volpath" "integer maxdepth" 7
 Scale -1 1 1
 LookAt 0 1 -5  0 0 0  0 1 0
 CoordinateSystem "here"
-Camera "perspective" "float fov" 45.5 "float lensradius" 0.1
+Camera "perspective" "float fov" 45.5 "float lensradius" 0.1 "float focaldistance" 5 "float screenwindow" [-1 1 -1 .5] "float frameaspectratio" 1.5
 WorldBegin
 LightSource "infinite" "rgb L" [.3 .3 .3] "float scale" 2
 LightSource "distant" "point3 from" [0 10 0] "point3 to" [0 0 0] "blackbody L" 5500
@@ -41,6 +42,11 @@ ObjectBegin "o" Shape "disk" "float radius" 2 Shape "bilinearmesh" "point3 P" [0
 TransformBegin Scale 2 2 2 ObjectInstance "o" TransformEnd
 ReverseOrientation
 Shape "cylinder" "float zmin" -1 "float zmax" 1 "float phimax" 180
+Shape "sphere" "float zmin" -.5 "float phimax" 200 Shape "cone" "float height" 2 Shape "paraboloid" "float zmax" 2
+Shape "hyperboloid" "point3 p1" [1 0 0]
+Shape "loopsubdiv" "integer levels" 2 "point3 P" [0 0 0 1 0 0 0 1 0 0 0 1] "integer indices" [0 2 1 0 1 3 1 2 3 0 3 2]
+Shape "curve" "string type" "ribbon" "point3 P" [0 0 0 1 0 0 2 1 0 3 0 0] "normal3 N" [0 0 1 0 1 0] "float width0" 0.1
+Shape "curve" "string basis" "bspline" "integer degree" 2 "point3 P" [0 0 0 1 0 0 2 1 0 3 0 0] "string type" "cylinder"
 Include "other.pbrt"
 Import "other.pbrt"
 ActiveTransform All
@@ -51,7 +57,10 @@ constexpr uint64_t largest_tessellation = 2400000;  // bytes; an ellipsoid's, wi
 }  // namespace
 
 std::vector<std::string> seeds() {
-    return {all_directives, "WorldBegin Include \"input.pbrt\"", "Identity Transform [1 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1] Shape \"sphere\" WorldEnd"};
+    return {all_directives,
+            "Film \"image\" \"integer pixelbounds\" [0 9 0 9] PixelFilter \"mitchell\" Camera \"environment\" WorldBegin Shape \"sphere\"",
+            "Camera \"orthographic\" \"float lensradius\" 1 WorldBegin Shape \"sphere\"", "WorldBegin Include \"input.pbrt\"",
+            "Identity Transform [1 0 0 0 0 2 0 0 0 0 1 0 0 0 0 1] Shape \"sphere\" WorldEnd"};
 }
 
 void run(std::string_view input) {

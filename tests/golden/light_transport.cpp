@@ -199,6 +199,10 @@ TEST(LitPlane, point_and_distant_light_have_known_irradiance) {
     }
 }
 
+using FilterKind = PixelFilter::Kind;
+const PixelFilter gaussian_filter = {FilterKind::gaussian, 1.5f, 1.5f, 2}, mitchell_filter = {FilterKind::mitchell, 2, 2, 1.0f / 3, 1.0f / 3},
+                  triangle_filter = {FilterKind::triangle, 2, 1}, wide_box_filter = {FilterKind::box, 1, 0.75f};
+
 struct TransportCase {
     const char* name;
     Scene (*make)();
@@ -230,46 +234,56 @@ TEST_P(Transport, agrees_with_the_reference_tracer) {
     std::printf("%s: %s\n", GetParam().name, comparison.describe().c_str());
 }
 
-INSTANTIATE_TEST_SUITE_P(scenes, Transport,
-                         testing::Values(TransportCase{"cornell_spheres",
-                                                       [] {
-                                                           return reference::cornell_small({.sphere_primitives = true}, {48, 48});
-                                                       },
-                                                       Connection::queue},
-                                         TransportCase{"cornell_smooth",
-                                                       [] {
-                                                           return reference::cornell_small({.smooth_normals = true}, {48, 48});
-                                                       },
-                                                       Connection::queue},
-                                         TransportCase{"coated_balls", [] { return reference::coated_balls(); }, Connection::queue},
-                                         TransportCase{"clear_balls", [] { return reference::clear_balls(); }, Connection::queue},
-                                         TransportCase{"clear_balls_roulette", [] { return reference::clear_balls(); }, Connection::roulette},
-                                         TransportCase{"cornell_unseen",
-                                                       [] {
-                                                           return reference::cornell_unseen({48, 48});
-                                                       },
-                                                       Connection::queue},
-                                         TransportCase{"terrain",
-                                                       [] {
-                                                           return reference::terrain_small(48, true, {64, 48});
-                                                       },
-                                                       Connection::queue},
-                                         TransportCase{"clutter",
-                                                       [] {
-                                                           return reference::clutter_small(60, 3, {64, 48});
-                                                       },
-                                                       Connection::queue},
-                                         TransportCase{"cornell_roulette",
-                                                       [] {
-                                                           return reference::cornell_small({.sphere_primitives = true}, {48, 48});
-                                                       },
-                                                       Connection::roulette},
-                                         TransportCase{"clutter_roulette",
-                                                       [] {
-                                                           return reference::clutter_small(60, 3, {64, 48});
-                                                       },
-                                                       Connection::roulette}),
-                         [](const auto& param) { return std::string(param.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    scenes, Transport,
+    testing::Values(
+        TransportCase{"cornell_spheres",
+                      [] {
+                          return reference::cornell_small({.sphere_primitives = true}, {48, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"cornell_smooth",
+                      [] {
+                          return reference::cornell_small({.smooth_normals = true}, {48, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"coated_balls", [] { return reference::coated_balls(); }, Connection::queue},
+        TransportCase{"clear_balls", [] { return reference::clear_balls(); }, Connection::queue},
+        TransportCase{"clear_balls_roulette", [] { return reference::clear_balls(); }, Connection::roulette},
+        TransportCase{"cornell_unseen",
+                      [] {
+                          return reference::cornell_unseen({48, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"terrain",
+                      [] {
+                          return reference::terrain_small(48, true, {64, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"clutter",
+                      [] {
+                          return reference::clutter_small(60, 3, {64, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"lens", [] { return reference::balls_on_a_floor(reference::ViewKind::lens); }, Connection::queue},
+        TransportCase{"orthographic", [] { return reference::balls_on_a_floor(reference::ViewKind::orthographic, mitchell_filter); },
+                      Connection::queue},
+        TransportCase{"orthographic_lens", [] { return reference::balls_on_a_floor(reference::ViewKind::orthographic_lens); }, Connection::queue},
+        TransportCase{"equirectangular", [] { return reference::balls_on_a_floor(reference::ViewKind::equirectangular, gaussian_filter); },
+                      Connection::queue},
+        TransportCase{"equal_area", [] { return reference::balls_on_a_floor(reference::ViewKind::equal_area, triangle_filter); }, Connection::queue},
+        TransportCase{"shifted", [] { return reference::balls_on_a_floor(reference::ViewKind::shifted, wide_box_filter); }, Connection::roulette},
+        TransportCase{"cornell_roulette",
+                      [] {
+                          return reference::cornell_small({.sphere_primitives = true}, {48, 48});
+                      },
+                      Connection::roulette},
+        TransportCase{"clutter_roulette",
+                      [] {
+                          return reference::clutter_small(60, 3, {64, 48});
+                      },
+                      Connection::roulette}),
+    [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
 }  // namespace raypager

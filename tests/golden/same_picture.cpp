@@ -54,6 +54,10 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::clear_balls({48, 36});
      }},  // layered materials, and mixes of them
+    {"lens",
+     [] {
+         return reference::balls_on_a_floor(reference::ViewKind::lens, {PixelFilter::Kind::gaussian, 1.5f, 1.5f, 2}, {48, 36});
+     }},  // camera rays that begin in different places, and samples that a filter places
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reference/bsdf.hpp"
+#include "reference/camera.hpp"
 #include "reference/lights.hpp"
 
 namespace raypager::reference {
@@ -118,7 +119,7 @@ bool PathTracer::visible(const LightSample& light, const Vec3& position, const V
     return !geometry_.occluded({origin.to_float(), (target - origin).to_float(), 1});
 }
 
-void trace_row(const PathTracer& tracer, const Camera& camera, const ReferenceSettings& settings, uint32_t row, Image& image) {
+void trace_row(const PathTracer& tracer, const Scene& scene, const ReferenceSettings& settings, uint32_t row, Image& image) {
     std::seed_seq mixed{static_cast<uint32_t>(settings.seed), static_cast<uint32_t>(settings.seed >> 32), row};
     uint32_t words[2];
     mixed.generate(words, words + 2);
@@ -126,9 +127,8 @@ void trace_row(const PathTracer& tracer, const Camera& camera, const ReferenceSe
     for (uint32_t column = 0; column < image.width; column++) {
         Vec3 sum;
         for (uint32_t i = 0; i < settings.spp; i++) {
-            const double u = (column + random.uniform()) / image.width, v = (row + random.uniform()) / image.height;
-            const Vec3 direction = Vec3(camera.forward) + (2 * u - 1) * Vec3(camera.right) + (1 - 2 * v) * Vec3(camera.up);
-            sum += tracer.radiance(Vec3(camera.eye), normalized(direction), random);
+            const CameraRay ray = camera_ray(scene, column, row, image.width, image.height, random);
+            sum += tracer.radiance(ray.origin, ray.direction, random);
         }
         const Float3 mean = (sum / settings.spp).to_float();
         float* pixel = &image.values[3 * (size_t{row} * image.width + column)];
@@ -152,7 +152,7 @@ Image trace_reference(const Scene& scene, const ReferenceGeometry& geometry, con
     image.values.resize(size_t{3} * image.width * image.height);
     std::atomic<uint32_t> next_row = 0;
     const auto work = [&] {
-        for (uint32_t row = next_row++; row < image.height; row = next_row++) trace_row(tracer, scene.camera, settings, row, image);
+        for (uint32_t row = next_row++; row < image.height; row = next_row++) trace_row(tracer, scene, settings, row, image);
     };
     std::vector<std::jthread> others;
     for (uint32_t i = 1; i < settings.threads; i++) others.emplace_back(work);

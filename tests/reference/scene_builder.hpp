@@ -20,6 +20,8 @@ public:
 
     uint32_t material(const rp_material& material);
     void camera(const Vec3& eye, const Vec3& target, const Vec3& up, double fov_degrees);
+    Camera& camera() { return scene_.camera; }
+    void filter(const PixelFilter& filter) { scene_.filter = filter; }
     Shape& add(std::string name, TriangleMesh mesh, uint32_t material, const Transform& to_world = {});
     Shape& add_sphere(std::string name, const Vec3& center, double radius, uint32_t material);
     Shape& add_points(std::string name, std::vector<CloudPoint> points, bool has_color, uint32_t material);

@@ -58,6 +58,51 @@ Scene cornell_unseen(PictureSize size) {
     return scene.finish();
 }
 
+Scene balls_on_a_floor(ViewKind view, const PixelFilter& filter, PictureSize size) {
+    SceneBuilder scene(size);
+    const uint32_t white = scene.material(diffuse(grey(0.8))), blue = scene.material(diffuse({0.1, 0.2, 0.7})),
+                   red = scene.material(diffuse({0.7, 0.1, 0.1})), mirror = scene.material(conductor({0.2, 0.9, 1.5}, {3.9, 2.5, 1.8}, 0));
+    for (int i = -4; i < 4; i++)
+        for (int k = -8; k < 2; k++)
+            scene.add("floor", quad({double(i), -1, double(k) + 1}, {1, 0, 0}, {0, 0, -1}, 4), (i + k) % 2 == 0 ? white : blue);
+    scene.add("near", icosphere(0.4, 3), red, Transform::translate(-0.5, -0.6, 0.9));
+    scene.add("middle", icosphere(0.5, 3), mirror, Transform::translate(0.4, -0.5, -1));
+    scene.add("far", icosphere(0.8, 3), red, Transform::translate(-0.9, -0.2, -4));
+    const Vec3 eye(0.2, 0.3, 3), target(0, -0.4, -1);
+    scene.camera(eye, target, {0, 1, 0}, 40);
+    Camera& camera = scene.camera();
+    switch (view) {
+        case ViewKind::lens:
+            camera.lens_radius = 0.15f;
+            camera.focal_distance = static_cast<float>(length(target - eye));
+            break;
+        case ViewKind::orthographic:
+        case ViewKind::orthographic_lens:
+            camera.projection = Projection::orthographic;
+            camera.right = (2 / length(Vec3(camera.up)) * Vec3(camera.right)).to_float();
+            camera.up = (2 / length(Vec3(camera.up)) * Vec3(camera.up)).to_float();
+            if (view == ViewKind::orthographic) break;
+            camera.lens_radius = 0.2f;
+            camera.focal_distance = 4;
+            break;
+        case ViewKind::equirectangular:
+        case ViewKind::equal_area:
+            camera.projection = view == ViewKind::equal_area ? Projection::equal_area : Projection::equirectangular;
+            for (Float3* axis : {&camera.right, &camera.up, &camera.forward}) *axis = normalized(Vec3(*axis)).to_float();
+            camera.eye = {0.1f, 0.1f, 0};
+            break;
+        case ViewKind::shifted:
+            camera.forward = (Vec3(camera.forward) + 0.25 * Vec3(camera.right) - 0.3 * Vec3(camera.up)).to_float();
+            break;
+    }
+    scene.filter(filter);
+    scene.infinite_light({1, 0.9, 0.8});
+    scene.point_light({2, 3, 2}, {9, 9, 9});
+    Scene result = scene.finish();
+    result.max_depth = 3;
+    return result;
+}
+
 Furnace furnace(FurnaceKind kind, double albedo, double alpha, uint32_t subdivisions, PictureSize size) {
     SceneBuilder scene(size);
     const Vec3 much(1e5);  // of an extinction so strong that nothing is lost: 1 - F is about 4 eta / k^2
@@ -133,7 +178,7 @@ rp_material layers(uint32_t flags, double ior, double alpha, const Vec3& color, 
 }  // namespace
 
 Scene coated_balls(PictureSize size) {
-    return rows_of_balls({layers(0, 1 / 1.5, 0.15, {0.4, 0.2, 0.1}, Vec3(0.4)), layers(RP_MATERIAL_BLEND, 1.5, 0.2, {0.1, 0.3, 0.5}, Vec3(0.2)),
+    return rows_of_balls({layers(0, 1.5, 0.15, {0.4, 0.2, 0.1}, Vec3(0.4)), layers(RP_MATERIAL_BLEND, 1.5, 0.2, {0.1, 0.3, 0.5}, Vec3(0.2)),
                           glossy_material({0.5f, 0.1f, 0.1f}, {0.1f, 0.2f, 0.3f}, 0.3f), coated_diffuse_material({0.7f, 0.3f, 0.1f}, 1.5f, 0),
                           coated_diffuse_material({0.2f, 0.6f, 0.3f}, 1.6f, 0.25f), rough_diffuse_material({0.7f, 0.6f, 0.5f}, 30),
                           coated_conductor_material({0.2f, 0.9f, 1.1f}, {3.9f, 2.5f, 2.4f}, 0.3f, 1.5f, 0.2f),

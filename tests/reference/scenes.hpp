@@ -26,6 +26,10 @@ Scene cornell_small(const CornellOptions& options = {}, PictureSize size = {64, 
 // The same room by unseen lights: a ball between the others, which hides nothing, and two triangles, one of which shines to both sides.
 Scene cornell_unseen(PictureSize size = {64, 64});
 
+// Balls and a checkered floor in an even light, near and far, seen by another camera than a pinhole and through a pixel filter.
+enum class ViewKind { lens, orthographic, orthographic_lens, equirectangular, equal_area, shifted };
+Scene balls_on_a_floor(ViewKind view, const PixelFilter& filter = {}, PictureSize size = {64, 48});
+
 enum class FurnaceKind {
     closed,           // inside a white-hot sphere that reflects as well: radiance * (1 + albedo + ... + albedo^max_depth) everywhere
     diffuse,          // a diffuse ball under an even sky: albedo * radiance

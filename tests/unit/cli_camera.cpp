@@ -31,6 +31,22 @@ TEST(CliCamera, TextsAreKeptToTheLastBit) {
     }
 }
 
+TEST(CliCamera, LensesComeBehindAllElse) {
+    for (const char* text : {"1,2,3,-4,5.5,6,0,1,0,40,lens,0.1,7.25", "1,2,3,-4,5.5,6,0,1,0,40,mirrored,lens,1e-05,3"}) {
+        const auto camera = parse_camera(text);
+        ASSERT_TRUE(camera.ok()) << camera.status().message();
+        EXPECT_EQ(format_camera(*camera), text);
+        const auto made = make_camera(*camera, 4, 3);
+        EXPECT_EQ(made->lens_radius, camera->lens_radius);
+        const auto described = describe_camera(*made, 4, 3, 9);
+        ASSERT_TRUE(described);
+        EXPECT_EQ(*make_camera(*described, 4, 3), *made) << format_camera(*described);
+    }
+    for (const char* text :
+         {",lens", ",lens,1", ",lens,0,1", ",lens,1,0", ",lens,1,-2", ",lens,1,x", ",lens,1,2,", ",lens,1,2,3", ",lens,1,2,mirrored"})
+        EXPECT_FALSE(parse_camera(std::string("1,2,3,-4,5.5,6,0,1,0,40") + text).ok()) << text;
+}
+
 TEST(CliCamera, AWordBehindTheNumbersMirrors) {
     EXPECT_FALSE(parse_camera("0,0,5,0,0,0,0,1,0,40")->mirrored);
     EXPECT_TRUE(parse_camera("0,0,5,0,0,0,0,1,0,40,mirrored")->mirrored);
@@ -85,6 +101,12 @@ TEST(CliCamera, WhatNoTextDescribes) {
     Camera camera = *make_camera(*parse_camera("1,2,3,-4,5.5,6,0,1,0,40"), 4, 3);
     EXPECT_TRUE(describe_camera(camera, 4, 3));
     EXPECT_FALSE(describe_camera(camera, 3, 4)) << "pixels that are not square";
+    Camera parallel = camera;
+    parallel.projection = Projection::orthographic;
+    EXPECT_FALSE(describe_camera(parallel, 4, 3));
+    Camera shifted = camera;
+    shifted.forward.y += 0.1f;
+    EXPECT_FALSE(describe_camera(shifted, 4, 3)) << "a part of a larger picture";
     camera.right.x += 0.1f;
     EXPECT_FALSE(describe_camera(camera, 4, 3)) << "a sheared picture";
     EXPECT_EQ(camera_string(camera, 4, 3, {0, 0, 0}), "");
@@ -99,6 +121,20 @@ TEST(CliCamera, SizesKeepTheShorterSidesAngle) {
         ASSERT_TRUE(text);
         EXPECT_NEAR(text->fov_degrees, 40, 1e-4);
     }
+}
+
+TEST(CliCamera, WhatIsNotInTheAxesStays) {
+    Camera own = *make_camera(*parse_camera("3,-5,2,0,0,0,0,0,1,40,lens,0.5,6"), 4, 3);
+    const Camera turned = turned_camera(own, {0, 0, 0}, {0, 0, 1}, 0.25);
+    EXPECT_EQ(turned.lens_radius, 0.5f);
+    EXPECT_EQ(turned.focal_distance, 6);
+    EXPECT_EQ(choose_camera({}, own, 4, 3, 100, 10)->lens_radius, 0.5f);
+    own = Camera();
+    own.projection = Projection::equal_area;
+    own.window = {0, 0.5f, 1, 0.5f};
+    EXPECT_EQ(*choose_camera({}, own, 4, 3, 100, 10), own) << "all around is all around";
+    const Box box = {{-20, -20, 5}, {20, 20, 6}};
+    EXPECT_EQ(stand_back_for_turns(own, {0, 0, 0}, {0, 0, 1}, 8, {&box, 1}), own);
 }
 
 TEST(CliCamera, TurntablesGoAroundTheUprightAxis) {

@@ -262,18 +262,64 @@ Shape "cylinder" "float radius" 2 "float zmin" -3 "float zmax" 4
     EXPECT_NEAR(quarter.lower.x, 0, 1e-6);
     EXPECT_EQ(cylinder.lower.z, -3);
     EXPECT_EQ(cylinder.upper.z, 4);
-    EXPECT_EQ(s.warnings.size(), 4u) << "ellipsoid, disks once, cylinder, and no light";
+    EXPECT_EQ(s.warnings.size(), 1u) << "no light";
+}
+
+TEST_F(ImportPbrt, ShapesThatOnlyPbrtHas) {
+    const Scene s = expect_silence(R"(WorldBegin
+Shape "sphere" "float radius" 2 "float zmin" 0 "float phimax" 180
+Shape "cone" "float radius" 2 "float height" 5
+Shape "paraboloid" "float radius" 2 "float zmin" 0 "float zmax" 3
+Shape "hyperboloid" "point p1" [1 0 0] "point p2" [1 1 2]
+Shape "loopsubdiv" "integer levels" 2 "point3 P" [0 0 0 1 0 0 0 1 0 0 0 1] "integer indices" [0 2 1 0 1 3 1 2 3 0 3 2]
+Shape "bilinearmesh" "point3 P" [0 0 0 1 0 0 0 1 0 1 1 1]
+Shape "curve" "string type" "cylinder" "point3 P" [0 0 0 1 0 0 2 0 0 3 0 0] "float width0" .2 "float width1" .1
+Shape "curve" "string basis" "bspline" "point3 P" [0 0 0 1 0 0 2 0 0 3 0 0 4 0 0]
+Shape "curve" "string type" "ribbon" "point3 P" [0 0 0 1 0 0 2 0 0 3 0 0] "normal3 N" [0 0 1 0 1 0]
+Shape "curve" "integer degree" 2 "point3 P" [0 0 0 1 1 0 2 0 0]
+)");
+    ASSERT_EQ(s.shapes.size(), 10u);
+    const Extent half = extent(s.shapes[0]), cone = extent(s.shapes[1]), bowl = extent(s.shapes[2]), hyperboloid = extent(s.shapes[3]);
+    EXPECT_EQ(half.upper, (Float3{2, 2, 2}));
+    EXPECT_NEAR(half.lower.z, 0, 1e-6);
+    EXPECT_NEAR(half.lower.y, 0, 1e-6);
+    EXPECT_EQ(cone.upper, (Float3{2, 2, 5}));
+    EXPECT_EQ(cone.triangles, 256u);
+    EXPECT_EQ(bowl.upper, (Float3{2, 2, 3}));
+    EXPECT_EQ(bowl.lower.z, 0);
+    EXPECT_NEAR(hyperboloid.upper.x, std::sqrt(2), 1e-3);
+    EXPECT_EQ(extent(s.shapes[4]).triangles, 64u);
+    EXPECT_GT(extent(s.shapes[5]).triangles, 100u);
+    EXPECT_NEAR(extent(s.shapes[6]).upper.x, 3, 1e-6);
+    EXPECT_NEAR(extent(s.shapes[7]).upper.x, 3, 1e-6);
+    EXPECT_NEAR(extent(s.shapes[7]).lower.x, 1, 1e-6);
+    EXPECT_GT(extent(s.shapes[8]).triangles, 2u);
+    EXPECT_GT(extent(s.shapes[9]).upper.y, 0.5f);
+}
+
+TEST_F(ImportPbrt, ShapesThatAreNone) {
+    expect_warning("WorldBegin Shape \"loopsubdiv\" \"integer nlevels\" 9 \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]",
+                   "is subdivided 6 times instead of 9");
+    expect_warning("WorldBegin " + one_triangle + "Shape \"loopsubdiv\"", "without vertices or triangles");
+    expect_warning("WorldBegin " + one_triangle + "Shape \"curve\" \"point3 P\" [1 1 1 1 1 1 1 1 1 1 1 1]", "a curve without length is left out");
+    for (const char* shape :
+         {"\"sphere\" \"float phimax\" 0", "\"sphere\" \"float zmin\" 2", "\"cone\" \"float height\" 0", "\"paraboloid\" \"float zmin\" -1",
+          "\"paraboloid\" \"float zmax\" 0", "\"hyperboloid\" \"point3 p2\" [0 0 1]", "\"hyperboloid\" \"point3 p2\" [0 0 0]",
+          "\"cylinder\" \"float radius\" 0", "\"curve\"", "\"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0]", "\"curve\" \"string type\" \"thick\"",
+          "\"curve\" \"string basis\" \"nurbs\"", "\"curve\" \"integer degree\" 1", "\"curve\" \"float width\" 0", "\"disk\" \"float innerradius\" 2",
+          "\"curve\" \"string type\" \"ribbon\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]"})
+        expect_error("WorldBegin\nShape " + std::string(shape), "scene.pbrt:2:1: Shape: ");
 }
 
 TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
     expect_warning("WorldBegin\nFrobnicate 1 [2 3] \"x\" true \"float y\" 1\n" + one_triangle,
                    "scene.pbrt:2: Frobnicate is not supported; it and its parameters are skipped");
-    expect_warning("PixelFilter \"gaussian\" \"float xradius\" 3 WorldBegin " + one_triangle,
-                   "scene.pbrt:1: PixelFilter is not supported; pixels are averaged");
+    expect_warning("PixelFilter \"nonesuch\" WorldBegin " + one_triangle,
+                   "scene.pbrt:1: PixelFilter \"nonesuch\" is not supported; pixels are averaged with a box filter");
     expect_warning("WorldBegin\nMaterial \"hair\" \"rgb reflectance\" [.1 .2 .3]\n" + one_triangle,
                    "scene.pbrt:2: Material \"hair\" is not supported");
-    expect_warning("WorldBegin\n\nShape \"curve\" \"point3 P\" [0 0 0]\n" + one_triangle,
-                   "scene.pbrt:3: Shape \"curve\" is not supported; it is left out");
+    expect_warning("WorldBegin\n\nShape \"nurbs\" \"point3 P\" [0 0 0]\n" + one_triangle,
+                   "scene.pbrt:3: Shape \"nurbs\" is not supported; it is left out");
     expect_warning("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + one_triangle, "the sky is white on average");
     expect_warning("WorldBegin LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n" + one_triangle,
                    "parameter \"portal\" is not supported; light comes from everywhere");
@@ -282,10 +328,9 @@ TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
                    "scene.pbrt:2: Texture \"imagemap\" is not supported; one mid value is used");
     expect_silence("WorldBegin Texture \"unused\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n" + one_triangle);
     expect_warning("WorldBegin LightSource \"point\" \"blackbody I\" 3000\n" + one_triangle, "approximated");
-    expect_warning("WorldBegin Shape \"sphere\" \"float phimax\" 180", "the whole one is used");
     expect_warning("WorldBegin " + one_triangle + "Scale 0 1 1 " + one_triangle, "left out");
-    expect_warning("WorldBegin\nShape \"curve\" Shape \"curve\"\nShape \"curve\" " + one_triangle,
-                   "scene.pbrt:2: Shape \"curve\" is not supported; it is left out (and 2 more of the same)");
+    expect_warning("WorldBegin\nShape \"nurbs\" Shape \"nurbs\"\nShape \"nurbs\" " + one_triangle,
+                   "scene.pbrt:2: Shape \"nurbs\" is not supported; it is left out (and 2 more of the same)");
     expect_warning("WorldBegin " + one_triangle, "there is no light");
     expect_warning("WorldBegin " + one_triangle + " AreaLightSource \"diffuse\" Shape \"nonesuch\"", "there is no light");
     expect_error("WorldBegin LightSource \"point\"", "scene.pbrt: has no shape");

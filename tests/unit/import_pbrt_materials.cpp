@@ -23,7 +23,7 @@ TEST_F(ImportPbrtMaterials, GlossOfVersion3) {
     EXPECT_FLOAT_EQ(plastic.color[2], 0.3f);
     EXPECT_FLOAT_EQ(plastic.specular[0], 0.4f);
     EXPECT_FLOAT_EQ(plastic.alpha, 0.2f);
-    EXPECT_FLOAT_EQ(plastic.ior, 1 / 1.5f);
+    EXPECT_FLOAT_EQ(plastic.ior, 1.5f);
     const rp_material substrate = of("\"substrate\"");
     EXPECT_EQ(substrate.flags, RP_MATERIAL_BLEND);
     EXPECT_FLOAT_EQ(substrate.specular[1], 0.5f);

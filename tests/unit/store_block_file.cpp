@@ -25,6 +25,11 @@ TEST(BlockFile, RoundTrip) {
     TemporaryFolder folder;
     Scene scene = scene_of({mesh_shape(terrain(30)), sphere_shape({0, 1, 0}, 0.1f)});
     scene.camera.eye = {1, 2, 3};
+    scene.camera.lens_radius = 0.5f;
+    scene.camera.focal_distance = 9;
+    scene.camera.projection = Projection::orthographic;
+    scene.camera.window = {0.25f, 0.5f, 0.75f, 0.125f};
+    scene.filter = {PixelFilter::Kind::mitchell, 2, 3, 0.5f, 0.25f};
     scene.width = 321;
     scene.height = 123;
     scene.spp = 7;
@@ -36,7 +41,8 @@ TEST(BlockFile, RoundTrip) {
     const BakedScene& baked = file->scene();
     const auto gathered = gather(scene, [](double) {});
     ASSERT_TRUE(gathered.ok());
-    EXPECT_EQ(baked.camera.eye, scene.camera.eye);
+    EXPECT_EQ(baked.camera, scene.camera);
+    EXPECT_EQ(baked.filter, scene.filter);
     EXPECT_EQ(baked.width, 321u);
     EXPECT_EQ(baked.height, 123u);
     EXPECT_EQ(baked.spp, 7u);
@@ -71,6 +77,12 @@ TEST(BlockFile, IdentityIsThatOfThePicture) {
     EXPECT_NE(bake_and_open(scene, folder / "b.rpb", 1 << 20)->scene().identity(), identity);
     scene.spp = 64;
     EXPECT_EQ(bake_and_open(scene, folder / "c.rpb", 1 << 20)->scene().identity(), identity);
+    scene.filter.radius_x = 1;
+    EXPECT_NE(bake_and_open(scene, folder / "e.rpb", 1 << 20)->scene().identity(), identity);
+    scene.filter = {};
+    scene.camera.lens_radius = 1;
+    EXPECT_NE(bake_and_open(scene, folder / "f.rpb", 1 << 20)->scene().identity(), identity);
+    scene.camera.lens_radius = 0;
     scene.shapes[0].to_world = Transform::translate(0, 0, 1e-6);
     EXPECT_NE(bake_and_open(scene, folder / "d.rpb", 1 << 20)->scene().identity(), identity);
 }

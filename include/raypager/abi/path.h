@@ -84,7 +84,8 @@
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x8000u
 // Extension ray done: the leaf's reference, the block and the distance of its closest hit are in HIT.xyz, in DIRECTION.xyz if it is CONNECTED, in
-// ORIGIN.xyz (which is the camera's place) if it is a CAMERA ray. The stage `shade` finds the surface there, in the same round.
+// ORIGIN.xyz (which is the camera's place, and known without it) if it is a CAMERA ray; with RP_EYE_MOVES, where each camera ray has a place of its
+// own to begin, in HIT.xyz then as well. The stage `shade` finds the surface there, in the same round.
 #define RP_STATUS_FOUND 0x10000u
 // Shadow or extension ray that leaves the first vertex of its path and has not waited: the stage `wake` puts these first in their queues. Means
 // nothing once the ray is done.

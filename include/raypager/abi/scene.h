@@ -81,10 +81,28 @@ typedef struct rp_primitive_range {
 #define RP_RANGE_AREA_LIGHT_SHIFT 8
 #define RP_RANGE_AREA_LIGHTS 0xffffffu
 
-// A ray through the image point (u, v) in [0,1]^2, (0, 0) top left, has the direction forward + (2u - 1) right + (1 - 2v) up.
+#define RP_PROJECTION_PERSPECTIVE 0u
+#define RP_PROJECTION_ORTHOGRAPHIC 1u
+#define RP_PROJECTION_EQUIRECTANGULAR 2u
+#define RP_PROJECTION_EQUAL_AREA 3u
+
+// A ray through the image point (u, v) in [0,1]^2, (0, 0) top left, has the direction forward + (2u - 1) right + (1 - 2v) up; of other projections
+// see raypager/scene.hpp and kernels/common/camera.cl.
 typedef struct rp_camera {
     float eye[4], right[4], up[4], forward[4];
+    float lens_right[3], focal_distance;  // half axes of the lens, zeros without one; the distance in lengths of forward
+    float lens_up[3];
+    rp_u32 projection;
+    float window[4];  // of projections of all directions: left, top, width, height of the picture
 } rp_camera;
+
+// Along each axis, share[k] of a pixel's samples lie no farther from its middle than k / RP_FILTER_STEPS of the radius, and between these places they
+// lie evenly. radius: in pixels; zeros where samples lie evenly in the pixel itself.
+#define RP_FILTER_STEPS 64u
+typedef struct rp_pixel_filter {
+    float radius[2];
+    float share[2][RP_FILTER_STEPS + 1];
+} rp_pixel_filter;
 
 // The samples of a picture are numbered in the order in which they are begun. Passes, each one sample of each pixel, go tile by tile of tile_size
 // x tile_size pixels. The first pass comes by itself, so that every pixel is seen soon. Those behind it, up to grouped_passes, come in stretches: the
@@ -114,7 +132,8 @@ typedef struct rp_render_params {
     rp_u32 roulette_connection, slot_count;
     float background[3];
     rp_u32 background_kind;
-    float max_luminance, max_xyz;       // of a sample (common/film.cl); infinite: no limit
+    float max_luminance, max_xyz;  // of a sample (common/film.cl); infinite: no limit
+    rp_pixel_filter filter;
     rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 

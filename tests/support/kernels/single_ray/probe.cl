@@ -1,6 +1,7 @@
 // For tests: traces given rays through resident blocks, outside the wavefront; and reports the layout of shared structs.
 #include "shading/light.cl"
 #include "common/path_state.cl"
+#include "common/camera.cl"
 #include "common/random.cl"
 #include "common/sample_order.cl"
 #include "shading/surface.cl"
@@ -93,6 +94,26 @@ __kernel void rp_probe_random(const __global uint4* restrict purposes, uint samp
     const rp_numbers_1 n = rp_random_bits_1(p.x, i % samples, p.y, p.z, p.w);
     results[i] = (uint4)(n.x, n.y, n.z, n.w);
 }
+
+// For tests of cameras. places: u, v and two numbers for the lens. results: origin and direction of the ray.
+__kernel void rp_probe_camera(__constant rp_render_params* restrict params, const __global uint4* restrict places, uint count,
+                              __global float4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    const uint4 place = places[i];
+    const rp_camera_ray ray = rp_ray_of_camera(&params->camera, as_float(place.x), as_float(place.y), place.z, place.w);
+    results[2u * i] = (float4)(ray.origin, 0.0f);
+    results[2u * i + 1u] = (float4)(ray.direction, 0.0f);
+}
+
+#ifdef RP_PIXEL_FILTER
+// For tests of pixel filters. numbers: two for each place. results: where the sample lies, from the middle of its pixel.
+__kernel void rp_probe_filter(__constant rp_render_params* restrict params, const __global uint2* restrict numbers, uint count,
+                              __global float2* restrict results) {
+    const uint i = get_global_id(0);
+    if (i < count) results[i] = rp_filtered_place(&params->filter, numbers[i].x, numbers[i].y);
+}
+#endif
 
 // For tests of the order of samples (its words): those with the numbers first to first + count - 1.
 __kernel void rp_probe_order(uint4 words, uint width, uint height, ulong first, uint count, __global rp_path_sample* restrict results) {
