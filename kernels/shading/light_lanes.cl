@@ -9,18 +9,6 @@ typedef struct RP_NAME(rp_light_sample_) {
     RP_FLOATS density;              // by solid angle, choice of the light included; 0 for lights that no BSDF sample can hit
 } RP_NAME(rp_light_sample_);
 
-// Sine and cosine of u whole turns, u in [0, 1]. Polynomials of Cephes (Moshier 1984) on an eighth of a turn.
-static inline void RP_NAME(rp_sincos_turns_)(RP_FLOATS u, RP_FLOATS* sine, RP_FLOATS* cosine) {
-    const RP_FLOATS quarter = rint(u * 4.0f), x = (u * 4.0f - quarter) * (0.5f * RP_PI), x2 = x * x;
-    const RP_FLOATS s = x + x * x2 * (-1.6666654611e-1f + x2 * (8.3321608736e-3f - x2 * 1.9515295891e-4f));
-    const RP_FLOATS c = 1.0f - 0.5f * x2 + x2 * x2 * (4.166664568298827e-2f + x2 * (-1.388731625493765e-3f + x2 * 2.443315711809948e-5f));
-    const RP_INTS i = RP_TO_INTS(quarter);
-    const RP_INTS odd = (i & 1) != 0, down = (i & 2) != 0, left = ((i + 1) & 2) != 0;
-    const RP_FLOATS a = odd ? c : s, b = odd ? s : c;
-    *sine = down ? -a : a;
-    *cosine = left ? -b : b;
-}
-
 // A uniform direction.
 static inline RP_NAME(rp_vector_) RP_NAME(rp_on_sphere_)(RP_FLOATS u, RP_FLOATS v) {
     const RP_FLOATS z = 1.0f - 2.0f * u, r = sqrt(rp_max(0.0f, 1.0f - z * z));
@@ -44,13 +32,22 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     uint number[RP_LANES], word[16][RP_LANES];
     float along[RP_LANES];
     RP_STORE(bits.x, number);
-#ifdef RP_LIGHT_TREE
-    uint more[RP_LANES];
-    float place[3][RP_LANES], chance[RP_LANES];
-    RP_STORE(bits.z, more);
+#ifdef RP_SKY
+    uint across[RP_LANES];
+    float of_sky[RP_LANES], digits[RP_LANES];
+    RP_STORE(bits.y, across);
+    RP_STORE(RP_NAME(rp_unit_)(bits.z), digits);
+#endif
+#if defined(RP_LIGHT_TREE) || defined(RP_LAMPS)
+    float place[3][RP_LANES];
     RP_STORE(point.x, place[0]);
     RP_STORE(point.y, place[1]);
     RP_STORE(point.z, place[2]);
+#endif
+#ifdef RP_LIGHT_TREE
+    uint more[RP_LANES];
+    float chance[RP_LANES];
+    RP_STORE(bits.z, more);
 #else
     float fine[RP_LANES];
     RP_STORE(RP_NAME(rp_unit_)(bits.z), fine);
@@ -69,6 +66,30 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
             word[4u * i + 2u][k] = row.z;
             word[4u * i + 3u][k] = row.w;
         }
+#ifdef RP_LAMPS
+        if (rp_is_lamp(light)) {
+            const float3 away = (float3)(place[0][k], place[1][k], place[2][k]) - rp_load3(light->p);
+            const float3 shines = rp_lamp_intensity(light, steps, away);
+            word[12][k] = as_uint(shines.x);
+            word[13][k] = as_uint(shines.y);
+            word[14][k] = as_uint(shines.z);
+        }
+#endif
+#ifdef RP_SKY
+        // The one infinite light. What stood in the row of p were its axes.
+        of_sky[k] = 0.0f;
+        if (light->kind == RP_LIGHT_INFINITE) {
+            const __global uint* sky = rp_sky_words(light, steps);
+            const float2 place = rp_sample_sky(sky, across[k], along[k], digits[k], of_sky + k);
+            const float3 towards = rp_sky_to_world(light, rp_sky_direction(place)), shines = rp_sky_radiance(sky, place);
+            word[0][k] = as_uint(towards.x);
+            word[1][k] = as_uint(towards.y);
+            word[2][k] = as_uint(towards.z);
+            word[12][k] = as_uint(shines.x);
+            word[13][k] = as_uint(shines.y);
+            word[14][k] = as_uint(shines.z);
+        }
+#endif
     }
     const RP_FLOATS u = RP_LOAD(along), v = RP_NAME(rp_unit_)(bits.y);
     const RP_NAME(rp_vector_) p = {RP_AS_FLOATS(RP_LOAD(word[0])), RP_AS_FLOATS(RP_LOAD(word[1])), RP_AS_FLOATS(RP_LOAD(word[2]))};
@@ -92,7 +113,15 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
         target = RP_NAME(rp_choose_)(triangle, RP_NAME(rp_plus_)(p, across), target);
         normal = RP_NAME(rp_choose_)(triangle, RP_NAME(rp_unit_vector_)(RP_NAME(rp_cross_)(e1, e2)), normal);
     }
+#ifdef RP_SKY
+    const RP_INTS in_direction = infinite | distant;
+    const RP_FLOATS infinite_density = RP_LOAD(of_sky);
+    if (RP_ANY(sphere)) {
+#else
+    const RP_INTS in_direction = distant;
+    const RP_FLOATS infinite_density = (RP_FLOATS)(0.25f * RP_INV_PI);
     if (RP_ANY(sphere | infinite)) {
+#endif
         const RP_NAME(rp_vector_) anywhere = RP_NAME(rp_on_sphere_)(u, v);
         target = RP_NAME(rp_choose_)(sphere, RP_NAME(rp_plus_)(p, RP_NAME(rp_times_)(anywhere, e1.x)), target);
         normal = RP_NAME(rp_choose_)(sphere | infinite, anywhere, normal);
@@ -100,10 +129,10 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     const RP_NAME(rp_vector_) to_light = RP_NAME(rp_minus_)(target, point);
     const RP_FLOATS distance = sqrt(RP_NAME(rp_dot_)(to_light, to_light));
     RP_NAME(rp_light_sample_) s;
-    s.direction = RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_choose_)(distant, p, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
+    s.direction = RP_NAME(rp_choose_)(in_direction, p, RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
     const RP_FLOATS towards = -RP_NAME(rp_dot_)(normal, s.direction), cosine = (flags & RP_LIGHT_TWO_SIDED) != 0u ? fabs(towards) : towards;
     const RP_FLOATS of_surface = cosine > 0.0f ? probability * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
-    const RP_FLOATS found = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
+    const RP_FLOATS found = surface ? of_surface : infinite ? probability * infinite_density : (RP_FLOATS)(0.0f);
     s.density = (flags & RP_LIGHT_UNSEEN) != 0u ? (RP_FLOATS)(0.0f) : found;
     // 2^-17 of the coordinates: dozens of roundings, so that rays that graze the emitter do not stop on it.
     const RP_FLOATS margin = 0x1p-17f * (RP_NAME(rp_largest_)(target) + distance);

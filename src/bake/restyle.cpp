@@ -57,6 +57,7 @@ void take_settings(const Scene& scene, BakedScene& baked) {
     baked.max_depth = scene.max_depth;
     baked.film = scene.film;
     baked.materials = scene.materials;
+    baked.light_images = scene.light_images;
 }
 
 Result<bool> restyle(const Scene& scene, BakedScene& baked) {

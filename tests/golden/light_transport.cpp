@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "film/film.hpp"
+#include "raypager/sky.hpp"
 #include "reference/path_tracer.hpp"
 #include "reference/scenes.hpp"
 #include "reference/statistics.hpp"
@@ -88,6 +89,16 @@ TEST(Furnace, roulette_lets_paths_through_glass) {
     const double mean = mean_of(image), pixels = static_cast<double>(image.values.size()) / 3;
     EXPECT_NEAR(mean, 1, 4 * standard_error(image) + 2e-4);
     EXPECT_LT(standard_error(image) * std::sqrt(pixels), 1e-3);
+}
+
+// An image that is the same everywhere lights as no image does.
+TEST(Furnace, an_even_image_is_an_even_sky) {
+    for (const auto kind : {reference::FurnaceKind::diffuse, reference::FurnaceKind::glass}) {
+        reference::Furnace furnace = reference::furnace(kind, 0.7, 0.3, 3);
+        ASSERT_TRUE(set_sky(furnace.scene, {5, 5, 1, std::vector<float>(25, 1.0f)}).ok());
+        const Image image = render_scene(furnace.scene, 64, 1, Connection::queue, 0);
+        EXPECT_NEAR(mean_of(image), furnace.expected, 4 * standard_error(image) + 2e-4 * furnace.expected);
+    }
 }
 
 // What only shines reflects nothing, so no path goes on from it.
@@ -198,6 +209,21 @@ INSTANTIATE_TEST_SUITE_P(scenes, Transport,
                                          TransportCase{"cornell_unseen",
                                                        [] {
                                                            return reference::cornell_unseen({48, 48});
+                                                       },
+                                                       Connection::queue},
+                                         TransportCase{"sky",
+                                                       [] {
+                                                           return reference::sky_small(48, {64, 48});
+                                                       },
+                                                       Connection::queue},
+                                         TransportCase{"sky_roulette",
+                                                       [] {
+                                                           return reference::sky_small(48, {64, 48});
+                                                       },
+                                                       Connection::roulette},
+                                         TransportCase{"lamps",
+                                                       [] {
+                                                           return reference::lamps_small({48, 48});
                                                        },
                                                        Connection::queue},
                                          TransportCase{"terrain",

@@ -50,6 +50,19 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::painted_small(40, {48, 36});
      }},  // meshes with colours at their vertices, with normals and without, beside ones without colours
+    {"sky",
+     [] {
+         return reference::sky_small(64, {64, 48});
+     }},  // a sky that is an image
+    {"lamps",
+     [] {
+         Scene scene = reference::lamps_small({48, 48});
+         const Scene hills = reference::sky_small(64);
+         scene.shapes.push_back(hills.shapes[0]);  // enough to page
+         scene.shapes.back().material = 0;
+         scene.shapes.back().to_world = Transform::translate(0, -0.5, 0) * Transform::rotate(-90, 1, 0, 0) * Transform::scale(0.2, 0.2, 0.2);
+         return scene;
+     }},  // lights that shine in cones and through images, among which a tree chooses
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

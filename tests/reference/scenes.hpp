@@ -26,6 +26,11 @@ Scene cornell_small(const CornellOptions& options = {}, PictureSize size = {64, 
 // The same room by unseen lights: a ball between the others, which hides nothing, and two triangles, one of which shines to both sides.
 Scene cornell_unseen(PictureSize size = {64, 64});
 
+// Hills, a mirror, rough metal and glass under a sky that is an image, turned and mirrored, with a bright spot.
+Scene sky_small(uint32_t n = 48, PictureSize size = {});
+// A room lit by a spot light, a lamp that shines through an image of all directions, and the projection of an image.
+Scene lamps_small(PictureSize size = {});
+
 enum class FurnaceKind {
     closed,           // inside a white-hot sphere that reflects as well: radiance * (1 + albedo + ... + albedo^max_depth) everywhere
     diffuse,          // a diffuse ball under an even sky: albedo * radiance

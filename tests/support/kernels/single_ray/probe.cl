@@ -137,6 +137,30 @@ __kernel void rp_probe_light_chances(const __global uint* restrict tree, const _
 }
 #endif
 
+#ifdef RP_SKY
+// For tests of skies: directions that numbers (x, y, z of a light sample) draw. results: direction, density of the sample; its radiance, the density
+// that is found for its direction; the radiance that is found for it, 0.
+__kernel void rp_probe_sky(const __global uint* restrict sky, const __global uint4* restrict numbers, uint count, __global float4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    float density;
+    const float2 place = rp_sample_sky(sky, numbers[i].y, rp_unit_1(numbers[i].x), rp_unit_1(numbers[i].z), &density);
+    const float3 direction = rp_sky_direction(place);
+    const float2 found = rp_sky_place(direction);
+    results[3u * i] = (float4)(direction, density);
+    results[3u * i + 1u] = (float4)(rp_sky_radiance(sky, place), rp_sky_density(sky, found));
+    results[3u * i + 2u] = (float4)(rp_sky_radiance(sky, found), 0.0f);
+}
+// Of given directions: density, then radiance.
+__kernel void rp_probe_sky_directions(const __global uint* restrict sky, const __global float4* restrict directions, uint count,
+                                      __global float4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    const float2 place = rp_sky_place(directions[i].xyz);
+    results[i] = (float4)(rp_sky_density(sky, place), rp_sky_radiance(sky, place));
+}
+#endif
+
 #ifdef RP_PERSISTENT
 // Takes rays as single_ray/extend.cl does, and counts for each place in a queue of `count` how often it was taken.
 __kernel void rp_probe_parts(uint count, volatile __global uint* restrict taken, volatile __global uint* restrict times) {
