@@ -121,10 +121,22 @@ __kernel void rp_probe_light_tree(const __global uint* restrict tree, const __gl
                                   __global uint4* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
-    float rest, chance;
-    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, numbers[i].x, numbers[i].y, &rest, &chance);
+    float rest, chance, weighed;
+    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, (float3)(0.0f), numbers[i].x, numbers[i].y, &rest, &chance, &weighed);
     const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
     results[i] = (uint4)(light, as_uint(rest), as_uint(chance), as_uint(placed ? rp_light_chance(tree, places[i].xyz, light) : 0.0f));
+}
+// With a normal. results: which light, its probability, that without the normal, and the same found by its way.
+__kernel void rp_probe_light_facing(const __global uint* restrict tree, const __global rp_light* restrict lights,
+                                    const __global float4* restrict places, const __global float4* restrict normals,
+                                    const __global uint2* restrict numbers, uint count, __global uint4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    float rest, chance, weighed;
+    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, normals[i].xyz, numbers[i].x, numbers[i].y, &rest, &chance, &weighed);
+    const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
+    results[i] =
+        (uint4)(light, as_uint(chance), as_uint(weighed), as_uint(placed ? rp_light_chance(tree, places[i].xyz, light) : lights[light].probability));
 }
 // Of all lights, place by place; 0 for those without one.
 __kernel void rp_probe_light_chances(const __global uint* restrict tree, const __global rp_light* restrict lights, uint light_count,
