@@ -14,4 +14,5 @@
 #include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/session.hpp"
+#include "raypager/sky.hpp"
 #include "raypager/status.hpp"

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "raypager/abi/light_image.h"
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
 
@@ -169,6 +170,8 @@ struct SpherePrimitive {
 struct AreaLight {
     Float3 radiance;
     bool two_sided = false;
+    // If more than 0, each triangle or sphere emits so much, and radiance is its colour: what it would be if it emitted pi times its area.
+    float power = 0;
 };
 
 // One mesh, cloud or sphere, placed in the world.
@@ -257,6 +260,12 @@ struct PixelFilter {
     bool is_the_pixel() const { return kind == Kind::box && radius_x == 0.5f && radius_y == 0.5f; }  // what is seen through it, and no more
     bool operator==(const PixelFilter&) const = default;
 };
+// What lights shine as or through (abi/light_image.h); raypager/sky.hpp makes one.
+struct LightImage {
+    uint32_t width = 0, height = 0;
+    std::vector<rp_texel> texels;  // rows from top to bottom
+};
+using LightImages = std::vector<std::shared_ptr<const LightImage>>;
 
 struct Scene {
     Camera camera;
@@ -267,8 +276,10 @@ struct Scene {
     uint32_t max_depth = 5;  // scattering events of a path; 0: only what the camera sees shine
     std::vector<rp_material> materials;
     std::vector<AreaLight> area_lights;
-    // Infinite (at most one), distant and point lights, and triangles and spheres that are RP_LIGHT_UNSEEN. probability is filled in when baked.
+    // Infinite (at most one), distant, point, spot and projection lights, and triangles and spheres that are RP_LIGHT_UNSEEN. probability is filled
+    // in when baked.
     std::vector<rp_light> lights;
+    LightImages light_images;           // none is null
     std::vector<Shape> shapes;          // primitives are numbered through in this order
     std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
     std::vector<std::string> warnings;  // one line each, with file:line where there is one

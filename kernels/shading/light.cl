@@ -42,6 +42,16 @@ static inline float rp_light_density(const __global rp_light* light, float proba
 #endif
 
 #define RP_LANES 1
+#include "shading/turns_lanes.cl"
+#undef RP_LANES
+#if defined(RP_SKY) || defined(RP_LAMPS)
+#include "shading/sky.cl"
+#endif
+#ifdef RP_LAMPS
+#include "shading/lamp.cl"
+#endif
+
+#define RP_LANES 1
 #include "shading/light_lanes.cl"
 #undef RP_LANES
 

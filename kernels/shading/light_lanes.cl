@@ -7,7 +7,9 @@ typedef struct RP_NAME(rp_light_sample_) {
     RP_NAME(rp_vector_) direction;  // unit, from the shaded point
     RP_FLOATS reach;                // how far the way must be free: the distance, less what rounding may make of the emitter's own surface
     RP_NAME(rp_vector_) radiance;   // divided by the density of the sample
-    RP_FLOATS density;              // by solid angle, choice of the light included; 0 for lights that no BSDF sample can hit
+    // By solid angle, choice of the light included, as it is known where a BSDF sample hits the light: for weights alone. 0 for lights that none can
+    // hit.
+    RP_FLOATS density;
 } RP_NAME(rp_light_sample_);
 
 // A uniform direction.
@@ -25,21 +27,35 @@ static inline RP_FLOATS RP_NAME(rp_mis_weight_)(RP_FLOATS density, RP_FLOATS oth
     return isinf(a) ? (RP_FLOATS)(1.0f) : a / (a + b);
 }
 
-// Of each lane a light, chosen by bits.x (rp_choose_light, or with RP_LIGHT_TREE rp_choose_light_at), and a point on it. The words of rp_light are
+// Of each lane a light, chosen by bits.x (rp_choose_light, or with RP_LIGHT_TREE rp_choose_light_at), and a point on it. toward: the normal to which
+// light comes in, if what it gives is in proportion to the cosine, or 0. The words of rp_light are
 // taken as they lie: p and kind, e1 and flags, e2 and area, radiance and probability.
 // Long, since in two pieces LLVM no longer inlines it where there is one lane.
-static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
-                                                                  RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
+static inline RP_NAME(rp_light_sample_)
+    RP_NAME(rp_sample_light_facing_)(const __global rp_light* lights, const __global uint* steps, uint light_count, RP_NAME(rp_vector_) point,
+                                     RP_NAME(rp_vector_) toward, RP_NAME(rp_numbers_) bits) {
     uint number[RP_LANES], word[16][RP_LANES];
     float along[RP_LANES];
     RP_STORE(bits.x, number);
-#ifdef RP_LIGHT_TREE
-    uint more[RP_LANES];
-    float place[3][RP_LANES], chance[RP_LANES];
-    RP_STORE(bits.z, more);
+#ifdef RP_SKY
+    uint across[RP_LANES];
+    float of_sky[RP_LANES], digits[RP_LANES];
+    RP_STORE(bits.y, across);
+    RP_STORE(RP_NAME(rp_unit_)(bits.z), digits);
+#endif
+#if defined(RP_LIGHT_TREE) || defined(RP_LAMPS)
+    float place[3][RP_LANES];
     RP_STORE(point.x, place[0]);
     RP_STORE(point.y, place[1]);
     RP_STORE(point.z, place[2]);
+#endif
+#ifdef RP_LIGHT_TREE
+    uint more[RP_LANES];
+    float facing[3][RP_LANES], chance[RP_LANES], weighed[RP_LANES];
+    RP_STORE(bits.z, more);
+    RP_STORE(toward.x, facing[0]);
+    RP_STORE(toward.y, facing[1]);
+    RP_STORE(toward.z, facing[2]);
 #else
     float fine[RP_LANES];
     RP_STORE(RP_NAME(rp_unit_)(bits.z), fine);
@@ -47,7 +63,9 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     for (uint k = 0u; k < RP_LANES; k++) {
 #ifdef RP_LIGHT_TREE
         const float3 here = (float3)(place[0][k], place[1][k], place[2][k]);
-        const __global rp_light* light = lights + rp_choose_light_at(steps, lights, here, number[k], more[k], along + k, chance + k);
+        const float3 normal = (float3)(facing[0][k], facing[1][k], facing[2][k]);
+        const __global rp_light* light =
+            lights + rp_choose_light_at(steps, lights, here, normal, number[k], more[k], along + k, chance + k, weighed + k);
 #else
         const __global rp_light* light = lights + rp_choose_light(steps, light_count, number[k], fine[k], along + k);
 #endif
@@ -58,6 +76,30 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
             word[4u * i + 2u][k] = row.z;
             word[4u * i + 3u][k] = row.w;
         }
+#ifdef RP_LAMPS
+        if (rp_is_lamp(light)) {
+            const float3 away = (float3)(place[0][k], place[1][k], place[2][k]) - rp_load3(light->p);
+            const float3 shines = rp_lamp_intensity(light, steps, away);
+            word[12][k] = as_uint(shines.x);
+            word[13][k] = as_uint(shines.y);
+            word[14][k] = as_uint(shines.z);
+        }
+#endif
+#ifdef RP_SKY
+        // The one infinite light. What stood in the row of p were its axes.
+        of_sky[k] = 0.0f;
+        if (light->kind == RP_LIGHT_INFINITE) {
+            const __global uint* sky = rp_sky_words(light, steps);
+            const float2 place = rp_sample_sky(sky, across[k], along[k], digits[k], of_sky + k);
+            const float3 towards = rp_sky_to_world(light, rp_sky_direction(place)), shines = rp_sky_radiance(sky, place);
+            word[0][k] = as_uint(towards.x);
+            word[1][k] = as_uint(towards.y);
+            word[2][k] = as_uint(towards.z);
+            word[12][k] = as_uint(shines.x);
+            word[13][k] = as_uint(shines.y);
+            word[14][k] = as_uint(shines.z);
+        }
+#endif
     }
     const RP_FLOATS u = RP_LOAD(along), v = RP_NAME(rp_unit_)(bits.y);
     const RP_NAME(rp_vector_) p = {RP_AS_FLOATS(RP_LOAD(word[0])), RP_AS_FLOATS(RP_LOAD(word[1])), RP_AS_FLOATS(RP_LOAD(word[2]))};
@@ -81,7 +123,15 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
         target = RP_NAME(rp_choose_)(triangle, RP_NAME(rp_plus_)(p, across), target);
         normal = RP_NAME(rp_choose_)(triangle, RP_NAME(rp_unit_vector_)(RP_NAME(rp_cross_)(e1, e2)), normal);
     }
+#ifdef RP_SKY
+    const RP_INTS in_direction = infinite | distant;
+    const RP_FLOATS infinite_density = RP_LOAD(of_sky);
+    if (RP_ANY(sphere)) {
+#else
+    const RP_INTS in_direction = distant;
+    const RP_FLOATS infinite_density = (RP_FLOATS)(0.25f * RP_INV_PI);
     if (RP_ANY(sphere | infinite)) {
+#endif
         const RP_NAME(rp_vector_) anywhere = RP_NAME(rp_on_sphere_)(u, v);
         target = RP_NAME(rp_choose_)(sphere, RP_NAME(rp_plus_)(p, RP_NAME(rp_times_)(anywhere, e1.x)), target);
         normal = RP_NAME(rp_choose_)(sphere | infinite, anywhere, normal);
@@ -89,17 +139,29 @@ static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global
     const RP_NAME(rp_vector_) to_light = RP_NAME(rp_minus_)(target, point);
     const RP_FLOATS distance = sqrt(RP_NAME(rp_dot_)(to_light, to_light));
     RP_NAME(rp_light_sample_) s;
-    s.direction = RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_choose_)(distant, p, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
+    s.direction = RP_NAME(rp_choose_)(in_direction, p, RP_NAME(rp_choose_)(infinite, normal, RP_NAME(rp_times_)(to_light, 1.0f / distance)));
     const RP_FLOATS towards = -RP_NAME(rp_dot_)(normal, s.direction), cosine = (flags & RP_LIGHT_TWO_SIDED) != 0u ? fabs(towards) : towards;
     const RP_FLOATS of_surface = cosine > 0.0f ? probability * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
-    const RP_FLOATS found = surface ? of_surface : infinite ? probability * (0.25f * RP_INV_PI) : (RP_FLOATS)(0.0f);
-    s.density = (flags & RP_LIGHT_UNSEEN) != 0u ? (RP_FLOATS)(0.0f) : found;
+    const RP_FLOATS found = surface ? of_surface : infinite ? probability * infinite_density : (RP_FLOATS)(0.0f);
+#ifdef RP_LIGHT_TREE
+    const RP_FLOATS weighed_surface = cosine > 0.0f ? RP_LOAD(weighed) * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
+    const RP_FLOATS for_weight = surface ? weighed_surface : found;
+#else
+    const RP_FLOATS for_weight = found;
+#endif
+    s.density = (flags & RP_LIGHT_UNSEEN) != 0u ? (RP_FLOATS)(0.0f) : for_weight;
     // 2^-17 of the coordinates: dozens of roundings, so that rays that graze the emitter do not stop on it.
     const RP_FLOATS margin = 0x1p-17f * (RP_NAME(rp_largest_)(target) + distance);
     s.reach = (infinite | distant) ? (RP_FLOATS)(INFINITY) : surface ? distance - margin : distance;
     const RP_FLOATS weight = (surface | infinite) ? found : distant ? probability : probability * distance * distance;
     s.radiance = RP_NAME(rp_times_)(radiance, weight > 0.0f ? 1.0f / weight : (RP_FLOATS)(0.0f));
     return s;
+}
+
+static inline RP_NAME(rp_light_sample_) RP_NAME(rp_sample_light_)(const __global rp_light* lights, const __global uint* steps, uint light_count,
+                                                                  RP_NAME(rp_vector_) point, RP_NAME(rp_numbers_) bits) {
+    const RP_NAME(rp_vector_) all_around = {(RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f), (RP_FLOATS)(0.0f)};
+    return RP_NAME(rp_sample_light_facing_)(lights, steps, light_count, point, all_around, bits);
 }
 
 #include "common/end_lanes.cl"

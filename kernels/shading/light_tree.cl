@@ -1,6 +1,10 @@
 // Chooses among many lights by what they could give at a place (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
-// Splitting"; Pharr, Jakob, Humphreys 2023, chapter 12.6.3), and says how likely it is to choose a given one. The normal there plays no part: at the
-// hit of a ray only the place where it began is known.
+// Splitting"; Pharr, Jakob, Humphreys 2023, chapter 12.6.3), and says how likely it is to choose a given one.
+//
+// Where light comes in at a slant it gives less, so the choice looks at the normal as well. But at the hit of a ray only the place where it began is
+// known, not its normal. Weights of multiple importance sampling need not be those of the densities that samples were drawn with, as long as all
+// ways to find a light agree about them: they are taken from the choice without a normal, which both sides know, and samples are divided by the
+// probability that they were drawn with.
 #ifndef RP_LIGHT_TREE_CL
 #define RP_LIGHT_TREE_CL
 
@@ -8,6 +12,9 @@
 
 // Squared distances count as at least this share of the squared radius: within its sphere, nothing is known about where the lights of a node are.
 #define RP_LIGHT_NEAREST 0.25f
+#define RP_LIGHT_NEAR 9.0f  // squared distances over squared radii up to which a node's children are looked at
+// What of a node's light counts at least where it comes from below the horizon: roundings must not hide what is just above.
+#define RP_LIGHT_LEAST_FACING 0.01f
 
 // At least 0; exactly 0 only where none of the lights of a node gives anything.
 static inline float rp_light_importance(const __global uint* node, float3 place) {
@@ -28,6 +35,34 @@ static inline float rp_light_importance(const __global uint* node, float3 place)
     return most * rp_max(0.0f, turned);
 }
 
+// The largest cosine to the normal of directions from the place to a node's sphere, but at least RP_LIGHT_LEAST_FACING.
+static inline float rp_light_facing(const __global uint* node, float3 place, float3 normal) {
+    const uint4 sphere = vload4(0, node);
+    const float x = as_float(sphere.x) - place.x, y = as_float(sphere.y) - place.y, z = as_float(sphere.z) - place.z, radius = as_float(sphere.w);
+    const float squared = x * x + y * y + z * z;
+    if (squared <= radius * radius) return 1.0f;
+    const float inverse = 1.0f / sqrt(rp_max(squared, 1e-30f)), cosine = (normal.x * x + normal.y * y + normal.z * z) * inverse;
+    const float within_sine = rp_min(1.0f, radius * inverse), within = sqrt(1.0f - within_sine * within_sine);
+    const float nearest = cosine * within + sqrt(rp_max(0.0f, 1.0f - cosine * cosine)) * within_sine;
+    return cosine >= within ? 1.0f : rp_max(RP_LIGHT_LEAST_FACING, nearest);
+}
+
+// What a node's lights give, without a normal and with one.
+static inline float2 rp_light_own(const __global uint* node, float3 place, float3 normal, bool faces) {
+    const float around = rp_light_importance(node, place);
+    return (float2)(around, faces && around > 0.0f ? around * rp_light_facing(node, place, normal) : around);
+}
+// The same, of places near by or inside by what its children give: of the node as a whole too little is known there, and one that is thought too
+// bright takes samples from all others.
+static inline float2 rp_light_gives(const __global uint* tree, const __global uint* node, float3 place, float3 normal, bool faces) {
+    const uint4 sphere = vload4(0, node);
+    const float x = as_float(sphere.x) - place.x, y = as_float(sphere.y) - place.y, z = as_float(sphere.z) - place.z, radius = as_float(sphere.w);
+    const uint next = node[7];
+    if ((next & RP_LIGHT_LEAF) || x * x + y * y + z * z > RP_LIGHT_NEAR * radius * radius) return rp_light_own(node, place, normal, faces);
+    const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
+    return rp_light_own(pair, place, normal, faces) + rp_light_own(pair + 8, place, normal, faces);
+}
+
 // How many of `width` numbers choose the first of two nodes. Both sides are left some, unless they give nothing.
 static inline ulong rp_light_split(ulong width, float first, float second) {
     const float sum = first + second;
@@ -44,40 +79,47 @@ static inline ulong rp_light_tree_width(const __global uint* tree) {
     return last == 0xffffffffu ? ~0ul : ((ulong)last + 1ul) << 32;
 }
 
-// rp_choose_light at a place. more: further digits of the number. chance: of the light that is chosen.
-static inline uint rp_choose_light_at(const __global uint* tree, const __global rp_light* lights, float3 place, uint random, uint more, float* rest,
-                                      float* chance) {
+// rp_choose_light at a place. normal: there, or 0 if light from all around counts. more: further digits of the number. chance: of the light that is
+// chosen; weighed: the same without a normal, as rp_light_chance has it.
+static inline uint rp_choose_light_at(const __global uint* tree, const __global rp_light* lights, float3 place, float3 normal, uint random, uint more,
+                                      float* rest, float* chance, float* weighed) {
     const float fine = (float)(more >> 8) * 0x1p-24f;
-    const uint other = rp_choose_light(tree + tree[RP_LIGHT_TREE_STEPS], tree[RP_LIGHT_TREE_COUNT], random, fine, rest);
-    if (other != 0u) {
-        const uint light = tree[tree[RP_LIGHT_TREE_OTHERS] + other - 1u];
-        *chance = lights[light].probability;
+    const uint group = rp_choose_light(tree + tree[RP_LIGHT_TREE_STEPS], tree[RP_LIGHT_TREE_COUNT], random, fine, rest);
+    if (group != 0u) {
+        const uint light = tree[tree[RP_LIGHT_TREE_OTHERS] + group - 1u];
+        *chance = *weighed = lights[light].probability;
         return light;
     }
     // Steps down as arithmetic coding takes them: the light's share of all numbers is its probability, to the last one.
-    ulong number = (ulong)random << 32 | more, width = rp_light_tree_width(tree);
+    ulong number = (ulong)random << 32 | more, width = rp_light_tree_width(tree), all_around = width;
+    const bool faces = normal.x != 0.0f || normal.y != 0.0f || normal.z != 0.0f;
     uint next = 0u;
     while (!(next & RP_LIGHT_LEAF)) {
         const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
-        const ulong split = rp_light_split(width, rp_light_importance(pair, place), rp_light_importance(pair + 8u, place));
+        const float2 one = rp_light_gives(tree, pair, place, normal, faces), two = rp_light_gives(tree, pair + 8, place, normal, faces);
+        const ulong split_around = rp_light_split(all_around, one.x, two.x), split = rp_light_split(width, one.y, two.y);
         const bool second = number >= split;
+        all_around = second ? all_around - split_around : split_around;
         number -= second ? split : 0ul;
         width = second ? width - split : split;
         next = pair[second ? 15u : 7u];
     }
     *rest = rp_min((float)number / (float)width, 0x1.fffffep-1f);
     *chance = (float)width * 0x1p-64f;
+    *weighed = (float)all_around * 0x1p-64f;
     return next & ~RP_LIGHT_LEAF;
 }
 
-// With which probability that chooses this light, which has a place.
+// With which probability that chooses this light, which has a place, without a normal.
 static inline float rp_light_chance(const __global uint* tree, float3 place, uint light) {
     const uint2 words = vload2(light, tree + tree[RP_LIGHT_TREE_WAYS]);
     ulong way = (ulong)words.y << 32 | words.x, width = rp_light_tree_width(tree);
     uint next = 0u;
     for (; way > 1ul; way >>= 1) {
         const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
-        const ulong split = rp_light_split(width, rp_light_importance(pair, place), rp_light_importance(pair + 8u, place));
+        const float one = rp_light_gives(tree, pair, place, (float3)(0.0f), false).x,
+                    two = rp_light_gives(tree, pair + 8, place, (float3)(0.0f), false).x;
+        const ulong split = rp_light_split(width, one, two);
         const bool second = (way & 1ul) != 0ul;
         width = second ? width - split : split;
         next = pair[second ? 15u : 7u];

@@ -61,7 +61,8 @@ static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* par
     out->light = out->light_direction = none;
     out->light_reach = (RP_FLOATS)(0.0f);
     if (RP_ANY(out->shadow)) {
-        const RP_NAME(rp_light_sample_) light = RP_NAME(rp_sample_light_)(lights, light_steps, params->light_count, out->start, light_bits);
+        const RP_NAME(rp_light_sample_) light =
+            RP_NAME(rp_sample_light_facing_)(lights, light_steps, params->light_count, out->start, frame.normal, light_bits);
         const RP_FLOATS cosine = RP_NAME(rp_dot_)(light.direction, frame.normal), density = cosine * RP_INV_PI;
         const RP_INTS lit = faces & (cosine > 0.0f) & (RP_NAME(rp_dot_)(light.direction, frame.geometric_normal) > 0.0f);
         const RP_FLOATS weight = light.density > 0.0f ? RP_NAME(rp_mis_weight_)(light.density, density) : (RP_FLOATS)(1.0f);

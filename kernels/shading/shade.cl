@@ -20,11 +20,18 @@ static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint
     return low;
 }
 
-static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, float bsdf_density, bool full) {
+static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
+                                   float3 direction, float bsdf_density, bool full) {
     if (params->infinite_light == RP_NONE) return (float3)(0.0f);
     const __global rp_light* light = lights + params->infinite_light;
+#ifdef RP_SKY
+    const __global uint* sky = rp_sky_words(light, light_steps);
+    const float2 place = rp_sky_place(rp_sky_from_world(light, direction));
+    return rp_sky_radiance(sky, place) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light->probability * rp_sky_density(sky, place)));
+#else
     const float weight = full ? 1.0f : rp_mis_weight_1(bsdf_density, light->probability * (0.25f * RP_INV_PI));
     return rp_light_radiance(light) * weight;
+#endif
 }
 
 // The light with this number at the end of a ray. position: there.
@@ -121,7 +128,8 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
             rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
             return false;
         }
-        rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * rp_background(params, lights, a.bsdf_density, full_emission));
+        const float3 seen = rp_background(params, lights, light_steps, a.direction, a.bsdf_density, full_emission);
+        rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * seen);
         return false;
     }
     const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, a.primitive);

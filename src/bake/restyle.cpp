@@ -58,6 +58,7 @@ void take_settings(const Scene& scene, BakedScene& baked) {
     baked.film = scene.film;
     baked.filter = scene.filter;
     baked.materials = scene.materials;
+    baked.light_images = scene.light_images;
 }
 
 Result<bool> restyle(const Scene& scene, BakedScene& baked) {

@@ -8,7 +8,8 @@
 
 namespace raypager {
 
-// Copies all that neither geometry nor lights decide: camera, film, size, samples, depth and materials.
+// Copies all that neither geometry nor the list of lights decides: camera, film, size, samples, depth, materials and
+// the images of lights.
 void take_settings(const Scene& scene, BakedScene& baked);
 
 // Afterwards `baked` is what baking `scene` anew would have made of it, to the bit.

@@ -169,6 +169,9 @@ public:
         if (groups_.two_sided()) return bad("has triangles that shine to both sides, which Mitsuba has not; make two lights of each");
         for (const rp_light& light : file_.scene().lights)
             if (light.flags & RP_LIGHT_UNSEEN) return bad("has lights that shine unseen, which Mitsuba has not; give them a surface");
+        for (const rp_light& light : file_.scene().lights)
+            if (light.flags >> RP_LIGHT_IMAGE_SHIFT || light.kind > RP_LIGHT_POINT)
+                return bad("has lights with images or cones, which are not written for Mitsuba; leave them out");
         std::error_code error;
         std::filesystem::create_directories(directory_, error);
         if (error) return Status::failed(fmt::format("{}: the folder cannot be made: {}", directory_.string(), error.message()));

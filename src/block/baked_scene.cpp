@@ -65,6 +65,10 @@ uint64_t BakedScene::identity() const {
     hasher.add_all(upper);
     hasher.add_all(materials);
     hasher.add_all(lights);
+    for (const auto& image : light_images) {
+        hasher.add(uint64_t{image->width} << 32 | image->height);
+        hasher.add_all(image->texels);
+    }
     hasher.add_all(ranges);
     hasher.add(top_grid);
     hasher.add_all(top_nodes);

@@ -35,6 +35,7 @@ struct BakedScene {
     PixelFilter filter;
     std::vector<rp_material> materials;
     std::vector<rp_light> lights;            // all, emissive primitives included; probabilities filled in
+    LightImages light_images;                // as in Scene
     std::vector<rp_primitive_range> ranges;  // sorted by first_primitive, starting at 0
     float lower[3] = {}, upper[3] = {};      // bounds of all geometry but backdrops; zeros for an empty scene
     rp_top_grid top_grid = {};

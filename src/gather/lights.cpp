@@ -40,16 +40,6 @@ rp_light sphere_light(const WorldSphere& sphere, const AreaLight& light) { retur
 
 bool is_black(const AreaLight& light) { return light.radiance.x == 0 && light.radiance.y == 0 && light.radiance.z == 0; }
 
-rp_light shining_as(const rp_light& light, const AreaLight& area) {
-    rp_light result = light;
-    result.flags = area.two_sided ? RP_LIGHT_TWO_SIDED : 0;
-    for (const auto& [to, from] :
-         {std::pair(&result.radiance[0], area.radiance.x), {&result.radiance[1], area.radiance.y}, {&result.radiance[2], area.radiance.z}})
-        *to = from;
-    result.probability = 0;
-    return result;
-}
-
 double radius_of(const float (&lower)[3], const float (&upper)[3]) {
     return 0.5 * std::hypot(double(upper[0]) - lower[0], double(upper[1]) - lower[1], double(upper[2]) - lower[2]);
 }

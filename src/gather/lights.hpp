@@ -18,8 +18,6 @@ rp_light primitive_light(const World& world, uint32_t primitive, const AreaLight
 Status add_unseen_lights(const Shape& shape, const AreaLight& light, std::vector<rp_light>& lights, MeshIssues& issues);
 
 bool is_black(const AreaLight& light);
-// The same emitter with another area light's radiance and sides. Probability is left 0.
-rp_light shining_as(const rp_light& light, const AreaLight& area);
 
 // Of the sphere around a scene's bounds, which set_probabilities takes; and where there are none.
 double radius_of(const float (&lower)[3], const float (&upper)[3]);

@@ -84,6 +84,7 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     if (const Status placed = place_camera(); !placed.ok()) return placed.at(path.string());
     RAYPAGER_TRY(set_film_response());
     RAYPAGER_TRY(set_pixel_filter());
+    RAYPAGER_TRY(finish_sky());
     // Version 3 lets attributes and objects end in any order.
     if (odd_nesting_ && version_ != 3) warn(odd_nesting_location_, *odd_nesting_);
     if (scene_.shapes.empty()) {

@@ -18,6 +18,7 @@
 #include "import/pbrt_textures.hpp"
 #include "import/pbrt_tokens.hpp"
 #include "import/pbrt_warnings.hpp"
+#include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
@@ -182,7 +183,25 @@ private:
     Status light_source(const Directive& directive);
     Status area_light_source(const Directive& directive);
     Status light_color(const PbrtParameters& parameters, std::string_view name, Float3& color, double per_power = 0);
-    void add_infinite_light(const Float3& radiance);
+    Status infinite_light_source(const Directive& directive, const PbrtParameters& parameters);
+    Status distant_light(const Directive& directive, const PbrtParameters& parameters);
+    Status point_light(const Directive& directive, const PbrtParameters& parameters);
+    Status spot_light(const Directive& directive, const PbrtParameters& parameters);
+    Status goniometric_light(const Directive& directive, const PbrtParameters& parameters);
+    Status projection_light(const Directive& directive, const PbrtParameters& parameters);
+    Status share_power(const std::string& type, Shape& shape);
+
+    // pbrt_skies.cpp
+    struct PbrtSky {
+        Image image;                 // in the mapping of skies
+        std::array<Float3, 3> axes;  // in the world
+    };
+    Status read_light_image(const Directive& directive, const PbrtParameter& file, Image& image);
+    Status bring_into_sky(const Directive& directive, const PbrtParameter& file, Image& image);
+    Status light_axes(const Directive& directive, std::array<Float3, 3>& axes);
+    Status add_light_image(const Directive& directive, const Image& image, rp_light& light);
+    Status image_sky(const Directive& directive, const PbrtParameters& parameters, const PbrtParameter& file);
+    Status finish_sky();
 
     // pbrt_shapes.cpp
     Status shape(const Directive& directive);
@@ -234,6 +253,7 @@ private:
     FilmSettings film_;
     std::optional<Crop> crop_;
     std::optional<FilterSettings> filter_;
+    std::optional<PbrtSky> sky_;  // all images of skies so far
     std::map<std::string, uint32_t> named_materials_;
     PbrtTextures textures_;
     std::map<std::string, std::vector<Shape>> objects_;

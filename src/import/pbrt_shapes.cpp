@@ -91,6 +91,7 @@ Status PbrtReader::shape(const Directive& directive) {
     shape.to_world = state_.transform * shape.to_world;
     shape.reverse_orientation = state_.reverse_orientation;
     shape.area_light = state_.area_light;
+    RAYPAGER_TRY(share_power(type, shape));
     if (unseen && shape.points) return {};
     if (shape.points && shape.area_light) {
         warn(directive.location, "points that shine are not supported; they reflect only");

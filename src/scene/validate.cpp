@@ -7,6 +7,7 @@
 
 #include "raypager/scene.hpp"
 #include "scene/check_material.hpp"
+#include "scene/light_images.hpp"
 #include "scene/pixel_filter.hpp"
 #include "scene/projection.hpp"
 #include "scene/vector.hpp"
@@ -55,7 +56,9 @@ Status check_light(const rp_light& light, size_t index) {
         case RP_LIGHT_INFINITE:
             return {};
         case RP_LIGHT_POINT:
-            return finite(p) ? Status() : bad("its position is not finite");
+        case RP_LIGHT_SPOT:
+        case RP_LIGHT_PROJECTION:
+            return finite(p) && finite(light.e1) && finite(light.e2) ? Status() : bad("its position or its axes are not finite");
         case RP_LIGHT_DISTANT: {
             const double length = std::hypot(double{p[0]}, double{p[1]}, double{p[2]});
             return std::abs(length - 1) < 1e-3 ? Status() : bad("its direction is not a unit vector");
@@ -101,12 +104,15 @@ Status validate(const Scene& scene) {
         const Float3& l = scene.area_lights[i].radiance;
         if (!at_least(std::array{l.x, l.y, l.z}, 0))
             return Status::failed(fmt::format("area light {}: its radiance must be finite and 0 or more", i));
+        if (!at_least(std::array{scene.area_lights[i].power}, 0))
+            return Status::failed(fmt::format("area light {}: its power must be finite and 0 or more", i));
     }
     size_t infinite = 0;
     for (size_t i = 0; i < scene.lights.size(); ++i) {
         RAYPAGER_TRY(check_light(scene.lights[i], i));
         if (scene.lights[i].kind == RP_LIGHT_INFINITE && ++infinite > 1) return Status::failed("more than one infinite light; add them up");
     }
+    RAYPAGER_TRY(check_light_images(scene.light_images, scene.lights));
     for (const Shape& shape : scene.shapes) RAYPAGER_TRY(check_shape(scene, shape));
     return {};
 }

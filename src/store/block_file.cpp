@@ -87,6 +87,26 @@ Status read_scalars(const InputFile& file, const Header& header, BakedScene& sce
     return {};
 }
 
+Status read_light_images(const InputFile& file, const Header& header, BakedScene& scene) {
+    std::vector<rp_light_image> sizes;
+    std::vector<rp_texel> all;
+    RAYPAGER_TRY(read_section(file, header, light_images, sizes));
+    RAYPAGER_TRY(read_section(file, header, texels, all));
+    size_t first = 0;
+    for (const auto& [width, height] : sizes) {
+        const uint64_t count = uint64_t{width} * height;
+        if (count > all.size() - first)
+            return Status::failed(file.path().string() +
+                                  ": section \"texels\": has too few for the images; the file is damaged, bake the scene again");
+        const auto begin = all.begin() + static_cast<ptrdiff_t>(first);
+        scene.light_images.push_back(std::make_shared<const LightImage>(LightImage{width, height, {begin, begin + static_cast<ptrdiff_t>(count)}}));
+        first += count;
+    }
+    if (first != all.size())
+        return Status::failed(file.path().string() + ": section \"texels\": has more than the images; the file is damaged, bake the scene again");
+    return {};
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::path& path, const Change& change) {
@@ -105,6 +125,7 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, block_entry_paths, scene.block_entry_paths));
     RAYPAGER_TRY(read_section(*file, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(read_section(*file, header, blocks, scene.blocks));
+    RAYPAGER_TRY(read_light_images(*file, header, scene));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
     if (change) change(scene);
     opened->file_ = std::move(*file);

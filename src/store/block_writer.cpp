@@ -106,6 +106,14 @@ Status BlockFileWriter::finish(const BakedScene& scene) {
     RAYPAGER_TRY(write_section<uint64_t>(file_, header, block_entry_paths, scene.block_entry_paths));
     RAYPAGER_TRY(write_section<rp_u32>(file_, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(write_section<BlockRecord>(file_, header, blocks, scene.blocks));
+    std::vector<rp_light_image> sizes;
+    std::vector<rp_texel> all_texels;
+    for (const auto& image : scene.light_images) {
+        sizes.push_back({image->width, image->height});
+        all_texels.insert(all_texels.end(), image->texels.begin(), image->texels.end());
+    }
+    RAYPAGER_TRY(write_section<rp_light_image>(file_, header, light_images, sizes));
+    RAYPAGER_TRY(write_section<rp_texel>(file_, header, texels, all_texels));
     header.file_bytes = file_.position();
     header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
     RAYPAGER_TRY(file_.write_at(0, std::as_bytes(std::span(&header, 1))));

@@ -8,6 +8,7 @@
 #include "block/block_coding.hpp"
 #include "raypager/abi/path.h"
 #include "scene/check_material.hpp"
+#include "scene/light_images.hpp"
 #include "scene/pixel_filter.hpp"
 #include "scene/projection.hpp"
 #include "store/format.hpp"
@@ -63,10 +64,12 @@ Status check_lights(const BakedScene& scene) {
     size_t infinite = 0;
     for (size_t i = 0; i < scene.lights.size(); i++) {
         const rp_light& light = scene.lights[i];
-        if (light.kind > RP_LIGHT_POINT) return bad(lights, fmt::format("light {} is of an unknown kind", i));
+        if (light.kind > RP_LIGHT_PROJECTION) return bad(lights, fmt::format("light {} is of an unknown kind", i));
         if (!finite(light.p) || !finite(light.e1) || !finite(light.e2) || !finite(light.radiance) || !std::isfinite(light.area))
             return bad(lights, fmt::format("light {} is not finite", i));
-        if (light.flags & ~(RP_LIGHT_TWO_SIDED | RP_LIGHT_UNSEEN)) return bad(lights, fmt::format("light {} has unknown flags", i));
+        const bool lamp = light.kind == RP_LIGHT_POINT || light.kind == RP_LIGHT_PROJECTION;
+        const rp_u32 known = RP_LIGHT_TWO_SIDED | RP_LIGHT_UNSEEN | (lamp ? RP_LIGHT_MIRRORED : 0);
+        if ((light.flags & ((1u << RP_LIGHT_IMAGE_SHIFT) - 1)) & ~known) return bad(lights, fmt::format("light {} has unknown flags", i));
         if (!(light.probability > 0 && light.probability <= 1)) return bad(lights, fmt::format("light {} has no probability", i));
         sum += light.probability;
         infinite += light.kind == RP_LIGHT_INFINITE;
@@ -74,6 +77,7 @@ Status check_lights(const BakedScene& scene) {
     if (infinite > 1) return bad(lights, "there is more than one infinite light");
     // Single-precision roundings are far smaller, on average, than this.
     if (!scene.lights.empty() && std::abs(sum - 1) > 1e-4) return bad(lights, fmt::format("the probabilities sum up to {}", sum));
+    if (const Status status = check_light_images(scene.light_images, scene.lights); !status.ok()) return bad(light_images, status.message());
     return {};
 }
 

@@ -17,9 +17,23 @@ inline constexpr uint32_t version = 8;
 inline constexpr uint32_t endian_mark = 0x01020304u;
 inline constexpr uint64_t page = 4096;  // the header takes one; blocks start at multiples
 
-enum Section : uint32_t { scalars, materials, lights, ranges, top_nodes, block_entries, block_entry_paths, wide_roots, blocks, section_count };
-inline constexpr const char* section_names[section_count] = {"scene",         "materials",         "lights",     "ranges",     "top tree",
-                                                             "block entries", "block entry paths", "wide roots", "block table"};
+enum Section : uint32_t {
+    scalars,
+    materials,
+    lights,
+    ranges,
+    top_nodes,
+    block_entries,
+    block_entry_paths,
+    wide_roots,
+    blocks,
+    light_images,
+    texels,
+    section_count
+};
+inline constexpr const char* section_names[section_count] = {"scene",         "materials",         "lights",     "ranges",      "top tree",
+                                                             "block entries", "block entry paths", "wide roots", "block table", "light images",
+                                                             "texels"};
 
 struct SectionEntry {
     uint64_t offset, count, checksum;
@@ -51,12 +65,13 @@ struct Scalars {
     uint32_t unused;
 };
 
-inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),    sizeof(rp_material),    sizeof(rp_light), sizeof(rp_primitive_range),
-                                                       sizeof(rp_node),    sizeof(rp_block_entry), sizeof(uint64_t), sizeof(rp_u32),
-                                                       sizeof(BlockRecord)};
+inline constexpr uint32_t item_bytes[section_count] = {sizeof(Scalars),     sizeof(rp_material),    sizeof(rp_light), sizeof(rp_primitive_range),
+                                                       sizeof(rp_node),     sizeof(rp_block_entry), sizeof(uint64_t), sizeof(rp_u32),
+                                                       sizeof(BlockRecord), sizeof(rp_light_image), sizeof(rp_texel)};
 
-static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 9 * 32 + 8 && sizeof(Scalars) == 248);
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 11 * 32 + 8 && sizeof(Scalars) == 248);
 static_assert(sizeof(rp_material) == 128 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
-static_assert(sizeof(rp_node) == 32 && sizeof(rp_block_entry) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56);
+static_assert(sizeof(rp_node) == 32 && sizeof(rp_block_entry) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 56 &&
+              sizeof(rp_light_image) == 8 && sizeof(rp_texel) == 8);
 
 }  // namespace raypager::format

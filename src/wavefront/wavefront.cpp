@@ -6,8 +6,10 @@
 #include <cstring>
 
 #include "base/check.hpp"
+#include "lights/image_words.hpp"
 #include "lights/light_choice.hpp"
 #include "raypager/abi/film.h"
+#include "scene/light_images.hpp"
 #include "wavefront/single_ray_backend.hpp"
 #include "wavefront/stream_backend.hpp"
 
@@ -50,10 +52,27 @@ std::span<const std::byte> bytes_of_one(const T& value) {
 
 }  // namespace
 
+namespace {
+
+uint64_t light_words_bytes(const BakedScene& scene) { return light_choice_bytes(scene.lights) + image_words_bytes(scene.light_images, scene.lights); }
+
+// What kernels that shade must know.
+std::string shading_definitions(const BakedScene& scene) {
+    std::string result;
+    if (has_light_tree(scene.lights)) result += " -DRP_LIGHT_TREE";
+    const auto any = [&](const auto& condition) { return std::ranges::any_of(scene.lights, condition); };
+    if (any([](const rp_light& light) { return light.kind == RP_LIGHT_INFINITE && image_of(light); })) result += " -DRP_SKY";
+    if (any([](const rp_light& l) { return l.kind >= RP_LIGHT_SPOT || (l.kind == RP_LIGHT_POINT && image_of(l)); })) result += " -DRP_LAMPS";
+    if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) result += " -DRP_LAYERED";
+    return result;
+}
+
+}  // namespace
+
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
-                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_choice_bytes(scene.lights)) +
+                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) +
                   PathSlots::fixed_bytes(scene.has_vertex_colors()) + extra_queue_words(form) * sizeof(uint32_t);
@@ -86,8 +105,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     const BlockNotes kept = scene.blocks.empty() ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
     settings.count_bounces = kept.bounces;
-    if (has_light_tree(scene.lights)) settings.shading = " -DRP_LIGHT_TREE";
-    if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) settings.shading += " -DRP_LAYERED";
+    settings.shading = shading_definitions(scene);
     settings.cameras = camera_definitions(params);
     if (eye_moves(params.camera)) settings.single_rays = " -DRP_EYE_MOVES";
     Wavefront& w = *wavefront;
@@ -101,7 +119,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
     std::vector<rp_light> lights = scene.lights;
-    const std::vector<uint32_t> choice = light_choice(lights);
+    RAYPAGER_TRY(upload_light_words(scene, lights));
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
@@ -110,7 +128,6 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
     const Part parts[] = {{buffers_.params, bytes_of_one(params_), "render parameters"},
                           {buffers_.materials, bytes_of(scene.materials), "materials"},
                           {buffers_.lights, bytes_of(lights), "lights"},
-                          {buffers_.light_steps, bytes_of(choice), "light probabilities"},
                           {buffers_.ranges, bytes_of(scene.ranges), "primitive ranges"}};
     for (const Part& part : parts) {
         auto buffer = device_.upload(part.contents, part.what);
@@ -118,6 +135,27 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
         part.buffer = std::move(*buffer);
     }
     return {};
+}
+
+// Piece by piece: images may be large.
+Status Wavefront::upload_light_words(const BakedScene& scene, std::vector<rp_light>& lights) {
+    const std::vector<uint32_t> choice = light_choice(lights);
+    auto buffer = device_.allocate(at_least_16(light_words_bytes(scene)), "the choice of lights and their images");
+    if (!buffer) return buffer.status();
+    buffers_.light_steps = std::move(*buffer);
+    uint64_t written = 0;
+    const auto write = [&](std::span<const std::byte> bytes) -> Status {
+        if (bytes.empty()) return {};
+        RAYPAGER_TRY(device_.kernels().write_now(buffers_.light_steps, written, bytes));
+        written += bytes.size();
+        return {};
+    };
+    RAYPAGER_TRY(write(bytes_of(choice)));
+    return for_image_words(scene.light_images, lights, choice.size(),
+                           [&](std::span<const uint32_t> head, std::span<const rp_texel> texels) -> Status {
+                               RAYPAGER_TRY(write(std::as_bytes(head)));
+                               return write(std::as_bytes(texels));
+                           });
 }
 
 Status Wavefront::allocate_state(bool vertex_colors) {

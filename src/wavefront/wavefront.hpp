@@ -108,6 +108,7 @@ private:
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     Status upload_scene(const BakedScene& scene);
+    Status upload_light_words(const BakedScene& scene, std::vector<rp_light>& lights);
     Status allocate_state(bool vertex_colors);
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.

@@ -10,6 +10,7 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "block/wide_block.hpp"
+#include "raypager/sky.hpp"
 #include "residency/transcode.hpp"
 #include "store/check_scene.hpp"
 #include "store/format.hpp"
@@ -30,6 +31,7 @@ protected:
             scene_of({mesh_shape(terrain(40)), mesh_shape(soup(200, 1)), sphere_shape({0, 1, 0}, 0.1f), cloud_shape(random_points(1500, 2))});
         scene.area_lights = {{{5, 5, 5}, false}};
         scene.shapes[2].area_light = 0;
+        ASSERT_TRUE(set_sky(scene, {6, 6, 3, std::vector<float>(108, 0.5f)}).ok());
         bake_and_open(scene, path_, 16 << 10, 4, position_error_);
         auto text = read_text(path_);
         ASSERT_TRUE(text.ok());
@@ -208,6 +210,15 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.flags = 4; }), "light 0");
     expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.flags |= RP_LIGHT_UNSEEN; }), "lights of another kind");
     expect_refused(with_item<rp_light>(lights, 0, [](rp_light& l) { l.kind = RP_LIGHT_POINT; }), "lights of another kind");
+    expect_refused(with_item<rp_light>(lights, 1, [](rp_light& l) { l.flags = 2u << RP_LIGHT_IMAGE_SHIFT; }), "light images");
+    expect_refused(with_item<rp_light>(lights, 1, [](rp_light& l) { l.e1[1] = 0.5f; }), "light images");
+    expect_refused(with_item<rp_light>(lights, 1, [](rp_light& l) { l.kind = RP_LIGHT_DISTANT; }), "light images");
+    expect_refused(with_item<rp_light_image>(light_images, 0, [](rp_light_image& i) { i.width = 5; }), "texels");
+    expect_refused(with_item<rp_light_image>(light_images, 0, [](rp_light_image& i) { i.width = 0; }), "texels");
+    expect_refused(with_item<rp_light_image>(light_images, 0, [](rp_light_image& i) { i.width = i.height = UINT32_MAX; }), "texels");
+    expect_refused(with_item<rp_light_image>(light_images, 0, [](rp_light_image& i) { i = {9, 4}; }), "light images");
+    expect_refused(with_item<rp_texel>(texels, 35, [](rp_texel& t) { t.blue_exponent = 0; }), "light images");
+    expect_refused(with_item<rp_texel>(texels, 35, [](rp_texel& t) { t.blue_exponent = 255u << 16; }), "light images");
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.first_primitive = 1; }), "range 0");
     expect_refused(with_item<rp_primitive_range>(ranges, 0, [](rp_primitive_range& r) { r.material = 1; }), "material");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.first_light = 1; }), "lights");

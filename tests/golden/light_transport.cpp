@@ -6,6 +6,7 @@
 
 #include "film/film.hpp"
 #include "raypager/materials.hpp"
+#include "raypager/sky.hpp"
 #include "reference/path_tracer.hpp"
 #include "reference/scenes.hpp"
 #include "reference/statistics.hpp"
@@ -136,6 +137,16 @@ TEST(Furnace, layered_materials_give_back_what_they_get) {
     }
 }
 
+// An image that is the same everywhere lights as no image does.
+TEST(Furnace, an_even_image_is_an_even_sky) {
+    for (const auto kind : {reference::FurnaceKind::diffuse, reference::FurnaceKind::glass}) {
+        reference::Furnace furnace = reference::furnace(kind, 0.7, 0.3, 3);
+        ASSERT_TRUE(set_sky(furnace.scene, {5, 5, 1, std::vector<float>(25, 1.0f)}).ok());
+        const Image image = render_scene(furnace.scene, 64, 1, Connection::queue, 0);
+        EXPECT_NEAR(mean_of(image), furnace.expected, 4 * standard_error(image) + 2e-4 * furnace.expected);
+    }
+}
+
 // What only shines reflects nothing, so no path goes on from it.
 TEST(Furnace, no_ray_leaves_a_surface_that_absorbs_everything) {
     Scene scene = reference::furnace(reference::FurnaceKind::diffuse, 0.5, 0.3, 3).scene;
@@ -253,6 +264,21 @@ INSTANTIATE_TEST_SUITE_P(
         TransportCase{"cornell_unseen",
                       [] {
                           return reference::cornell_unseen({48, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"sky",
+                      [] {
+                          return reference::sky_small(48, {64, 48});
+                      },
+                      Connection::queue},
+        TransportCase{"sky_roulette",
+                      [] {
+                          return reference::sky_small(48, {64, 48});
+                      },
+                      Connection::roulette},
+        TransportCase{"lamps",
+                      [] {
+                          return reference::lamps_small({48, 48});
                       },
                       Connection::queue},
         TransportCase{"terrain",

@@ -58,6 +58,19 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::balls_on_a_floor(reference::ViewKind::lens, {PixelFilter::Kind::gaussian, 1.5f, 1.5f, 2}, {48, 36});
      }},  // camera rays that begin in different places, and samples that a filter places
+    {"sky",
+     [] {
+         return reference::sky_small(64, {64, 48});
+     }},  // a sky that is an image
+    {"lamps",
+     [] {
+         Scene scene = reference::lamps_small({48, 48});
+         const Scene hills = reference::sky_small(64);
+         scene.shapes.push_back(hills.shapes[0]);  // enough to page
+         scene.shapes.back().material = 0;
+         scene.shapes.back().to_world = Transform::translate(0, -0.5, 0) * Transform::rotate(-90, 1, 0, 0) * Transform::scale(0.2, 0.2, 0.2);
+         return scene;
+     }},  // lights that shine in cones and through images, among which a tree chooses
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

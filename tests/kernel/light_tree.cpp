@@ -183,6 +183,70 @@ TEST_F(LightTreeChoice, lights_come_as_often_as_their_chance_says) {
     }
 }
 
+// The inverse of a light's probability, over those samples that chose it, is one sample in the mean; and weights are those that hits know of.
+TEST_F(LightTreeChoice, lights_in_front_of_a_surface_come_as_often_as_they_say) {
+    constexpr uint32_t samples = 1 << 15;
+    struct Faced {
+        uint32_t light;
+        float chance, weighed, by_way;
+    };
+    std::mt19937 random(8);
+    upload(support::many_lights(40, 1, 12));
+    auto kernel = get("rp_probe_light_facing");
+    for (const Float4& place : some_places(random, 4)) {
+        const Float4 normal = {0.6f, 0, 0.8f, 0};
+        std::vector<std::array<uint32_t, 2>> numbers;
+        for (uint32_t i = 0; i < samples; i++) numbers.push_back({static_cast<uint32_t>(random()), static_cast<uint32_t>(random())});
+        std::vector<Faced> results(samples);
+        auto at = device_->upload(bytes_of(std::vector(samples, place)), "places"),
+             facing = device_->upload(bytes_of(std::vector(samples, normal)), "normals");
+        auto by = device_->upload(bytes_of(numbers), "numbers"), out = device_->allocate(samples * sizeof(Faced), "results");
+        ASSERT_TRUE(at.ok() && facing.ok() && by.ok() && out.ok());
+        ASSERT_TRUE(kernel.set(tree_, list_, *at, *facing, *by, samples, *out).ok());
+        ASSERT_TRUE(device_->kernels().launch(kernel, samples, 1).ok());
+        ASSERT_TRUE(device_->kernels().read_now(*out, 0, std::as_writable_bytes(std::span(results))).ok());
+        std::vector<double> inverse(lights_.size()), chance(lights_.size());
+        for (const Faced& faced : results) {
+            ASSERT_LT(faced.light, lights_.size());
+            ASSERT_GT(faced.chance, 0);
+            EXPECT_EQ(faced.weighed, faced.by_way);
+            inverse[faced.light] += 1 / double{faced.chance};
+            chance[faced.light] = faced.chance;
+        }
+        for (size_t i = 0; i < lights_.size(); i++)
+            if (const double p = chance[i]; p > 50.0 / samples) {
+                EXPECT_NEAR(inverse[i] / samples, 1, 5 * std::sqrt((1 - p) / (p * samples))) << i;
+            }
+    }
+}
+
+// A light that comes in at a slant gives less.
+TEST_F(LightTreeChoice, small_lights_at_the_horizon_come_after_those_above) {
+    std::vector<rp_light> lights(3);
+    const float places[3][3] = {{1, 0, 0.02f}, {0, 0, 1}, {0, 1, -0.5f}};
+    for (size_t i = 0; i < 3; i++) {
+        lights[i].kind = RP_LIGHT_POINT;
+        std::copy_n(places[i], 3, lights[i].p);
+        for (float& channel : lights[i].radiance) channel = 1;
+    }
+    set_probabilities(lights, 2);
+    upload(lights);
+    auto kernel = get("rp_probe_light_facing");
+    constexpr uint32_t samples = 4096;
+    std::mt19937 random(9);
+    std::vector<std::array<uint32_t, 2>> numbers;
+    for (uint32_t i = 0; i < samples; i++) numbers.push_back({static_cast<uint32_t>(random()), static_cast<uint32_t>(random())});
+    std::vector<std::array<uint32_t, 4>> results(samples);
+    auto at = device_->upload(bytes_of(std::vector(samples, Float4{})), "places"),
+         facing = device_->upload(bytes_of(std::vector(samples, Float4{0, 0, 1, 0})), "normals");
+    auto by = device_->upload(bytes_of(numbers), "numbers"), out = device_->allocate(samples * 16, "results");
+    ASSERT_TRUE(at.ok() && facing.ok() && by.ok() && out.ok() && kernel.set(tree_, list_, *at, *facing, *by, samples, *out).ok());
+    ASSERT_TRUE(device_->kernels().launch(kernel, samples, 1).ok());
+    ASSERT_TRUE(device_->kernels().read_now(*out, 0, std::as_writable_bytes(std::span(results))).ok());
+    const auto above = std::count_if(results.begin(), results.end(), [](const auto& r) { return r[0] == 1; });
+    EXPECT_GT(above, samples * 9 / 10);
+}
+
 // Two weak lights near by and a strong one far away (each by itself would take more than half by power): the near ones are what counts.
 TEST_F(LightTreeChoice, small_lights_near_by_come_before_strong_ones_far_away) {
     std::vector<rp_light> lights(3);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/check.hpp"
+#include "reference/light_images.hpp"
 
 namespace raypager::reference {
 namespace {
@@ -23,11 +24,14 @@ Lights::Lights(const Scene& scene, const ReferenceGeometry& geometry) : scene_(s
         const Vec3 radiance(light.radiance);
         const double disk = pi * scene_radius * scene_radius;
         if (light.kind == RP_LIGHT_INFINITE) {
-            infinite_radiance_ += radiance;
+            if (light.flags >> RP_LIGHT_IMAGE_SHIFT)
+                sky_ = &light;
+            else
+                infinite_radiance_ += radiance;
             add({.other = &light}, pi * disk * average(radiance));
         } else if (light.kind == RP_LIGHT_DISTANT) {
             add({.other = &light}, disk * average(radiance));
-        } else if (light.kind == RP_LIGHT_POINT) {
+        } else if (light.kind >= RP_LIGHT_POINT) {
             add({.other = &light}, 4 * pi * average(radiance));
         } else {
             RAYPAGER_CHECK(light.flags & RP_LIGHT_UNSEEN);
@@ -69,7 +73,7 @@ const Lights::Light& Lights::choose(double u) const {
 std::optional<LightSample> Lights::sample(const Vec3& position, const Vec3& normal, Random& random) const {
     const Light& light = choose(random.uniform());
     if (light.primitive != RP_NONE) return sample_surface(light, position, random);
-    if (light.other->kind == RP_LIGHT_INFINITE) return sample_infinite(light, normal, random);
+    if (light.other->kind == RP_LIGHT_INFINITE) return sample_infinite(normal, random);
     if (light.other->flags & RP_LIGHT_UNSEEN) return sample_unseen(light, position, random);
     LightSample s{.radiance = Vec3(light.other->radiance), .pdf = light.probability, .delta = true};
     if (light.other->kind == RP_LIGHT_DISTANT) {
@@ -80,7 +84,7 @@ std::optional<LightSample> Lights::sample(const Vec3& position, const Vec3& norm
     s.distance = length(s.target - position);
     if (!(s.distance > 0)) return {};
     s.wi = (s.target - position) / s.distance;
-    s.radiance *= 1 / (s.distance * s.distance);
+    s.radiance = lamp_intensity(*light.other, scene_.light_images, -s.wi) / (s.distance * s.distance);
     return s;
 }
 
@@ -109,12 +113,21 @@ std::optional<LightSample> Lights::sample_surface(const Light& light, const Vec3
     return s;
 }
 
-std::optional<LightSample> Lights::sample_infinite(const Light& light, const Vec3& normal, Random& random) const {
+std::optional<LightSample> Lights::sample_infinite(const Vec3& normal, Random& random) const {
     const double u = random.uniform(), v = random.uniform();
-    LightSample s{.wi = Frame(normal).to_world(cosine_hemisphere(u, v)), .radiance = Vec3(light.other->radiance)};
+    LightSample s{
+        .wi = Frame(normal).to_world(cosine_hemisphere(u, v)),
+    };
+    s.radiance = infinite_radiance(s.wi);
     s.pdf = pdf_of_infinite(normal, s.wi);
     if (!(s.pdf > 0)) return {};
     return s;
+}
+
+Vec3 Lights::infinite_radiance(const Vec3& direction) const {
+    if (!sky_) return infinite_radiance_;
+    const Vec3 of_image(dot(Vec3(sky_->p), direction), dot(Vec3(sky_->e1), direction), dot(Vec3(sky_->e2), direction));
+    return color_in_direction(*scene_.light_images[(sky_->flags >> RP_LIGHT_IMAGE_SHIFT) - 1], of_image);
 }
 
 // Rays go to the light itself, where nothing is in their way.

@@ -32,7 +32,7 @@ public:
     Vec3 emitted(const Hit& hit, const Vec3& direction) const;
     // Density with which sample() finds the hit point from origin, distance away along direction.
     double pdf_of_hit(const Hit& hit, const Vec3& direction, double distance) const;
-    Vec3 infinite_radiance() const { return infinite_radiance_; }
+    Vec3 infinite_radiance(const Vec3& direction) const;
     double pdf_of_infinite(const Vec3& normal, const Vec3& direction) const;
 
 private:
@@ -48,13 +48,14 @@ private:
     const Light& choose(double u) const;
     std::optional<LightSample> sample_surface(const Light& light, const Vec3& position, Random& random) const;
     std::optional<LightSample> sample_unseen(const Light& light, const Vec3& position, Random& random) const;
-    std::optional<LightSample> sample_infinite(const Light& light, const Vec3& normal, Random& random) const;
+    std::optional<LightSample> sample_infinite(const Vec3& normal, Random& random) const;
 
     const Scene& scene_;
     const ReferenceGeometry& geometry_;
     std::vector<Light> lights_;
     std::vector<double> probability_of_primitive_;
-    Vec3 infinite_radiance_;
+    Vec3 infinite_radiance_;         // where it is the same in all directions,
+    const rp_light* sky_ = nullptr;  // and where it is not
     double infinite_probability_ = 0;
 };
 

@@ -56,7 +56,7 @@ Vec3 PathTracer::radiance(const Vec3& eye, const Vec3& towards, Random& random) 
         const Hit hit = geometry_.closest({origin.to_float(), direction.to_float()});
         if (!hit.found()) {
             const double weight = last.specular ? 1 : balance(last.pdf, lights_.pdf_of_infinite(last.normal, direction));
-            return light + throughput * lights_.infinite_radiance() * weight;
+            return light + throughput * lights_.infinite_radiance(direction) * weight;
         }
         const Vec3 position = geometry_.position(hit);
         if (const Vec3 emitted = lights_.emitted(hit, direction); !is_black(emitted)) {

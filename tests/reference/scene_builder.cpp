@@ -1,6 +1,7 @@
 #include "reference/scene_builder.hpp"
 
 #include "base/check.hpp"
+#include "raypager/sky.hpp"
 #include "scene/emitters.hpp"
 
 namespace raypager::reference {
@@ -110,6 +111,18 @@ void SceneBuilder::point_light(const Vec3& position, const Vec3& intensity) {
     light.kind = RP_LIGHT_POINT;
     store(light.p, position);
     store(light.radiance, intensity);
+    scene_.lights.push_back(light);
+}
+
+void SceneBuilder::sky(const Image& image, const std::array<Float3, 3>& axes) { RAYPAGER_CHECK(set_sky(scene_, image, axes).ok()); }
+
+void SceneBuilder::lamp(rp_light light, const Image* image) {
+    if (image) {
+        auto packed = light_image_of(*image);
+        RAYPAGER_CHECK(packed.ok());
+        scene_.light_images.push_back(*packed);
+        light.flags |= static_cast<rp_u32>(scene_.light_images.size()) << RP_LIGHT_IMAGE_SHIFT;
+    }
     scene_.lights.push_back(light);
 }
 

@@ -4,6 +4,7 @@
 #include <random>
 #include <string>
 
+#include "raypager/picture.hpp"
 #include "reference/mesh_shapes.hpp"
 #include "reference/scenes.hpp"
 
@@ -30,7 +31,9 @@ public:
     void distant_light(const Vec3& towards_light, const Vec3& irradiance);
     void unseen_light(const rp_light& light);  // scene/emitters.hpp
     void point_light(const Vec3& position, const Vec3& intensity);
-    Scene finish();  // validated
+    void sky(const Image& image, const std::array<Float3, 3>& axes);
+    void lamp(rp_light light, const Image* image = nullptr);  // image: or none
+    Scene finish();                                           // validated
 
 private:
     Scene scene_;

@@ -103,6 +103,80 @@ Scene balls_on_a_floor(ViewKind view, const PixelFilter& filter, PictureSize siz
     return result;
 }
 
+namespace {
+
+// Colours that vary slowly, and one bright spot.
+Image spotted_image(uint32_t width, uint32_t height, double spot) {
+    Image image{width, height, 3, {}};
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            const double s = (x + 0.5) / width, t = (y + 0.5) / height;
+            const double bright = x == width / 3 && y == height / 2 ? spot : 0;
+            for (const double v : {0.2 + 0.6 * s * s + bright, 0.5 + 0.3 * std::sin(6 * t) + 0.8 * bright, 0.9 - 0.7 * s * t + 0.5 * bright})
+                image.values.push_back(static_cast<float>(v));
+        }
+    return image;
+}
+
+void put(float (&to)[3], const Vec3& from) { to[0] = float(from.x), to[1] = float(from.y), to[2] = float(from.z); }
+
+}  // namespace
+
+Scene sky_small(uint32_t n, PictureSize size) {
+    SceneBuilder scene(size);
+    TriangleMesh mesh = patch(n, n, [](double s, double t) { return Vec3(8 * (s - 0.5), 8 * (t - 0.5), 0.3 * std::sin(9 * s) * std::cos(7 * t)); });
+    add_normals(mesh);
+    scene.add("hills", std::move(mesh), scene.material(diffuse({0.6, 0.5, 0.4})));
+    scene.add_sphere("mirror", {-1.6, -1, 0.9}, 0.6, scene.material(conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, 0)));
+    scene.add("rough", icosphere(0.6, 3, true), scene.material(conductor({1.3, 1.0, 0.7}, {7.5, 6.4, 5.3}, 0.25)), Transform::translate(0, -1, 0.9));
+    scene.add_sphere("glass", {1.6, -1, 0.9}, 0.6, scene.material(glass(1.5)));
+    scene.camera({0, -6, 2.2}, {0, 0, 0.5}, {0, 0, 1}, 45);
+    const Frame frame(normalized({0.3, -0.5, 0.8}));
+    scene.sky(spotted_image(24, 24, 12), {frame.x.to_float(), (-frame.y).to_float(), frame.z.to_float()});
+    return scene.finish();
+}
+
+Scene lamps_small(PictureSize size) {
+    SceneBuilder scene(size);
+    const uint32_t white = scene.material(diffuse(grey(0.73))), rough = scene.material(conductor({1.3, 1.0, 0.7}, {7.5, 6.4, 5.3}, 0.25));
+    scene.camera({0, 0, 3.6}, {0, 0, 0}, {0, 1, 0}, 42);
+    scene.add("floor", quad({-1, -1, 1}, {2, 0, 0}, {0, 0, -2}, 4), white);
+    scene.add("back", quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}, 4), white);
+    scene.add_sphere("rough", {-0.45, -0.6, -0.3}, 0.4, rough);
+    scene.add_sphere("white", {0.5, -0.6, 0.1}, 0.4, white);
+    rp_light spot{}, fading{}, lantern{}, projector{};
+    spot.kind = fading.kind = RP_LIGHT_SPOT;
+    put(spot.p, {0.8, 0.9, 0.8});
+    put(spot.e1, normalized({-0.6, -1.2, -0.8}));
+    put(spot.e2, {0.85, 0.95, 0});
+    put(spot.radiance, {6, 5, 3});
+    put(fading.p, {-0.9, 0.5, 0.9});
+    put(fading.e1, normalized({0.5, -1, -0.6}));
+    put(fading.e2, {0.5, 1, 1});
+    put(fading.radiance, {1, 2, 4});
+    scene.lamp(spot);
+    scene.lamp(fading);
+    const Image all_around = spotted_image(16, 16, 6), slide = spotted_image(20, 12, 2);
+    lantern.kind = RP_LIGHT_POINT;
+    const Frame frame(normalized({0.5, 0.2, -0.6}));
+    put(lantern.p, {-0.2, 0.2, 0.3});
+    put(lantern.e1, frame.x);
+    put(lantern.e2, frame.y);
+    put(lantern.radiance, {0.8, 0.8, 0.8});
+    lantern.flags = RP_LIGHT_MIRRORED;
+    scene.lamp(lantern, &all_around);
+    projector.kind = RP_LIGHT_PROJECTION;
+    put(projector.p, {0.2, 0.3, 1.5});
+    put(projector.e1, Vec3(0.5, 0, 0));
+    put(projector.e2, Vec3(0, 0.3, 0));
+    projector.flags = RP_LIGHT_MIRRORED;  // towards -z
+    put(projector.radiance, {7, 7, 7});
+    scene.lamp(projector, &slide);
+    Scene result = scene.finish();
+    result.max_depth = 3;
+    return result;
+}
+
 Furnace furnace(FurnaceKind kind, double albedo, double alpha, uint32_t subdivisions, PictureSize size) {
     SceneBuilder scene(size);
     const Vec3 much(1e5);  // of an extinction so strong that nothing is lost: 1 - F is about 4 eta / k^2

@@ -320,10 +320,9 @@ TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
                    "scene.pbrt:2: Material \"hair\" is not supported");
     expect_warning("WorldBegin\n\nShape \"nurbs\" \"point3 P\" [0 0 0]\n" + one_triangle,
                    "scene.pbrt:3: Shape \"nurbs\" is not supported; it is left out");
-    expect_warning("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + one_triangle, "the sky is white on average");
+    expect_error("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + one_triangle, "sky.exr");
     expect_warning("WorldBegin LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n" + one_triangle,
                    "parameter \"portal\" is not supported; light comes from everywhere");
-    expect_warning("WorldBegin LightSource \"spot\"\n" + one_triangle, "a point light is used");
     expect_warning("WorldBegin\nTexture \"t\" \"spectrum\" \"imagemap\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\" " + one_triangle,
                    "scene.pbrt:2: Texture \"imagemap\" is not supported; one mid value is used");
     expect_silence("WorldBegin Texture \"unused\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n" + one_triangle);

@@ -51,11 +51,22 @@ typedef struct rp_material {
 
 #define RP_LIGHT_TRIANGLE 0u  // p = vertex 0, e1, e2 = edges to vertices 1 and 2; emits on the side of cross(e1, e2)
 #define RP_LIGHT_SPHERE 1u    // p = centre, e1[0] = radius; emits outwards
-#define RP_LIGHT_INFINITE 2u  // constant radiance from everywhere
+#define RP_LIGHT_INFINITE 2u  // radiance from everywhere, the same in all directions unless it has an image
 #define RP_LIGHT_DISTANT 3u   // p = unit direction towards the light, radiance = irradiance on a facing surface
 #define RP_LIGHT_POINT 4u     // p = position, radiance = intensity
+#define RP_LIGHT_SPOT \
+    5u  // the same; e1 = unit axis, e2 = cosines of the angles to it where light ends and from which on inwards it is full
+        // (between them a smooth step; if e2[2] is not 0, a fourth power)
+// With an image of all directions, p, e1 and e2 of an infinite light are its unit axes, and radiance is its mean.
+// A point light with an image of all directions: e1 and e2 are its x and y axis, z follows (left-handed if RP_LIGHT_MIRRORED).
+#define RP_LIGHT_PROJECTION \
+    6u  // p = position, radiance = intensity along the axis where the image is white; e1 and e2: steps to the right and upwards
+        // from the middle of the image to its edges, at distance 1 in the direction of their cross product (negative if
+        // RP_LIGHT_MIRRORED)
 #define RP_LIGHT_TWO_SIDED 1u
 #define RP_LIGHT_UNSEEN 2u  // no ray meets its surface: it is found by sampling lights alone
+#define RP_LIGHT_MIRRORED 4u
+#define RP_LIGHT_IMAGE_SHIFT 8  // flags from here on: the number of the light's image (abi/light_image.h), from 1; 0: it has none
 
 typedef struct rp_light {
     float p[3];
@@ -63,7 +74,8 @@ typedef struct rp_light {
     float e1[3];
     rp_u32 flags;
     float e2[3];
-    float area;  // of an emitter with surface
+    float
+        area;  // of an emitter with surface; on the device, of a light with an image: its place among the words by which lights are chosen (as_uint)
     float radiance[3];
     float probability;  // of being chosen for next-event estimation; the sum over all lights is 1
 } rp_light;

@@ -142,10 +142,22 @@ __kernel void rp_probe_light_tree(const __global uint* restrict tree, const __gl
                                   __global uint4* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
-    float rest, chance;
-    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, numbers[i].x, numbers[i].y, &rest, &chance);
+    float rest, chance, weighed;
+    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, (float3)(0.0f), numbers[i].x, numbers[i].y, &rest, &chance, &weighed);
     const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
     results[i] = (uint4)(light, as_uint(rest), as_uint(chance), as_uint(placed ? rp_light_chance(tree, places[i].xyz, light) : 0.0f));
+}
+// With a normal. results: which light, its probability, that without the normal, and the same found by its way.
+__kernel void rp_probe_light_facing(const __global uint* restrict tree, const __global rp_light* restrict lights,
+                                    const __global float4* restrict places, const __global float4* restrict normals,
+                                    const __global uint2* restrict numbers, uint count, __global uint4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    float rest, chance, weighed;
+    const uint light = rp_choose_light_at(tree, lights, places[i].xyz, normals[i].xyz, numbers[i].x, numbers[i].y, &rest, &chance, &weighed);
+    const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
+    results[i] =
+        (uint4)(light, as_uint(chance), as_uint(weighed), as_uint(placed ? rp_light_chance(tree, places[i].xyz, light) : lights[light].probability));
 }
 // Of all lights, place by place; 0 for those without one.
 __kernel void rp_probe_light_chances(const __global uint* restrict tree, const __global rp_light* restrict lights, uint light_count,
@@ -155,6 +167,30 @@ __kernel void rp_probe_light_chances(const __global uint* restrict tree, const _
     const uint light = i % light_count;
     const bool placed = lights[light].kind != RP_LIGHT_INFINITE && lights[light].kind != RP_LIGHT_DISTANT;
     results[i] = placed ? rp_light_chance(tree, places[i / light_count].xyz, light) : 0.0f;
+}
+#endif
+
+#ifdef RP_SKY
+// For tests of skies: directions that numbers (x, y, z of a light sample) draw. results: direction, density of the sample; its radiance, the density
+// that is found for its direction; the radiance that is found for it, 0.
+__kernel void rp_probe_sky(const __global uint* restrict sky, const __global uint4* restrict numbers, uint count, __global float4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    float density;
+    const float2 place = rp_sample_sky(sky, numbers[i].y, rp_unit_1(numbers[i].x), rp_unit_1(numbers[i].z), &density);
+    const float3 direction = rp_sky_direction(place);
+    const float2 found = rp_sky_place(direction);
+    results[3u * i] = (float4)(direction, density);
+    results[3u * i + 1u] = (float4)(rp_sky_radiance(sky, place), rp_sky_density(sky, found));
+    results[3u * i + 2u] = (float4)(rp_sky_radiance(sky, found), 0.0f);
+}
+// Of given directions: density, then radiance.
+__kernel void rp_probe_sky_directions(const __global uint* restrict sky, const __global float4* restrict directions, uint count,
+                                      __global float4* restrict results) {
+    const uint i = get_global_id(0);
+    if (i >= count) return;
+    const float2 place = rp_sky_place(directions[i].xyz);
+    results[i] = (float4)(rp_sky_density(sky, place), rp_sky_radiance(sky, place));
 }
 #endif
 
