@@ -11,8 +11,7 @@ namespace raypager {
 // The projection is known, and lens and window make sense.
 Status check_projection(const Camera& camera);
 
-// Whether a camera is an upright pinhole, or lens, whose line of sight goes through the middle of its picture: what camera texts and other renderers
-// can describe.
+// Whether a camera is an upright pinhole, or lens, whose line of sight goes through the middle of its picture: what other renderers can describe.
 bool is_centered_perspective(const Camera& camera);
 
 struct ViewRay {
