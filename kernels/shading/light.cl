@@ -42,7 +42,9 @@ static inline float rp_light_density(const __global rp_light* light, float proba
 #endif
 
 #define RP_LANES 1
-#include "shading/turns_lanes.cl"
+#include "common/begin_lanes.cl"
+#include "common/turns_lanes.cl"
+#include "common/end_lanes.cl"
 #undef RP_LANES
 #if defined(RP_SKY) || defined(RP_LAMPS)
 #include "shading/sky.cl"

@@ -24,7 +24,6 @@
 #include "common/normal_lanes.cl"
 #include "common/random_lanes.cl"
 #include "shading/frame_lanes.cl"
-#include "shading/turns_lanes.cl"
 #include "shading/light_lanes.cl"
 #include "shading/scatter_lanes.cl"
 #undef RP_LANES

@@ -184,8 +184,13 @@ std::optional<Camera> make_camera(const CameraText& text, uint32_t width, uint32
 }
 
 std::optional<CameraText> describe_camera(const Camera& camera, uint32_t width, uint32_t height, double distance) {
-    if (!is_centered_perspective(camera) || width == 0 || height == 0) return std::nullopt;
-    if (std::abs(length(vector(camera.right)) / length(vector(camera.up)) * height / width - 1) > 1e-4) return std::nullopt;
+    const Vector forward = vector(camera.forward), right = vector(camera.right), up = vector(camera.up);
+    const double f = length(forward), r = length(right), u = length(up);
+    constexpr double tolerance = 1e-4;
+    if (camera.projection != Projection::perspective || !(f > 0 && r > 0 && u > 0) || width == 0 || height == 0) return std::nullopt;
+    if (std::abs(dot(forward, right)) > tolerance * f * r || std::abs(dot(forward, up)) > tolerance * f * u ||
+        std::abs(dot(right, up)) > tolerance * r * u || std::abs(r / u * height / width - 1) > tolerance)
+        return std::nullopt;
     return CameraSearch(camera, width, height, distance > 0 && std::isfinite(distance) ? distance : 1).run();
 }
 

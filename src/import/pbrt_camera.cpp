@@ -5,6 +5,7 @@
 
 #include "import/pbrt_reader.hpp"
 #include "import/text.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 
@@ -70,8 +71,10 @@ Status PbrtReader::lens(const Directive& directive, const PbrtParameters& parame
     settings.lens_radius = parameters.number("lensradius", 0);
     settings.focal_distance = parameters.number("focaldistance", settings.focal_distance);
     RAYPAGER_TRY(parameters.status());
-    if (!(settings.lens_radius >= 0)) return error(directive, fmt::format("its lensradius must be 0 or more, but it is {}", settings.lens_radius));
-    if (settings.lens_radius > 0 && !(static_cast<float>(settings.focal_distance) > 0))
+    const auto radius = static_cast<float>(settings.lens_radius), distance = static_cast<float>(settings.focal_distance);
+    if (!(radius >= 0) || !std::isfinite(radius))
+        return error(directive, fmt::format("its lensradius must be 0 or more, but it is {}", settings.lens_radius));
+    if (radius > 0 && (!(distance > 0) || !std::isfinite(distance)))
         return error(directive, fmt::format("its focaldistance must be more than 0, but it is {}", settings.focal_distance));
     return {};
 }
@@ -147,6 +150,8 @@ Status PbrtReader::place_camera() {
         camera.focal_distance = static_cast<float>(settings.focal_distance);
     }
     crop_camera();
+    for (const Float3& v : {camera.eye, camera.right, camera.up, camera.forward})
+        if (!finite(v)) return Status::failed(settings.location.with_line() + ": Camera: its frame is too large to compute with");
     return {};
 }
 

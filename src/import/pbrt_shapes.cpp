@@ -21,7 +21,7 @@ constexpr size_t max_shapes = RP_NONE - 1;
 constexpr double far_coordinate = 65536;
 // Of subdivision surfaces: a few words in a file must not fill the memory.
 constexpr uint32_t most_loop_levels = 6;
-constexpr uint64_t most_loop_triangles = uint64_t{1} << 24;
+constexpr uint64_t most_loop_triangles = uint64_t{1} << 23;
 constexpr double degrees = 3.14159265358979323846 / 180;
 
 // Lengths and angles are the same in all directions: spheres stay spheres.
@@ -87,7 +87,7 @@ Status PbrtReader::shape(const Directive& directive) {
     RAYPAGER_TRY(parameters.status());
     if (!shape.mesh && !shape.points && !(shape.sphere.radius > 0)) return {};  // what was to be said was said
     warn_of_unused(directive, type, parameters,
-                   {"uv", "st", "S", "faceIndices", "shadowalpha", "scheme", "edgelength", "discarddegenerateUVs", "splitdepth", "emissionfilename"});
+                   {"uv", "st", "S", "faceIndices", "shadowalpha", "scheme", "edgelength", "discarddegenerateUVs", "splitdepth"});
     shape.to_world = state_.transform * shape.to_world;
     shape.reverse_orientation = state_.reverse_orientation;
     shape.area_light = state_.area_light;

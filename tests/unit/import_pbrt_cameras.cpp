@@ -42,6 +42,8 @@ TEST_F(ImportPbrtCameras, Lenses) {
     EXPECT_NEAR(scaled.camera.lens_radius, 0.5, 1e-6) << "the camera is half as large in the world";
     EXPECT_NEAR(scaled.camera.focal_distance * scaled.camera.forward.z, 1.5, 1e-6);
     expect_error(text("\"perspective\" \"float lensradius\" 0.25 \"float focaldistance\" 0"), "scene.pbrt:4:1: Camera: its focaldistance");
+    expect_error(text("\"perspective\" \"float lensradius\" 1 \"float focaldistance\" 1e200"), "scene.pbrt:4:1: Camera: its focaldistance");
+    expect_error(text("\"perspective\" \"float lensradius\" 1e200"), "scene.pbrt:4:1: Camera: its lensradius");
     expect_error(text("\"perspective\" \"float lensradius\" -1"), "scene.pbrt:4:1: Camera: its lensradius");
     expect_error(text("\"perspective\" \"float lensradius\" nan"), "scene.pbrt:4:");
     expect_warning("Scale 2 1 1 Camera \"perspective\" \"float lensradius\" 1 WorldBegin " + test::one_triangle, "stretches its lens");
@@ -62,6 +64,7 @@ TEST_F(ImportPbrtCameras, FramesOfPerspectives) {
     expect_near(with("\"perspective\" \"float halffov\" 45").camera.up, 0, 1, 0);
     expect_error(text("\"perspective\" \"float screenwindow\" [0 0 -1 1]"), "scene.pbrt:4:1: Camera: its screenwindow is empty");
     expect_error(text("\"perspective\" \"float screenwindow\" [0 1]"), "expected four numbers");
+    expect_error(text("\"perspective\" \"float frameaspectratio\" 1e-300"), "scene.pbrt:4: Camera: its frame is too large");
     expect_error(text("\"perspective\" \"float frameaspectratio\" 0"), "scene.pbrt:4:1: Camera: its frameaspectratio");
 }
 
