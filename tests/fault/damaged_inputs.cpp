@@ -8,7 +8,9 @@
 #include <functional>
 #include <random>
 
+#include "base/files.hpp"
 #include "raypager/import.hpp"
+#include "raypager/picture.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
 #include "unit/import_files.hpp"
@@ -348,6 +350,34 @@ TEST(DamagedInputs, HugePolygonsTakeLinearTime) {
     EXPECT_TRUE(import_and_load(folder.write("a.obj", obj)).ok());
     const std::string off = "OFF\n" + std::to_string(corners) + " 1 0\n" + points + std::to_string(corners) + face + "\n";
     EXPECT_TRUE(import_and_load(folder.write("a.off", off)).ok());
+}
+
+// Images of skies: cut off they are refused, by the line that names them; with flipped bits there is a sound scene or one clear line.
+TEST(DamagedInputs, ImagesOfSkies) {
+    const TemporaryFolder folder;
+    ASSERT_TRUE(write_image(folder / "sky.pfm", {8, 8, 3, std::vector<float>(192, 0.5f)}).ok());
+    const std::string whole = *read_text(folder / "sky.pfm");
+    const auto scene = folder.write("scene.pbrt", "WorldBegin\nLightSource \"infinite\" \"string filename\" \"sky.pfm\"\nShape \"sphere\"\n");
+    const auto import_damaged = [&](const std::string& bytes) {
+        folder.write("sky.pfm", bytes);
+        auto imported = import_scene({scene});
+        if (!imported.ok()) {
+            const std::string& message = imported.status().message();
+            EXPECT_NE(message.find("scene.pbrt:2"), std::string::npos) << message;
+            EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        }
+        return imported.ok();
+    };
+    EXPECT_TRUE(import_damaged(whole));
+    for (size_t length = 0; length < whole.size(); length += 13) EXPECT_FALSE(import_damaged(whole.substr(0, length))) << length;
+    std::mt19937 random(11);
+    for (int i = 0; i < 200; i++) {
+        std::string damaged = whole;
+        damaged[random() % (i % 2 ? damaged.size() : 16)] ^= static_cast<char>(1 << random() % 8);
+        import_damaged(damaged);
+    }
+    EXPECT_FALSE(import_damaged("PF\n60000 60000\n-1\n...."));
+    EXPECT_FALSE(import_damaged("PF\n16000 16000\n-1\n...."));
 }
 
 }  // namespace
