@@ -205,9 +205,8 @@ TEST_F(PbrtLights, LampsWithImages) {
 }
 
 TEST_F(PbrtLights, PowersOfAreaLights) {
-    const Scene scene = expect_warning("WorldBegin AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"float power\" 8 \"bool twosided\" true " +
-                                           test::one_triangle + "Shape \"disk\" \"float radius\" 2",
-                                       "disks");
+    const Scene scene = expect_silence("WorldBegin AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"float power\" 8 \"bool twosided\" true " +
+                                       test::one_triangle + "Shape \"disk\" \"float radius\" 2");
     ASSERT_EQ(scene.area_lights.size(), 2u);
     EXPECT_EQ(scene.area_lights[0].power, 8);  // of each triangle
     EXPECT_EQ(scene.area_lights[1].power, 0);  // of the disk as a whole
