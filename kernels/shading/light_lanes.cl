@@ -143,7 +143,7 @@ static inline RP_NAME(rp_light_sample_)
     const RP_FLOATS towards = -RP_NAME(rp_dot_)(normal, s.direction), cosine = (flags & RP_LIGHT_TWO_SIDED) != 0u ? fabs(towards) : towards;
     const RP_FLOATS of_surface = cosine > 0.0f ? probability * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
     const RP_FLOATS found = surface ? of_surface : infinite ? probability * infinite_density : (RP_FLOATS)(0.0f);
-#ifdef RP_LIGHT_TREE
+#ifdef RP_LIGHT_CLOSE
     const RP_FLOATS weighed_surface = cosine > 0.0f ? RP_LOAD(weighed) * distance * distance / (cosine * area) : (RP_FLOATS)(0.0f);
     const RP_FLOATS for_weight = surface ? weighed_surface : found;
 #else

@@ -1,7 +1,9 @@
 // Chooses among many lights by what they could give at a place (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree
 // Splitting"; Pharr, Jakob, Humphreys 2023, chapter 12.6.3), and says how likely it is to choose a given one.
 //
-// Where light comes in at a slant it gives less, so the choice looks at the normal as well. But at the hit of a ray only the place where it began is
+// With RP_LIGHT_CLOSE the choice looks closer: at the normal, since where light comes in at a slant it gives less, and at the children of near nodes.
+// That is for scenes with lamps that have no surface, which no BSDF sample finds: there the choice is all there is against noise. Elsewhere it would
+// take a quarter of a render's time for a twentieth of its variance (bench/journal/sampling.md). At the hit of a ray only the place where it began is
 // known, not its normal. Weights of multiple importance sampling need not be those of the densities that samples were drawn with, as long as all
 // ways to find a light agree about them: they are taken from the choice without a normal, which both sides know, and samples are divided by the
 // probability that they were drawn with.
@@ -35,6 +37,7 @@ static inline float rp_light_importance(const __global uint* node, float3 place)
     return most * rp_max(0.0f, turned);
 }
 
+#ifdef RP_LIGHT_CLOSE
 // The largest cosine to the normal of directions from the place to a node's sphere, but at least RP_LIGHT_LEAST_FACING.
 static inline float rp_light_facing(const __global uint* node, float3 place, float3 normal) {
     const uint4 sphere = vload4(0, node);
@@ -62,6 +65,7 @@ static inline float2 rp_light_gives(const __global uint* tree, const __global ui
     const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
     return rp_light_own(pair, place, normal, faces) + rp_light_own(pair + 8, place, normal, faces);
 }
+#endif
 
 // How many of `width` numbers choose the first of two nodes. Both sides are left some, unless they give nothing.
 static inline ulong rp_light_split(ulong width, float first, float second) {
@@ -91,22 +95,32 @@ static inline uint rp_choose_light_at(const __global uint* tree, const __global 
         return light;
     }
     // Steps down as arithmetic coding takes them: the light's share of all numbers is its probability, to the last one.
-    ulong number = (ulong)random << 32 | more, width = rp_light_tree_width(tree), all_around = width;
-    const bool faces = normal.x != 0.0f || normal.y != 0.0f || normal.z != 0.0f;
+    ulong number = (ulong)random << 32 | more, width = rp_light_tree_width(tree);
     uint next = 0u;
+#ifdef RP_LIGHT_CLOSE
+    ulong all_around = width;
+    const bool faces = normal.x != 0.0f || normal.y != 0.0f || normal.z != 0.0f;
+#endif
     while (!(next & RP_LIGHT_LEAF)) {
         const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
-        const float2 one = rp_light_gives(tree, pair, place, normal, faces), two = rp_light_gives(tree, pair + 8, place, normal, faces);
+#ifdef RP_LIGHT_CLOSE
+        const float2 one = rp_light_gives(tree, pair, place, normal, faces), two = rp_light_gives(tree, pair + 8u, place, normal, faces);
         const ulong split_around = rp_light_split(all_around, one.x, two.x), split = rp_light_split(width, one.y, two.y);
         const bool second = number >= split;
         all_around = second ? all_around - split_around : split_around;
+#else
+        const ulong split = rp_light_split(width, rp_light_importance(pair, place), rp_light_importance(pair + 8u, place));
+        const bool second = number >= split;
+#endif
         number -= second ? split : 0ul;
         width = second ? width - split : split;
         next = pair[second ? 15u : 7u];
     }
     *rest = rp_min((float)number / (float)width, 0x1.fffffep-1f);
-    *chance = (float)width * 0x1p-64f;
+    *chance = *weighed = (float)width * 0x1p-64f;
+#ifdef RP_LIGHT_CLOSE
     *weighed = (float)all_around * 0x1p-64f;
+#endif
     return next & ~RP_LIGHT_LEAF;
 }
 
@@ -117,9 +131,13 @@ static inline float rp_light_chance(const __global uint* tree, float3 place, uin
     uint next = 0u;
     for (; way > 1ul; way >>= 1) {
         const __global uint* pair = tree + RP_LIGHT_TREE_PAIRS + 16u * next;
+#ifdef RP_LIGHT_CLOSE
         const float one = rp_light_gives(tree, pair, place, (float3)(0.0f), false).x,
-                    two = rp_light_gives(tree, pair + 8, place, (float3)(0.0f), false).x;
+                    two = rp_light_gives(tree, pair + 8u, place, (float3)(0.0f), false).x;
         const ulong split = rp_light_split(width, one, two);
+#else
+        const ulong split = rp_light_split(width, rp_light_importance(pair, place), rp_light_importance(pair + 8u, place));
+#endif
         const bool second = (way & 1ul) != 0ul;
         width = second ? width - split : split;
         next = pair[second ? 15u : 7u];

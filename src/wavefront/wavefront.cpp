@@ -59,8 +59,11 @@ uint64_t light_words_bytes(const BakedScene& scene) { return light_choice_bytes(
 // What kernels that shade must know.
 std::string shading_definitions(const BakedScene& scene) {
     std::string result;
-    if (has_light_tree(scene.lights)) result += " -DRP_LIGHT_TREE";
     const auto any = [&](const auto& condition) { return std::ranges::any_of(scene.lights, condition); };
+    if (has_light_tree(scene.lights)) {
+        result += " -DRP_LIGHT_TREE";
+        if (any([](const rp_light& l) { return l.kind == RP_LIGHT_POINT || l.kind >= RP_LIGHT_SPOT; })) result += " -DRP_LIGHT_CLOSE";
+    }
     if (any([](const rp_light& light) { return light.kind == RP_LIGHT_INFINITE && image_of(light); })) result += " -DRP_SKY";
     if (any([](const rp_light& l) { return l.kind >= RP_LIGHT_SPOT || (l.kind == RP_LIGHT_POINT && image_of(l)); })) result += " -DRP_LAMPS";
     if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) result += " -DRP_LAYERED";

@@ -71,7 +71,7 @@ protected:
     }
 
     Kernel get(const char* name) {
-        auto kernel = support::probe_kernel(*device_, "single_ray/probe", name, "-DRP_SLABS=1 -DRP_STACK_SIZE=96 -DRP_LIGHT_TREE");
+        auto kernel = support::probe_kernel(*device_, "single_ray/probe", name, "-DRP_SLABS=1 -DRP_STACK_SIZE=96 -DRP_LIGHT_TREE -DRP_LIGHT_CLOSE");
         if (!kernel.ok()) throw std::runtime_error(kernel.status().message());
         return std::move(*kernel);
     }
