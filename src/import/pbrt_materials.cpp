@@ -330,12 +330,10 @@ Status PbrtReader::make_material(const Directive& directive, const std::string& 
     warn_of_bumps(parameters);
     rp_material material{};
     RAYPAGER_TRY(describe_material(directive, type, parameters, material));
-    for (size_t i = 0; i < 3; ++i)
-        if (material.kind == RP_MATERIAL_CONDUCTOR && material.eta[i] == 0 && material.k[i] == 0)
-            return error(directive, "eta and k must not both be 0");
     index = static_cast<uint32_t>(scene_.materials.size());
     scene_.materials.push_back(material);
-    return {};
+    const Status sound = check_material(scene_.materials, index);
+    return sound.ok() ? Status() : error(directive, sound.message());
 }
 
 Status PbrtReader::material(const Directive& directive) {

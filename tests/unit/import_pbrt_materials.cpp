@@ -68,6 +68,8 @@ TEST_F(ImportPbrtMaterials, GlassAndLayersOfVersion4) {
     EXPECT_LT(of("\"diffuse\" \"float sigma\" 20").oren_a, 0);
     expect_warning("WorldBegin Material \"coateddiffuse\" \"rgb albedo\" [.5 .5 .5]" + ball, "a coat that scatters is not supported");
     expect_error("WorldBegin Material \"coateddiffuse\" \"float eta\" .5" + ball, "at least 1");
+    expect_error("WorldBegin\nMaterial \"thindielectric\" \"float eta\" 1000" + ball,
+                 "scene.pbrt:2:1: Material: material 1: the index of refraction must be");
 }
 
 TEST_F(ImportPbrtMaterials, Mixes) {
