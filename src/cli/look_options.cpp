@@ -60,35 +60,32 @@ std::optional<Float3> color_within(std::span<const std::string> words, double hi
     return Float3{c[0], c[1], c[2]};
 }
 
+// What is behind a name or a colour, which it takes off the words; the usual one if there is none, nothing if it makes no sense.
+std::optional<float> take_roughness(std::vector<std::string>& words) {
+    if (words.size() != 2 && words.size() != 4) return usual_roughness;
+    const auto given = number_within(words.back(), 0, 1);
+    if (!given) return std::nullopt;
+    words.pop_back();
+    return static_cast<float>(*given);
+}
+
 // "NAME", "R,G,B" or "#rrggbb", and perhaps ",roughness" behind it.
 std::optional<rp_material> metal_of(const std::string& text) {
     std::vector<std::string> words = split(text, ',');
-    float roughness = usual_roughness;
-    if (words.size() == 2 || words.size() == 4) {
-        const auto given = number_within(words.back(), 0, 1);
-        if (!given) return std::nullopt;
-        roughness = static_cast<float>(*given);
-        words.pop_back();
-    }
+    const auto roughness = take_roughness(words);
+    if (!roughness) return std::nullopt;
     if (words.size() == 1)
-        if (const auto metal = named_metal(words[0], roughness)) return metal;
+        if (const auto metal = named_metal(words[0], *roughness)) return metal;
     const auto color = color_within(words, 1);
-    if (!color) return std::nullopt;
-    return conductor_of_reflectance(*color, roughness);
+    return color ? std::optional(conductor_of_reflectance(*color, *roughness)) : std::nullopt;
 }
 
 // "R,G,B" or "#rrggbb", and perhaps ",roughness" behind it.
 std::optional<rp_material> plastic_of(const std::string& text) {
     std::vector<std::string> words = split(text, ',');
-    float roughness = usual_roughness;
-    if (words.size() == 2 || words.size() == 4) {
-        const auto given = number_within(words.back(), 0, 1);
-        if (!given) return std::nullopt;
-        roughness = static_cast<float>(*given);
-        words.pop_back();
-    }
+    const auto roughness = take_roughness(words);
     const auto color = color_within(words, 1);
-    return color ? std::optional(coated_diffuse_material(*color, usual_ior, roughness)) : std::nullopt;
+    return roughness && color ? std::optional(coated_diffuse_material(*color, usual_ior, *roughness)) : std::nullopt;
 }
 
 std::optional<rp_material> material_of(const std::string& kind, const std::string& rest, bool has_rest) {

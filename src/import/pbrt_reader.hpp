@@ -133,6 +133,7 @@ private:
     Status take_matrix(const Directive& directive, Transform& matrix);
     Status apply(const Directive& directive, const Transform& transform);
     Status set_transform(const Directive& directive, const Transform& transform);
+    static bool is_similarity(const Transform& t);
 
     // pbrt_film.cpp
     Status film(const Directive& directive);
@@ -208,29 +209,31 @@ private:
     Status object_begin(const Directive& directive);
     Status object_end(const Directive& directive);
     Status object_instance(const Directive& directive);
-    // Makes what a directive says of a shape but for its place and looks. Left without a source and without a radius: there is nothing to be seen.
     std::optional<double> constant_alpha(const PbrtParameter* alpha) const;
+    // Makes what a directive says of a shape but for its place and looks. Left without a source and without a radius: there is nothing to be seen.
     Status make_shape(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape);
     Status find_shape_file(const Directive& directive, const PbrtParameters& parameters, std::filesystem::path& path, bool& exists);
     Status triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
-    Status bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status points(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
+    Status add_shape(const Directive& directive, Shape shape);
+
+    // pbrt_curved_shapes.cpp
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
-    Status make_sphere(const Directive& directive, double radius, Shape& shape);
-    Status loop_subdivision(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    void make_sphere(double radius, Shape& shape);
+    void make_ellipsoid(Shape& shape, double radius);
+    Status sweep(const Directive& directive, const PbrtParameters& parameters, double& radians);
+    Status lengths(const Directive& directive, std::initializer_list<double> values);
+    Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status cone(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status paraboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status hyperboloid(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status curve(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status curve_points(const Directive& directive, const PbrtParameters& parameters, CurveShape& curve);
-    Status sweep(const Directive& directive, const PbrtParameters& parameters, double& radians);
-    Status lengths(const Directive& directive, std::initializer_list<double> values);
-    Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
-    Status cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
-    Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
-    Status add_shape(const Directive& directive, Shape shape);
-    void make_ellipsoid(Shape& shape, double radius);
+    Status loop_subdivision(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+    Status bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
 
     Scene scene_;
     PbrtWarnings warnings_;
