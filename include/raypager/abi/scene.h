@@ -10,7 +10,7 @@
 #define RP_MATERIAL_NONE 3u        // absorbs everything (surfaces that only emit)
 #define RP_MATERIAL_LAYERED 4u     // an interface over a base, see below
 #define RP_MATERIAL_MIX 5u         // material `second` with probability `amount`, else `first`; either may be a mix
-#define RP_MAX_MIXES 4u  // of mixes, within each other
+#define RP_MAX_MIXES 4u            // of mixes, within each other
 
 #define RP_MATERIAL_PLAIN 1u  // a flag: where primitives have colours of their own, color counts all the same
 // Flags of layered materials.
