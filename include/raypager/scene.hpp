@@ -13,6 +13,7 @@
 
 #include "raypager/abi/light_image.h"
 #include "raypager/abi/scene.h"
+#include "raypager/abi/texture.h"
 #include "raypager/status.hpp"
 
 namespace raypager {
@@ -267,6 +268,36 @@ struct LightImage {
 };
 using LightImages = std::vector<std::shared_ptr<const LightImage>>;
 
+enum class TexelKind { unsigned_8, unsigned_16, half };
+constexpr uint64_t bytes_of_channel(TexelKind kind) { return kind == TexelKind::unsigned_8 ? 1 : 2; }
+
+struct ImageShape {
+    uint32_t width = 0, height = 0;  // texels
+    uint32_t channels = 1;           // 1: grey; 4: red, green, blue, alpha
+    TexelKind kind = TexelKind::unsigned_8;
+    bool srgb = false;  // channels other than alpha are encoded as sRGB (unsigned_8 only)
+};
+
+// An image that textures read: opened while the scene is baked, and read once, a few rows at a time.
+class ImageSource {
+public:
+    virtual ~ImageSource() = default;
+    virtual std::string name() const = 0;  // for messages
+    virtual Result<ImageShape> shape() const = 0;
+    // Hands over all rows from top to bottom, some at a time, channels of a texel side by side; ends at the first status that is not ok.
+    virtual Status read(const std::function<Status(std::span<const std::byte> rows)>& take) const = 0;
+    // Tells whether the image is still what it was when a scene was baked from it: from the size and time of its file, say.
+    virtual Result<uint64_t> fingerprint() const = 0;
+};
+
+// What the numbers in a file stand for, alpha aside. automatic: 8 and 16 bits sRGB, others are linear, unless the file says otherwise.
+struct ImageEncoding {
+    enum class Kind { automatic, linear, srgb, gamma };
+    Kind kind = Kind::automatic;
+    float gamma = 1;
+    bool operator==(const ImageEncoding&) const = default;
+};
+
 struct Scene {
     Camera camera;
     FilmResponse film;
@@ -279,7 +310,11 @@ struct Scene {
     // Infinite (at most one), distant, point, spot and projection lights, and triangles and spheres that are RP_LIGHT_UNSEEN. probability is filled
     // in when baked.
     std::vector<rp_light> lights;
-    LightImages light_images;           // none is null
+    LightImages light_images;  // none is null
+    // What programs of materials (RP_MATERIAL_PROGRAM_SHIFT) are made of.
+    std::vector<std::shared_ptr<const ImageSource>> images;  // none is null
+    std::vector<rp_texture_op> texture_ops;
+    std::vector<rp_texture_map> texture_maps;
     std::vector<Shape> shapes;          // primitives are numbered through in this order
     std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
     std::vector<std::string> warnings;  // one line each, with file:line where there is one

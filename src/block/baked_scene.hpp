@@ -6,6 +6,7 @@
 
 #include "raypager/abi/block.h"
 #include "raypager/abi/scene.h"
+#include "raypager/abi/texture.h"
 #include "raypager/blocks.hpp"
 #include "raypager/scene.hpp"
 
@@ -27,6 +28,12 @@ struct BlockEntryRoots {
     std::vector<rp_u32> roots, wide_roots;
 };
 
+// A page of images (abi/texture.h), which takes RP_TEXTURE_PAGE_BYTES in the file and in memory, in either form.
+struct PageRecord {
+    uint64_t offset = 0;    // in the file
+    uint64_t checksum = 0;  // hash64 of its bytes
+};
+
 // All of a baked scene but the blocks themselves.
 struct BakedScene {
     Camera camera;
@@ -44,6 +51,11 @@ struct BakedScene {
     std::vector<uint64_t> block_entry_paths;  // see abi/block.h
     std::vector<rp_u32> wide_roots;           // of the block entries, in the wide form of their blocks (abi/wide.h)
     std::vector<BlockRecord> blocks;
+    std::vector<rp_image> images;
+    std::vector<rp_image_level> image_levels;
+    std::vector<PageRecord> pages;  // of the images; in the page table they follow the blocks
+    std::vector<rp_texture_op> texture_ops;
+    std::vector<rp_texture_map> texture_maps;
     uint64_t triangles = 0, spheres = 0;            // primitives in the blocks
     float position_cell = 0;                        // of which all coordinates of triangles are multiples; 0: they are as they were given
     uint64_t fingerprint = 0;                       // of the geometry and the bake options; tells whether a cached file is still good

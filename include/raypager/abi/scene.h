@@ -23,6 +23,7 @@
 #define RP_MATERIAL_SCHLICK 64u  // by what Schlick's approximation of the interface leaves; as glTF 2.0 has it
 #define RP_MATERIAL_CLEAR 128u   // what is refracted meets a smooth interface, whatever alpha says
 #define RP_MATERIAL_FLAGS 255u
+#define RP_MATERIAL_PROGRAM_SHIFT 8  // flags from here on: the first operation of the material's texture program (abi/texture.h), from 1; 0: none
 
 // A layered material reflects `mirror` and refracts `refracted` times what the Fresnel equations for ior say. `specular` is the same for
 // the interface of GGX roughness alpha (0: smooth); with BLEND and SCHLICK, whose alpha is more than 0, it is what is reflected at normal incidence.
