@@ -69,7 +69,7 @@ static inline void rp_account_for_samples(__constant rp_render_params* params, c
     atomic_add(counters + RP_COUNT_EXTEND, started);
     const uint waiting = counters[RP_COUNT_WAITING] + counters[RP_COUNT_IN_LISTS];
     counters[RP_COUNT_WAITING] = waiting;
-    counters[RP_COUNT_IDLE] = params->slot_count - supply->queued - counters[RP_COUNT_SHADOW] - supply->slots - waiting;
+    counters[RP_COUNT_IDLE] = params->slot_count - supply->queued - counters[RP_COUNT_SHADOW] - counters[RP_COUNT_TEXTURED] - supply->slots - waiting;
     const uint before = counters[RP_COUNT_CAMERA_RAYS];
     counters[RP_COUNT_CAMERA_RAYS] = before + started;
     if (before + started < before) counters[RP_COUNT_CAMERA_RAYS + 1u]++;

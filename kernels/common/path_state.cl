@@ -47,6 +47,7 @@ static inline bool rp_is_idle(uint status) { return rp_phase_of(status) == RP_PH
 static inline bool rp_extends(uint status) { return rp_phase_of(status) == RP_PHASE_EXTEND; }
 static inline bool rp_connects(uint status) { return rp_phase_of(status) == RP_PHASE_SHADOW; }
 static inline bool rp_is_to_shade(uint status) { return rp_phase_of(status) == RP_PHASE_SHADE; }
+static inline bool rp_waits_to_shade(uint status) { return rp_phase_of(status) == RP_PHASE_SHADE_WAITS; }
 static inline bool rp_waits(uint status) { return rp_phase_of(status) >= RP_PHASE_EXTEND_WAITS; }
 // Nothing about such a slot changes before something comes from outside: it waits, or no samples are left for it.
 static inline bool rp_can_sleep(uint status) { return rp_phase_of(status) >= RP_PHASE_IDLE; }
@@ -60,6 +61,9 @@ static inline uint rp_offset_exponent_of(uint status) { return status >> RP_STAT
 
 // With streams: what becomes of the status word of a ray whose block has come. shadow: whether it is a shadow ray.
 static inline uint rp_woken_status(uint status, bool shadow, uint block) {
+#ifdef RP_TEXTURES
+    if (rp_waits_to_shade(status)) return (status & ~RP_PHASE_MASK) | RP_PHASE_SHADE | RP_STATUS_RESUMED;
+#endif
     const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
     return (status & kept) | (shadow ? RP_PHASE_SHADOW : RP_PHASE_EXTEND) | RP_STATUS_RESUMED | rp_last_block_bits(block);
 }
@@ -94,9 +98,9 @@ static inline void rp_set_block_entry(const rp_paths* paths, uint slot, uint blo
 
 // Status words of rays that wait for a block.
 static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
-    return RP_PHASE_EXTEND_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
+    return RP_PHASE_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
 }
-static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | RP_WAIT_BLOCK << RP_WAIT_SHIFT | (status & RP_STATUS_ENDS); }
+static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | (status & RP_STATUS_ENDS); }
 
 // The ray of a slot waits for a block. waiting_status: one of the two above. requests: of all blocks.
 static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* requests) {
@@ -114,6 +118,35 @@ static inline uint rp_awaited_address(const __global rp_page* pages, uint status
 static inline uint rp_color_of(const rp_paths* paths, uint slot) { return paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
 static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
     paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = color;
+}
+#endif
+
+#ifdef RP_TEXTURES
+#ifdef RP_VERTEX_COLORS
+#define RP_RUN_CONE 3u
+#else
+#define RP_RUN_CONE 2u
+#endif
+#define RP_RUN_TEXELS (RP_RUN_CONE + 1u)
+static inline __global uint* rp_run_word(const rp_paths* paths, uint run, uint slot) {
+    return paths->status + ((size_t)RP_STATUS_WORDS(paths->slot_count) * run + slot);
+}
+static inline uint rp_texel_word(const rp_paths* paths, uint slot, uint word) { return *rp_run_word(paths, RP_RUN_TEXELS + word, slot); }
+static inline void rp_set_texel_word(const rp_paths* paths, uint slot, uint word, uint texel) {
+    *rp_run_word(paths, RP_RUN_TEXELS + word, slot) = texel;
+}
+
+// What a ray stands for: how wide that is where the ray begins, and how much wider per unit of its way. Each is the upper half of a float.
+typedef struct rp_cone {
+    float width, spread;
+} rp_cone;
+static inline rp_cone rp_cone_of(const rp_paths* paths, uint slot) {
+    const uint word = *rp_run_word(paths, RP_RUN_CONE, slot);
+    const rp_cone cone = {as_float(word << 16), as_float(word & 0xffff0000u)};
+    return cone;
+}
+static inline void rp_set_cone(const rp_paths* paths, uint slot, rp_cone cone) {
+    *rp_run_word(paths, RP_RUN_CONE, slot) = as_uint(cone.width) >> 16 | (as_uint(cone.spread) & 0xffff0000u);
 }
 #endif
 
@@ -387,6 +420,33 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
     }
     return rp_make_arrival(paths, slot, status, direction, throughput, radiance, hit, surface, as_float(distance));
 }
+#endif
+
+#ifdef RP_TEXTURES
+// The path of a slot waits where it has arrived, for a page of a texture; have: a bit for each word of texels that it has. All that arrival is comes from the planes in
+// their full form from now on.
+static inline uint rp_wait_to_shade(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, uint have) {
+    RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(a->distance);
+    RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(a->direction), as_uint(a->bsdf_density));
+    RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot) = (uint4)(as_uint3(a->throughput), a->flags);
+    RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)(as_uint3(a->radiance), a->pixel);
+    RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(a->position), a->primitive);
+    RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(a->geometric_normal, a->shading_normal, a->sample, have);
+#ifdef RP_VERTEX_COLORS
+    rp_set_color(paths, slot, a->color);
+#endif
+#ifdef RP_UVS
+    rp_set_uv(paths, slot, a->uv, a->density);
+#endif
+#ifdef RP_SHORT_STATES
+    const uint last_block = 0u;
+#else
+    const uint last_block = status & RP_STATUS_BLOCK_MASK;
+#endif
+    return RP_PHASE_SHADE_WAITS | a->offset_exponent << RP_STATUS_OFFSET_SHIFT | last_block;
+}
+// Which texels a path has that had waited.
+static inline uint rp_texels_had(const rp_paths* paths, uint slot) { return rp_block_entry_of(paths, slot); }
 #endif
 
 // ---- The rays that leave a vertex

@@ -6,6 +6,8 @@
 
 // One queue of slots serves both kinds of rays: extension rays from the front, shadow rays from the back.
 static inline uint rp_extend_entry(const __global uint* queue, uint i) { return queue[i]; }
+// Slots whose page of a texture has come fill the free list from its end.
+static inline uint rp_textured_entry(const __global uint* free_list, uint slot_count, uint i) { return free_list[slot_count - 1u - i]; }
 static inline uint rp_shadow_entry(const __global uint* queue, uint slot_count, uint i) { return queue[slot_count - 1u - i]; }
 
 // Adds to a counter of 64 bits that is kept as two words.

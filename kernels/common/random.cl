@@ -6,10 +6,11 @@
 #define RP_RANDOM_CL
 
 // What four numbers are for; xy and zw are pairs.
-#define RP_RANDOM_CAMERA 0u  // xy position in the pixel, zw on the lens
-#define RP_RANDOM_LIGHT 1u   // x choice of light and point on it, y point on it; z rest of x (rp_choose_light), w Russian roulette
-#define RP_RANDOM_BSDF 2u    // xy direction; z lobe, w shadow ray or continuation
-#define RP_RANDOM_MIX 3u     // which of the materials that are mixed; one number for each mix within another
+#define RP_RANDOM_CAMERA 0u   // xy position in the pixel, zw on the lens
+#define RP_RANDOM_LIGHT 1u    // x choice of light and point on it, y point on it; z rest of x (rp_choose_light), w Russian roulette
+#define RP_RANDOM_BSDF 2u     // xy direction; z lobe, w shadow ray or continuation
+#define RP_RANDOM_MIX 3u      // which of the materials that are mixed; one number for each mix within another
+#define RP_RANDOM_TEXTURE 4u  // of images: xy texel, z level
 
 #define RP_LANES 1
 #include "common/random_lanes.cl"

@@ -6,6 +6,13 @@
 #include "shading/light.cl"
 #include "raypager/abi/scene.h"
 
+// Where materials lie: with textures each vertex has one of its own.
+#ifdef RP_TEXTURES
+#define RP_MATERIAL_SPACE __private
+#else
+#define RP_MATERIAL_SPACE __global
+#endif
+
 #define RP_LANES 1
 #include "shading/frame_lanes.cl"
 #undef RP_LANES
@@ -34,7 +41,7 @@ static inline float rp_fresnel_conductor(float cosine, float eta, float k) {
     const float t3 = c2 * a2b2 + s2 * s2, t4 = t2 * s2;
     return 0.5f * rs * (1.0f + (t3 - t4) / (t3 + t4));
 }
-static inline float3 rp_fresnel_metal(const __global rp_material* m, float cosine) {
+static inline float3 rp_fresnel_metal(RP_MATERIAL_SPACE const rp_material* m, float cosine) {
     return (float3)(rp_fresnel_conductor(cosine, m->eta[0], m->k[0]), rp_fresnel_conductor(cosine, m->eta[1], m->k[1]),
                     rp_fresnel_conductor(cosine, m->eta[2], m->k[2]));
 }
@@ -72,12 +79,12 @@ static inline float3 rp_ggx_sample_normal(float3 v, float alpha, float u0, float
     return normalize((float3)(alpha * n.x, alpha * n.y, fmax(1e-6f, n.z)));
 }
 
-static inline bool rp_is_specular(const __global rp_material* m) {
+static inline bool rp_is_specular(RP_MATERIAL_SPACE const rp_material* m) {
     return m->kind == RP_MATERIAL_DIELECTRIC || m->kind == RP_MATERIAL_NONE || (m->kind == RP_MATERIAL_CONDUCTOR && m->alpha <= 0.0f);
 }
 
 // BSDF * cosine and density by solid angle of the unit direction; zero for specular materials and below the geometric surface.
-static inline float3 rp_bsdf_evaluate(const __global rp_material* m, const rp_frame_1* f, float3 direction, float* density) {
+static inline float3 rp_bsdf_evaluate(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, float3 direction, float* density) {
     *density = 0.0f;
     const float3 v = rp_to_local(f, rp_float3(f->view)), l = rp_to_local(f, direction);
     if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, rp_float3(f->geometric_normal)) <= 0.0f) return (float3)(0.0f);
@@ -94,7 +101,7 @@ typedef struct rp_scatter {
     bool transmitted;  // went to the other side of the surface
 } rp_scatter;
 
-static inline rp_scatter rp_bsdf_sample(const __global rp_material* m, const rp_frame_1* f, float4 u) {
+static inline rp_scatter rp_bsdf_sample(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, float4 u) {
     rp_scatter r;
     r.direction = rp_float3(f->normal);
     r.weight = (float3)(0.0f);

@@ -20,8 +20,8 @@ typedef struct rp_layers {
     float rest;     // of the random number that chose, uniform in [0, 1)
 } rp_layers;
 
-static inline float rp_greatest(const __global float* c) { return fmax(fmax(c[0], c[1]), c[2]); }
-static inline float3 rp_rgb(const __global float* c) { return (float3)(c[0], c[1], c[2]); }
+static inline float rp_greatest(RP_MATERIAL_SPACE const float* c) { return fmax(fmax(c[0], c[1]), c[2]); }
+static inline float3 rp_rgb(RP_MATERIAL_SPACE const float* c) { return (float3)(c[0], c[1], c[2]); }
 static inline float rp_pow5(float x) { return x * x * (x * x) * x; }
 
 static inline float rp_reflected(float cosine, float eta) {
@@ -43,7 +43,7 @@ static inline bool rp_take(float probability, float* u) {
     return taken;
 }
 
-static inline rp_layers rp_choose_layers(const __global rp_material* m, const rp_frame_1* f, float3 color, float u) {
+static inline rp_layers rp_choose_layers(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, float3 color, float u) {
     rp_layers r;
     r.view = rp_to_local(f, rp_float3(f->view));
     r.color = color;
@@ -88,7 +88,7 @@ static inline float3 rp_beyond(float3 w, float eta) {
 
 // The metal under a coat: BSDF * cosine, and density. Seen and lit through a smooth interface; what is reflected between the two is summed up as if
 // the metal were smooth.
-static inline float3 rp_metal_base(const __global rp_material* m, const rp_layers* r, float3 l, float* density) {
+static inline float3 rp_metal_base(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float* density) {
     const float3 v = rp_beyond(r->view, r->eta), w = rp_beyond(l, r->eta), h = normalize(v + w);
     const float d = rp_facets(h, m->base_alpha), lambda_v = rp_ggx_lambda(v, m->base_alpha), lambda_l = rp_ggx_lambda(w, m->base_alpha);
     const float spread = l.z / (r->eta * r->eta * w.z);  // solid angle there over that here
@@ -99,7 +99,7 @@ static inline float3 rp_metal_base(const __global rp_material* m, const rp_layer
     return metal * lit / (1.0f - metal * (0.5f * (r->fresnel + back)));
 }
 
-static inline float3 rp_diffuse_base(const __global rp_material* m, const rp_layers* r, float3 l, float3 h) {
+static inline float3 rp_diffuse_base(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float3 h) {
     const float3 v = r->view;
     if (m->flags & RP_MATERIAL_COAT) {
         const float through = (1.0f - r->fresnel) * (1.0f - rp_reflected(l.z, r->eta)) / (r->eta * r->eta);
@@ -118,7 +118,7 @@ static inline float3 rp_diffuse_base(const __global rp_material* m, const rp_lay
 }
 
 // The lobes above the surface that are spread; r->glossy: of the density.
-static inline float3 rp_layers_above(const __global rp_material* m, const rp_layers* r, float3 l, float* density) {
+static inline float3 rp_layers_above(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float* density) {
     const float3 v = r->view, h = normalize(v + l);
     float base = l.z * RP_INV_PI;
     float3 value = m->flags & RP_MATERIAL_METAL_BASE ? rp_metal_base(m, r, l, &base) : rp_diffuse_base(m, r, l, h);
@@ -139,7 +139,7 @@ static inline float3 rp_layers_above(const __global rp_material* m, const rp_lay
 }
 
 // Those below it: Walter et al. 2007.
-static inline float3 rp_layers_below(const __global rp_material* m, const rp_layers* r, float3 l, float* density) {
+static inline float3 rp_layers_below(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float* density) {
     const float diffuse = -l.z * RP_INV_PI;
     float3 value = rp_rgb(m->transmittance) * diffuse;
     float glossy = 0.0f;
@@ -160,7 +160,8 @@ static inline float3 rp_layers_below(const __global rp_material* m, const rp_lay
 
 // BSDF * cosine over the probability of the side, and the density with which a direction on this side is sampled; without the lobes of a single
 // direction.
-static inline float3 rp_layers_evaluate(const __global rp_material* m, const rp_frame_1* f, const rp_layers* r, float3 direction, float* density) {
+static inline float3 rp_layers_evaluate(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, const rp_layers* r, float3 direction,
+                                        float* density) {
     *density = 0.0f;
     const float3 l = rp_to_local(f, direction);
     const bool below = l.z < 0.0f;
@@ -173,7 +174,7 @@ static inline float3 rp_layers_evaluate(const __global rp_material* m, const rp_
 }
 
 // A direction on the chosen side, local; its weight where it is a single one, and whether it is.
-static inline float3 rp_layers_direction(const __global rp_material* m, const rp_layers* r, float4 u, bool* single, float3* weight) {
+static inline float3 rp_layers_direction(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float4 u, bool* single, float3* weight) {
     float rest = r->rest;
     const float3 v = r->view;
     const bool thin = (m->flags & RP_MATERIAL_THIN) != 0u;
@@ -212,7 +213,7 @@ static inline float3 rp_layers_direction(const __global rp_material* m, const rp
     return mirrored.z <= 0.0f || z2 <= 0.0f ? (float3)(0.0f) : (float3)(x, y, sqrt(z2));
 }
 
-static inline rp_scatter rp_layers_sample(const __global rp_material* m, const rp_frame_1* f, const rp_layers* r, float4 u) {
+static inline rp_scatter rp_layers_sample(RP_MATERIAL_SPACE const rp_material* m, const rp_frame_1* f, const rp_layers* r, float4 u) {
     rp_scatter s;
     s.direction = rp_float3(f->normal);
     s.weight = (float3)(0.0f);

@@ -43,7 +43,7 @@ static inline void rp_connect_to_light(const rp_light_sample_1* light, float3 sc
 
 // As rp_scatter_diffuse_1, at surfaces of other materials.
 static inline void rp_scatter_special(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                      const __global rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
+                                      RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
     const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
     const rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
@@ -80,7 +80,7 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
 #ifdef RP_LAYERED
 // The same at layered materials.
 static RP_NOINLINE void rp_scatter_layered(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
-                                           const __global rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
+                                           RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
     const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
     const rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);

@@ -6,6 +6,9 @@
 #include "common/queue.cl"
 #include "shading/scatter.cl"
 #include "shading/surface.cl"
+#ifdef RP_TEXTURES
+#include "shading/texture.cl"
+#endif
 
 // The range that primitive belongs to.
 static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint count, uint primitive) {
@@ -51,19 +54,45 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
 }
 
 #ifdef RP_LAYERED
+// Random numbers that choose from mixes: one for each within another.
+static inline uint4 rp_mix_numbers(__constant rp_render_params* params, uint pixel, uint sample, uint depth) {
+    const rp_numbers_1 bits = rp_random_bits_1(pixel, sample, depth + 1u, RP_RANDOM_MIX, params->seed);
+    return (uint4)(bits.x, bits.z, bits.y, bits.w);
+}
+static inline uint rp_chosen_of_mix(RP_MATERIAL_SPACE const rp_material* mix, uint4 numbers, uint i) {
+    const uint mine = i == 0u ? numbers.x : i == 1u ? numbers.y : i == 2u ? numbers.z : numbers.w;
+    return rp_unit_1(mine) < mix->amount ? mix->second : mix->first;
+}
+#endif
+#if defined(RP_LAYERED) && !defined(RP_TEXTURES)
 // The material with this number, or if that is a mix, the one of its parts that this sample meets.
 static inline const __global rp_material* rp_of_mix(__constant rp_render_params* params, const __global rp_material* materials, uint number,
                                                     uint pixel, uint sample, uint depth) {
     if (materials[number].kind != RP_MATERIAL_MIX) return materials + number;
-    const rp_numbers_1 bits = rp_random_bits_1(pixel, sample, depth + 1u, RP_RANDOM_MIX, params->seed);
-    const uint4 each = (uint4)(bits.x, bits.z, bits.y, bits.w);
-    for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) {
-        const uint mine = i == 0u ? each.x : i == 1u ? each.y : i == 2u ? each.z : each.w;
-        number = rp_unit_1(mine) < materials[number].amount ? materials[number].second : materials[number].first;
-    }
+    const uint4 numbers = rp_mix_numbers(params, pixel, sample, depth);
+    for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) number = rp_chosen_of_mix(materials + number, numbers, i);
     return materials + number;
 }
 #endif
+
+// Slots that are to be shaded: those of the extension rays of this round, of which some wait, and with textures, from the end of the free list on,
+// those whose page has come.
+typedef struct rp_shade_queue {
+    const __global uint* rays;
+#ifdef RP_TEXTURES
+    const __global uint* resumed;
+#endif
+    uint arrived;  // how many the former are
+#ifdef RP_TEXTURES
+    uint slot_count;
+#endif
+} rp_shade_queue;
+static inline uint rp_shade_entry(const rp_shade_queue* queue, uint i) {
+#ifdef RP_TEXTURES
+    if (i >= queue->arrived) return rp_textured_entry(queue->resumed, queue->slot_count, i - queue->arrived);
+#endif
+    return rp_extend_entry(queue->rays, i);
+}
 
 // A path ends here.
 static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
@@ -75,7 +104,10 @@ static inline void rp_end_path(__constant rp_render_params* params, const rp_pat
 // A path that has come to a surface from which it may go on. status: of its slot when it came.
 typedef struct rp_reached_vertex {
     uint slot, status;
-    const __global rp_material* material;
+#ifdef RP_TEXTURES
+    rp_material own;  // as its textures have it here; of a diffuse one the kind alone
+#endif
+    RP_MATERIAL_SPACE const rp_material* material;
     float3 radiance;
     rp_vertex_1 vertex;
 } rp_reached_vertex;
@@ -98,23 +130,102 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
     a->color = s.color;
 #endif
 }
+#endif
+
+// What beside paths shading takes: textures, or where it finds surfaces geometry.
+#ifdef RP_TEXTURES
+#ifdef RP_SHORT_STATES
+#define RP_SHADE_TREE RP_GEOMETRY_PARAMETERS
+#else
+#define RP_SHADE_TREE RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top
+#endif
+#define RP_SHADE_PARAMETERS \
+    RP_SHADE_TREE, uint block_count, uint round, const __global uint *restrict texture_words, const __global uint *restrict free_list,
+#define RP_SHADE_GEOMETRY const rp_textures *textures,
+#define RP_SHADE_FROM textures,
+#define RP_SHADE_GEOMETRY_OF textures->geometry
+#elif defined(RP_SHORT_STATES)
 #define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
 #define RP_SHADE_GEOMETRY const rp_geometry *geometry,
-#define RP_SHADE_FROM &geometry,
+#define RP_SHADE_FROM geometry,
+#define RP_SHADE_GEOMETRY_OF geometry
 #else
 #define RP_SHADE_PARAMETERS
 #define RP_SHADE_GEOMETRY
 #define RP_SHADE_FROM
 #endif
 
+#ifdef RP_TEXTURES
+// Where the random numbers of a vertex choose texels, and how much of the surface a path stands for there: between that along the slope and across
+// it, since the samples of a pixel spread along it by themselves.
+static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* params, const rp_arrival* a, uint depth, rp_cone cone) {
+    rp_texture_site site;
+    site.position = a->position;
+    site.direction = a->direction;
+    site.normal = rp_decode_normal(a->geometric_normal);
+#ifdef RP_UVS
+    site.uv = a->uv;
+    site.density = a->density;
+#else
+    site.uv = (float2)(0.0f);
+    site.density = 0.0f;
+#endif
+    const float cosine = rp_max(fabs(dot(site.normal, a->direction)), 0.01f);
+    site.width = cone.width / sqrt(cosine);
+    site.bits = rp_random_bits_1(a->pixel, a->sample, depth + 1u, RP_RANDOM_TEXTURE, params->seed);
+    return site;
+}
+
+// The material with this number where the path has arrived, mixes resolved and textures looked up. resumed: it had waited for a page. False: it waits
+// for one.
+static inline bool rp_find_material(const rp_textures* t, __constant rp_render_params* params, const __global rp_material* materials, uint number,
+                                    const rp_arrival* a, const rp_paths* paths, uint slot, uint status, bool resumed, rp_material* own) {
+    const uint depth = rp_depth_of(a->flags);
+    rp_cone cone = {params->textures.cone_width, params->textures.cone_spread};
+    if (depth != 0u) cone = rp_cone_of(paths, slot);
+    cone.width += cone.spread * a->distance;
+    uint have = resumed ? rp_texels_had(paths, slot) : 0u;
+    bool site_known = false;
+    rp_texture_site site;
+    for (uint i = 0u;; i++) {
+        const __global rp_material* const given = materials + number;
+        own->kind = given->kind;
+        own->flags = given->flags;
+        const bool textured = given->flags >> RP_MATERIAL_PROGRAM_SHIFT != 0u;
+        if (given->kind == RP_MATERIAL_DIFFUSE)
+            for (uint k = 0u; k < 3u; k++) own->color[k] = given->color[k];
+        else
+            *own = *given;
+        if (textured) {
+            if (!site_known) site = rp_texture_site_of(params, a, depth, cone);
+            site_known = true;
+            uint absent;
+            if (!rp_run_program(t, &site, paths, slot, &have, &absent, own)) {
+                rp_await_page(t, paths, slot, rp_wait_to_shade(paths, slot, status, a, have), absent);
+                return false;
+            }
+        }
+#ifdef RP_LAYERED
+        if (own->kind == RP_MATERIAL_MIX && i < RP_MAX_MIXES) {
+            number = rp_chosen_of_mix(own, rp_mix_numbers(params, a->pixel, a->sample, depth), i);
+            continue;
+        }
+#endif
+        break;
+    }
+    rp_set_cone(paths, slot, cone);
+    return true;
+}
+#endif
+
 // Adds what shines at the end of a ray. False: the path has ended.
 static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* params, const __global rp_material* materials,
                              const __global rp_light* lights, const __global uint* light_steps, const __global rp_primitive_range* ranges,
-                             const rp_paths* paths, uint slot, uint status, __global uint* film, rp_reached_vertex* reached) {
+                             const rp_paths* paths, uint slot, uint status, bool resumed, __global uint* film, rp_reached_vertex* reached) {
 #ifdef RP_SHORT_STATES
     __constant rp_camera* camera = &params->camera;
     rp_arrival a = rp_arrival_of(paths, slot, status, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
-    if (a.block != RP_NONE) rp_find_surface(geometry, &a);
+    if (a.block != RP_NONE) rp_find_surface(RP_SHADE_GEOMETRY_OF, &a);
 #else
     const rp_arrival a = rp_arrival_of(paths, slot, status);
 #endif
@@ -142,7 +253,10 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         rp_end_path(params, paths, slot, film, pixel, radiance);
         return false;
     }
-#ifdef RP_LAYERED
+#ifdef RP_TEXTURES
+    if (!rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own)) return false;
+    const rp_material* material = &reached->own;
+#elif defined(RP_LAYERED)
     const __global rp_material* material = rp_of_mix(params, materials, range->material, pixel, a.sample, depth);
 #else
     const __global rp_material* material = materials + range->material;
@@ -180,6 +294,14 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
         return;
     }
     const bool specular = out->go_on && out->density == 0.0f;
+#ifdef RP_TEXTURES
+    // What is scattered spreads (bench/journal/textures.md); what is mirrored or refracted goes on as it came.
+    if (out->go_on && !specular) {
+        rp_cone cone = rp_cone_of(paths, slot);
+        cone.spread = rp_max(cone.spread, rp_min(0.5f, 0.35f / sqrt(out->density)));
+        rp_set_cone(paths, slot, cone);
+    }
+#endif
     const float3 direction = out->go_on ? rp_float3(out->direction) : (float3)(0.0f);
     const float density = out->go_on ? out->density : 0.0f;
     rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
@@ -300,10 +422,10 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
 }
 
 // What one of `step` work-items does, whose number is `item`.
-static RP_NOINLINE void rp_shade_runs(uint item, uint step, uint count, __constant rp_render_params* restrict params,
+static RP_NOINLINE void rp_shade_runs(RP_SHADE_GEOMETRY uint item, uint step, uint count, __constant rp_render_params* restrict params,
                                       const __global rp_material* restrict materials, const __global rp_light* restrict lights,
                                       const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
-                                      const __global uint* restrict queue, rp_paths all_paths, __global uint* restrict film, uint* mine) {
+                                      rp_shade_queue queue, rp_paths all_paths, __global uint* restrict film, uint* mine) {
     const rp_paths* const paths = &all_paths;
     rp_reached_vertex reached;
     rp_gathered gathered;
@@ -311,11 +433,12 @@ static RP_NOINLINE void rp_shade_runs(uint item, uint step, uint count, __consta
     // Runs of neighbouring slots, so that work-items do not write to the same cache lines.
     for (uint run = 64u * item; run < count; run += 64u * step) {
         for (uint i = run; i < min(run + 64u, count); i++) {
-            const uint later = rp_extend_entry(queue, min(i + RP_FETCHED_AHEAD, count - 1u));
+            const uint later = rp_shade_entry(&queue, min(i + RP_FETCHED_AHEAD, count - 1u));
             rp_fetch_path(paths, later);
-            const uint slot = rp_extend_entry(queue, i), status = rp_status_of(paths, slot);
+            const uint slot = rp_shade_entry(&queue, i), status = rp_status_of(paths, slot);
             if (!rp_is_to_shade(status)) continue;
-            if (!rp_arrive(params, materials, lights, light_steps, ranges, paths, slot, status, film, &reached)) continue;
+            if (!rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, paths, slot, status, i >= queue.arrived, film, &reached))
+                continue;
             if (reached.material->kind != RP_MATERIAL_DIFFUSE) {
                 rp_shade_one(params, lights, light_steps, &reached, paths, film, mine);
                 continue;
@@ -341,20 +464,32 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
                        const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
                        __global uint4* restrict planes, volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_paths paths = {params->slot_count, status, planes};
-    const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
     uint mine[2] = {0u, 0u};
     rp_begin_totals(totals, 2u);
+#if defined(RP_TEXTURES) || defined(RP_SHORT_STATES)
+    const rp_geometry geometry_of_scene = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry* const geometry = &geometry_of_scene;
+#endif
+#ifdef RP_TEXTURES
+    const rp_textures all_textures = {geometry, texture_words, &params->textures, demand, counters, block_count, round};
+    const rp_textures* const textures = &all_textures;
+    const rp_shade_queue all = {queue, free_list, counters[RP_COUNT_EXTEND], params->slot_count};
+    const uint count = counters[RP_COUNT_EXTEND] + counters[RP_COUNT_TEXTURED];
+#else
+    const rp_shade_queue all = {queue, counters[RP_COUNT_EXTEND]};
+    const uint count = counters[RP_COUNT_EXTEND];
+#endif
 #if RP_SHADE_LANES == 16
-    rp_shade_runs((uint)get_global_id(0), (uint)get_global_size(0), count, params, materials, lights, light_steps, ranges, queue, paths, film, mine);
+    const uint item = (uint)get_global_id(0), step = (uint)get_global_size(0);
+    rp_shade_runs(RP_SHADE_FROM item, step, count, params, materials, lights, light_steps, ranges, all, paths, film, mine);
 #else
     rp_reached_vertex reached;
-#ifdef RP_SHORT_STATES
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
-#endif
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
-        const uint slot = rp_extend_entry(queue, i), status = rp_status_of(&paths, slot);
-        if (rp_is_to_shade(status) && rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, film, &reached))
+        const uint slot = rp_shade_entry(&all, i), status = rp_status_of(&paths, slot);
+        const bool resumed = i >= all.arrived;
+        if ((rp_is_to_shade(status) || resumed) &&
+            rp_arrive(RP_SHADE_FROM params, materials, lights, light_steps, ranges, &paths, slot, status, resumed, film, &reached))
             rp_shade_one(params, lights, light_steps, &reached, &paths, film, mine);
     }
 #endif

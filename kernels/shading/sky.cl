@@ -3,6 +3,7 @@
 #ifndef RP_SKY_CL
 #define RP_SKY_CL
 
+#include "common/angles.cl"
 #include "raypager/abi/light_image.h"
 
 // The light's p, e1 and e2 are the axes of its image in the world. Its words come behind those by which lights are chosen.
@@ -14,15 +15,6 @@ static inline float3 rp_sky_to_world(const __global rp_light* light, float3 d) {
 }
 static inline float3 rp_sky_from_world(const __global rp_light* light, float3 d) {
     return (float3)(dot(rp_load3(light->p), d), dot(rp_load3(light->e1), d), dot(rp_load3(light->e2), d));
-}
-
-// Arc tangent of x in [0, 1], in quarter turns. Polynomial of Cephes (Moshier 1984); a coarser one would put directions into cells that are not
-// theirs, next to a sun with a density that is far off.
-static inline float rp_atan_quarters(float x) {
-    const bool steep = x > 0.4142135624f;
-    const float t = steep ? (x - 1.0f) / (x + 1.0f) : x, t2 = t * t;
-    const float p = t + t * t2 * (-3.33329491539e-1f + t2 * (1.99777106478e-1f + t2 * (-1.38776856032e-1f + t2 * 8.05374449538e-2f)));
-    return (steep ? 0.5f : 0.0f) + p * (2.0f * RP_INV_PI);
 }
 
 // The place on the image, in [0, 1]^2, of a unit direction in the space of the image.

@@ -12,18 +12,27 @@
 #define RP_KIND_FIRST_SHADOW 2u
 #define RP_KIND_SHADOW 3u
 #define RP_KIND_FREE 4u
+#ifdef RP_TEXTURES
+#define RP_KIND_TEXTURED 5u  // the page of a texture has come that the slot waited for
+#define RP_LISTED_KINDS 6u
+#define RP_LISTS_FILLED 5u
+#else
 #define RP_LISTED_KINDS 5u
-#define RP_KIND_WAITING 5u
-#define RP_COUNTED_KINDS 6u
-#define RP_KIND_IDLE 6u
-#define RP_KIND_NONE 7u
-// Queues of extension rays and of shadow rays, two kinds in each; free list; and those that wait, which are only counted.
 #define RP_LISTS_FILLED 4u
+#endif
+// Queues of extension rays and of shadow rays, two kinds in each; free list; those that wait, which are only counted; and slots whose page has come.
+#define RP_KIND_WAITING RP_LISTED_KINDS
+#define RP_COUNTED_KINDS (RP_LISTED_KINDS + 1u)
+#define RP_KIND_IDLE (RP_LISTED_KINDS + 1u)
+#define RP_KIND_NONE (RP_LISTED_KINDS + 2u)
 
 // What a slot with this status word can do, if it does not wait.
 static inline uint rp_kind_of_status(uint status) {
     if (rp_is_free(status)) return RP_KIND_FREE;
     if (rp_is_idle(status)) return RP_KIND_IDLE;
+#ifdef RP_TEXTURES
+    if (rp_waits_to_shade(status)) return RP_KIND_TEXTURED;
+#endif
     const uint kind = rp_has_shadow_ray(status) ? RP_KIND_SHADOW : RP_KIND_EXTEND;
     return rp_leaves_first_vertex(status) ? kind - 1u : kind;
 }
@@ -32,10 +41,17 @@ static inline uint rp_list_total(const __local uint* count, uint list) {
     return list == 0u   ? count[RP_KIND_FIRST_EXTEND] + count[RP_KIND_EXTEND]
            : list == 1u ? count[RP_KIND_FIRST_SHADOW] + count[RP_KIND_SHADOW]
            : list == 2u ? count[RP_KIND_FREE]
+#ifdef RP_TEXTURES
+           : list == 4u ? count[RP_KIND_TEXTURED]
+#endif
                         : count[RP_KIND_WAITING];
 }
 static inline uint rp_list_counter(uint list) {
-    return list == 0u ? RP_COUNT_EXTEND : list == 1u ? RP_COUNT_SHADOW : list == 2u ? RP_COUNT_FREE : RP_COUNT_WAITING;
+    return list == 0u   ? RP_COUNT_EXTEND
+           : list == 1u ? RP_COUNT_SHADOW
+           : list == 2u ? RP_COUNT_FREE
+           : list == 3u ? RP_COUNT_WAITING
+                        : RP_COUNT_TEXTURED;
 }
 
 // RP_SLEEP_GROUP slots that all wait or are idle sleep: a ray that has waited for longer than a round waits for a block that was absent in the last
@@ -127,7 +143,9 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
     // The words of sleeping groups, too: other work-items change them from here on.
     barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
     ulong kinds[RP_WAKE_SLEEP_GROUPS];
-    uint mine[RP_LISTED_KINDS] = {0u, 0u, 0u, 0u, 0u};
+    uint mine[RP_LISTED_KINDS];
+#pragma unroll
+    for (uint kind = 0u; kind < RP_LISTED_KINDS; kind++) mine[kind] = 0u;
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
         const uint at = k * RP_WAKE_GROUP + item;
@@ -154,6 +172,9 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
     uint first_extend = base[0] + mine[RP_KIND_FIRST_EXTEND], extend = base[0] + count[RP_KIND_FIRST_EXTEND] + mine[RP_KIND_EXTEND];
     uint first_shadow = base[1] + mine[RP_KIND_FIRST_SHADOW], shadow = base[1] + count[RP_KIND_FIRST_SHADOW] + mine[RP_KIND_SHADOW];
     uint free = base[2] + mine[RP_KIND_FREE];
+#ifdef RP_TEXTURES
+    uint textured = base[4] + mine[RP_KIND_TEXTURED];
+#endif
 #pragma unroll
     for (uint k = 0u; k < RP_WAKE_SLEEP_GROUPS; k++) {
         if (k * RP_WAKE_GROUP + item >= awake_count) continue;
@@ -166,6 +187,9 @@ __kernel void rp_wake(const __global uint* restrict statuses, const __global rp_
         RP_LIST(RP_KIND_FIRST_SHADOW, queue[slot_count - 1u - first_shadow++]);
         RP_LIST(RP_KIND_SHADOW, queue[slot_count - 1u - shadow++]);
         RP_LIST(RP_KIND_FREE, free_list[free++]);
+#ifdef RP_TEXTURES
+        RP_LIST(RP_KIND_TEXTURED, free_list[slot_count - 1u - textured++]);
+#endif
 #undef RP_LIST
     }
 }

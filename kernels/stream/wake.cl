@@ -94,6 +94,16 @@ static inline void rp_list_free(rp_free_slots* free, __global uint* free_list, v
     free->count = 0u;
 }
 
+#ifdef RP_TEXTURES
+// Slots whose page of a texture has come, not all listed yet.
+static inline void rp_list_textured(rp_free_slots* textured, __global uint* free_list, uint slot_count, volatile __global uint* counters) {
+    if (textured->count == 0u) return;
+    const uint first = atomic_add(counters + RP_COUNT_TEXTURED, textured->count);
+    for (uint i = 0u; i < textured->count; i++) free_list[slot_count - 1u - (first + i)] = textured->slot[i];
+    textured->count = 0u;
+}
+#endif
+
 // Words of `awake` that are not 0: most are, and what the others stand for is to be asked for some words ahead.
 #define RP_WORDS_AT_ONCE 1024u
 #define RP_WORDS_AHEAD 6u
@@ -132,6 +142,10 @@ __kernel void rp_wake_stream(const __global uint* restrict statuses, uint slot_c
     for (uint b = 0u; b < RP_BUNDLES; b++) bundles[RP_KIND_EXTEND][b] = bundles[RP_KIND_SHADOW][b] = bundles[RP_KIND_OTHER][b] = 0u;
     rp_free_slots free;
     free.count = 0u;
+#ifdef RP_TEXTURES
+    rp_free_slots textured;
+    textured.count = 0u;
+#endif
     for (found.next = first, found.end = min(first + each, words); rp_next_words(&found, awake);) {
         for (uint i = 0u; i < found.count; i++) {
             rp_fetch_slots(&found, i, statuses, awake);
@@ -144,11 +158,19 @@ __kernel void rp_wake_stream(const __global uint* restrict statuses, uint slot_c
                 free.slot[free.count] = slot;
                 free.count += rp_is_free(status) ? 1u : 0u;
                 if (free.count == RP_FREE_AT_ONCE) rp_list_free(&free, free_list, counters);
+#ifdef RP_TEXTURES
+                textured.slot[textured.count] = slot;
+                textured.count += rp_is_to_shade(status) ? 1u : 0u;
+                if (textured.count == RP_FREE_AT_ONCE) rp_list_textured(&textured, free_list, slot_count, counters);
+#endif
             }
             if (asleep != 0ul) awake[word] &= ~asleep;
         }
     }
     rp_list_free(&free, free_list, counters);
+#ifdef RP_TEXTURES
+    rp_list_textured(&textured, free_list, slot_count, counters);
+#endif
 
     // Puts them there.
     const uint first_extend = atomic_add(counters + RP_COUNT_EXTEND, rp_begin_bundles(bundles[RP_KIND_EXTEND]));

@@ -45,36 +45,53 @@ double alpha_of_roughness(double roughness, bool version_3) {
 
 }  // namespace
 
+// least: the roughness that a material is made with whose own is a texture, or where smooth ones are another kind.
+void PbrtReader::PbrtRoughness::set(uint32_t parameter, float least, TexturedMaterial& material) const {
+    float& out = parameter == RP_PARAMETER_ALPHA ? material.material.alpha : material.material.base_alpha;
+    out = std::max(alpha, texture ? std::max(least, 1e-3f) : least);
+    if (texture) material.textures.push_back({parameter, *texture, remap});
+}
+
 // Anisotropy is averaged away. usual: where no roughness is given.
-Status PbrtReader::roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, float& alpha) {
+Status PbrtReader::roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, PbrtRoughness& result) {
     const std::string u = prefix + "uroughness", v = prefix + "vroughness", both = prefix + "roughness";
-    const double u_roughness = parameters.number({u, both}, usual), v_roughness = parameters.number({v, both}, usual);
+    Texture u_roughness, v_roughness;
+    RAYPAGER_TRY(number_texture(parameters, {u, both}, usual, u_roughness));
+    RAYPAGER_TRY(number_texture(parameters, {v, both}, usual, v_roughness));
     const bool remap = parameters.boolean("remaproughness", true);
     RAYPAGER_TRY(parameters.status());
-    if (u_roughness != v_roughness)
-        warn(parameters.find({u, v})->location, "anisotropic roughness is not supported; the mean of both directions is used");
-    double roughness = (u_roughness + v_roughness) / 2;
+    const bool same =
+        u_roughness.is_constant() && v_roughness.is_constant() ? u_roughness.mean() == v_roughness.mean() : u_roughness.node() == v_roughness.node();
+    if (!same) warn(parameters.find({u, v})->location, "anisotropic roughness is not supported; the mean of both directions is used");
+    const Texture texture = same ? u_roughness : mixed(u_roughness, v_roughness, Texture(0.5));
+    double roughness = texture.mean().x;
     // Glass of version 3 is smooth where it says so, whatever its polynomial makes of that.
-    if (remap && !(roughness == 0 && usual == 0)) roughness = alpha_of_roughness(roughness, version_3);
+    const bool remapped = remap && !(texture.is_constant() && roughness == 0 && usual == 0);
+    if (remapped) roughness = alpha_of_roughness(roughness, version_3);
     constexpr double smooth = 1e-3;  // what pbrt-v4 takes for a mirror
-    alpha = static_cast<float>(roughness < smooth ? 0 : std::min(roughness, 1.0));
+    result.alpha = static_cast<float>(roughness < smooth ? 0 : std::min(roughness, 1.0));
+    if (!texture.is_constant()) result.texture = texture;
+    result.remap = !remapped ? 0.0f : version_3 ? 2.0f : 1.0f;
     return {};
 }
 
-Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, rp_material& material) {
-    float alpha = 0;
-    RAYPAGER_TRY(roughness(parameters, prefix, version_3, version_3 ? 0.01 : 0, alpha));
+Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, TexturedMaterial& material) {
+    PbrtRoughness rough;
+    RAYPAGER_TRY(roughness(parameters, prefix, version_3, version_3 ? 0.01 : 0, rough));
     const std::string reflectance = prefix + "reflectance";
     if (parameters.find(reflectance)) {
-        Float3 value;
-        RAYPAGER_TRY(color(parameters, {reflectance}, white_surface, value));
-        material = conductor_of_reflectance(value, alpha);
+        Texture value;
+        RAYPAGER_TRY(color_texture(parameters, {reflectance}, white_surface, value));
+        material.material = conductor_of_reflectance(value.mean(), rough.alpha);
+        if (!value.is_constant()) material.textures.push_back({RP_PARAMETER_METAL, value});
+        rough.set(RP_PARAMETER_ALPHA, 0, material);
         return parameters.status();
     }
     Float3 eta, k;
     RAYPAGER_TRY(color(parameters, {prefix + "eta"}, *named_spectrum("metal-Cu-eta"), eta));
     RAYPAGER_TRY(color(parameters, {prefix + "k"}, *named_spectrum("metal-Cu-k"), k));
-    material = conductor_material(eta, k, alpha);
+    material.material = conductor_material(eta, k, rough.alpha);
+    rough.set(RP_PARAMETER_ALPHA, 0, material);
     return parameters.status();
 }
 
@@ -93,106 +110,138 @@ Status PbrtReader::index_of_refraction(const Directive& directive, const PbrtPar
     return {};
 }
 
-Status PbrtReader::dielectric(const Directive& directive, const PbrtParameters& parameters, bool version_3, rp_material& material) {
-    float ior = 1.5f, alpha = 0;
-    Float3 reflected, refracted;
+Status PbrtReader::dielectric(const Directive& directive, const PbrtParameters& parameters, bool version_3, TexturedMaterial& material) {
+    float ior = 1.5f;
+    PbrtRoughness rough;
+    Texture reflected, refracted;
     RAYPAGER_TRY(index_of_refraction(directive, parameters, "", ior));
-    RAYPAGER_TRY(roughness(parameters, "", version_3, 0, alpha));
-    RAYPAGER_TRY(color(parameters, {"Kr"}, white_surface, reflected));
-    RAYPAGER_TRY(color(parameters, {"Kt"}, white_surface, refracted));
-    material = dielectric_material(ior, alpha, reflected, refracted);
+    RAYPAGER_TRY(roughness(parameters, "", version_3, 0, rough));
+    RAYPAGER_TRY(color_texture(parameters, {"Kr"}, white_surface, reflected));
+    RAYPAGER_TRY(color_texture(parameters, {"Kt"}, white_surface, refracted));
+    if (rough.texture || !reflected.is_constant() || !refracted.is_constant()) {
+        material.material = dielectric_material(ior, std::max(rough.alpha, rough.texture ? 1e-3f : 0), mid_grey, mid_grey);
+        material.set(RP_PARAMETER_SPECULAR, reflected, material.material.specular);
+        material.set(RP_PARAMETER_REFRACTED, refracted, material.material.refracted);
+        rough.set(RP_PARAMETER_ALPHA, 0, material);
+    } else {
+        material.material = dielectric_material(ior, rough.alpha, reflected.mean(), refracted.mean());
+    }
     return parameters.status();
 }
 
+// Adds it to the scene.
+uint32_t PbrtReader::keep_material(const Directive& directive, const TexturedMaterial& material) {
+    if (!add_material(scene_, material))
+        warn(directive.location, "the textures of a material are more than a path can keep; their mid values are used");
+    return static_cast<uint32_t>(scene_.materials.size() - 1);
+}
+
 // A mix with what lets everything through. opacity: 0 to 1 by channel; of a coloured one the mean counts.
-void PbrtReader::make_translucent(const Directive& directive, const Float3& opacity, rp_material& material) {
-    if (opacity.x >= 1 && opacity.y >= 1 && opacity.z >= 1) return;
-    if (opacity.x != opacity.y || opacity.y != opacity.z) warn(directive.location, "coloured opacity is not supported; its mean is used");
-    const auto first = static_cast<uint32_t>(scene_.materials.size());
-    scene_.materials.push_back(clear_material());
-    scene_.materials.push_back(material);
-    material = mix_material(first, first + 1, mean(opacity));
+void PbrtReader::make_translucent(const Directive& directive, const Texture& opacity, TexturedMaterial& material) {
+    const Float3& mean_opacity = opacity.mean();
+    if (opacity.is_constant()) {
+        if (mean_opacity.x >= 1 && mean_opacity.y >= 1 && mean_opacity.z >= 1) return;
+        if (mean_opacity.x != mean_opacity.y || mean_opacity.y != mean_opacity.z)
+            warn(directive.location, "coloured opacity is not supported; its mean is used");
+    }
+    const uint32_t clear = keep_material(directive, {clear_material(), {}}), itself = keep_material(directive, material);
+    material = {mix_material(clear, itself, mean(mean_opacity)), {}};
+    if (!opacity.is_constant()) material.textures.push_back({RP_PARAMETER_AMOUNT, opacity});
 }
 
 // The materials of version 3 that add gloss to a diffuse base.
-Status PbrtReader::glossy(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material) {
+Status PbrtReader::glossy(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material) {
     const bool substrate = type == "substrate";
-    Float3 diffuse, specular, black{0, 0, 0}, reflected = black, refracted = black, opacity = white_surface;
-    float alpha = 0, ior = 1.5f;
-    RAYPAGER_TRY(color(parameters, {"Kd"}, substrate ? mid_grey : quarter_grey, diffuse));
-    RAYPAGER_TRY(color(parameters, {"Ks"}, substrate ? mid_grey : quarter_grey, specular));
-    RAYPAGER_TRY(roughness(parameters, "", true, 0.1, alpha));
-    material = rp_material{};
-    material.kind = RP_MATERIAL_LAYERED;
-    material.alpha = std::max(alpha, 1e-3f);
-    if (type == "plastic") {
-        material.ior = 1.5f;
-    } else if (substrate) {
-        material.ior = 1.5f;
-        material.flags = RP_MATERIAL_BLEND;
+    const Texture black(0.0);
+    Texture diffuse, specular, opacity(1.0);
+    PbrtRoughness rough;
+    RAYPAGER_TRY(color_texture(parameters, {"Kd"}, substrate ? mid_grey : quarter_grey, diffuse));
+    RAYPAGER_TRY(color_texture(parameters, {"Ks"}, substrate ? mid_grey : quarter_grey, specular));
+    RAYPAGER_TRY(roughness(parameters, "", true, 0.1, rough));
+    rp_material& m = material.material;
+    m = rp_material{};
+    m.kind = RP_MATERIAL_LAYERED;
+    m.ior = 1.5f;
+    rough.set(RP_PARAMETER_ALPHA, 1e-3f, material);
+    if (substrate) {
+        m.flags = RP_MATERIAL_BLEND;
     } else if (type == "translucent") {
-        Float3 share, through;
-        RAYPAGER_TRY(color(parameters, {"reflect"}, mid_grey, share));
-        RAYPAGER_TRY(color(parameters, {"transmit"}, mid_grey, through));
-        material.ior = ior;
-        material.flags = RP_MATERIAL_SOLID;
-        store_unit(product(diffuse, through), material.transmittance);
-        store_unit(product(specular, through), material.refracted);
-        diffuse = product(diffuse, share);
-        specular = product(specular, share);
-    } else {
-        RAYPAGER_TRY(index_of_refraction(directive, parameters, "", ior));
-        RAYPAGER_TRY(color(parameters, {"Kr"}, black, reflected));
-        RAYPAGER_TRY(color(parameters, {"Kt"}, black, refracted));
-        RAYPAGER_TRY(color(parameters, {"opacity"}, white_surface, opacity));
-        material.ior = ior;
-        material.flags = reflected == black && refracted == black ? 0 : RP_MATERIAL_SOLID | RP_MATERIAL_CLEAR;
-        store_unit(reflected, material.mirror);
-        store_unit(refracted, material.refracted);
+        Texture share, through;
+        RAYPAGER_TRY(color_texture(parameters, {"reflect"}, mid_grey, share));
+        RAYPAGER_TRY(color_texture(parameters, {"transmit"}, mid_grey, through));
+        m.flags = RP_MATERIAL_SOLID;
+        material.set(RP_PARAMETER_TRANSMITTANCE, diffuse * through, m.transmittance);
+        material.set(RP_PARAMETER_REFRACTED, specular * through, m.refracted);
+        diffuse = diffuse * share;
+        specular = specular * share;
+    } else if (type == "uber") {
+        Texture reflected, refracted;
+        RAYPAGER_TRY(index_of_refraction(directive, parameters, "", m.ior));
+        RAYPAGER_TRY(color_texture(parameters, {"Kr"}, black.mean(), reflected));
+        RAYPAGER_TRY(color_texture(parameters, {"Kt"}, black.mean(), refracted));
+        RAYPAGER_TRY(color_texture(parameters, {"opacity"}, white_surface, opacity));
+        const bool none = reflected.is_constant() && refracted.is_constant() && reflected.mean() == black.mean() && refracted.mean() == black.mean();
+        m.flags = none ? 0 : RP_MATERIAL_SOLID | RP_MATERIAL_CLEAR;
+        material.set(RP_PARAMETER_MIRROR, reflected, m.mirror);
+        material.set(RP_PARAMETER_REFRACTED, refracted, m.refracted);
     }
-    store_unit(diffuse, material.color);
-    store_unit(specular, material.specular);
+    material.set(RP_PARAMETER_COLOR, diffuse, m.color);
+    material.set(RP_PARAMETER_SPECULAR, specular, m.specular);
     make_translucent(directive, opacity, material);
     return parameters.status();
 }
 
-Status PbrtReader::coated(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material) {
+Status PbrtReader::coated(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material) {
     const bool metal = type == "coatedconductor";
     const std::string prefix = metal ? "interface." : "";
-    float ior = 1.5f, alpha = 0;
+    float ior = 1.5f;
+    PbrtRoughness rough;
     RAYPAGER_TRY(index_of_refraction(directive, parameters, prefix, ior));
-    RAYPAGER_TRY(roughness(parameters, prefix, false, 0, alpha));
+    RAYPAGER_TRY(roughness(parameters, prefix, false, 0, rough));
     if (!(ior >= 1)) return error(directive, fmt::format("a coat has an index of refraction of at least 1, not {}", ior));
     Float3 medium;
     RAYPAGER_TRY(color(parameters, {"albedo"}, {0, 0, 0}, medium));
     if (medium != Float3{0, 0, 0}) warn(directive.location, fmt::format("Material \"{}\": a coat that scatters is not supported; it is clear", type));
     for (const std::string_view unused : {"thickness", "interface.thickness", "g", "maxdepth", "nsamples"}) parameters.find(unused);
     if (!metal) {
-        Float3 reflectance;
-        RAYPAGER_TRY(color(parameters, {"reflectance"}, mid_grey, reflectance));
-        material = coated_diffuse_material(reflectance, ior, alpha);
+        Texture reflectance;
+        RAYPAGER_TRY(color_texture(parameters, {"reflectance"}, mid_grey, reflectance));
+        material.material = coated_diffuse_material(reflectance.mean(), ior, rough.alpha);
+        material.set(RP_PARAMETER_COLOR, reflectance, material.material.color);
+        rough.set(RP_PARAMETER_ALPHA, 0, material);
         return parameters.status();
     }
-    rp_material base{};
-    RAYPAGER_TRY(conductor(parameters, "conductor.", false, base));
+    TexturedMaterial metal_base;
+    RAYPAGER_TRY(conductor(parameters, "conductor.", false, metal_base));
+    rp_material& base = metal_base.material;
     if (parameters.find("reflectance")) {
         Float3 reflectance;
         RAYPAGER_TRY(color(parameters, {"reflectance"}, white_surface, reflectance));
         base = conductor_of_reflectance(reflectance, base.alpha);
     }
-    material = coated_conductor_material({base.eta[0], base.eta[1], base.eta[2]}, {base.k[0], base.k[1], base.k[2]}, base.alpha, ior, alpha);
+    material.material =
+        coated_conductor_material({base.eta[0], base.eta[1], base.eta[2]}, {base.k[0], base.k[1], base.k[2]}, base.alpha, ior, rough.alpha);
+    rough.set(RP_PARAMETER_ALPHA, 0, material);
+    for (TexturedMaterial::Parameter p : metal_base.textures) {
+        if (p.parameter == RP_PARAMETER_METAL) {
+            warn(directive.location, "a texture of a coated conductor's reflectance is not supported; one mid value is used");
+            continue;
+        }
+        p.parameter = RP_PARAMETER_BASE_ALPHA;
+        material.textures.push_back(p);
+    }
     return parameters.status();
 }
 
 // Disney's material by the one of glTF, and glass for what is let through.
-Status PbrtReader::disney(const Directive& directive, const PbrtParameters& parameters, rp_material& material) {
-    Float3 base;
+Status PbrtReader::disney(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material) {
+    Texture base, metallic, roughness;
     float ior = 1.5f;
-    RAYPAGER_TRY(color(parameters, {"color"}, mid_grey, base));
+    RAYPAGER_TRY(color_texture(parameters, {"color"}, mid_grey, base));
     RAYPAGER_TRY(index_of_refraction(directive, parameters, "", ior));
-    const auto metallic = static_cast<float>(std::clamp(parameters.number("metallic", 0), 0.0, 1.0));
-    const double roughness = std::clamp(parameters.number("roughness", 0.5), 0.0, 1.0),
-                 through = std::clamp(parameters.number("spectrans", 0), 0.0, 1.0);
+    RAYPAGER_TRY(number_texture(parameters, {"metallic"}, 0, metallic));
+    RAYPAGER_TRY(number_texture(parameters, {"roughness"}, 0.5, roughness));
+    const double through = std::clamp(parameters.number("spectrans", 0), 0.0, 1.0);
     RAYPAGER_TRY(parameters.status());
     for (const std::string_view lobe : {"sheen", "clearcoat", "flatness", "scatterdistance", "anisotropic", "difftrans"}) {
         const PbrtParameter* p = parameters.find(lobe);
@@ -200,33 +249,38 @@ Status PbrtReader::disney(const Directive& directive, const PbrtParameters& para
             warn(p->location, fmt::format("parameter \"{}\" of Material \"disney\" is not supported; the surface is without it", lobe));
     }
     for (const std::string_view unused : {"sheentint", "clearcoatgloss", "speculartint", "thin"}) parameters.find(unused);
-    const float straight = (ior - 1) / (ior + 1) * ((ior - 1) / (ior + 1));
-    const auto at_normal = [&](float c) { return std::lerp(straight, c, metallic); };
-    const auto alpha = static_cast<float>(std::max(roughness * roughness, 1e-3));
-    material = glossy_material(times(base, 1 - metallic), {at_normal(base.x), at_normal(base.y), at_normal(base.z)}, alpha);
-    if (through * (1 - metallic) > 0) {
-        const auto first = static_cast<uint32_t>(scene_.materials.size());
-        const auto root = [](float c) { return std::sqrt(c); };  // a ray passes two surfaces
-        scene_.materials.push_back(material);
-        scene_.materials.push_back(dielectric_material(ior, alpha, white_surface, {root(base.x), root(base.y), root(base.z)}));
-        material = mix_material(first, first + 1, static_cast<float>(through) * (1 - metallic));
-    }
+    const Texture straight(double{(ior - 1) / (ior + 1) * ((ior - 1) / (ior + 1))}), alpha = roughness * roughness;
+    const Texture diffuse = base * one_minus(metallic), specular = mixed(straight, base, metallic);
+    const float rough = std::clamp(alpha.mean().x, 1e-3f, 1.0f), dielectric = std::clamp(1 - metallic.mean().x, 0.0f, 1.0f);
+    material.material = glossy_material(diffuse.mean(), specular.mean(), rough);
+    material.set(RP_PARAMETER_COLOR, diffuse, material.material.color);
+    material.set(RP_PARAMETER_SPECULAR, specular, material.material.specular);
+    if (!alpha.is_constant()) material.textures.push_back({RP_PARAMETER_ALPHA, alpha});
+    if (through * dielectric <= 0) return {};
+    if (!metallic.is_constant()) warn(directive.location, "Material \"disney\": what is let through does not vary with \"metallic\"");
+    if (!base.is_constant()) warn(directive.location, "Material \"disney\": what is let through has one mid colour");
+    const auto root = [](float c) { return std::sqrt(c); };  // a ray passes two surfaces
+    const Float3& c = base.mean();
+    const uint32_t opaque = keep_material(directive, material);
+    const uint32_t glass = keep_material(directive, {dielectric_material(ior, rough, white_surface, {root(c.x), root(c.y), root(c.z)}), {}});
+    material = {mix_material(opaque, glass, static_cast<float>(through) * dielectric), {}};
     return {};
 }
 
 // Of two materials, one or the other at each hit of a path.
-Status PbrtReader::mix_materials(const Directive& directive, const PbrtParameters& parameters, rp_material& material) {
+Status PbrtReader::mix_materials(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material) {
     std::string names[2] = {parameters.text("namedmaterial1", ""), parameters.text("namedmaterial2", "")};
-    double second = 0.5;
+    Texture second(0.5);
     if (const PbrtParameter* both = parameters.find("materials"); both && both->strings.size() == 2) {
         names[0] = both->strings[0];
         names[1] = both->strings[1];
-        second = parameters.number("amount", 0.5);
+        RAYPAGER_TRY(number_texture(parameters, {"amount"}, 0.5, second));
     } else {  // version 3, where the amount is a colour, and that of the first
-        Float3 first;
-        RAYPAGER_TRY(color(parameters, {"amount"}, mid_grey, first));
-        if (first.x != first.y || first.y != first.z) warn(directive.location, "Material \"mix\" by a colour is not supported; its mean is used");
-        second = 1 - mean(first);
+        Texture first;
+        RAYPAGER_TRY(color_texture(parameters, {"amount"}, mid_grey, first));
+        const Float3& c = first.mean();
+        if (c.x != c.y || c.y != c.z) warn(directive.location, "Material \"mix\" by a colour is not supported; its mean is used");
+        second = first.is_constant() ? Texture(double{1 - mean(c)}) : one_minus(first);
     }
     RAYPAGER_TRY(parameters.status());
     uint32_t parts[2] = {};
@@ -241,62 +295,72 @@ Status PbrtReader::mix_materials(const Directive& directive, const PbrtParameter
         parts[i] = static_cast<uint32_t>(scene_.materials.size());
         scene_.materials.push_back(is_there ? clear_material() : diffuse_material(mid_grey));
     }
-    material = mix_material(parts[0], parts[1], static_cast<float>(second));
+    material = {mix_material(parts[0], parts[1], second.mean().x), {}};
+    if (!second.is_constant()) material.textures.push_back({RP_PARAMETER_AMOUNT, second});
     if (std::max(mix_depth(scene_.materials, parts[0]), mix_depth(scene_.materials, parts[1])) >= RP_MAX_MIXES) {
         warn(directive.location,
              fmt::format("Material \"mix\" more than {} times within another; the one with the larger share is used", RP_MAX_MIXES));
-        material = scene_.materials[parts[second > 0.5 ? 1 : 0]];
+        material = {scene_.materials[parts[second.mean().x > 0.5f ? 1 : 0]], {}};
     }
     return {};
 }
 
 // Materials that are not there become a diffuse one of the colour that decides their look, under a coat where they have a smooth surface.
 Status PbrtReader::approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
-                                        rp_material& material) {
-    Float3 reflectance = mid_grey;
+                                        TexturedMaterial& material) {
+    Texture reflectance;
     if (type == "kdsubsurface" || type == "subsurface") {
-        RAYPAGER_TRY(color(parameters, {"Kd", "reflectance"}, mid_grey, reflectance));
-        float ior = 1.33f, alpha = 0;
+        RAYPAGER_TRY(color_texture(parameters, {"Kd", "reflectance"}, mid_grey, reflectance));
+        float ior = 1.33f;
+        PbrtRoughness rough;
         if (parameters.find({"eta", "index"})) RAYPAGER_TRY(index_of_refraction(directive, parameters, "", ior));
-        RAYPAGER_TRY(roughness(parameters, "", type == "kdsubsurface", 0, alpha));
+        RAYPAGER_TRY(roughness(parameters, "", type == "kdsubsurface", 0, rough));
         warn(directive.location,
              fmt::format("Material \"{}\" is not supported: no light passes below its surface; a coated diffuse one is used", type));
-        material = coated_diffuse_material(reflectance, std::max(ior, 1.0f), alpha);
+        material.material = coated_diffuse_material(reflectance.mean(), std::max(ior, 1.0f), rough.alpha);
+        material.set(RP_PARAMETER_COLOR, reflectance, material.material.color);
+        rough.set(RP_PARAMETER_ALPHA, 0, material);
         return {};
     }
-    RAYPAGER_TRY(color(parameters, {"color", "reflectance", "Kd"}, mid_grey, reflectance));
+    RAYPAGER_TRY(color_texture(parameters, {"color", "reflectance", "Kd"}, mid_grey, reflectance));
     RAYPAGER_TRY(parameters.status());
     warn(directive.location, fmt::format("Material \"{}\" is not supported; a diffuse one of its colour is used", clipped(type)));
-    material = diffuse_material(reflectance);
+    material.material = diffuse_material(reflectance.mean());
+    material.set(RP_PARAMETER_COLOR, reflectance, material.material.color);
     return {};
 }
 
-Status PbrtReader::describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material) {
-    Float3 reflectance;
+Status PbrtReader::describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters,
+                                     TexturedMaterial& material) {
+    Texture reflectance;
     if (type == "diffuse" || type == "matte") {
-        RAYPAGER_TRY(color(parameters, {"reflectance", "Kd"}, mid_grey, reflectance));
-        material = rough_diffuse_material(reflectance, parameters.number("sigma", 0));
+        RAYPAGER_TRY(color_texture(parameters, {"reflectance", "Kd"}, mid_grey, reflectance));
+        material.material = rough_diffuse_material(reflectance.mean(), parameters.number("sigma", 0));
+        material.set(RP_PARAMETER_COLOR, reflectance, material.material.color);
     } else if (type == "conductor" || type == "metal") {
         RAYPAGER_TRY(conductor(parameters, "", type == "metal", material));
     } else if (type == "mirror") {
-        RAYPAGER_TRY(color(parameters, {"reflectance", "Kr"}, {0.9f, 0.9f, 0.9f}, reflectance));
-        material = conductor_of_reflectance(reflectance, 0);
+        RAYPAGER_TRY(color_texture(parameters, {"reflectance", "Kr"}, {0.9f, 0.9f, 0.9f}, reflectance));
+        material.material = conductor_of_reflectance(reflectance.mean(), 0);
+        if (!reflectance.is_constant()) material.textures.push_back({RP_PARAMETER_METAL, reflectance});
     } else if (type == "dielectric" || type == "glass") {
         RAYPAGER_TRY(dielectric(directive, parameters, type == "glass", material));
     } else if (type == "thindielectric") {
         float ior = 1.5f;
         RAYPAGER_TRY(index_of_refraction(directive, parameters, "", ior));
-        material = thin_dielectric_material(ior);
+        material.material = thin_dielectric_material(ior);
     } else if (type == "plastic" || type == "uber" || type == "substrate" || type == "translucent") {
         RAYPAGER_TRY(glossy(directive, type, parameters, material));
     } else if (type == "coateddiffuse" || type == "coatedconductor") {
         RAYPAGER_TRY(coated(directive, type, parameters, material));
     } else if (type == "diffusetransmission") {
-        Float3 transmittance;
-        RAYPAGER_TRY(color(parameters, {"reflectance"}, quarter_grey, reflectance));
-        RAYPAGER_TRY(color(parameters, {"transmittance"}, quarter_grey, transmittance));
-        const double scale = std::max(parameters.number("scale", 1), 0.0);
-        material = translucent_material(times(reflectance, scale), times(transmittance, scale));
+        Texture transmittance;
+        RAYPAGER_TRY(color_texture(parameters, {"reflectance"}, quarter_grey, reflectance));
+        RAYPAGER_TRY(color_texture(parameters, {"transmittance"}, quarter_grey, transmittance));
+        const Texture factor(std::max(parameters.number("scale", 1), 0.0));
+        material.material = translucent_material({}, {});
+        material.set(RP_PARAMETER_COLOR, reflectance * factor, material.material.color);
+        material.set(RP_PARAMETER_TRANSMITTANCE, transmittance * factor, material.material.transmittance);
     } else if (type == "disney") {
         RAYPAGER_TRY(disney(directive, parameters, material));
     } else if (type == "mix") {
@@ -314,7 +378,7 @@ void PbrtReader::warn_of_bumps(const PbrtParameters& parameters) {
         const PbrtParameter* p = parameters.find(name);
         if (!p || p->type != "texture" || p->strings.size() != 1) continue;
         const auto texture = textures_.floats.find(p->strings[0]);
-        if (texture != textures_.floats.end() && texture->second.approximated.empty()) continue;
+        if (texture != textures_.floats.end() && texture->second.value.is_constant() && !texture->second.approximated) continue;
         warn(p->location, fmt::format("parameter \"{}\" is not supported; the surface stays as it is", name));
     }
     warn_if_present(parameters, {"normalmap"}, "the surface stays as it is");
@@ -328,10 +392,9 @@ Status PbrtReader::make_material(const Directive& directive, const std::string& 
         return {};
     }
     warn_of_bumps(parameters);
-    rp_material material{};
+    TexturedMaterial material;
     RAYPAGER_TRY(describe_material(directive, type, parameters, material));
-    index = static_cast<uint32_t>(scene_.materials.size());
-    scene_.materials.push_back(material);
+    index = keep_material(directive, material);
     const Status sound = check_material(scene_.materials, index);
     return sound.ok() ? Status() : error(directive, sound.message());
 }

@@ -83,8 +83,8 @@ Status parameter_error(const PbrtParameter& parameter, const std::string& what) 
         fmt::format("{}: parameter \"{} {}\": {}", parameter.location.with_column(), clipped(parameter.type), clipped(parameter.name), what));
 }
 
-std::string texture_approximation(const std::string& type) {
-    return fmt::format("Texture \"{}\" is not supported; one mid value is used", clipped(type));
+std::string texture_approximation(const std::string& type, const std::string& parameter) {
+    return fmt::format("Texture \"{}\" is not supported for \"{}\"; one mid value is used", clipped(type), clipped(parameter));
 }
 
 Status PbrtParameters::parse(PbrtTokens& tokens) {
@@ -186,8 +186,9 @@ double PbrtParameters::texture_number(const PbrtParameter& p, double fallback) c
                        fmt::format("there is no float texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
         return fallback;
     }
-    if (!texture->second.approximated.empty()) warnings_->add(texture->second.location, texture_approximation(texture->second.approximated));
-    return texture->second.value;
+    if (texture->second.approximated || !texture->second.value.is_constant())
+        warnings_->add(texture->second.location, texture_approximation(texture->second.type, p.name));
+    return texture->second.value.mean_number();
 }
 
 uint32_t PbrtParameters::count(std::string_view name, uint32_t fallback, uint32_t largest) const {

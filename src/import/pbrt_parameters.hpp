@@ -63,6 +63,6 @@ private:
 // A parameter that does not say what it should, as file:line:column.
 Status parameter_error(const PbrtParameter& parameter, const std::string& what);
 // What stands for a texture that is not the same everywhere.
-std::string texture_approximation(const std::string& type);
+std::string texture_approximation(const std::string& type, const std::string& parameter);
 
 }  // namespace raypager

@@ -85,6 +85,7 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     RAYPAGER_TRY(set_film_response());
     RAYPAGER_TRY(set_pixel_filter());
     RAYPAGER_TRY(finish_sky());
+    map_textures_around_spheres(scene_);
     // Version 3 lets attributes and objects end in any order.
     if (odd_nesting_ && version_ != 3) warn(odd_nesting_location_, *odd_nesting_);
     if (scene_.shapes.empty()) {

@@ -153,27 +153,45 @@ private:
     void crop_camera();
 
     // pbrt_materials.cpp
+    // GGX alpha, or a texture of roughness that becomes one as `remap` says (RP_TEXTURE_SET).
+    struct PbrtRoughness {
+        float alpha = 0;
+        std::optional<Texture> texture;
+        float remap = 0;
+        void set(uint32_t parameter, float least, TexturedMaterial& material) const;
+    };
     Status material(const Directive& directive);
     Status make_named_material(const Directive& directive);
     Status named_material(const Directive& directive);
     Status make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index);
-    Status describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
-    Status conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, rp_material& material);
-    Status roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, float& alpha);
+    Status describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material);
+    Status conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, TexturedMaterial& material);
+    Status roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, PbrtRoughness& roughness);
     Status index_of_refraction(const Directive& directive, const PbrtParameters& parameters, const std::string& prefix, float& ior);
-    Status dielectric(const Directive& directive, const PbrtParameters& parameters, bool version_3, rp_material& material);
-    void make_translucent(const Directive& directive, const Float3& opacity, rp_material& material);
-    Status glossy(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
-    Status coated(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
-    Status disney(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
-    Status approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, rp_material& material);
-    Status mix_materials(const Directive& directive, const PbrtParameters& parameters, rp_material& material);
+    Status dielectric(const Directive& directive, const PbrtParameters& parameters, bool version_3, TexturedMaterial& material);
+    void make_translucent(const Directive& directive, const Texture& opacity, TexturedMaterial& material);
+    uint32_t keep_material(const Directive& directive, const TexturedMaterial& material);
+    Status glossy(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material);
+    Status coated(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material);
+    Status disney(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material);
+    Status approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material);
+    Status mix_materials(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material);
     void warn_of_bumps(const PbrtParameters& parameters);
 
     // pbrt_textures.cpp
     Status texture(const Directive& directive);
-    Status float_texture(const std::string& type, const PbrtParameters& parameters, PbrtTexture<double>& texture);
-    Status spectrum_texture(const std::string& type, const PbrtParameters& parameters, PbrtTexture<Float3>& texture);
+    Status make_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, bool is_float, PbrtTexture& made);
+    Status image_source(const Directive& directive, const PbrtParameters& parameters, std::shared_ptr<const ImageSource>& source);
+    Status image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, Texture& texture);
+    Status noise_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Texture& texture);
+    Status surface_map(const Directive& directive, const PbrtParameters& parameters, bool flipped, std::optional<rp_texture_map>& map);
+    rp_texture_map point_map(const Directive& directive);
+    Transform to_texture_space(const Directive& directive);
+    // The first of these parameters that is there, which may be a texture.
+    Status color_texture(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const Float3& fallback, Texture& result);
+    Status number_texture(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, double fallback, Texture& result);
+
+    // pbrt_colors.cpp
     // The colour of the first of these parameters that is there. Never negative, always finite.
     Status color(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const Float3& fallback, Float3& color);
     Status parameter_color(const PbrtParameter& parameter, const Float3& fallback, Float3& color);
@@ -259,6 +277,7 @@ private:
     std::optional<PbrtSky> sky_;  // all images of skies so far
     std::map<std::string, uint32_t> named_materials_;
     PbrtTextures textures_;
+    std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const ImageSource>> image_sources_;  // by name and encoding
     std::map<std::string, std::vector<Shape>> objects_;
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtLocation object_location_;

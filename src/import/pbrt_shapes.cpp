@@ -43,8 +43,8 @@ std::optional<double> PbrtReader::constant_alpha(const PbrtParameter* alpha) con
     if (alpha->type == "float" && alpha->numbers.size() == 1) return std::clamp(alpha->numbers[0], 0.0, 1.0);
     if (alpha->type != "texture" || alpha->strings.size() != 1) return std::nullopt;
     const auto texture = textures_.floats.find(alpha->strings[0]);
-    if (texture == textures_.floats.end() || !texture->second.approximated.empty()) return std::nullopt;
-    return std::clamp(texture->second.value, 0.0, 1.0);
+    if (texture == textures_.floats.end() || texture->second.approximated || !texture->second.value.is_constant()) return std::nullopt;
+    return std::clamp(double{texture->second.value.mean().x}, 0.0, 1.0);
 }
 
 Status PbrtReader::shape(const Directive& directive) {

@@ -1,25 +1,24 @@
-// The textures of a scene file: until there are image textures in the engine, each is one value.
+// The textures of a scene file, by name.
 #pragma once
 
 #include <map>
 #include <string>
 
 #include "import/pbrt_tokens.hpp"
-#include "raypager/scene.hpp"
+#include "import/textures.hpp"
 
 namespace raypager {
 
-template <class Value>
 struct PbrtTexture {
-    Value value{};
-    std::string approximated;  // the type of a texture that is not the same everywhere; empty where the value is exact
+    Texture value;
+    std::string type;           // as the file has it
+    bool approximated = false;  // the value is not what pbrt would have
     PbrtLocation location;
 };
 
 // Float and spectrum textures have name spaces of their own: one of each kind may have the same name.
 struct PbrtTextures {
-    std::map<std::string, PbrtTexture<double>, std::less<>> floats;
-    std::map<std::string, PbrtTexture<Float3>, std::less<>> spectra;
+    std::map<std::string, PbrtTexture, std::less<>> floats, spectra;
 };
 
 }  // namespace raypager

@@ -37,7 +37,7 @@ public:
 
     const RoundCounters& counters() const { return counters_; }
     uint32_t slots() const { return plan_.params.slot_count; }
-    uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays(); }
+    uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays() + counters_.textured_slots(); }
     bool all_idle() const { return counters_.idle_slots() == slots(); }
     // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }

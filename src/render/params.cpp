@@ -63,6 +63,18 @@ rp_pixel_filter device_filter(const PixelFilter& filter) {
     return result;
 }
 
+// What a camera ray stands for in textures: half a pixel. The samples of a pixel spread over it by themselves.
+void set_camera_cone(const Camera& camera, rp_render_params& params) {
+    const auto length = [](const Float3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); };
+    constexpr float share = 0.5f, half_turn = 3.14159265f;
+    const auto width = static_cast<float>(params.width), height = static_cast<float>(params.height);
+    const float pixel = 2 * std::min(length(camera.right) / width, length(camera.up) / height);  // at the distance of forward
+    if (camera.projection == Projection::orthographic)
+        params.textures.cone_width = share * pixel;
+    else
+        params.textures.cone_spread = share * (camera.sees_all_around() ? half_turn * camera.window[3] / height : pixel / length(camera.forward));
+}
+
 uint32_t background_identity(const rp_render_params& params) {
     if (params.background_kind == RP_BACKGROUND_LIGHTS) return 0;
     return static_cast<uint32_t>(hash64(std::as_bytes(std::span(params.background)), params.background_kind)) | 1u;
@@ -81,6 +93,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     params.filter = device_filter(scene.filter);
     params.width = options.width ? options.width : scene.width;
     params.height = options.height ? options.height : scene.height;
+    set_camera_cone(camera, params);
     // With a time limit alone, the time decides.
     params.spp = options.spp ? options.spp : options.time_seconds > 0 ? max_spp : scene.spp;
     params.max_depth = options.max_depth ? *options.max_depth : scene.max_depth;

@@ -11,13 +11,13 @@ namespace raypager {
 RoundState make_round_state(uint32_t round, const RoundCounters& counters, const Residency& residency) {
     RoundState state;
     state.round = round;
-    state.ready_rays = counters.extend_rays() + counters.shadow_rays();
+    state.ready_rays = counters.extend_rays() + counters.shadow_rays() + counters.textured_slots();
     state.waiting_rays = counters.waiting_rays();
     state.resident_bytes = residency.resident_bytes();
     state.pool_bytes = residency.pool_bytes();
     const PagingStatistics& paging = residency.statistics();
-    state.achieved = counters.next_sample() + counters.camera_rays() + counters.bounce_rays() + counters.total_shadow_rays() + counters.idle_slots() +
-                     counters.requests_served() + paging.loads + paging.evictions;
+    state.achieved = counters.next_sample() + counters.camera_rays() + counters.bounce_rays() + counters.total_shadow_rays() +
+                     counters.textured_slots() + counters.idle_slots() + counters.requests_served() + paging.loads + paging.evictions;
     constexpr size_t told = 3;
     const std::span<const BlockState> blocks = residency.blocks();
     for (uint32_t i = 0; i < blocks.size(); i++) {

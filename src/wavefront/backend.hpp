@@ -21,6 +21,7 @@ namespace raypager {
 // What a render has on the device whatever the way of tracing, geometry aside.
 struct WavefrontBuffers {
     Buffer params, materials, lights, light_steps, ranges;
+    Buffer textures;  // empty in scenes without
     PathSlots slots;
     Buffer film, queue, free_list, again, counters;
 };
@@ -28,6 +29,7 @@ struct WavefrontBuffers {
 // What kernels are built with, as " -D...": for those that trace, those that shade, and those that make camera rays; and for all of single rays.
 struct BackendSettings {
     std::string tracing, shading, cameras, single_rays;
+    bool textures = false;       // the scene has some: stages must be built for it
     bool count_bounces = false;  // RP_DEMAND_BOUNCES is kept
 };
 

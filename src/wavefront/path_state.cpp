@@ -21,8 +21,6 @@ uint32_t bits(float v) { return std::bit_cast<uint32_t>(v); }
 float number(uint32_t v) { return std::bit_cast<float>(v); }
 Float3 numbers(const Plane& p) { return {number(p.x), number(p.y), number(p.z)}; }
 
-uint64_t status_runs(bool vertex_colors) { return vertex_colors ? 3 : 2; }
-
 const Plane& of_pair(const PlanePair& pair, uint32_t plane) { return pair[plane % 2]; }
 
 // The pair that a plane is in, of slots from `first` on.
@@ -37,15 +35,19 @@ Status read_statuses(Queue& queue, const PathSlots& slots, uint64_t first, std::
 
 }  // namespace
 
-uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(vertex_colors) * sizeof(uint32_t); }
-uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_SLEEP_GROUP * sizeof(uint32_t); }
+SlotFields SlotFields::of(const BakedScene& scene) {
+    return {scene.has_vertex_colors(), scene.has_uvs(), scene.texture_ops.empty() ? 0 : 1 + scene.texel_words()};
+}
+
+uint64_t PathSlots::bytes_per_slot(const SlotFields& fields) { return RP_PATH_PLANES * sizeof(Plane) + fields.runs() * sizeof(uint32_t); }
+uint64_t PathSlots::fixed_bytes(const SlotFields& fields) { return fields.runs() * RP_SLEEP_GROUP * sizeof(uint32_t); }
 uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
 
-Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, bool vertex_colors) {
+Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields) {
     PathSlots slots;
     slots.count_ = count;
     slots.form_ = form;
-    auto status = device.allocate(status_runs(vertex_colors) * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
+    auto status = device.allocate(fields.runs() * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
     if (!status) return status.status();
     slots.status_ = std::move(*status);
     auto planes = device.allocate(uint64_t{count} * RP_PATH_PLANES * sizeof(Plane), "path slots");

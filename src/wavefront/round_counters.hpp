@@ -12,6 +12,7 @@ struct RoundCounters {
     std::array<uint32_t, RP_COUNTER_WORDS> words{};
     uint32_t extend_rays() const { return words[RP_COUNT_EXTEND]; }
     uint32_t shadow_rays() const { return words[RP_COUNT_SHADOW]; }
+    uint32_t textured_slots() const { return words[RP_COUNT_TEXTURED]; }  // whose page has come
     uint32_t free_slots() const { return words[RP_COUNT_FREE]; }
     uint32_t idle_slots() const { return words[RP_COUNT_IDLE]; }
     uint32_t waiting_rays() const { return words[RP_COUNT_WAITING]; }

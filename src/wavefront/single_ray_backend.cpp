@@ -49,7 +49,7 @@ Status SingleRayBackend::build(const BackendSettings& settings) {
     RAYPAGER_TRY(
         get_kernels({{generate_, "single_ray/generate", "rp_generate"}, {advance_, "single_ray/generate", "rp_advance"}}, common + settings.cameras));
     RAYPAGER_TRY(get_kernels({{wake_, "single_ray/wake", "rp_wake"}}, common));
-    RAYPAGER_TRY(get_kernels({{shade_, "shading/shade", "rp_shade"}}, common + settings.shading));
+    RAYPAGER_TRY(get_kernels({{shade_, "shading/shade", "rp_shade"}}, common + settings.shading + (settings.textures ? settings.tracing : "")));
     // Persistent threads do not record.
     persistent_ = visit_settings_.capacity == 0 && device_.has_persistent_threads();
     const std::string common_tracing = settings.tracing + (visit_settings_.capacity ? " -DRP_RECORD" : "") + states;
@@ -61,9 +61,15 @@ Status SingleRayBackend::build(const BackendSettings& settings) {
     RAYPAGER_TRY(trace(extend_, "extend", profile.closest_hit_registers, persistent_ ? device_.camera_definitions() : ""));
     if (persistent_) RAYPAGER_TRY(trace(extend_bounces_, "extend", profile.closest_hit_registers, device_.bounce_definitions()));
     RAYPAGER_TRY(trace(connect_, "connect", profile.any_hit_registers, ""));
+    textures_ = settings.textures;
+    return textures_ ? Status() : set_shading_arguments();
+}
+
+template <class... First>
+Status SingleRayBackend::set_shading_arguments(const First&... first) {
     const WavefrontBuffers& b = buffers_;
-    return geometry_.set(shade_, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(), b.counters,
-                         b.film);
+    return geometry_.set(shade_, first..., b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(),
+                         b.counters, b.film);
 }
 
 void SingleRayBackend::fill_together(uint32_t slots) {
@@ -94,6 +100,7 @@ Status SingleRayBackend::set_tracing_arguments(Kernel& extend, uint32_t round) {
 Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
     const WavefrontBuffers& b = buffers_;
     RAYPAGER_TRY(set_tracing_arguments(extend, round.number));
+    if (textures_) RAYPAGER_TRY(set_shading_arguments(round.number, b.textures, b.free_list));
     RAYPAGER_TRY(set_generate(generate_, round));
     RAYPAGER_TRY(advance_.set(b.params, b.counters, geometry_.pages(), geometry_.block_count(), geometry_.demand(), round.listed_again));
     const uint32_t bit_scale = sleep_bit_scale(geometry_.block_count());

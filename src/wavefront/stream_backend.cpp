@@ -38,7 +38,9 @@ Status StreamBackend::build(const BackendSettings& settings) {
                               {trace_, all, "rp_trace_stream"},
                               {shade_, all, "rp_shade"}},
                              geometry_.definitions() + settings.tracing + settings.shading + settings.cameras + " -DRP_SHADE_LANES=16"));
+    textures_ = settings.textures;
     const WavefrontBuffers& b = buffers_;
+    if (textures_) return {};
     return shade_.set(b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film);
 }
 
@@ -59,6 +61,9 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * device_.profile().generate_groups * group, group, &events.generate));
     RAYPAGER_TRY(geometry_.set(trace_, round.number, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film));
     RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &events.extend));
+    if (textures_)
+        RAYPAGER_TRY(geometry_.set(shade_, round.number, b.textures, b.free_list, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue,
+                                   b.slots.status(), b.slots.planes(), b.counters, b.film));
     return queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade);
 }
 

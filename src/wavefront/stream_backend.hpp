@@ -27,6 +27,7 @@ private:
 
     Buffer awake_;
     Kernel begin_, wake_, generate_, trace_, shade_;
+    bool textures_ = false;
 };
 
 }  // namespace raypager

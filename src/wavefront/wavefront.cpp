@@ -10,6 +10,7 @@
 #include "lights/light_choice.hpp"
 #include "raypager/abi/film.h"
 #include "scene/light_images.hpp"
+#include "texture/texture_words.hpp"
 #include "wavefront/single_ray_backend.hpp"
 #include "wavefront/stream_backend.hpp"
 
@@ -67,6 +68,11 @@ std::string shading_definitions(const BakedScene& scene) {
     if (any([](const rp_light& light) { return light.kind == RP_LIGHT_INFINITE && image_of(light); })) result += " -DRP_SKY";
     if (any([](const rp_light& l) { return l.kind >= RP_LIGHT_SPOT || (l.kind == RP_LIGHT_POINT && image_of(l)); })) result += " -DRP_LAMPS";
     if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) result += " -DRP_LAYERED";
+    if (std::ranges::any_of(scene.texture_ops, [](const rp_texture_op& op) {
+            const uint32_t kind = op.op & RP_TEXTURE_OPERATION_MASK;
+            return kind == RP_TEXTURE_DOTS || (kind >= RP_TEXTURE_FBM && kind <= RP_TEXTURE_MARBLE);
+        }))
+        result += " -DRP_NOISE";
     return result;
 }
 
@@ -75,12 +81,12 @@ std::string shading_definitions(const BakedScene& scene) {
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
-                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) +
+                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_words_bytes(scene) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) +
-                  PathSlots::fixed_bytes(scene.has_vertex_colors()) + extra_queue_words(form) * sizeof(uint32_t);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) + PathSlots::fixed_bytes(SlotFields::of(scene)) +
+                  extra_queue_words(form) * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = PathSlots::bytes_per_slot(scene.has_vertex_colors()) + list_bytes_per_slot + backend_bytes_per_slot(form);
+    bytes.per_slot = PathSlots::bytes_per_slot(SlotFields::of(scene)) + list_bytes_per_slot + backend_bytes_per_slot(form);
     bytes.largest_part_per_slot = PathSlots::largest_part_per_slot();
     return bytes;
 }
@@ -103,11 +109,12 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     RAYPAGER_TRY(wavefront->upload_scene(scene));
-    RAYPAGER_TRY(wavefront->allocate_state(scene.has_vertex_colors()));
+    RAYPAGER_TRY(wavefront->allocate_state(SlotFields::of(scene)));
     BackendSettings settings;
-    const BlockNotes kept = scene.blocks.empty() ? BlockNotes() : notes;
+    const BlockNotes kept = scene.pageable_count() == 0 ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
     settings.count_bounces = kept.bounces;
+    settings.textures = !scene.texture_ops.empty();
     settings.shading = shading_definitions(scene);
     settings.cameras = camera_definitions(params);
     if (eye_moves(params.camera)) settings.single_rays = " -DRP_EYE_MOVES";
@@ -121,6 +128,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
 }
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
+    RAYPAGER_TRY(upload_textures(scene));
     std::vector<rp_light> lights = scene.lights;
     RAYPAGER_TRY(upload_light_words(scene, lights));
     struct Part {
@@ -137,6 +145,21 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
+    return {};
+}
+
+// Before the parameters, which say where its tables are.
+Status Wavefront::upload_textures(const BakedScene& scene) {
+    if (scene.texture_ops.empty()) return {};
+    const TextureWords textures = texture_words(scene);
+    params_.textures.first_page = static_cast<uint32_t>(scene.blocks.size());
+    params_.textures.images = textures.images_at;
+    params_.textures.image_levels = textures.levels_at;
+    params_.textures.ops = textures.ops_at;
+    params_.textures.maps = textures.maps_at;
+    auto buffer = device_.upload(bytes_of(textures.words), "the tables of textures");
+    if (!buffer) return buffer.status();
+    buffers_.textures = std::move(*buffer);
     return {};
 }
 
@@ -161,9 +184,9 @@ Status Wavefront::upload_light_words(const BakedScene& scene, std::vector<rp_lig
                            });
 }
 
-Status Wavefront::allocate_state(bool vertex_colors) {
+Status Wavefront::allocate_state(const SlotFields& fields) {
     const uint64_t slots = params_.slot_count;
-    auto path_slots = PathSlots::create(device_, params_.slot_count, geometry_.form(), vertex_colors);
+    auto path_slots = PathSlots::create(device_, params_.slot_count, geometry_.form(), fields);
     if (!path_slots) return path_slots.status();
     WavefrontBuffers& b = buffers_;
     b.slots = std::move(*path_slots);

@@ -52,7 +52,8 @@
 // Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, with streams, the next slot of a list
 // of that block's (RP_DEMAND_LISTS).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
-// of the slot's extension ray.
+// of the slot's extension ray. In scenes with textures (RP_TEXTURES) there are more runs: the cone of the extension ray, and the texels that its hit
+// has so far (abi/texture.h).
 #define RP_PHASE_FREE 0u
 #define RP_PHASE_EXTEND 1u        // extension ray under way
 #define RP_PHASE_SHADOW 2u        // shadow ray under way
@@ -60,15 +61,12 @@
 #define RP_PHASE_IDLE 4u          // free, and no samples are left
 #define RP_PHASE_EXTEND_WAITS 5u  // extension ray that came to an absent block
 #define RP_PHASE_SHADOW_WAITS 6u  // the same of a shadow ray
+#define RP_PHASE_SHADE_WAITS 7u   // extension ray done, at a surface that has a texture of which a page is absent
 #define RP_PHASE_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
 #define RP_STATUS_OFFSET_MASK 0xffu
 #define RP_STATUS_BLOCK_SHIFT 15
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
-// What a ray waits for, while it is in one of the phases above that wait: in bits that single rays have no other use for, and streams only where a
-// ray does not wait. Another kind, as pages of textures, would say in the slot's wait word which one it is, as blocks do.
-#define RP_WAIT_SHIFT 18
-#define RP_WAIT_BLOCK 0u  // geometry; the only kind so far
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_SLEEP_GROUP - 1u)) / RP_SLEEP_GROUP * RP_SLEEP_GROUP)
 
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says
@@ -79,7 +77,7 @@
 #define RP_STATUS_CONNECTED 0x800u
 #define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
-#define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its block entry
+#define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its block entry, or from the texels that it has
 // With single rays (stages built with RP_SHORT_STATES):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
 #define RP_STATUS_CAMERA 0x8000u
@@ -111,7 +109,8 @@ typedef struct rp_path_sample {
 // In the end it is more than there were, by what was asked for in vain.
 #define RP_COUNT_EXTEND_TAKEN 7u
 #define RP_MAX_PARTS 256u
-#define RP_COUNTERS_PER_ROUND (RP_COUNT_EXTEND_TAKEN + RP_MAX_PARTS)
+#define RP_COUNT_TEXTURED (RP_COUNT_EXTEND_TAKEN + RP_MAX_PARTS)  // slots whose page of a texture has come: listed from the end of the free list on
+#define RP_COUNTERS_PER_ROUND (RP_COUNT_TEXTURED + 1u)
 #define RP_COUNT_NEXT_SAMPLE (RP_COUNTERS_PER_ROUND + 0u)  // 64 bits: low, high
 #define RP_COUNT_CAMERA_RAYS (RP_COUNTERS_PER_ROUND + 2u)  // 64 bits each from here on
 #define RP_COUNT_BOUNCE_RAYS (RP_COUNTERS_PER_ROUND + 4u)

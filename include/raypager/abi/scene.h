@@ -2,6 +2,7 @@
 #ifndef RAYPAGER_ABI_SCENE_H
 #define RAYPAGER_ABI_SCENE_H
 
+#include "raypager/abi/texture.h"
 #include "raypager/abi/types.h"
 
 #define RP_MATERIAL_DIFFUSE 0u     // color = reflectance; both sides
@@ -146,6 +147,7 @@ typedef struct rp_render_params {
     rp_u32 background_kind;
     float max_luminance, max_xyz;  // of a sample (common/film.cl); infinite: no limit
     rp_pixel_filter filter;
+    rp_texture_tables textures;
     rp_u64 first_sample, sample_limit;  // numbers
 } rp_render_params;
 

@@ -82,12 +82,13 @@ typedef struct rp_image_level {
 #define RP_PARAMETER_TRANSMITTANCE 2u
 #define RP_PARAMETER_MIRROR 3u
 #define RP_PARAMETER_REFRACTED 4u
-#define RP_PARAMETER_ALPHA 5u  // GGX roughness itself
+#define RP_PARAMETER_ALPHA 5u  // GGX roughness: a[0] 0, as it is; 1, of pbrt-v4's roughness; 2, of pbrt-v3's
 #define RP_PARAMETER_BASE_ALPHA 6u
 #define RP_PARAMETER_AMOUNT 7u  // of a mix
 #define RP_PARAMETER_METALNESS 8u
-#define RP_PARAMETER_NORMAL 9u  // of a tangent frame, each channel from 0 for -1 to 1 for 1
-#define RP_PARAMETERS 10u
+#define RP_PARAMETER_METAL 9u    // the reflectance of a conductor, straight on: eta is 1
+#define RP_PARAMETER_NORMAL 10u  // of a tangent frame, each channel from 0 for -1 to 1 for 1
+#define RP_PARAMETERS 11u
 
 typedef struct rp_texture_op {
     rp_u32 op;
@@ -100,13 +101,22 @@ typedef struct rp_texture_op {
 // Coordinates of textures, from those of the surface or from points in world space.
 #define RP_MAP_UV 0u     // s = m[0] u + m[1] v + m[2], t = m[4] u + m[5] v + m[6]
 #define RP_MAP_POINT 1u  // s, t, r = the point times the 3 x 4 matrix m, row by row
-#define RP_MAP_SPHERE \
-    2u  // of that point: s = its angle about z, t = that from +z, both as shares of a turn and of half a turn; then scale and offset
-#define RP_MAP_CYLINDER 3u  // of that point: s = its angle about z as a share of a turn, t = z; then scale and offset
+// Of that point: s = its angle from +z as a share of half a turn, t = that about z, from +x towards +y, as a share of a turn; or, if `swapped`, the other
+// way round; then scale and offset.
+#define RP_MAP_SPHERE 2u
+// Of that point: s = its angle about z, from -x on, as a share of a turn, t = z; likewise.
+#define RP_MAP_CYLINDER 3u
 typedef struct rp_texture_map {
-    rp_u32 kind, unused[3];
+    rp_u32 kind, swapped, unused[2];
     float m[12];
     float scale[2], offset[2];  // s * scale[0] + offset[0], and likewise t
 } rp_texture_map;
+
+// On the device the tables lie in one buffer of words; where each begins. first_page: entry of the page table.
+typedef struct rp_texture_tables {
+    rp_u32 first_page, images, image_levels, ops, maps;
+    float cone_width, cone_spread;  // of camera rays: what one stands for is so wide where it begins, and grows by so much per unit of its way
+    rp_u32 unused;
+} rp_texture_tables;
 
 #endif
