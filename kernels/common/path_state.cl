@@ -127,7 +127,12 @@ static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
 #else
 #define RP_RUN_CONE 2u
 #endif
+#ifdef RP_CUTOUTS
+#define RP_RUN_LIGHT (RP_RUN_CONE + 1u)
+#define RP_RUN_TEXELS (RP_RUN_CONE + 4u)
+#else
 #define RP_RUN_TEXELS (RP_RUN_CONE + 1u)
+#endif
 static inline __global uint* rp_run_word(const rp_paths* paths, uint run, uint slot) {
     return paths->status + ((size_t)RP_STATUS_WORDS(paths->slot_count) * run + slot);
 }
@@ -147,6 +152,12 @@ static inline rp_cone rp_cone_of(const rp_paths* paths, uint slot) {
 }
 static inline void rp_set_cone(const rp_paths* paths, uint slot, rp_cone cone) {
     *rp_run_word(paths, RP_RUN_CONE, slot) = as_uint(cone.width) >> 16 | (as_uint(cone.spread) & 0xffff0000u);
+}
+#endif
+
+#ifdef RP_CUTOUTS
+static inline void rp_set_passed(const rp_paths* paths, uint slot, float distance) {
+    ((__global float*)&RP_PLANE(paths, RP_PLANE_NEXT, slot))[3] = distance;
 }
 #endif
 
@@ -173,6 +184,9 @@ static inline void rp_store_initial_planes(const rp_paths* paths, uint slot, uin
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
     RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot) = (uint4)(as_uint3((float3)(1.0f)), RP_PATH_SPECULAR);
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)((uint3)(0u), pixel);
+#ifdef RP_CUTOUTS
+    rp_set_passed(paths, slot, 0.0f);
+#endif
 }
 
 static inline void rp_store_camera_path(const rp_paths* paths, uint slot, uint pixel, uint sample, float3 eye, float3 direction) {
@@ -211,6 +225,14 @@ static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot)
     } else if (status & RP_STATUS_CONNECTED) {
         direction = RP_PLANE(paths, RP_PLANE_HIT, slot).xyz;
     }
+#ifdef RP_CUTOUTS
+#ifdef RP_SHORT_STATES
+    else if (!(status & RP_STATUS_CAMERA))
+#else
+    else
+#endif
+        ray.t = as_float(origin.w);  // of shadow rays: where they end
+#endif
     ray.origin = as_float3(origin.xyz);
     ray.direction = as_float3(direction);
     return ray;
@@ -336,6 +358,10 @@ typedef struct rp_arrival {
 #ifdef RP_VERTEX_COLORS
     uint color;
 #endif
+#ifdef RP_CUTOUTS
+    bool shadow;   // it was a shadow ray
+    float passed;  // as RP_PLANE_NEXT has it
+#endif
 #ifdef RP_SHORT_STATES
     // The hit whose surface is still to be found, along the ray from here. block: RP_NONE if there is none.
     float3 origin;
@@ -360,6 +386,13 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
     a.sample = surface.z;
     a.distance = distance;
     a.offset_exponent = rp_offset_exponent_of(status);
+#ifdef RP_CUTOUTS
+    a.shadow = (a.flags & RP_PATH_SHADOW) != 0u;
+    a.passed = as_float(RP_PLANE(paths, RP_PLANE_NEXT, slot).w);
+#ifdef RP_SHORT_STATES
+    if (status & RP_STATUS_CAMERA) a.passed = 0.0f;
+#endif
+#endif
 #ifdef RP_VERTEX_COLORS
     a.color = rp_color_of(paths, slot);
 #endif
@@ -423,8 +456,8 @@ static inline rp_arrival rp_arrival_of(const rp_paths* paths, uint slot, uint st
 #endif
 
 #ifdef RP_TEXTURES
-// The path of a slot waits where it has arrived, for a page of a texture; have: a bit for each word of texels that it has. All that arrival is comes from the planes in
-// their full form from now on.
+// The path of a slot waits where it has arrived, for a page of a texture; have: a bit for each word of texels that it has. All that arrival is comes
+// from the planes in their full form from now on.
 static inline uint rp_wait_to_shade(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, uint have) {
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(a->distance);
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(a->direction), as_uint(a->bsdf_density));
@@ -474,6 +507,44 @@ static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint sta
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(0u, 0u, sample, RP_NONE);
     paths->status[slot] = RP_PHASE_EXTEND | rp_departing_status(status, depth);
 }
+
+#ifdef RP_CUTOUTS
+// As rp_begin_shadow below, where shadow rays are traced as extension rays. The path's flags are to be of the extension ray.
+static inline void rp_begin_shadow_as_extension(const rp_paths* paths, uint slot, uint status, uint depth, float3 origin, float3 direction,
+                                                float reach, float3 light, bool ends, float3 next_direction, float density, uint sample) {
+    rp_begin_extension(paths, slot, status, depth, origin, direction, 0.0f, sample);
+    ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot))[3] = reach;
+    ((__global uint*)&RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot))[3] |= RP_PATH_SHADOW;
+    RP_PLANE(paths, RP_PLANE_NEXT, slot) = (uint4)(as_uint3(next_direction), as_uint(reach));
+    RP_PLANE(paths, RP_PLANE_NEXT_START, slot) = (uint4)(as_uint3(origin), as_uint(ends ? -1.0f : density));
+    *rp_run_word(paths, RP_RUN_LIGHT, slot) = as_uint(light.x);
+    *rp_run_word(paths, RP_RUN_LIGHT + 1u, slot) = as_uint(light.y);
+    *rp_run_word(paths, RP_RUN_LIGHT + 2u, slot) = as_uint(light.z);
+}
+
+// The shadow ray of a path that has arrived has been traced. False: the path ends. Else its extension ray is under way.
+static inline bool rp_end_shadow_as_extension(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, bool occluded, float3* radiance) {
+    *radiance = a->radiance;
+    if (!occluded)
+        *radiance += (float3)(as_float(*rp_run_word(paths, RP_RUN_LIGHT, slot)), as_float(*rp_run_word(paths, RP_RUN_LIGHT + 1u, slot)),
+                              as_float(*rp_run_word(paths, RP_RUN_LIGHT + 2u, slot)));
+    const uint4 next = RP_PLANE(paths, RP_PLANE_NEXT, slot), start = RP_PLANE(paths, RP_PLANE_NEXT_START, slot);
+    if (as_float(start.w) < 0.0f) return false;
+    rp_store_throughput_and_radiance(paths, slot, a->throughput, a->flags & ~RP_PATH_SHADOW, *radiance, a->pixel);
+    rp_begin_extension(paths, slot, status, 1u, as_float3(start.xyz), as_float3(next.xyz), as_float(start.w), a->sample);
+    rp_set_passed(paths, slot, 0.0f);
+    return true;
+}
+
+// The ray goes on as it was behind the place where it has arrived.
+static inline void rp_pass_through(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, float3 start) {
+    rp_store_throughput_and_radiance(paths, slot, a->throughput, a->flags, a->radiance, a->pixel);
+    rp_begin_extension(paths, slot, status, 1u, start, a->direction, a->bsdf_density, a->sample);
+    const float left = a->passed - a->distance;
+    if (a->shadow) ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot))[3] = left > 0.0f ? left : 0.0f;
+    rp_set_passed(paths, slot, a->shadow ? left : a->passed + a->distance);
+}
+#endif
 
 // A shadow ray begins, and keeps the extension ray behind it: next_direction and density are that one's. ends: there is none. light: what arrives if
 // nothing is in the way.

@@ -11,6 +11,7 @@
 #define RP_RANDOM_BSDF 2u     // xy direction; z lobe, w shadow ray or continuation
 #define RP_RANDOM_MIX 3u      // which of the materials that are mixed; one number for each mix within another
 #define RP_RANDOM_TEXTURE 4u  // of images: xy texel, z level
+#define RP_RANDOM_SHADOW 5u   // as RP_RANDOM_MIX, for what a shadow ray meets
 
 #define RP_LANES 1
 #include "common/random_lanes.cl"

@@ -55,8 +55,8 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
 
 #ifdef RP_LAYERED
 // Random numbers that choose from mixes: one for each within another.
-static inline uint4 rp_mix_numbers(__constant rp_render_params* params, uint pixel, uint sample, uint depth) {
-    const rp_numbers_1 bits = rp_random_bits_1(pixel, sample, depth + 1u, RP_RANDOM_MIX, params->seed);
+static inline uint4 rp_mix_numbers(__constant rp_render_params* params, uint pixel, uint sample, uint depth, uint purpose) {
+    const rp_numbers_1 bits = rp_random_bits_1(pixel, sample, depth + 1u, purpose, params->seed);
     return (uint4)(bits.x, bits.z, bits.y, bits.w);
 }
 static inline uint rp_chosen_of_mix(RP_MATERIAL_SPACE const rp_material* mix, uint4 numbers, uint i) {
@@ -69,7 +69,7 @@ static inline uint rp_chosen_of_mix(RP_MATERIAL_SPACE const rp_material* mix, ui
 static inline const __global rp_material* rp_of_mix(__constant rp_render_params* params, const __global rp_material* materials, uint number,
                                                     uint pixel, uint sample, uint depth) {
     if (materials[number].kind != RP_MATERIAL_MIX) return materials + number;
-    const uint4 numbers = rp_mix_numbers(params, pixel, sample, depth);
+    const uint4 numbers = rp_mix_numbers(params, pixel, sample, depth, RP_RANDOM_MIX);
     for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) number = rp_chosen_of_mix(materials + number, numbers, i);
     return materials + number;
 }
@@ -176,13 +176,29 @@ static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* pa
     return site;
 }
 
-// The material with this number where the path has arrived, mixes resolved and textures looked up. resumed: it had waited for a page. False: it waits
-// for one.
-static inline bool rp_find_material(const rp_textures* t, __constant rp_render_params* params, const __global rp_material* materials, uint number,
-                                    const rp_arrival* a, const rp_paths* paths, uint slot, uint status, bool resumed, rp_material* own) {
+// What rp_find_material finds: the material; that the path waits for a page; that there is nothing, and the ray passes.
+#ifdef RP_CUTOUTS
+#define RP_IS_SHADOW(arrival) (arrival)->shadow
+#else
+#define RP_IS_SHADOW(arrival) false
+#endif
+#define RP_FOUND_MATERIAL 0
+#define RP_FOUND_WAIT 1
+#define RP_FOUND_NOTHING 2
+
+// The material with this number where the path has arrived, mixes resolved and textures looked up. resumed: it had waited for a page.
+static inline int rp_find_material(const rp_textures* t, __constant rp_render_params* params, const __global rp_material* materials, uint number,
+                                   const rp_arrival* a, const rp_paths* paths, uint slot, uint status, bool resumed, rp_material* own) {
     const uint depth = rp_depth_of(a->flags);
     rp_cone cone = {params->textures.cone_width, params->textures.cone_spread};
+#ifdef RP_CUTOUTS
+    if (depth != 0u || a->passed != 0.0f) cone = rp_cone_of(paths, slot);
+    // Numbers of their own for each primitive: a ray may pass many.
+    const uint purpose = a->shadow ? RP_RANDOM_SHADOW : RP_RANDOM_MIX, flips = a->primitive * 0x9e3779b9u;
+#else
     if (depth != 0u) cone = rp_cone_of(paths, slot);
+    const uint purpose = RP_RANDOM_MIX, flips = 0u;
+#endif
     cone.width += cone.spread * a->distance;
     uint have = resumed ? rp_texels_had(paths, slot) : 0u;
     bool site_known = false;
@@ -202,19 +218,37 @@ static inline bool rp_find_material(const rp_textures* t, __constant rp_render_p
             uint absent;
             if (!rp_run_program(t, &site, paths, slot, &have, &absent, own)) {
                 rp_await_page(t, paths, slot, rp_wait_to_shade(paths, slot, status, a, have), absent);
-                return false;
+                return RP_FOUND_WAIT;
             }
         }
 #ifdef RP_LAYERED
         if (own->kind == RP_MATERIAL_MIX && i < RP_MAX_MIXES) {
-            number = rp_chosen_of_mix(own, rp_mix_numbers(params, a->pixel, a->sample, depth), i);
-            continue;
+            number = rp_chosen_of_mix(own, rp_mix_numbers(params, a->pixel, a->sample, depth, purpose) ^ (own->first == RP_NONE ? flips : 0u), i);
+            if (number != RP_NONE) continue;
+            if (!RP_IS_SHADOW(a)) rp_set_cone(paths, slot, cone);
+            return RP_FOUND_NOTHING;
         }
 #endif
         break;
     }
-    rp_set_cone(paths, slot, cone);
-    return true;
+    if (!RP_IS_SHADOW(a)) rp_set_cone(paths, slot, cone);
+    return RP_FOUND_MATERIAL;
+}
+#endif
+
+#ifdef RP_CUTOUTS
+// The ray of a path that has arrived passes what is there.
+static inline void rp_pass(const rp_paths* paths, uint slot, uint status, const rp_arrival* a) {
+    const float3 normal = rp_decode_normal(a->geometric_normal);
+    const float beyond = rp_offset_distance(a->offset_exponent);
+    rp_pass_through(paths, slot, status, a, a->position + (dot(normal, a->direction) < 0.0f ? -beyond : beyond) * normal);
+}
+
+// The shadow ray of a path has come to its end.
+static inline void rp_end_shadow(__constant rp_render_params* params, const rp_paths* paths, uint slot, uint status, const rp_arrival* a,
+                                 bool occluded, __global uint* film) {
+    float3 radiance;
+    if (!rp_end_shadow_as_extension(paths, slot, status, a, occluded, &radiance)) rp_end_path(params, paths, slot, film, a->pixel, radiance);
 }
 #endif
 
@@ -234,6 +268,12 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const bool full_emission = rp_was_specular(a.flags);
 
     if (a.primitive == RP_NONE) {
+#ifdef RP_CUTOUTS
+        if (a.shadow) {
+            rp_end_shadow(params, paths, slot, status, &a, false, film);
+            return false;
+        }
+#endif
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
             if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
             rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
@@ -244,9 +284,24 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         return false;
     }
     const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, a.primitive);
+#ifdef RP_CUTOUTS
+    const bool cut_out = (range->flags & RP_RANGE_CUTOUT) != 0u;
+    if (cut_out) {
+        const int found = rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own);
+        if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
+        if (found != RP_FOUND_MATERIAL) return false;
+    }
+    if (a.shadow) {
+        rp_end_shadow(params, paths, slot, status, &a, true, film);
+        return false;
+    }
+    const float distance = a.passed + a.distance;  // from the vertex
+#else
+    const float distance = a.distance;
+#endif
     if (range->first_light != RP_NONE) {
         const uint number = range->first_light + (a.primitive - range->first_primitive);
-        radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction, a.distance,
+        radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction, distance,
                                                a.bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
@@ -254,7 +309,12 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         return false;
     }
 #ifdef RP_TEXTURES
-    if (!rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own)) return false;
+#ifndef RP_CUTOUTS
+    const bool cut_out = false;
+#endif
+    if (!cut_out &&
+        rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own) != RP_FOUND_MATERIAL)
+        return false;
     const rp_material* material = &reached->own;
 #elif defined(RP_LAYERED)
     const __global rp_material* material = rp_of_mix(params, materials, range->material, pixel, a.sample, depth);
@@ -306,11 +366,20 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
     const float density = out->go_on ? out->density : 0.0f;
     rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
                                      radiance, pixel);
+#ifdef RP_CUTOUTS
+    if (out->shadow)
+        rp_begin_shadow_as_extension(paths, slot, status, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach,
+                                     rp_float3(out->light), !out->go_on, direction, density, sample);
+    else
+        rp_set_passed(paths, slot, 0.0f);
+    if (!out->shadow) rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
+#else
     if (out->shadow)
         rp_begin_shadow(paths, slot, status, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
                         !out->go_on, direction, density, sample);
     else
         rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
+#endif
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
 }

@@ -82,8 +82,8 @@ static inline rp_texture_place rp_place_of(const rp_textures* t, uint number, co
     place.width = site->width * rp_max(rp_max(rp_row_length(m), rp_row_length(m + 4)), map->kind == RP_MAP_POINT ? rp_row_length(m + 8) : 0.0f);
     if (map->kind == RP_MAP_POINT) return place;
     const float across = sqrt(p.x * p.x + p.y * p.y), far = rp_max(across, fabs(p.z)), turns = rp_turns_of(p.x, p.y);
-    const float2 on = map->kind == RP_MAP_SPHERE ? (float2)(2.0f * rp_turns_of(p.z, across), turns)
-                                                 : (float2)(turns < 0.5f ? turns + 0.5f : turns - 0.5f, p.z);
+    const float2 on =
+        map->kind == RP_MAP_SPHERE ? (float2)(2.0f * rp_turns_of(p.z, across), turns) : (float2)(turns < 0.5f ? turns + 0.5f : turns - 0.5f, p.z);
     const float2 st = map->swapped != 0u ? on.yx : on;
     place.at.x = rp_add(rp_mul(st.x, map->scale[0]), map->offset[0]);
     place.at.y = rp_add(rp_mul(st.y, map->scale[1]), map->offset[1]);

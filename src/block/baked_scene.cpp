@@ -38,6 +38,10 @@ uint32_t BakedScene::largest_block(BlockForm form) const {
     return largest;
 }
 
+bool BakedScene::has_cutouts() const {
+    return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_CUTOUT; });
+}
+
 bool BakedScene::has_vertex_colors() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_VERTEX_COLOR; });
 }

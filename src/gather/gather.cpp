@@ -13,6 +13,7 @@
 #include "gather/mesh_prefetch.hpp"
 #include "gather/spiller.hpp"
 #include "gather/world_store.hpp"
+#include "scene/check_material.hpp"
 #include "scene/clean_mesh.hpp"
 #include "world/placement.hpp"
 
@@ -246,6 +247,7 @@ private:
     // Shapes of the same material that do not shine share a range.
     void add_range(const Shape& shape, uint32_t first, uint32_t first_light) {
         rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : colored_ ? RP_RANGE_VERTEX_COLOR : 0;
+        if (may_be_nothing(scene_.materials, shape.material)) flags |= RP_RANGE_CUTOUT;
         if (light_) flags |= std::min(*shape.area_light, RP_RANGE_AREA_LIGHTS) << RP_RANGE_AREA_LIGHT_SHIFT;
         const rp_primitive_range range = {first, shape.material, light_ ? first_light : RP_NONE, flags};
         const bool merge = !out_.ranges.empty() && out_.ranges.back().material == range.material && out_.ranges.back().flags == range.flags &&

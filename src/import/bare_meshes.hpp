@@ -10,15 +10,16 @@
 #include "import/mesh_file.hpp"
 #include "import/mesh_sample.hpp"
 #include "import/obj_file.hpp"
+#include "import/textures.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {
 
 struct BareMesh {
     std::shared_ptr<const MeshSource> source;
-    Vector origin = {0, 0, 0};            // is to be added to its positions
-    std::optional<rp_material> material;  // none: whatever bare meshes have
-    std::optional<Float3> radiance;       // that it emits
+    Vector origin = {0, 0, 0};                 // is to be added to its positions
+    std::optional<TexturedMaterial> material;  // none: whatever bare meshes have
+    std::optional<Float3> radiance;            // that it emits
 };
 
 struct BareMeshFile {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "import/bare_clouds.hpp"
+#include "import/bare_look.hpp"
 #include "import/bare_meshes.hpp"
 #include "import/framing.hpp"
 #include "import/point_readers.hpp"
@@ -162,8 +163,12 @@ void add_objects(const Inputs& inputs, double scale, Scene& scene) {
     for (const BareMesh& mesh : inputs.meshes.meshes) {
         Shape& shape = add(mesh.source->name(), mesh.origin - origin);
         shape.mesh = mesh.source;
-        if (mesh.material) shape.material = static_cast<uint32_t>(scene.materials.size());
-        if (mesh.material) scene.materials.push_back(*mesh.material);
+        if (mesh.material) {
+            if (!add_material(scene, *mesh.material))
+                scene.warnings.push_back(
+                    fmt::format("{}: its textures are more than a path can keep; their mid values are used", mesh.source->name()));
+            shape.material = static_cast<uint32_t>(scene.materials.size() - 1);
+        }
         if (mesh.radiance) shape.area_light = static_cast<uint32_t>(scene.area_lights.size());
         if (mesh.radiance) scene.area_lights.push_back({*mesh.radiance, true});
     }

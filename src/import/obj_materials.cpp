@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "image/image_source.hpp"
 #include "import/line_reader.hpp"
 #include "import/text.hpp"
 #include "raypager/materials.hpp"
@@ -19,7 +20,8 @@ float largest(const Float3& c) { return std::max({c.x, c.y, c.z}); }
 
 class LibraryReader {
 public:
-    LibraryReader(const InputFile& file, ObjLibraries& out) : name_(file.path().string()), lines_(file), out_(out) {}
+    LibraryReader(const InputFile& file, ObjLibraries& out)
+        : name_(file.path().string()), folder_(file.path().parent_path()), lines_(file), out_(out) {}
 
     // Says how often lines made no sense, and which images are left out.
     Status read() {
@@ -34,8 +36,11 @@ public:
             out_.warnings.push_back(fmt::format("{}:{}: \"{}\" cannot be understood; {} such {} skipped", name_, first_bad_, bad_word_, bad_lines_,
                                                 bad_lines_ == 1 ? "line is" : "lines are"));
         if (images_ > 0)
-            out_.warnings.push_back(
-                fmt::format("{}: image maps are not read yet: {} {}, e.g. {}", name_, images_, images_ == 1 ? "map" : "maps", first_image_));
+            out_.warnings.push_back(fmt::format("{}: {} left out: {} of a kind that is not supported, e.g. {}", name_,
+                                                images_ == 1 ? "an image map is" : "image maps are", images_, first_image_));
+        if (missing_ > 0)
+            out_.warnings.push_back(fmt::format("{}: {} left out: {} cannot be found, e.g. {}", name_,
+                                                missing_ == 1 ? "an image map is" : "image maps are", missing_, first_missing_));
         return {};
     }
 
@@ -71,10 +76,13 @@ private:
             if (model >= 0 && model <= 10) m.illumination = static_cast<int>(model);
             return;
         }
-        if (key.starts_with("map_") || key == "bump" || key == "disp" || key == "decal" || key == "refl" || key == "norm") {
-            m.has_image = m.has_image || key == "map_kd";
-            if (images_++ == 0) first_image_ = clipped(words_.back());
-        }
+        m.names_image = m.names_image || key == "map_kd";
+        if (key == "map_kd") return image(line, m.diffuse_map);
+        if (key == "map_ks") return image(line, m.specular_map);
+        if (key == "map_pr") return image(line, m.roughness_map);
+        if (key == "map_d") return image(line, m.opacity_map);
+        if (key.starts_with("map_") || key == "bump" || key == "disp" || key == "decal" || key == "refl" || key == "norm")
+            if (images_++ == 0) first_image_ = fmt::format("\"{}\" {}", key, clipped(words_.back()));
         // All others say nothing that is used.
     }
 
@@ -103,13 +111,55 @@ private:
         value = Float3{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
     }
 
+    // Options, then a file name, which may have blanks in it.
+    void image(std::string_view line, std::optional<ObjImage>& out) {
+        ObjImage found;
+        size_t at = 1;
+        while (at + 1 < words_.size() && words_[at].size() > 1 && words_[at].front() == '-') {
+            const std::string_view option = words_[at++];
+            size_t values = option == "-mm" ? 2 : 1;
+            if (option == "-s" || option == "-o" || option == "-t") {
+                for (values = 0; values < 3 && at + values + 1 < words_.size() && parse_number(words_[at + values]); ++values) {
+                    const double value = *parse_number(words_[at + values]);
+                    if (values < 2 && option != "-t" && std::isfinite(value)) (option == "-s" ? found.scale : found.offset)[values] = value;
+                }
+            } else if (option == "-mm" && at + 1 < words_.size()) {
+                found.base = parse_number(words_[at]).value_or(0);
+                found.gain = parse_number(words_[at + 1]).value_or(1);
+            } else if (option == "-clamp") {
+                found.clamp = words_[at] == "on";
+            } else if (option == "-imfchan") {
+                const size_t channel = std::string_view("rgbm").find(words_[at].front());
+                if (channel < 4) found.channel = static_cast<uint32_t>(channel) + 3;
+            }
+            at += values;
+        }
+        if (at >= words_.size()) return bad();
+        std::string name(line.substr(static_cast<size_t>(words_[at].data() - line.data())));
+        while (!name.empty() && is_blank(name.back())) name.pop_back();
+        std::replace(name.begin(), name.end(), '\\', '/');
+        std::error_code error;
+        for (const std::filesystem::path& path : {folder_ / name, folder_ / std::filesystem::path(name).filename()})
+            if (std::filesystem::is_regular_file(path, error)) {
+                found.path = path;
+                const auto shape = image_file_source(path, {})->shape();
+                if (shape)
+                    out = found;
+                else
+                    out_.warnings.push_back(shape.status().message() + "; the image is left out");
+                return;
+            }
+        if (missing_++ == 0) first_missing_ = clipped(name);
+    }
+
     const std::string name_;
+    const std::filesystem::path folder_;
     LineReader lines_;
     ObjLibraries& out_;
     bool named_ = false;
     std::vector<std::string_view> words_;
-    uint64_t bad_lines_ = 0, first_bad_ = 0, images_ = 0;
-    std::string bad_word_, first_image_;
+    uint64_t bad_lines_ = 0, first_bad_ = 0, images_ = 0, missing_ = 0;
+    std::string bad_word_, first_image_, first_missing_;
 };
 
 // A line may name one file or several, and names may hold blanks: the longest runs of words that are files.
@@ -180,27 +230,61 @@ ObjLibraries read_obj_libraries(const std::filesystem::path& model, const std::v
     return out;
 }
 
-rp_material engine_material(const ObjMaterial& m) {
+namespace {
+
+// v goes upwards, rows of an image come from the top.
+Texture texture_of(const ObjImage& image, const Float3& factor, ImageEncoding::Kind encoding) {
+    rp_texture_map map{};
+    map.kind = RP_MAP_UV;
+    map.m[0] = static_cast<float>(image.scale[0]);
+    map.m[2] = static_cast<float>(image.offset[0]);
+    map.m[5] = -static_cast<float>(image.scale[1]);
+    map.m[6] = 1 - static_cast<float>(image.offset[1]);
+    const auto gain = static_cast<float>(image.gain), base = static_cast<float>(image.base);
+    rp_texture_op op = texture_op(RP_TEXTURE_IMAGE, {gain * factor.x, gain * factor.y, gain * factor.z});
+    const uint32_t wrap = image.clamp ? RP_WRAP_BLACK : RP_WRAP_REPEAT;
+    op.op |= (wrap | wrap << 2) << RP_TEXTURE_WRAP_SHIFT | image.channel << RP_TEXTURE_CHANNEL_SHIFT;
+    const Texture texel = Texture::image(image_file_source(image.path, {encoding, 1}), op, map);
+    if (base == 0) return texel;
+    return mixed(texel, Float3{factor.x, factor.y, factor.z}, Texture(double{base}));
+}
+
+}  // namespace
+
+TexturedMaterial engine_material(const ObjMaterial& m) {
     // By the number of the illumination model, or by what can be seen through: glass.
     const bool glass_model = m.illumination == 4 || m.illumination == 6 || m.illumination == 7 || m.illumination == 9;
     if ((glass_model && (m.opacity < 1 || m.ior > 1)) || (m.opacity < 1 && m.ior > 1))
-        return dielectric_material(static_cast<float>(std::clamp(m.ior > 1 ? m.ior : 1.5, 1.0001, 10.0)));
+        return {dielectric_material(static_cast<float>(std::clamp(m.ior > 1 ? m.ior : 1.5, 1.0001, 10.0))), {}};
     const double phong = std::sqrt(2 / (std::max(m.shininess, 0.0) + 2));
     const auto alpha = [&](double rough) { return static_cast<float>(rough < 0.02 ? 0 : std::min(rough, 1.0)); };
-    if (m.metallic.value_or(0) > 0.5 && m.diffuse) {
+    if (m.metallic.value_or(0) > 0.5 && m.diffuse && !m.diffuse_map) {
         const double roughness = m.roughness ? *m.roughness * *m.roughness : phong;
-        return conductor_of_reflectance(*m.diffuse, alpha(roughness));
+        return {conductor_of_reflectance(*m.diffuse, alpha(roughness)), {}};
     }
     // A metal has no colour but that of its reflection.
     const bool mirror_model = m.illumination == 3 || m.illumination == 5 || m.illumination == 8;
     const bool bright = m.specular && largest(*m.specular) > 0.2f;
-    if (is_dark(m.diffuse) && m.diffuse && bright && !m.has_image && (mirror_model || m.shininess > 10))
-        return conductor_of_reflectance(*m.specular, mirror_model && m.shininess == 0 ? 0 : alpha(phong));
+    if (is_dark(m.diffuse) && m.diffuse && bright && !m.names_image && (mirror_model || m.shininess > 10))
+        return {conductor_of_reflectance(*m.specular, mirror_model && m.shininess == 0 ? 0 : alpha(phong)), {}};
     // Under an image, colours are often black or left out.
-    const Float3 diffuse = m.has_image && is_dark(m.diffuse) ? Float3{0.5f, 0.5f, 0.5f} : m.diffuse.value_or(Float3{0.8f, 0.8f, 0.8f});
-    return with_opacity(is_glossy(m) ? glossy_material(diffuse, straight_reflection(m), alpha(m.roughness ? *m.roughness * *m.roughness : phong))
-                                     : diffuse_material(diffuse),
-                        static_cast<float>(m.opacity));
+    constexpr Float3 white = {1, 1, 1};
+    const Float3 hidden = m.diffuse_map ? white : Float3{0.5f, 0.5f, 0.5f};
+    const Float3 diffuse = m.names_image && is_dark(m.diffuse) ? hidden : m.diffuse.value_or(m.diffuse_map ? white : Float3{0.8f, 0.8f, 0.8f});
+    const bool glossy = is_glossy(m) || m.specular_map || m.roughness_map;
+    TexturedMaterial result;
+    result.material = glossy ? glossy_material(diffuse, straight_reflection(m), alpha(m.roughness ? *m.roughness * *m.roughness : phong))
+                             : diffuse_material(diffuse);
+    if (m.diffuse_map) result.set(RP_PARAMETER_COLOR, texture_of(*m.diffuse_map, diffuse, ImageEncoding::Kind::automatic), result.material.color);
+    if (m.specular_map)
+        result.set(RP_PARAMETER_SPECULAR, texture_of(*m.specular_map, straight_reflection(m), ImageEncoding::Kind::automatic),
+                   result.material.specular);
+    if (m.roughness_map) {
+        const Texture roughness = texture_of(*m.roughness_map, white, ImageEncoding::Kind::linear);
+        result.textures.push_back({RP_PARAMETER_ALPHA, roughness * roughness});
+    }
+    if (result.textures.empty()) result.material = with_opacity(result.material, static_cast<float>(m.opacity));
+    return result;
 }
 
 std::optional<Float3> emitted_radiance(const ObjMaterial& material) {

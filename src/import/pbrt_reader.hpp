@@ -236,6 +236,7 @@ private:
     Status points(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
     Status add_shape(const Directive& directive, Shape shape);
+    Status cut_out(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
 
     // pbrt_curved_shapes.cpp
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -276,6 +277,7 @@ private:
     std::optional<FilterSettings> filter_;
     std::optional<PbrtSky> sky_;  // all images of skies so far
     std::map<std::string, uint32_t> named_materials_;
+    std::map<std::tuple<uint32_t, const void*, float>, uint32_t> cut_outs_;  // by material and alpha
     PbrtTextures textures_;
     std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const ImageSource>> image_sources_;  // by name and encoding
     std::map<std::string, std::vector<Shape>> objects_;

@@ -8,6 +8,7 @@
 #include "import/ply_header.hpp"
 #include "import/text.hpp"
 #include "raypager/materials.hpp"
+#include "scene/check_material.hpp"
 
 namespace raypager {
 namespace {
@@ -56,7 +57,6 @@ Status PbrtReader::shape(const Directive& directive) {
     const std::optional<double> everywhere = constant_alpha(alpha);
     const bool unseen = everywhere == 0.0, opaque = everywhere == 1.0;
     if (unseen && !state_.area_light) return {};  // rays pass it: nothing to be seen
-    if (!unseen && !opaque) warn_if_present(parameters, {"alpha"}, "the surface is opaque");
     Shape shape;
     shape.unseen = unseen;
     shape.name = directive.location.with_line();
@@ -80,12 +80,39 @@ Status PbrtReader::shape(const Directive& directive) {
         shape.material = static_cast<uint32_t>(scene_.materials.size());
         scene_.materials.push_back(clear_material());
     }
+    if (alpha && !unseen && !opaque) RAYPAGER_TRY(cut_out(directive, parameters, shape));
     if (!shape.to_world.inverse()) {
         leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");
         return {};
     }
     if (!object_) return add_shape(directive, std::move(shape));
     object_->push_back(std::move(shape));
+    return {};
+}
+
+// Gives a shape a material that is there as often as its alpha says. What shines stays whole, as a light is sampled.
+Status PbrtReader::cut_out(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
+    Texture alpha(1.0);
+    RAYPAGER_TRY(number_texture(parameters, {"alpha"}, 1, alpha));
+    if (alpha.is_constant() && alpha.mean().x >= 1) return {};
+    const char* const left_out = shape.area_light                                              ? "of what shines"
+                                 : shape.points                                                ? "of points"
+                                 : mix_depth(scene_.materials, shape.material) >= RP_MAX_MIXES ? "of so many mixes within each other"
+                                                                                               : nullptr;
+    if (left_out) {
+        warn(directive.location, fmt::format("parameter \"alpha\" {} is not supported; the surface is opaque", left_out));
+        return {};
+    }
+    const auto key = std::make_tuple(shape.material, static_cast<const void*>(alpha.node()), alpha.mean().x);
+    const auto known = cut_outs_.find(key);
+    if (known != cut_outs_.end()) {
+        shape.material = known->second;
+        return {};
+    }
+    TexturedMaterial material{mix_material(RP_NONE, shape.material, alpha.mean().x), {}};
+    if (!alpha.is_constant()) material.textures.push_back({RP_PARAMETER_AMOUNT, alpha});
+    shape.material = keep_material(directive, material);
+    cut_outs_[key] = shape.material;
     return {};
 }
 

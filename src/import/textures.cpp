@@ -89,7 +89,10 @@ private:
 // Behind the words that the programs of a material and of its parts take.
 uint32_t words_end(const Scene& scene, const rp_material& m) {
     uint32_t end = 0;
-    if (m.kind == RP_MATERIAL_MIX) end = std::max(words_end(scene, scene.materials[m.first]), words_end(scene, scene.materials[m.second]));
+    if (m.kind == RP_MATERIAL_MIX) {
+        end = words_end(scene, scene.materials[m.second]);
+        if (m.first != RP_NONE) end = std::max(end, words_end(scene, scene.materials[m.first]));
+    }
     const uint32_t program = m.flags >> RP_MATERIAL_PROGRAM_SHIFT;
     for (size_t i = program - 1; program > 0; ++i) {
         const rp_texture_op& op = scene.texture_ops[i];
@@ -213,7 +216,8 @@ uint32_t material_around(Scene& scene, uint32_t number, const Transform& to_obje
     rp_material material = scene.materials[number];
     bool changed = false;
     if (material.kind == RP_MATERIAL_MIX) {
-        const uint32_t first = material_around(scene, material.first, to_object), second = material_around(scene, material.second, to_object);
+        const uint32_t first = material.first == RP_NONE ? RP_NONE : material_around(scene, material.first, to_object),
+                       second = material_around(scene, material.second, to_object);
         changed = first != material.first || second != material.second;
         material.first = first;
         material.second = second;

@@ -55,7 +55,7 @@ const char* fault_of(std::span<const rp_material> materials, size_t index) {
             return fault_of_layers(m);
         case RP_MATERIAL_MIX:
             if (!(m.amount >= 0 && m.amount <= 1)) return "the share of the second material must be 0 to 1";
-            if (m.first >= index || m.second >= index) return "it mixes materials that do not come before it";
+            if ((m.first >= index && m.first != RP_NONE) || m.second >= index) return "it mixes materials that do not come before it";
             return mix_depth(materials, index) <= RP_MAX_MIXES ? nullptr : "there are too many mixes within each other";
         default:
             return "of an unknown kind";
@@ -71,10 +71,16 @@ uint32_t mix_depth(std::span<const rp_material> materials, size_t index) {
     for (; depth <= RP_MAX_MIXES; ++depth, level.swap(next)) {
         next.clear();
         for (const size_t i : level)
-            if (materials[i].kind == RP_MATERIAL_MIX) next.insert(next.end(), {materials[i].first, materials[i].second});
+            if (i != RP_NONE && materials[i].kind == RP_MATERIAL_MIX) next.insert(next.end(), {materials[i].first, materials[i].second});
         if (next.empty()) return depth;
     }
     return depth;
+}
+
+bool may_be_nothing(std::span<const rp_material> materials, size_t index) {
+    const rp_material& m = materials[index];
+    if (m.kind != RP_MATERIAL_MIX) return false;
+    return m.first == RP_NONE || may_be_nothing(materials, m.first) || may_be_nothing(materials, m.second);
 }
 
 Status check_material(std::span<const rp_material> materials, size_t index) {

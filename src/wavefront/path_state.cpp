@@ -36,12 +36,14 @@ Status read_statuses(Queue& queue, const PathSlots& slots, uint64_t first, std::
 }  // namespace
 
 SlotFields SlotFields::of(const BakedScene& scene) {
-    return {scene.has_vertex_colors(), scene.has_uvs(), scene.texture_ops.empty() ? 0 : 1 + scene.texel_words()};
+    const bool cutouts = scene.has_cutouts();
+    const uint32_t texture_words = cutouts || !scene.texture_ops.empty() ? 1 + scene.texel_words() + (cutouts ? 3 : 0) : 0;
+    return {scene.has_vertex_colors(), scene.has_uvs(), texture_words, cutouts};
 }
 
-uint64_t PathSlots::bytes_per_slot(const SlotFields& fields) { return RP_PATH_PLANES * sizeof(Plane) + fields.runs() * sizeof(uint32_t); }
+uint64_t PathSlots::bytes_per_slot(const SlotFields& fields) { return fields.planes() * sizeof(Plane) + fields.runs() * sizeof(uint32_t); }
 uint64_t PathSlots::fixed_bytes(const SlotFields& fields) { return fields.runs() * RP_SLEEP_GROUP * sizeof(uint32_t); }
-uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
+uint64_t PathSlots::largest_part_per_slot(const SlotFields& fields) { return fields.planes() * sizeof(Plane); }
 
 Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields) {
     PathSlots slots;
@@ -50,7 +52,7 @@ Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm fo
     auto status = device.allocate(fields.runs() * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
     if (!status) return status.status();
     slots.status_ = std::move(*status);
-    auto planes = device.allocate(uint64_t{count} * RP_PATH_PLANES * sizeof(Plane), "path slots");
+    auto planes = device.allocate(uint64_t{count} * fields.planes() * sizeof(Plane), "path slots");
     if (!planes) return planes.status();
     slots.planes_ = std::move(*planes);
     return slots;

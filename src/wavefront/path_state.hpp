@@ -33,8 +33,10 @@ struct SlotHit {
 // What the slots of some scenes have beside the rest, as runs of words (abi/path.h).
 struct SlotFields {
     bool vertex_colors = false, uvs = false;
-    uint32_t texture_words = 0;  // the cone of a ray and texels
+    uint32_t texture_words = 0;  // the cone of a ray and texels, and with cut-outs what a shadow ray brings
+    bool cutouts = false;        // and two planes more
     static SlotFields of(const BakedScene& scene);
+    uint64_t planes() const { return cutouts ? RP_PATH_PLANES_WITH_CUTOUTS : RP_PATH_PLANES; }
     uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + texture_words; }
 };
 
@@ -43,7 +45,7 @@ public:
     // Bytes on the device: of a slot, of all that does not grow with their number, and of the largest buffer's share of a slot.
     static uint64_t bytes_per_slot(const SlotFields& fields);
     static uint64_t fixed_bytes(const SlotFields& fields);
-    static uint64_t largest_part_per_slot();
+    static uint64_t largest_part_per_slot(const SlotFields& fields);
     // Slots without contents; clear() makes them free. form: of the blocks, which says how rays are traced: the two ways leave planes in different
     // forms (RP_STATUS_CAMERA, RP_STATUS_CONNECTED).
     static Result<PathSlots> create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields);

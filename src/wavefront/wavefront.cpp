@@ -87,7 +87,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
                   extra_queue_words(form) * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = PathSlots::bytes_per_slot(SlotFields::of(scene)) + list_bytes_per_slot + backend_bytes_per_slot(form);
-    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot();
+    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(SlotFields::of(scene));
     return bytes;
 }
 
@@ -114,7 +114,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     const BlockNotes kept = scene.pageable_count() == 0 ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
     settings.count_bounces = kept.bounces;
-    settings.textures = !scene.texture_ops.empty();
+    settings.textures = scene.has_textures();
     settings.shading = shading_definitions(scene);
     settings.cameras = camera_definitions(params);
     if (eye_moves(params.camera)) settings.single_rays = " -DRP_EYE_MOVES";
@@ -150,7 +150,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
 
 // Before the parameters, which say where its tables are.
 Status Wavefront::upload_textures(const BakedScene& scene) {
-    if (scene.texture_ops.empty()) return {};
+    if (!scene.has_textures()) return {};
     const TextureWords textures = texture_words(scene);
     params_.textures.first_page = static_cast<uint32_t>(scene.blocks.size());
     params_.textures.images = textures.images_at;

@@ -18,7 +18,7 @@ void run(std::string_view input) {
     // A material takes its keyword and a line end.
     RAYPAGER_CHECK(libraries.materials.size() <= input.size() / 6 && libraries.warnings.size() <= 3);
     for (const ObjMaterial& m : libraries.materials) {
-        const rp_material material = engine_material(m);
+        const rp_material material = engine_material(m).material;
         RAYPAGER_CHECK(check_material(std::span(&material, 1), 0).ok());
         for (const float c : material.color) RAYPAGER_CHECK(c >= 0 && c <= 1);
         RAYPAGER_CHECK(material.alpha >= 0 && material.alpha <= 1 && std::isfinite(material.ior));

@@ -21,16 +21,24 @@
 #define RP_PLANE_RADIANCE 3u
 #define RP_PLANE_HIT 4u
 #define RP_PLANE_SURFACE 5u
+// In scenes with cut-outs (RP_CUTOUTS), where shadow rays are traced as extension rays are, there are two more:
+//   RP_PLANE_NEXT        shadow: direction of the next extension ray xyz | how far the ray still has to go; extension: nothing | how far it has come
+//                        before its origin, which is behind the last thing that it has passed
+//   RP_PLANE_NEXT_START  shadow: where the next extension ray begins xyz | its density; less than 0: there is none
+#define RP_PLANE_NEXT 6u
+#define RP_PLANE_NEXT_START 7u
 #define RP_PATH_PLANES 6u
+#define RP_PATH_PLANES_WITH_CUTOUTS 8u
 #define RP_PLANE_PAIR(plane) ((plane) / 2u)
 // In units of 16 bytes; the type of slot_count is to be large enough for it.
 #define RP_PLANE_INDEX(plane, slot_count, slot) (((slot_count)*RP_PLANE_PAIR(plane) + (slot)) * 2u + (plane) % 2u)
 
 #define RP_PATH_DEPTH_MASK 0xffffu  // scattering events so far
 #define RP_PATH_SPECULAR 0x10000u   // the last one was specular, or there was none: emission counts in full
+#define RP_PATH_SHADOW 0x20000u     // with RP_CUTOUTS: the ray that is traced as an extension ray is a shadow ray
 // The rest: how much less the throughput is because radiance spreads where the path is (square of the index of refraction there over that where it
 // began), as a signed binary logarithm in steps of about 1/256 (kernels/shading/scatter.cl). Russian roulette must not end paths for that.
-#define RP_PATH_REFRACTION_SHIFT 17
+#define RP_PATH_REFRACTION_SHIFT 18
 #define RP_PATH_MAX_REFRACTION 7680
 
 // Slots that sleep together have a word of 64 bits (single_ray/wake.cl), the low ones of which stand for blocks: bit b * bit_scale / 2^32, less
@@ -53,7 +61,7 @@
 // of that block's (RP_DEMAND_LISTS).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
 // of the slot's extension ray. In scenes with textures (RP_TEXTURES) there are more runs: the cone of the extension ray, and the texels that its hit
-// has so far (abi/texture.h).
+// has so far (abi/texture.h); and in those with cut-outs what a shadow ray brings if it arrives, red, green and blue.
 #define RP_PHASE_FREE 0u
 #define RP_PHASE_EXTEND 1u        // extension ray under way
 #define RP_PHASE_SHADOW 2u        // shadow ray under way

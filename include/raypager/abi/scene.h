@@ -10,7 +10,7 @@
 #define RP_MATERIAL_DIELECTRIC 2u  // ior = index inside over index outside; the normal points outside; smooth, and clear
 #define RP_MATERIAL_NONE 3u        // absorbs everything (surfaces that only emit)
 #define RP_MATERIAL_LAYERED 4u     // an interface over a base, see below
-#define RP_MATERIAL_MIX 5u         // material `second` with probability `amount`, else `first`; either may be a mix
+#define RP_MATERIAL_MIX 5u         // material `second` with probability `amount`, else `first`; either may be a mix; `first` may be RP_NONE: nothing
 #define RP_MAX_MIXES 4u            // of mixes, within each other
 
 #define RP_MATERIAL_PLAIN 1u  // a flag: where primitives have colours of their own, color counts all the same
@@ -91,6 +91,7 @@ typedef struct rp_primitive_range {
 } rp_primitive_range;
 #define RP_RANGE_POINT_COLOR 1u
 #define RP_RANGE_VERTEX_COLOR 2u
+#define RP_RANGE_CUTOUT 8u  // its material may be nothing: a mix with RP_NONE
 #define RP_RANGE_AREA_LIGHT_SHIFT 8
 #define RP_RANGE_AREA_LIGHTS 0xffffffu
 

@@ -101,8 +101,8 @@ typedef struct rp_texture_op {
 // Coordinates of textures, from those of the surface or from points in world space.
 #define RP_MAP_UV 0u     // s = m[0] u + m[1] v + m[2], t = m[4] u + m[5] v + m[6]
 #define RP_MAP_POINT 1u  // s, t, r = the point times the 3 x 4 matrix m, row by row
-// Of that point: s = its angle from +z as a share of half a turn, t = that about z, from +x towards +y, as a share of a turn; or, if `swapped`, the other
-// way round; then scale and offset.
+// Of that point: s = its angle from +z as a share of half a turn, t = that about z, from +x towards +y, as a share of a turn; or, if `swapped`, the
+// other way round; then scale and offset.
 #define RP_MAP_SPHERE 2u
 // Of that point: s = its angle about z, from -x on, as a share of a turn, t = z; likewise.
 #define RP_MAP_CYLINDER 3u
