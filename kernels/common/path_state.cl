@@ -110,12 +110,7 @@ static inline uint rp_awaited_address(const __global rp_page* pages, uint status
     return rp_waits(status) ? pages[wait_word].address : 0u;
 }
 
-#ifdef RP_VERTEX_COLORS
-static inline uint rp_color_of(const rp_paths* paths, uint slot) { return paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
-static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
-    paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = color;
-}
-#endif
+#include "common/path_runs.cl"
 
 // ---- Camera paths
 
@@ -303,6 +298,10 @@ typedef struct rp_arrival {
 #ifdef RP_VERTEX_COLORS
     uint color;
 #endif
+#ifdef RP_UVS
+    float2 uv;
+    float density;
+#endif
 #ifdef RP_SHORT_STATES
     // The hit whose surface is still to be found, along the ray from here. block: RP_NONE if there is none.
     float3 origin;
@@ -329,6 +328,10 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
     a.offset_exponent = rp_offset_exponent_of(status);
 #ifdef RP_VERTEX_COLORS
     a.color = rp_color_of(paths, slot);
+#endif
+#ifdef RP_UVS
+    a.uv = rp_uv_of(paths, slot);
+    a.density = rp_density_of(paths, slot);
 #endif
     return a;
 }

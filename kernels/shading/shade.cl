@@ -97,6 +97,10 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 #ifdef RP_VERTEX_COLORS
     a->color = s.color;
 #endif
+#ifdef RP_UVS
+    a->uv = s.uv;
+    a->density = s.density;
+#endif
 }
 #define RP_SHADE_PARAMETERS RP_GEOMETRY_PARAMETERS, uint block_count,
 #define RP_SHADE_GEOMETRY const rp_geometry *geometry,

@@ -82,6 +82,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
+    if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);

@@ -21,7 +21,7 @@ uint32_t bits(float v) { return std::bit_cast<uint32_t>(v); }
 float number(uint32_t v) { return std::bit_cast<float>(v); }
 Float3 numbers(const Plane& p) { return {number(p.x), number(p.y), number(p.z)}; }
 
-uint64_t status_runs(bool vertex_colors) { return vertex_colors ? 3 : 2; }
+uint64_t status_runs(const SlotFields& fields) { return 2 + (fields.vertex_colors ? 1 : 0) + (fields.uvs ? 3 : 0) + uint64_t{fields.words}; }
 
 const Plane& of_pair(const PlanePair& pair, uint32_t plane) { return pair[plane % 2]; }
 
@@ -37,15 +37,17 @@ Status read_statuses(Queue& queue, const PathSlots& slots, uint64_t first, std::
 
 }  // namespace
 
-uint64_t PathSlots::bytes_per_slot(bool vertex_colors) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(vertex_colors) * sizeof(uint32_t); }
-uint64_t PathSlots::fixed_bytes(bool vertex_colors) { return status_runs(vertex_colors) * RP_SLEEP_GROUP * sizeof(uint32_t); }
-uint64_t PathSlots::largest_part_per_slot() { return RP_PATH_PLANES * sizeof(Plane); }
+uint64_t PathSlots::bytes_per_slot(const SlotFields& fields) { return RP_PATH_PLANES * sizeof(Plane) + status_runs(fields) * sizeof(uint32_t); }
+uint64_t PathSlots::fixed_bytes(const SlotFields& fields) { return status_runs(fields) * RP_SLEEP_GROUP * sizeof(uint32_t); }
+uint64_t PathSlots::largest_part_per_slot(const SlotFields& fields) {
+    return std::max<uint64_t>(RP_PATH_PLANES * sizeof(Plane), status_runs(fields) * sizeof(uint32_t));
+}
 
-Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, bool vertex_colors) {
+Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields) {
     PathSlots slots;
     slots.count_ = count;
     slots.form_ = form;
-    auto status = device.allocate(status_runs(vertex_colors) * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
+    auto status = device.allocate(status_runs(fields) * RP_STATUS_WORDS(uint64_t{count}) * sizeof(uint32_t), "path states");
     if (!status) return status.status();
     slots.status_ = std::move(*status);
     auto planes = device.allocate(uint64_t{count} * RP_PATH_PLANES * sizeof(Plane), "path slots");

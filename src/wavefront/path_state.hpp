@@ -30,15 +30,21 @@ struct SlotHit {
     float t = 0;
 };
 
+// What slots of only some scenes keep of the hits of their extension rays (kernels/common/path_state.cl), and how many words beside.
+struct SlotFields {
+    bool vertex_colors = false, uvs = false;
+    uint32_t words = 0;
+};
+
 class PathSlots {
 public:
     // Bytes on the device: of a slot, of all that does not grow with their number, and of the largest buffer's share of a slot.
-    static uint64_t bytes_per_slot(bool vertex_colors);
-    static uint64_t fixed_bytes(bool vertex_colors);
-    static uint64_t largest_part_per_slot();
+    static uint64_t bytes_per_slot(const SlotFields& fields);
+    static uint64_t fixed_bytes(const SlotFields& fields);
+    static uint64_t largest_part_per_slot(const SlotFields& fields);
     // Slots without contents; clear() makes them free. form: of the blocks, which says how rays are traced: the two ways leave planes in different
     // forms (RP_STATUS_CAMERA, RP_STATUS_CONNECTED).
-    static Result<PathSlots> create(Device& device, uint32_t count, BlockForm form, bool vertex_colors);
+    static Result<PathSlots> create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields);
     Status clear(Queue& queue) const;
 
     // For kernels.

@@ -70,6 +70,8 @@ std::string shading_definitions(const BakedScene& scene) {
     return result;
 }
 
+SlotFields slot_fields(const BakedScene& scene) { return {scene.has_vertex_colors(), scene.has_uvs()}; }
+
 }  // namespace
 
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
@@ -77,11 +79,11 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) +
-                  PathSlots::fixed_bytes(scene.has_vertex_colors()) + extra_queue_words(form) * sizeof(uint32_t);
+                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) + PathSlots::fixed_bytes(slot_fields(scene)) +
+                  extra_queue_words(form) * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = PathSlots::bytes_per_slot(scene.has_vertex_colors()) + list_bytes_per_slot + backend_bytes_per_slot(form);
-    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot();
+    bytes.per_slot = PathSlots::bytes_per_slot(slot_fields(scene)) + list_bytes_per_slot + backend_bytes_per_slot(form);
+    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(slot_fields(scene));
     return bytes;
 }
 
@@ -103,7 +105,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     RAYPAGER_TRY(wavefront->upload_scene(scene));
-    RAYPAGER_TRY(wavefront->allocate_state(scene.has_vertex_colors()));
+    RAYPAGER_TRY(wavefront->allocate_state(slot_fields(scene)));
     BackendSettings settings;
     const BlockNotes kept = scene.blocks.empty() ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
@@ -161,9 +163,9 @@ Status Wavefront::upload_light_words(const BakedScene& scene, std::vector<rp_lig
                            });
 }
 
-Status Wavefront::allocate_state(bool vertex_colors) {
+Status Wavefront::allocate_state(const SlotFields& fields) {
     const uint64_t slots = params_.slot_count;
-    auto path_slots = PathSlots::create(device_, params_.slot_count, geometry_.form(), vertex_colors);
+    auto path_slots = PathSlots::create(device_, params_.slot_count, geometry_.form(), fields);
     if (!path_slots) return path_slots.status();
     WavefrontBuffers& b = buffers_;
     b.slots = std::move(*path_slots);

@@ -109,7 +109,7 @@ private:
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     Status upload_scene(const BakedScene& scene);
     Status upload_light_words(const BakedScene& scene, std::vector<rp_light>& lights);
-    Status allocate_state(bool vertex_colors);
+    Status allocate_state(const SlotFields& fields);
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
