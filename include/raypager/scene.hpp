@@ -23,6 +23,11 @@ struct Float3 {
     bool operator==(const Float3&) const = default;
 };
 
+struct Float2 {
+    float x = 0, y = 0;
+    bool operator==(const Float2&) const = default;
+};
+
 using Triangle = std::array<uint32_t, 3>;
 
 struct TriangleMesh {
@@ -30,12 +35,14 @@ struct TriangleMesh {
     std::vector<Triangle> triangles;    // indices into positions; counter-clockwise seen from outside
     std::vector<Float3> normals;        // one per position, or none
     std::vector<uint32_t> colors = {};  // one per position, or none: sRGB, red | green << 8 | blue << 16
+    std::vector<Float2> uvs = {};       // one per position, or none: coordinates of textures, u and v
 };
 
 // Vertices on their way from a source to a sink.
 struct MeshVertices {
     std::span<const Float3> positions, normals;  // as many normals as positions, or none
     std::span<const uint32_t> colors = {};       // likewise; as in TriangleMesh
+    std::span<const Float2> uvs = {};            // likewise
 };
 MeshVertices vertices_of(const TriangleMesh& mesh);  // attributes that do not match the positions in number are left out
 
@@ -74,6 +81,7 @@ struct MeshIssues {
     uint64_t duplicate = 0;                  // the same three vertices again: kept
     uint64_t non_manifold_edges = 0;         // edges of more than two triangles: kept
     uint64_t not_compared = 0;               // of meshes too large to look for the last two
+    uint64_t bad_uv = 0;                     // vertices whose u or v is not finite, or beyond 2^60: kept, with zeros for both
     uint64_t changed_radius = 0;             // points whose radius is smaller or larger than can be stored: kept, with the nearest that can
     std::vector<MeshWarning> warnings = {};  // one of each kind
     void add(const MeshIssues& other);
@@ -93,6 +101,8 @@ public:
     virtual Status expect(uint64_t vertices, uint64_t triangles) { return (void)vertices, (void)triangles, Status(); }
     // How much memory a source may take beside, to read much at a time. It may change after each call.
     virtual uint64_t buffer_bytes() const { return 0; }
+    // Whether coordinates of textures are of any use. If not, a source may leave them out, and need not split vertices for their sake.
+    virtual bool wants_uvs() const { return true; }
     // Which attributes there are is the same in every call.
     virtual Status vertices(const MeshVertices& vertices) = 0;
     virtual Status triangles(std::span<const Triangle> indices) = 0;  // indices into all vertices that came

@@ -114,46 +114,7 @@ static inline uint rp_awaited_address(const __global rp_page* pages, uint status
     return rp_waits(status) ? pages[wait_word].address : 0u;
 }
 
-#ifdef RP_VERTEX_COLORS
-static inline uint rp_color_of(const rp_paths* paths, uint slot) { return paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
-static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) {
-    paths->status[2u * (size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = color;
-}
-#endif
-
-#ifdef RP_TEXTURES
-#ifdef RP_VERTEX_COLORS
-#define RP_RUN_CONE 3u
-#else
-#define RP_RUN_CONE 2u
-#endif
-#ifdef RP_CUTOUTS
-#define RP_RUN_LIGHT (RP_RUN_CONE + 1u)
-#define RP_RUN_TEXELS (RP_RUN_CONE + 4u)
-#else
-#define RP_RUN_TEXELS (RP_RUN_CONE + 1u)
-#endif
-static inline __global uint* rp_run_word(const rp_paths* paths, uint run, uint slot) {
-    return paths->status + ((size_t)RP_STATUS_WORDS(paths->slot_count) * run + slot);
-}
-static inline uint rp_texel_word(const rp_paths* paths, uint slot, uint word) { return *rp_run_word(paths, RP_RUN_TEXELS + word, slot); }
-static inline void rp_set_texel_word(const rp_paths* paths, uint slot, uint word, uint texel) {
-    *rp_run_word(paths, RP_RUN_TEXELS + word, slot) = texel;
-}
-
-// What a ray stands for: how wide that is where the ray begins, and how much wider per unit of its way. Each is the upper half of a float.
-typedef struct rp_cone {
-    float width, spread;
-} rp_cone;
-static inline rp_cone rp_cone_of(const rp_paths* paths, uint slot) {
-    const uint word = *rp_run_word(paths, RP_RUN_CONE, slot);
-    const rp_cone cone = {as_float(word << 16), as_float(word & 0xffff0000u)};
-    return cone;
-}
-static inline void rp_set_cone(const rp_paths* paths, uint slot, rp_cone cone) {
-    *rp_run_word(paths, RP_RUN_CONE, slot) = as_uint(cone.width) >> 16 | (as_uint(cone.spread) & 0xffff0000u);
-}
-#endif
+#include "common/path_runs.cl"
 
 #ifdef RP_CUTOUTS
 static inline void rp_set_passed(const rp_paths* paths, uint slot, float distance) {
@@ -362,6 +323,10 @@ typedef struct rp_arrival {
     bool shadow;   // it was a shadow ray
     float passed;  // as RP_PLANE_NEXT has it
 #endif
+#ifdef RP_UVS
+    float2 uv;
+    float density;
+#endif
 #ifdef RP_SHORT_STATES
     // The hit whose surface is still to be found, along the ray from here. block: RP_NONE if there is none.
     float3 origin;
@@ -395,6 +360,15 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
 #endif
 #ifdef RP_VERTEX_COLORS
     a.color = rp_color_of(paths, slot);
+#endif
+#ifdef RP_UVS
+#ifdef RP_SHORT_STATES
+    if (!(status & RP_STATUS_FOUND))  // else they are still to be found
+#endif
+    {
+        a.uv = rp_uv_of(paths, slot);
+        a.density = rp_density_of(paths, slot);
+    }
 #endif
     return a;
 }
@@ -517,17 +491,17 @@ static inline void rp_begin_shadow_as_extension(const rp_paths* paths, uint slot
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot))[3] |= RP_PATH_SHADOW;
     RP_PLANE(paths, RP_PLANE_NEXT, slot) = (uint4)(as_uint3(next_direction), as_uint(reach));
     RP_PLANE(paths, RP_PLANE_NEXT_START, slot) = (uint4)(as_uint3(origin), as_uint(ends ? -1.0f : density));
-    *rp_run_word(paths, RP_RUN_LIGHT, slot) = as_uint(light.x);
-    *rp_run_word(paths, RP_RUN_LIGHT + 1u, slot) = as_uint(light.y);
-    *rp_run_word(paths, RP_RUN_LIGHT + 2u, slot) = as_uint(light.z);
+    RP_RUN(paths, RP_RUN_LIGHT, slot) = as_uint(light.x);
+    RP_RUN(paths, RP_RUN_LIGHT + 1u, slot) = as_uint(light.y);
+    RP_RUN(paths, RP_RUN_LIGHT + 2u, slot) = as_uint(light.z);
 }
 
 // The shadow ray of a path that has arrived has been traced. False: the path ends. Else its extension ray is under way.
 static inline bool rp_end_shadow_as_extension(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, bool occluded, float3* radiance) {
     *radiance = a->radiance;
     if (!occluded)
-        *radiance += (float3)(as_float(*rp_run_word(paths, RP_RUN_LIGHT, slot)), as_float(*rp_run_word(paths, RP_RUN_LIGHT + 1u, slot)),
-                              as_float(*rp_run_word(paths, RP_RUN_LIGHT + 2u, slot)));
+        *radiance += (float3)(as_float(RP_RUN(paths, RP_RUN_LIGHT, slot)), as_float(RP_RUN(paths, RP_RUN_LIGHT + 1u, slot)),
+                              as_float(RP_RUN(paths, RP_RUN_LIGHT + 2u, slot)));
     const uint4 next = RP_PLANE(paths, RP_PLANE_NEXT, slot), start = RP_PLANE(paths, RP_PLANE_NEXT_START, slot);
     if (as_float(start.w) < 0.0f) return false;
     rp_store_throughput_and_radiance(paths, slot, a->throughput, a->flags & ~RP_PATH_SHADOW, *radiance, a->pixel);

@@ -129,6 +129,10 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 #ifdef RP_VERTEX_COLORS
     a->color = s.color;
 #endif
+#ifdef RP_UVS
+    a->uv = s.uv;
+    a->density = s.density;
+#endif
 }
 #endif
 

@@ -5,6 +5,27 @@
 #include "common/leaf.cl"
 #include "common/normal.cl"
 
+#ifdef RP_UVS
+// Where a hit lies in textures.
+typedef struct rp_texture_place {
+    float2 uv;      // (0, 0) where a triangle has no coordinates, and of spheres
+    float density;  // square root of the area in textures that a unit of area takes up there; 0 where that says nothing
+#ifdef RP_TANGENTS
+    uint tangent;  // octahedral: where u grows fastest along the triangle while v stays; RP_NONE: nowhere
+#endif
+} rp_texture_place;
+
+static inline rp_texture_place rp_no_texture_place(void) {
+    rp_texture_place place;
+    place.uv = (float2)(0.0f);
+    place.density = 0.0f;
+#ifdef RP_TANGENTS
+    place.tangent = RP_NONE;
+#endif
+    return place;
+}
+#endif
+
 typedef struct rp_surface {
     float3 position;
     uint geometric_normal, shading_normal;  // octahedral; of a point: its word (abi/block.h), with its colour, in place of the shading normal
@@ -13,7 +34,24 @@ typedef struct rp_surface {
 #ifdef RP_VERTEX_COLORS
     uint color;  // of a triangle: see rp_blend_colors
 #endif
+#ifdef RP_UVS
+    float2 uv;  // these as in rp_texture_place
+    float density;
+#ifdef RP_TANGENTS
+    uint tangent;
+#endif
+#endif
 } rp_surface;
+
+#ifdef RP_UVS
+static inline void rp_place_in_texture(rp_surface* s, rp_texture_place place) {
+    s->uv = place.uv;
+    s->density = place.density;
+#ifdef RP_TANGENTS
+    s->tangent = place.tangent;
+#endif
+}
+#endif
 
 static inline float rp_offset_distance(uint offset_exponent) { return ldexp(1.0f, (int)offset_exponent - 150); }
 
@@ -28,8 +66,22 @@ static inline float rp_largest(float3 v) { return rp_max(rp_max(fabs(v.x), fabs(
 // Where the normals, or the colours, of a leaf's vertices begin, if its block has any.
 static inline const __global uint* rp_leaf_attributes(const __global rp_block_header* header, uint2 leaf, bool colors) {
     const uint skipped = colors && (header->flags & RP_BLOCK_NORMALS) ? header->vertex_count : 0u;
-    return (const __global uint*)((const __global uchar*)header + header->attributes_at) + skipped + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+#ifdef RP_UVS
+    const uint at = RP_BLOCK_ATTRIBUTES_AT(header->attributes_at);
+#else
+    const uint at = header->attributes_at;  // in scenes without coordinates of textures no block has the bit
+#endif
+    return (const __global uint*)((const __global uchar*)header + at) + skipped + (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
 }
+
+#ifdef RP_UVS
+// Likewise the coordinates of textures: two numbers a vertex.
+static inline const __global float* rp_leaf_uvs(const __global rp_block_header* header, uint2 leaf) {
+    const uint words = (header->flags & RP_BLOCK_NORMALS ? 1u : 0u) + (header->flags & RP_BLOCK_COLORS ? 1u : 0u);
+    const __global uchar* attributes = (const __global uchar*)header + RP_BLOCK_ATTRIBUTES_AT(header->attributes_at);
+    return (const __global float*)attributes + words * header->vertex_count + 2u * (leaf.x & 0xffffu) * RP_CLUSTER_UNIT;
+}
+#endif
 
 // Which vertices of a strip's leaf are the corners of triangle ref & 3, in its true orientation.
 static inline uint3 rp_strip_corners(uint ref) {
@@ -70,6 +122,9 @@ typedef struct rp_triangle {
 #ifdef RP_VERTEX_COLORS
     uint color[3];
 #endif
+#ifdef RP_UVS
+    float2 uv[3];
+#endif
 } rp_triangle;
 
 // Triangle ref & 3 of a strip.
@@ -90,6 +145,11 @@ static inline rp_triangle rp_strip_triangle(const rp_block_view* block, uint ref
 #ifdef RP_VERTEX_COLORS
     const __global uint* colors = rp_leaf_attributes(header, leaf, true);
     for (uint i = 0u; i < 3u; i++) triangle.color[i] = header->flags & RP_BLOCK_COLORS ? colors[number[i]] : RP_NONE;
+#endif
+#ifdef RP_UVS
+    const __global float* uvs = rp_leaf_uvs(header, leaf);
+    const bool has_uvs = RP_BLOCK_HAS_UVS(header->attributes_at);
+    for (uint i = 0u; i < 3u; i++) triangle.uv[i] = has_uvs ? (float2)(uvs[2u * number[i]], uvs[2u * number[i] + 1u]) : (float2)(0.0f);
 #endif
     return triangle;
 }
@@ -116,6 +176,40 @@ static inline uint rp_triangle_color(const rp_triangle* triangle, uint turns, fl
 }
 #endif
 
+#ifdef RP_UVS
+// Likewise where it lies in textures. Like the colour without fused operations.
+static inline rp_texture_place rp_triangle_texture(const rp_triangle* triangle, uint turns, float b, float c) {
+    const float3* p = triangle->corner;
+    const float2* t = triangle->uv;
+    const float2 uv0 = turns == 0u ? t[0] : turns == 1u ? t[1] : t[2], uv1 = turns == 0u ? t[1] : turns == 1u ? t[2] : t[0];
+    const float2 uv2 = turns == 0u ? t[2] : turns == 1u ? t[0] : t[1], d1 = uv1 - uv0, d2 = uv2 - uv0;
+    const float3 p0 = turns == 0u ? p[0] : turns == 1u ? p[1] : p[2], p1 = turns == 0u ? p[1] : turns == 1u ? p[2] : p[0];
+    const float3 p2 = turns == 0u ? p[2] : turns == 1u ? p[0] : p[1];
+    rp_texture_place place = rp_no_texture_place();
+    place.uv.x = rp_add(uv0.x, rp_add(rp_mul(b, d1.x), rp_mul(c, d2.x)));
+    place.uv.y = rp_add(uv0.y, rp_add(rp_mul(b, d1.y), rp_mul(c, d2.y)));
+    // Edges are brought near to 1 by a power of two, so that no product of them is too small or too large.
+    const float3 e1 = p1 - p0, e2 = p2 - p0;
+    const float scale = as_float(0x7f000000u - (as_uint(rp_max(rp_largest(e1), rp_largest(e2))) & 0x7f800000u));
+    const float3 s1 = rp_scaled(scale, e1), s2 = rp_scaled(scale, e2);
+    const float3 normal = (float3)(rp_add(rp_mul(s1.y, s2.z), -rp_mul(s1.z, s2.y)), rp_add(rp_mul(s1.z, s2.x), -rp_mul(s1.x, s2.z)),
+                                   rp_add(rp_mul(s1.x, s2.y), -rp_mul(s1.y, s2.x)));
+    const float in_space = sqrt(rp_squared_length(normal)), in_texture = rp_add(rp_mul(d1.x, d2.y), -rp_mul(d1.y, d2.x));
+    const float density = rp_mul(sqrt(fabs(in_texture) / in_space), scale);
+    if (in_space > 0.0f && density <= FLT_MAX) place.density = density;
+#ifdef RP_TANGENTS
+    const float3 along = rp_scaled(in_texture < 0.0f ? -1.0f : 1.0f, rp_sum(rp_scaled(d2.y, s1), rp_scaled(-d1.y, s2)));
+    const float largest = rp_largest(along);
+    if (in_texture != 0.0f && largest > 0.0f && largest <= FLT_MAX) {
+        const float3 near_one = rp_scaled(as_float(0x7f000000u - (as_uint(largest) & 0x7f800000u)), along);
+        const uint code = rp_encode_normal(near_one);
+        place.tangent = code == RP_NONE ? 0x0000ffffu : code;  // the neighbouring code, as for normals
+    }
+#endif
+    return place;
+}
+#endif
+
 static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_view* block, uint ref) {
     const rp_triangle triangle = rp_strip_triangle(block, ref);
     const rp_vector_1 a = rp_vector_of(triangle.corner[0]), b = rp_vector_of(triangle.corner[1]), c = rp_vector_of(triangle.corner[2]);
@@ -127,6 +221,9 @@ static inline rp_surface rp_triangle_surface(const rp_ray* ray, const rp_block_v
     s.offset_exponent = point.offset_exponent;
 #ifdef RP_VERTEX_COLORS
     s.color = rp_triangle_color(&triangle, (uint)point.turns, point.b, point.c);
+#endif
+#ifdef RP_UVS
+    rp_place_in_texture(&s, rp_triangle_texture(&triangle, (uint)point.turns, point.b, point.c));
 #endif
     return s;
 }
@@ -142,6 +239,9 @@ static inline rp_surface rp_sphere_surface(const rp_ray* ray, uint4 record, uint
     s.offset_exponent = rp_offset_exponent_1(rp_largest(sphere.xyz) + sphere.w);
 #ifdef RP_VERTEX_COLORS
     s.color = RP_NONE;
+#endif
+#ifdef RP_UVS
+    rp_place_in_texture(&s, rp_no_texture_place());
 #endif
     return s;
 }

@@ -54,18 +54,18 @@ static inline void rp_await_page(const rp_textures* t, const rp_paths* paths, ui
 
 // ---- Coordinates
 
-typedef struct rp_texture_place {
+typedef struct rp_texture_point {
     float3 at;
     float width;  // of the footprint, in the same space
-} rp_texture_place;
+} rp_texture_point;
 
 static inline float rp_row_times(const __global float* row, float3 p) {
     return rp_add(rp_add(rp_mul(row[0], p.x), rp_mul(row[1], p.y)), rp_add(rp_mul(row[2], p.z), row[3]));
 }
 static inline float rp_row_length(const __global float* row) { return sqrt(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]); }
 
-static inline rp_texture_place rp_place_of(const rp_textures* t, uint number, const rp_texture_site* site) {
-    rp_texture_place place;
+static inline rp_texture_point rp_place_of(const rp_textures* t, uint number, const rp_texture_site* site) {
+    rp_texture_point place;
     place.at = (float3)(site->uv.x, site->uv.y, 0.0f);
     place.width = site->width * site->density;
     if (number == RP_NONE) return place;
@@ -139,7 +139,7 @@ typedef struct rp_texel_address {
     uint page, at;  // of the images; byte in it. page: RP_NONE, the texel is black
 } rp_texel_address;
 
-static inline rp_texel_address rp_find_texel(const rp_textures* t, const __global rp_image* image, uint op, const rp_texture_place* place,
+static inline rp_texel_address rp_find_texel(const rp_textures* t, const __global rp_image* image, uint op, const rp_texture_point* place,
                                              const rp_numbers_1* bits) {
     const __global uint4* levels = (const __global uint4*)(t->words + t->at->image_levels) + image->first_level;
     const uint wrap = op >> RP_TEXTURE_WRAP_SHIFT & 3u, wrap_across = op >> (RP_TEXTURE_WRAP_SHIFT + 2) & 3u;
@@ -229,7 +229,7 @@ static inline bool rp_look_up(const rp_textures* t, const __global rp_texture_op
         texel.x = rp_texel_word(paths, slot, lookup);
         if (log_bytes == 3u) texel.y = rp_texel_word(paths, slot, lookup + 1u);
     } else {
-        const rp_texture_place place = rp_place_of(t, op->map, site);
+        const rp_texture_point place = rp_place_of(t, op->map, site);
         const rp_texel_address address = rp_find_texel(t, image, op->op, &place, &site->bits);
         if (address.page != RP_NONE) {
             const uint page = t->at->first_page + address.page, where = t->geometry->pages[page].x;
@@ -302,7 +302,7 @@ static inline float3 rp_operation(const rp_textures* t, const __global rp_textur
         const float share = fabs(dot(site->normal, rp_load3(op->a)));
         return y + share * (x - y);
     }
-    const rp_texture_place place = rp_place_of(t, op->map, site);
+    const rp_texture_point place = rp_place_of(t, op->map, site);
     const float2 st = place.at.xy;
     if (kind == RP_TEXTURE_CHECKS) {
         const float sum = floor(st.x) + floor(st.y) + (op->op & RP_TEXTURE_SOLID ? floor(place.at.z) : 0.0f);

@@ -25,6 +25,12 @@ typedef struct rp_wide_surfaces {
 #ifdef RP_VERTEX_COLORS
     uint color[RP_STREAM_RAYS];
 #endif
+#ifdef RP_UVS
+    rp_texture_place texture[RP_STREAM_RAYS];
+#define RP_WIDE_SPECIAL (RP_WIDE_NORMALS | RP_WIDE_COLORS | RP_WIDE_UVS)
+#else
+#define RP_WIDE_SPECIAL (RP_WIDE_NORMALS | RP_WIDE_COLORS)
+#endif
 } rp_wide_surfaces;
 
 static inline rp_triangle rp_leaf_triangle(const __global rp_wide_leaf* leaf, uint k) {
@@ -40,6 +46,12 @@ static inline rp_triangle rp_leaf_triangle(const __global rp_wide_leaf* leaf, ui
 #ifdef RP_VERTEX_COLORS
     const __global uint* colors = rp_leaf_ids(leaf) + count + (leaf->flags & RP_WIDE_NORMALS ? vertices : 0u);
     for (uint i = 0u; i < 3u; i++) triangle.color[i] = leaf->flags & RP_WIDE_COLORS ? colors[number[i]] : RP_NONE;
+#endif
+#ifdef RP_UVS
+    const uint words = (leaf->flags & RP_WIDE_NORMALS ? 1u : 0u) + (leaf->flags & RP_WIDE_COLORS ? 1u : 0u);
+    const __global float* uvs = (const __global float*)rp_leaf_ids(leaf) + count + words * vertices;
+    const bool has_uvs = (leaf->flags & RP_WIDE_UVS) != 0u;
+    for (uint i = 0u; i < 3u; i++) triangle.uv[i] = has_uvs ? (float2)(uvs[number[i]], uvs[vertices + number[i]]) : (float2)(0.0f);
 #endif
     return triangle;
 }
@@ -68,7 +80,7 @@ static inline void rp_find_some_surfaces(const rp_stream* s, uint first, rp_wide
         const uint r = first + lane;
         const bool hit = (hits >> lane & 1u) != 0u;
         const __global rp_wide_leaf* leaf = rp_hit_leaf(s, r);
-        if (hit && (leaf->kind == RP_WIDE_SPHERES || leaf->flags & (RP_WIDE_NORMALS | RP_WIDE_COLORS))) special |= 1u << lane;
+        if (hit && (leaf->kind == RP_WIDE_SPHERES || leaf->flags & RP_WIDE_SPECIAL)) special |= 1u << lane;
         if (!hit || leaf->kind == RP_WIDE_SPHERES) {
             for (uint i = 0u; i < 9u; i++) corner[i][lane] = i % 4u == 0u ? 1.0f : 0.0f;  // any triangle will do
             continue;
@@ -96,6 +108,9 @@ static inline void rp_find_some_surfaces(const rp_stream* s, uint first, rp_wide
     RP_STORE(point.normal, surfaces->geometric_normal + first);
     RP_STORE(point.normal, surfaces->shading_normal + first);
     RP_STORE(point.offset_exponent, surfaces->offset_exponent + first);
+#ifdef RP_UVS
+    for (uint lane = 0u; lane < RP_SURFACE_HITS; lane++) surfaces->texture[first + lane] = rp_no_texture_place();
+#endif
     if (special == 0u) return;
     float b[RP_SURFACE_HITS], c[RP_SURFACE_HITS];
     int turns[RP_SURFACE_HITS];
@@ -112,6 +127,9 @@ static inline void rp_find_some_surfaces(const rp_stream* s, uint first, rp_wide
             surfaces->shading_normal[r] = rp_shading_normal(&triangle, (uint)turns[lane], b[lane], c[lane], surfaces->geometric_normal[r]);
 #ifdef RP_VERTEX_COLORS
             surfaces->color[r] = rp_triangle_color(&triangle, (uint)turns[lane], b[lane], c[lane]);
+#endif
+#ifdef RP_UVS
+            surfaces->texture[r] = rp_triangle_texture(&triangle, (uint)turns[lane], b[lane], c[lane]);
 #endif
         }
     }

@@ -10,6 +10,7 @@
 #include "base/hash.hpp"
 #include "gather/lights.hpp"
 #include "raypager/bake.hpp"
+#include "scene/texture_use.hpp"
 
 namespace raypager {
 namespace {
@@ -89,11 +90,13 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
         return {};
     }
     f.add(shape.vertex_colors);
+    f.add(wants_uvs(scene, shape));
     if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get())) {
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().positions)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().triangles)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().normals)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().colors)));
+        if (wants_uvs(scene, shape)) f.add_bytes(std::as_bytes(std::span(mesh->mesh().uvs)));
         return {};  // its name has the line of a scene file, which may move
     }
     f.add(shape.mesh->name());

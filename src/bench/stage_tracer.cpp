@@ -57,7 +57,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
 
 Status StageTracer::make_slots(uint32_t count) {
     for (PathSlots* slots : {&slots_, &kept_slots_}) {
-        auto made = PathSlots::create(*device_, count, form_, SlotFields{true, true, 0, false});
+        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true});
         if (!made) return made.status();
         *slots = std::move(*made);
     }

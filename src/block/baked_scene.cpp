@@ -46,6 +46,10 @@ bool BakedScene::has_vertex_colors() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_VERTEX_COLOR; });
 }
 
+bool BakedScene::has_uvs() const {
+    return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_UV; });
+}
+
 BlockEntryRoots BakedScene::block_entries_of(uint32_t block) const {
     const auto first = std::partition_point(block_entries.begin(), block_entries.end(),
                                             [block](const rp_block_entry& block_entry) { return block_entry.block < block; });

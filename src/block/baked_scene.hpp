@@ -64,6 +64,7 @@ struct BakedScene {
     uint32_t largest_block(BlockForm form) const;  // in memory; 0 without blocks
     BlockEntryRoots block_entries_of(uint32_t block) const;
     bool has_vertex_colors() const;                                              // any mesh: kernels and path slots then have something more
+    bool has_uvs() const;                                                        // likewise
     bool has_cutouts() const;                                                    // surfaces of which parts are not there
     bool has_textures() const { return has_cutouts() || !texture_ops.empty(); }  // what kernels have to do for either is the same
     uint64_t identity() const;                                                   // hash of everything that decides the picture, blocks included

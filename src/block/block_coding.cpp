@@ -46,11 +46,17 @@ uint64_t position_bytes(const rp_block_header& header) {
 }
 
 uint64_t attribute_bytes(const rp_block_header& header) {
-    return sizeof(rp_u32) * uint64_t{header.vertex_count} * ((header.flags & RP_BLOCK_NORMALS ? 1 : 0) + (header.flags & RP_BLOCK_COLORS ? 1 : 0));
+    const uint64_t uvs = RP_BLOCK_HAS_UVS(header.attributes_at) ? sizeof(Float2) * uint64_t{header.vertex_count} : 0;
+    return uvs_at(header) + uvs - RP_BLOCK_ATTRIBUTES_AT(header.attributes_at);
 }
 
 uint64_t colors_at(const rp_block_header& header) {
-    return header.attributes_at + (header.flags & RP_BLOCK_NORMALS ? sizeof(rp_u32) * uint64_t{header.vertex_count} : 0);
+    return RP_BLOCK_ATTRIBUTES_AT(header.attributes_at) + (header.flags & RP_BLOCK_NORMALS ? sizeof(rp_u32) * uint64_t{header.vertex_count} : 0);
+}
+
+uint64_t uvs_at(const rp_block_header& header) {
+    const uint64_t words = (header.flags & RP_BLOCK_NORMALS ? 1 : 0) + (header.flags & RP_BLOCK_COLORS ? 1 : 0);
+    return RP_BLOCK_ATTRIBUTES_AT(header.attributes_at) + words * sizeof(rp_u32) * header.vertex_count;
 }
 
 uint64_t id_bytes(const rp_block_header& header) {
@@ -62,7 +68,8 @@ uint64_t id_bytes(const rp_block_header& header) {
 bool good_coding(const rp_block_header& header, float scene_cell) {
     const rp_u32 flags = header.flags, stride = RP_POSITION_STRIDE(flags);
     static_assert((RP_POSITION_ALL_BITS | 15u << RP_POSITION_STRIDE_SHIFT | RP_IDS_ALL_BITS | RP_BLOCK_NORMALS | RP_BLOCK_COLORS) == ~0u);
-    if ((header.attributes_at != 0) != ((flags & (RP_BLOCK_NORMALS | RP_BLOCK_COLORS)) != 0)) return false;
+    const bool any_attribute = (flags & (RP_BLOCK_NORMALS | RP_BLOCK_COLORS)) != 0 || RP_BLOCK_HAS_UVS(header.attributes_at);
+    if ((RP_BLOCK_ATTRIBUTES_AT(header.attributes_at) != 0) != any_attribute) return false;
     if (!(flags & RP_IDS_CODED) && flags & RP_IDS_ALL_BITS) return false;
     const float cell = header.upper[3];
     if (stride == 0) return (flags & RP_POSITION_ALL_BITS) == 0;

@@ -21,8 +21,9 @@ bool good_position_cell(float cell);
 // Bytes of a block's sections. REQUIRES: good_coding(header).
 uint64_t position_bytes(const rp_block_header& header);
 uint64_t id_bytes(const rp_block_header& header);
-uint64_t attribute_bytes(const rp_block_header& header);  // normals and colours of vertices
+uint64_t attribute_bytes(const rp_block_header& header);  // normals, colours and coordinates of textures of vertices
 uint64_t colors_at(const rp_block_header& header);        // byte offset; REQUIRES: RP_BLOCK_COLORS
+uint64_t uvs_at(const rp_block_header& header);           // likewise of RP_BLOCK_UVS
 // Whether header.flags and what else says how positions and ids are coded make sense, in a scene with this cell.
 bool good_coding(const rp_block_header& header, float cell);
 

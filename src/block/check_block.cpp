@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "block/block_coding.hpp"
+#include "scene/clean_mesh.hpp"
 
 namespace raypager {
 namespace {
@@ -54,6 +55,9 @@ private:
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
         if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1 || header_.sphere_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
+        // Kernels of a scene without any do not know of them.
+        if (RP_BLOCK_HAS_UVS(header_.attributes_at) && !scene_.has_uvs())
+            return bad("it has coordinates of textures, which no part of the scene has");
         if (header_.nodes_at != sizeof header_) return bad("its nodes are not behind its header");
         return check_sections();
     }
@@ -68,7 +72,7 @@ private:
             {"vertices", header_.vertices_at, position_bytes(header_)},
             {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{sizeof(rp_sphere) + sizeof(rp_u32)}},
             {"ids", header_.ids_at, id_bytes(header_)},
-            {"attributes", header_.attributes_at, attribute_bytes(header_)},
+            {"attributes", RP_BLOCK_ATTRIBUTES_AT(header_.attributes_at), attribute_bytes(header_)},
         };
         uint64_t end = sizeof header_;
         for (const auto& section : sections) {
@@ -92,6 +96,11 @@ private:
         for (uint32_t i = 0; i < header_.vertex_count; i++) {
             const Float3 p = positions[i];
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) return bad(fmt::format("vertex {} is not finite", i));
+        }
+        for (uint32_t i = 0; i < header_.vertex_count && RP_BLOCK_HAS_UVS(header_.attributes_at); i++) {
+            const auto uv = item<Float2>(uvs_at(header_), i);
+            if (!(std::abs(uv.x) <= largest_uv && std::abs(uv.y) <= largest_uv))
+                return bad(fmt::format("vertex {} has coordinates of textures that are not finite, or too large", i));
         }
         for (uint64_t i = 0; i < header_.sphere_count; i++) {
             for (const float value : item<rp_sphere>(header_.spheres_at, i).center)

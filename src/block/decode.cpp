@@ -23,12 +23,13 @@ void decode_strip(const BlockView& block, rp_u32 ref, uint32_t index, DecodedLea
     const rp_u32 vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {first + (leaf.lo >> 16 & 255u), first + (leaf.lo >> 24),        first + (leaf.hi & 255u),
                                                          first + (leaf.hi >> 8 & 255u),  first + (leaf.hi >> 16 & 255u), first + (leaf.hi >> 24)};
     visit_strip(ref, vertices, [&](uint32_t k, rp_u32 a, rp_u32 b, rp_u32 c) {
-        DecodedTriangle triangle = {block.ids[RP_LEAF_MAX_PRIMITIVES * index + k], {}, {RP_NONE, RP_NONE, RP_NONE}, {RP_NONE, RP_NONE, RP_NONE}};
+        DecodedTriangle triangle = {block.ids[RP_LEAF_MAX_PRIMITIVES * index + k], {}, {RP_NONE, RP_NONE, RP_NONE}, {RP_NONE, RP_NONE, RP_NONE}, {}};
         const rp_u32 corners[3] = {a, b, c};
         for (int i = 0; i < 3; i++) {
             triangle.vertices[i] = block.vertices[corners[i]];
             if (!block.normals.empty()) triangle.normals[i] = block.normals[corners[i]];
             if (!block.colors.empty()) triangle.colors[i] = block.colors[corners[i]];
+            if (!block.uvs.empty()) triangle.uvs[i] = block.uvs[corners[i]];
         }
         out.triangles.push_back(triangle);
     });
@@ -48,8 +49,9 @@ BlockView::BlockView(std::span<const std::byte> bytes) {
     const BlockIds all_ids(header, section<std::byte>(bytes, header.ids_at, id_bytes(header)).data());
     for (uint32_t leaf = 0; leaf < header.leaf_count; leaf++)
         for (uint32_t k = 0; k < RP_LEAF_MAX_PRIMITIVES; k++) ids.push_back(all_ids(leaf, k));
-    if (header.flags & RP_BLOCK_NORMALS) normals = section<rp_u32>(bytes, header.attributes_at, header.vertex_count);
+    if (header.flags & RP_BLOCK_NORMALS) normals = section<rp_u32>(bytes, RP_BLOCK_ATTRIBUTES_AT(header.attributes_at), header.vertex_count);
     if (header.flags & RP_BLOCK_COLORS) colors = section<rp_u32>(bytes, colors_at(header), header.vertex_count);
+    if (RP_BLOCK_HAS_UVS(header.attributes_at)) uvs = section<Float2>(bytes, uvs_at(header), header.vertex_count);
 }
 
 void decode_leaf(const BlockView& block, rp_u32 ref, DecodedLeaf& out) {

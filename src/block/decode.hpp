@@ -16,6 +16,7 @@ struct DecodedTriangle {
     Float3 vertices[3];   // counter-clockwise seen from the side of the normal; which comes first is not kept
     uint32_t normals[3];  // octahedral; RP_NONE: none
     uint32_t colors[3];   // as in abi/block.h; RP_NONE: none
+    Float2 uvs[3] = {};   // zeros: none
 };
 
 struct DecodedSphere {
@@ -37,6 +38,7 @@ struct BlockView {
     std::vector<rp_u32> ids;             // RP_LEAF_MAX_PRIMITIVES a leaf, decoded; those that a leaf does not use may be anything
     std::span<const rp_u32> normals;     // one per vertex, or none
     std::span<const rp_u32> colors;      // likewise
+    std::span<const Float2> uvs;         // likewise
 };
 
 struct DecodedLeaf {

@@ -45,8 +45,9 @@ StoredBlock::StoredBlock(std::span<const std::byte> bytes)
       spheres(section<rp_sphere>(bytes, header.spheres_at)),
       sphere_ids(reinterpret_cast<const rp_u32*>(spheres + header.sphere_count)),
       ids(header, bytes.data() + header.ids_at),
-      normals(header.flags & RP_BLOCK_NORMALS ? section<rp_u32>(bytes, header.attributes_at) : nullptr),
-      colors(header.flags & RP_BLOCK_COLORS ? section<rp_u32>(bytes, colors_at(header)) : nullptr) {}
+      normals(header.flags & RP_BLOCK_NORMALS ? section<rp_u32>(bytes, RP_BLOCK_ATTRIBUTES_AT(header.attributes_at)) : nullptr),
+      colors(header.flags & RP_BLOCK_COLORS ? section<rp_u32>(bytes, colors_at(header)) : nullptr),
+      uvs(RP_BLOCK_HAS_UVS(header.attributes_at) ? section<Float2>(bytes, uvs_at(header)) : nullptr) {}
 
 namespace {
 
@@ -92,7 +93,7 @@ bool WideLeaf::add(const StoredBlock& block, rp_u32 ref) {
 
 uint32_t WideLeaf::number(const Vertex& vertex) {
     // Bits, not values: -0 and 0 stay apart, as they do in the stored block.
-    using Bits = std::array<uint32_t, 5>;
+    using Bits = std::array<uint32_t, 7>;
     const auto wanted = std::bit_cast<Bits>(vertex);
     const auto same = [&](const Vertex& other) { return std::bit_cast<Bits>(other) == wanted; };
     const auto end = vertices_.begin() + size_.vertices;
@@ -108,9 +109,10 @@ bool WideLeaf::add_strip(const StoredBlock& block, rp_u32 ref) {
     strip_vertices(block, ref, vertices);
     for (uint32_t i = 0; i < triangles_of_leaf(ref) + 2; i++) {
         const Vertex vertex = {block.vertices[vertices[i]], block.normals ? block.normals[vertices[i]] : RP_NONE,
-                               block.colors ? block.colors[vertices[i]] : RP_NONE};
+                               block.colors ? block.colors[vertices[i]] : RP_NONE, block.uvs ? block.uvs[vertices[i]] : Float2{}};
         size_.has_normals |= vertex.normal != RP_NONE;
         size_.has_colors |= vertex.color != RP_NONE;
+        size_.has_uvs |= vertex.uv != Float2{};
         numbers[i] = number(vertex);
         if (numbers[i] == RP_WIDE_LEAF_VERTICES) return false;
     }
@@ -127,7 +129,7 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
     const rp_wide_leaf head = {static_cast<rp_u8>(triangles ? RP_WIDE_TRIANGLES : RP_WIDE_SPHERES),
                                static_cast<rp_u8>(triangles ? size_.triangles : size_.spheres), static_cast<rp_u8>(size_.vertices),
                                static_cast<rp_u8>((size_.has_normals ? RP_WIDE_NORMALS : 0) | (size_.has_colors ? RP_WIDE_COLORS : 0) |
-                                                  (size_.are_points ? RP_WIDE_POINTS : 0)),
+                                                  (size_.has_uvs ? RP_WIDE_UVS : 0) | (size_.are_points ? RP_WIDE_POINTS : 0)),
                                block_index};
     const WideLeafSize::Places at = size_.places();
     const size_t begin = bytes.size();
@@ -144,6 +146,11 @@ void WideLeaf::append_to(std::vector<std::byte>& bytes, uint32_t block_index) co
             for (uint32_t v = 0; v < size_.vertices; v++) std::memcpy(record + at.normals + v * sizeof(rp_u32), &vertices_[v].normal, sizeof(rp_u32));
         if (size_.has_colors)
             for (uint32_t v = 0; v < size_.vertices; v++) std::memcpy(record + at.colors + v * sizeof(rp_u32), &vertices_[v].color, sizeof(rp_u32));
+        if (size_.has_uvs) {
+            out = record + at.uvs;
+            for (float Float2::*axis : {&Float2::x, &Float2::y})
+                for (uint32_t v = 0; v < size_.vertices; v++, out += sizeof(float)) std::memcpy(out, &(vertices_[v].uv.*axis), sizeof(float));
+        }
     } else {
         std::memcpy(record + at.first, spheres_.data(), size_.spheres * sizeof spheres_[0]);
     }

@@ -28,6 +28,7 @@ struct StoredBlock {
     const rp_u32* sphere_ids;
     BlockIds ids;
     const rp_u32 *normals, *colors;  // one per vertex, or null
+    const Float2* uvs;               // likewise
 
 private:
     static rp_block_header header_of(std::span<const std::byte> bytes);
@@ -49,6 +50,7 @@ private:
     struct Vertex {
         Float3 position;
         rp_u32 normal, color;
+        Float2 uv;
     };
     bool add_strip(const StoredBlock& block, rp_u32 ref);
     // Number of the vertex in this leaf; RP_WIDE_LEAF_VERTICES if there is no room.

@@ -37,7 +37,7 @@ inline LeafContent content_of_leaf(rp_u32 flags) {
 // How full a leaf record of the wide tree is (abi/wide.h).
 struct WideLeafSize {
     uint32_t triangles = 0, vertices = 0, spheres = 0;
-    bool has_normals = false, has_colors = false, are_points = false;
+    bool has_normals = false, has_colors = false, has_uvs = false, are_points = false;
 
     // What a stored leaf adds, but for its vertices; false, and nothing is added, if it does not go into the record.
     bool add(rp_u32 flags) {
@@ -57,7 +57,7 @@ struct WideLeafSize {
     // Where the parts of the record lie, and its end.
     struct Places {
         uint32_t first;  // positions of vertices and then corners, or spheres
-        uint32_t ids, normals, colors, end;
+        uint32_t ids, normals, colors, uvs, end;
     };
     Places places() const {
         constexpr auto up_to = [](uint32_t value, uint32_t unit) { return (value + unit - 1) / unit * unit; };
@@ -68,7 +68,8 @@ struct WideLeafSize {
             at.ids = up_to(at.first + vertices * 3 * 4 + triangles * 3, 4);
             at.normals = at.ids + triangles * 4;
             at.colors = at.normals + (has_normals ? vertices * 4 : 0);
-            at.end = at.colors + (has_colors ? vertices * 4 : 0);
+            at.uvs = at.colors + (has_colors ? vertices * 4 : 0);
+            at.end = at.uvs + (has_uvs ? vertices * 2 * 4 : 0);
         } else {
             at.first = up_to(head, sphere);
             at.ids = at.first + spheres * sphere;

@@ -20,13 +20,13 @@ using Json = nlohmann::ordered_json;
 
 // Bytes by part, over all blocks.
 struct Parts {
-    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, sphere_ids = 0, ids = 0, normals = 0, colors = 0, padding = 0;
+    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, sphere_ids = 0, ids = 0, normals = 0, colors = 0, uvs = 0, padding = 0;
 
-    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + sphere_ids + ids + normals + colors; }
+    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + sphere_ids + ids + normals + colors + uvs; }
     void add(const Parts& other) {
         headers += other.headers, nodes += other.nodes, leaves += other.leaves, vertices += other.vertices;
         spheres += other.spheres, sphere_ids += other.sphere_ids, ids += other.ids, normals += other.normals, colors += other.colors,
-            padding += other.padding;
+            uvs += other.uvs, padding += other.padding;
     }
 };
 
@@ -34,10 +34,10 @@ struct NamedPart {
     const char* name;
     uint64_t Parts::*bytes;
 };
-constexpr NamedPart named_parts[] = {{"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},         {"vertices", &Parts::vertices},
-                                     {"ids", &Parts::ids},         {"normals", &Parts::normals},       {"colors", &Parts::colors},
-                                     {"spheres", &Parts::spheres}, {"sphere_ids", &Parts::sphere_ids}, {"headers", &Parts::headers},
-                                     {"padding", &Parts::padding}};
+constexpr NamedPart named_parts[] = {{"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},   {"vertices", &Parts::vertices},
+                                     {"ids", &Parts::ids},         {"normals", &Parts::normals}, {"colors", &Parts::colors},
+                                     {"uvs", &Parts::uvs},         {"spheres", &Parts::spheres}, {"sphere_ids", &Parts::sphere_ids},
+                                     {"headers", &Parts::headers}, {"padding", &Parts::padding}};
 
 struct TopFigures {
     uint64_t block_entries = 0, nodes = 0;
@@ -66,6 +66,7 @@ Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte>
     parts.ids = id_bytes(header);
     parts.normals = header.flags & RP_BLOCK_NORMALS ? sizeof(rp_u32) * uint64_t(header.vertex_count) : 0;
     parts.colors = header.flags & RP_BLOCK_COLORS ? sizeof(rp_u32) * uint64_t(header.vertex_count) : 0;
+    parts.uvs = RP_BLOCK_HAS_UVS(header.attributes_at) ? sizeof(Float2) * uint64_t(header.vertex_count) : 0;
     if (parts.content() > stored.size()) return too_small();
     parts.padding = stored.size() - parts.content();
     return parts;

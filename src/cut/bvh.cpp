@@ -31,6 +31,7 @@ public:
         for (const VertexBits& vertex : bvh_.vertices) {
             bvh_.attributes.normals |= vertex.normal != RP_NONE;
             bvh_.attributes.colors |= vertex.color != RP_NONE;
+            bvh_.attributes.uvs |= vertex.uv != Float2{};
         }
     }
 

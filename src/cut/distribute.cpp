@@ -66,6 +66,7 @@ void place_triangle(World& world, const std::byte* bytes, size_t primitive) {
     std::copy_n(record.vertices, 3, &world.positions[base]);
     if constexpr (requires { record.normals; }) std::copy_n(record.normals, 3, &world.normals[base]);
     if constexpr (requires { record.colors; }) std::copy_n(record.colors, 3, &world.colors[base]);
+    if constexpr (requires { record.uvs; }) std::copy_n(record.uvs, 3, &world.uvs[base]);
     world.primitives[primitive] = {base, base + 1, base + 2};
     world.ids[primitive] = record.id;
 }
@@ -113,12 +114,14 @@ Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSet
 
 Result<World> load_bucket(const Bucket& bucket) {
     World world;
-    const uint64_t colored = bucket.lists[colored_records].count, shaded = bucket.lists[shaded_records].count + colored;
+    const uint64_t textured = bucket.lists[textured_records].count, colored = bucket.lists[colored_records].count + textured;
+    const uint64_t shaded = bucket.lists[shaded_records].count + colored;
     const uint64_t triangles = bucket.lists[triangle_records].count + shaded;
     RAYPAGER_CHECK(3 * triangles < RP_NONE);
     world.positions.resize(3 * triangles);
     if (shaded) world.normals.resize(3 * triangles, RP_NONE);
     if (colored) world.colors.resize(3 * triangles, RP_NONE);
+    if (textured) world.uvs.resize(3 * triangles);
     world.spheres.resize(bucket.lists[sphere_records].count);
     resize_huge(world.primitives, bucket.primitives());
     resize_huge(world.ids, bucket.primitives());
@@ -131,6 +134,7 @@ Result<World> load_bucket(const Bucket& bucket) {
                 if (kind == triangle_records) place_triangle<TriangleRecord>(world, record, before + first + i);
                 if (kind == shaded_records) place_triangle<ShadedTriangleRecord>(world, record, before + first + i);
                 if (kind == colored_records) place_triangle<ColoredTriangleRecord>(world, record, before + first + i);
+                if (kind == textured_records) place_triangle<TexturedTriangleRecord>(world, record, before + first + i);
                 if (kind == sphere_records) place_sphere(world, record, before + first + i, first + i);
             }
         }));

@@ -15,6 +15,7 @@
 #include "gather/world_store.hpp"
 #include "scene/check_material.hpp"
 #include "scene/clean_mesh.hpp"
+#include "scene/texture_use.hpp"
 #include "world/placement.hpp"
 
 namespace raypager {
@@ -50,7 +51,7 @@ public:
         const uint64_t first = count();
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
-        colored_ = false;
+        vertices_have_ = {};
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
         if (shape.unseen) return light_ ? add_unseen_lights(shape, *light_, unseen_, out_.issues) : Status();
         RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
@@ -91,7 +92,7 @@ private:
             fmt::format("{}: the scene has more than {} primitives or vertices with it; leave some shapes out", shape.name, index_limit - 1));
     }
     uint64_t count() const { return spiller_ ? spiller_->count() : store_.count(); }
-    static VertexAttributes attributes_of(const TriangleMesh& mesh) { return {!mesh.normals.empty(), !mesh.colors.empty()}; }
+    static VertexAttributes attributes_of(const TriangleMesh& mesh) { return {!mesh.normals.empty(), !mesh.colors.empty(), !mesh.uvs.empty()}; }
 
     Status add_mesh(const Shape& shape, std::optional<MeshPrefetch::Loaded> loaded) {
         if (!loaded) return stream_mesh(shape);
@@ -104,7 +105,7 @@ private:
         const uint64_t first = count();
         RAYPAGER_TRY(add_whole(shape, Placement(shape, position_cell_), mesh, loaded->issues));
         if (spiller_) add_weight(count() - first, mesh.positions.size(), attributes);
-        colored_ = attributes.colors;
+        vertices_have_ = attributes;
         out_.issues.add(loaded->issues);
         return {};
     }
@@ -112,13 +113,13 @@ private:
     Status stream_mesh(const Shape& shape) {
         MeshIssues issues;
         const Placement placement(shape, position_cell_);
-        MeshIntake intake(
-            placement, issues,
-            {[this](uint64_t bytes) { return fits(bytes); },
-             [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, const VertexAttributes& attributes) {
-                 return spill({shape, placement, indices, corners, attributes}, issues);
-             },
-             limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }, shape.vertex_colors, buffer_});
+        MeshIntake intake(placement, issues,
+                          {[this](uint64_t bytes) { return fits(bytes); },
+                           [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, const VertexAttributes& attributes) {
+                               return spill({shape, placement, indices, corners, attributes}, issues);
+                           },
+                           limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }, shape.vertex_colors,
+                           wants_uvs(scene_, shape), buffer_});
         const uint64_t first = count();
         RAYPAGER_TRY(shape.mesh->stream(intake, issues));
         RAYPAGER_TRY(intake.finish());
@@ -129,7 +130,7 @@ private:
             issues.not_compared += count() - first;
         }
         if (spiller_) add_weight(count() - first, intake.vertices(), intake.attributes());
-        colored_ = intake.attributes().colors;
+        vertices_have_ = intake.attributes();
         out_.issues.add(issues);
         return {};
     }
@@ -174,7 +175,7 @@ private:
                 for (size_t i = 3 * begin; i < 3 * end; i++) {
                     const uint32_t v = indices[i / 3][i % 3];
                     corners[i] = {mesh.positions[v], attributes.normals ? placement.normal(mesh.normals[v]) : RP_NONE,
-                                  attributes.colors ? point_color_code(mesh.colors[v]) : RP_NONE};
+                                  attributes.colors ? point_color_code(mesh.colors[v]) : RP_NONE, attributes.uvs ? mesh.uvs[v] : Float2{}};
                 }
             });
             RAYPAGER_TRY(spill({shape, placement, indices, corners, attributes}, issues));
@@ -246,7 +247,8 @@ private:
 
     // Shapes of the same material that do not shine share a range.
     void add_range(const Shape& shape, uint32_t first, uint32_t first_light) {
-        rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : colored_ ? RP_RANGE_VERTEX_COLOR : 0;
+        rp_u32 flags = shape.points && shape.points->has_color() ? RP_RANGE_POINT_COLOR : 0;
+        flags |= (vertices_have_.colors ? RP_RANGE_VERTEX_COLOR : 0) | (vertices_have_.uvs ? RP_RANGE_UV : 0);
         if (may_be_nothing(scene_.materials, shape.material)) flags |= RP_RANGE_CUTOUT;
         if (light_) flags |= std::min(*shape.area_light, RP_RANGE_AREA_LIGHTS) << RP_RANGE_AREA_LIGHT_SHIFT;
         const rp_primitive_range range = {first, shape.material, light_ ? first_light : RP_NONE, flags};
@@ -270,7 +272,7 @@ private:
     uint64_t bytes_begun_ = 0;          // of the meshes up to the one at hand
     size_t index_ = 0;                  // of the shape at hand
     const AreaLight* light_ = nullptr;  // that shape's, if it shines
-    bool colored_ = false;              // that shape's vertices have colours
+    VertexAttributes vertices_have_;    // of that shape
     std::vector<rp_light> unseen_;
 };
 

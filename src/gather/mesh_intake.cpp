@@ -5,12 +5,13 @@
 #include "base/check.hpp"
 #include "base/huge_pages.hpp"
 #include "block/point_code.hpp"
+#include "scene/clean_mesh.hpp"
 
 namespace raypager {
 
 // Besides the mesh itself: what looking for duplicate triangles and edges takes (scene/clean_mesh.cpp).
 uint64_t MeshIntake::memory_bytes(uint64_t vertices, uint64_t triangles, const VertexAttributes& attributes) {
-    return vertices * ((attributes.normals ? 24 : 12) + (attributes.colors ? 4 : 0) + 8) + triangles * (12 + 12);
+    return vertices * ((attributes.normals ? 24 : 12) + (attributes.colors ? 4 : 0) + (attributes.uvs ? 8 : 0) + 8) + triangles * (12 + 12);
 }
 
 Result<bool> MeshIntake::stays(uint64_t more_vertices, uint64_t more_triangles) {
@@ -25,7 +26,7 @@ Status MeshIntake::expect(uint64_t vertices, uint64_t triangles) {
     RAYPAGER_CHECK(mesh_.positions.empty() && mesh_.triangles.empty());
     expected_vertices_ = vertices;
     expected_triangles_ = triangles;
-    const auto in_memory = hooks_.fits(memory_bytes(vertices, triangles, {.normals = true, .colors = false}));
+    const auto in_memory = hooks_.fits(memory_bytes(vertices, triangles, {.normals = true}));
     if (!in_memory) return in_memory.status();
     if (!*in_memory) return move_to_file();
     reserve_huge(mesh_.positions, vertices);
@@ -34,26 +35,31 @@ Status MeshIntake::expect(uint64_t vertices, uint64_t triangles) {
 }
 
 Status MeshIntake::vertices(const MeshVertices& vertices) {
-    auto [positions, normals, colors] = vertices;
+    auto [positions, normals, colors, uvs] = vertices;
     if (!hooks_.colors) colors = {};
+    if (!hooks_.uvs) uvs = {};
     RAYPAGER_CHECK(normals.empty() || normals.size() == positions.size());
     RAYPAGER_CHECK(colors.empty() || colors.size() == positions.size());
+    RAYPAGER_CHECK(uvs.empty() || uvs.size() == positions.size());
     attributes_.normals |= !normals.empty();
     attributes_.colors |= !colors.empty();
+    attributes_.uvs |= !uvs.empty();
     if (!file_) {
         const auto in_memory = stays(positions.size(), 0);
         if (!in_memory) return in_memory.status();
         if (*in_memory) {
             if (!normals.empty()) reserve_huge(mesh_.normals, mesh_.positions.capacity());
             if (!colors.empty()) reserve_huge(mesh_.colors, mesh_.positions.capacity());
+            if (!uvs.empty()) reserve_huge(mesh_.uvs, mesh_.positions.capacity());
             mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
             mesh_.normals.insert(mesh_.normals.end(), normals.begin(), normals.end());
             mesh_.colors.insert(mesh_.colors.end(), colors.begin(), colors.end());
+            mesh_.uvs.insert(mesh_.uvs.end(), uvs.begin(), uvs.end());
             return {};
         }
         RAYPAGER_TRY(move_to_file());
     }
-    return append_to_file({positions, normals, colors});
+    return append_to_file({positions, normals, colors, uvs});
 }
 
 Status MeshIntake::triangles(std::span<const Triangle> indices) {
@@ -95,15 +101,15 @@ Status MeshIntake::move_to_file() {
 }
 
 Status MeshIntake::append_to_file(const MeshVertices& vertices) {
-    const auto& [positions, normals, colors] = vertices;
+    const auto& [positions, normals, colors, uvs] = vertices;
     constexpr size_t piece = size_t{1} << 16;
     std::vector<VertexBits> bits;
     for (size_t first = 0; first < positions.size(); first += piece) {
         bits.resize(std::min(piece, positions.size() - first));
         for (size_t i = 0; i < bits.size(); i++)
             bits[i] = {positions[first + i], normals.empty() ? RP_NONE : placement_.normal(normals[first + i]),
-                       colors.empty() ? RP_NONE : point_color_code(colors[first + i])};
-        RAYPAGER_TRY(file_->append(bits, attributes_.colors));
+                       colors.empty() ? RP_NONE : point_color_code(colors[first + i]), uvs.empty() ? Float2{} : usable_uv(uvs[first + i], issues_)};
+        RAYPAGER_TRY(file_->append(bits, attributes_));
     }
     return {};
 }

@@ -22,13 +22,14 @@ public:
         std::filesystem::path beside;                   // where the vertices go
         size_t chunk = 0;                               // triangles
         std::function<void(double fraction)> progress;  // of a mesh that is taken in chunks
-        bool colors = true;                             // of vertices are wanted
+        bool colors = true, uvs = true;                 // of vertices are wanted
         uint64_t buffer_bytes = 0;                      // that the source may take beside, while the mesh is in memory
     };
     MeshIntake(const Placement& placement, MeshIssues& issues, Hooks hooks) : placement_(placement), issues_(issues), hooks_(std::move(hooks)) {}
 
     Status expect(uint64_t vertices, uint64_t triangles) override;
     uint64_t buffer_bytes() const override { return file_ ? 0 : hooks_.buffer_bytes; }
+    bool wants_uvs() const override { return hooks_.uvs; }
     Status vertices(const MeshVertices& vertices) override;
     Status triangles(std::span<const Triangle> indices) override;
     // At the end of the stream: hands on the last chunk.

@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "gather/mesh_intake.hpp"
 #include "scene/clean_mesh.hpp"
+#include "scene/texture_use.hpp"
 
 namespace raypager {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 // Keeps a mesh as it comes, unless it grows too large.
 class SmallMeshSink final : public MeshSink {
 public:
-    SmallMeshSink(TriangleMesh& mesh, uint64_t limit, const std::atomic<bool>* stop) : mesh_(mesh), limit_(limit), stop_(stop) {}
+    SmallMeshSink(TriangleMesh& mesh, uint64_t limit, bool uvs, const std::atomic<bool>* stop) : mesh_(mesh), limit_(limit), uvs_(uvs), stop_(stop) {}
 
     Status expect(uint64_t vertices, uint64_t triangles) override {
         RAYPAGER_TRY(check(vertices, triangles));
@@ -31,6 +32,7 @@ public:
         mesh_.positions.insert(mesh_.positions.end(), vertices.positions.begin(), vertices.positions.end());
         mesh_.normals.insert(mesh_.normals.end(), vertices.normals.begin(), vertices.normals.end());
         mesh_.colors.insert(mesh_.colors.end(), vertices.colors.begin(), vertices.colors.end());
+        if (uvs_) mesh_.uvs.insert(mesh_.uvs.end(), vertices.uvs.begin(), vertices.uvs.end());
         return {};
     }
     Status triangles(std::span<const Triangle> indices) override {
@@ -39,12 +41,14 @@ public:
         return {};
     }
     uint64_t buffer_bytes() const override { return limit_ / buffer_share; }
+    bool wants_uvs() const override { return uvs_; }
     bool too_large() const { return too_large_; }
 
 private:
     Status check(uint64_t vertices, uint64_t triangles) {
         if (stop_ && *stop_) return Status::interrupted("stopped by a signal; nothing was written");
-        if (MeshIntake::memory_bytes(vertices, triangles, {.normals = true, .colors = !mesh_.colors.empty()}) <= limit_ - buffer_bytes()) return {};
+        const VertexAttributes attributes = {.normals = true, .colors = !mesh_.colors.empty(), .uvs = !mesh_.uvs.empty()};
+        if (MeshIntake::memory_bytes(vertices, triangles, attributes) <= limit_ - buffer_bytes()) return {};
         too_large_ = true;
         return Status::failed("too large to be read ahead");
     }
@@ -52,6 +56,7 @@ private:
     static constexpr uint64_t buffer_share = 16;
     TriangleMesh& mesh_;
     const uint64_t limit_;
+    const bool uvs_;
     const std::atomic<bool>* const stop_;
     bool too_large_ = false;
 };
@@ -94,7 +99,7 @@ void MeshPrefetch::work() {
         const size_t workers = workers_for_mesh(worker_count(), mine, behind + under_way_);
         under_way_ += mine;
         lock.unlock();
-        auto loaded = load(*scene_.shapes[slot.shape].mesh, workers);
+        auto loaded = load(scene_.shapes[slot.shape], workers);
         lock.lock();
         under_way_ -= mine;
         slot.loaded = std::move(loaded);
@@ -103,10 +108,11 @@ void MeshPrefetch::work() {
     }
 }
 
-std::optional<MeshPrefetch::Loaded> MeshPrefetch::load(const MeshSource& source, size_t workers) const {
+std::optional<MeshPrefetch::Loaded> MeshPrefetch::load(const Shape& shape, size_t workers) const {
+    const MeshSource& source = *shape.mesh;
     const WorkersAtMost helpers(workers);
     Loaded loaded;
-    SmallMeshSink sink(loaded.mesh, bytes_each_, stop_);
+    SmallMeshSink sink(loaded.mesh, bytes_each_, wants_uvs(scene_, shape), stop_);
     try {
         loaded.status = source.stream(sink, loaded.issues);
         if (sink.too_large()) return {};

@@ -35,7 +35,7 @@ public:
 
 private:
     void work();
-    std::optional<Loaded> load(const MeshSource& source, size_t workers) const;
+    std::optional<Loaded> load(const Shape& shape, size_t workers) const;
 
     struct Slot {
         size_t shape = 0;

@@ -15,6 +15,7 @@ template <class Record>
 void set_attributes(Record& record, size_t corner, const VertexBits& vertex) {
     if constexpr (requires { record.normals; }) record.normals[corner] = vertex.normal;
     if constexpr (requires { record.colors; }) record.colors[corner] = vertex.color;
+    if constexpr (requires { record.uvs; }) record.uvs[corner] = vertex.uv;
 }
 
 }  // namespace
@@ -72,6 +73,7 @@ Result<std::unique_ptr<Spiller>> Spiller::create(const std::filesystem::path& be
 }
 
 Status Spiller::add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues) {
+    if (triangles.attributes.uvs) return add_as<TexturedTriangleRecord>(textured_records, triangles, light, lights, issues);
     if (triangles.attributes.colors) return add_as<ColoredTriangleRecord>(colored_records, triangles, light, lights, issues);
     if (triangles.attributes.normals) return add_as<ShadedTriangleRecord>(shaded_records, triangles, light, lights, issues);
     return add_as<TriangleRecord>(triangle_records, triangles, light, lights, issues);
@@ -143,7 +145,8 @@ Status Spiller::add(const World& world, size_t at_once) {
         }
         uint32_t end = i + 1;
         while (end < all && end - i < at_once && !world.is_sphere(end)) end++;
-        RAYPAGER_TRY(!world.colors.empty()    ? add_run<ColoredTriangleRecord>(colored_records, world, i, end)
+        RAYPAGER_TRY(!world.uvs.empty()       ? add_run<TexturedTriangleRecord>(textured_records, world, i, end)
+                     : !world.colors.empty()  ? add_run<ColoredTriangleRecord>(colored_records, world, i, end)
                      : !world.normals.empty() ? add_run<ShadedTriangleRecord>(shaded_records, world, i, end)
                                               : add_run<TriangleRecord>(triangle_records, world, i, end));
         i = end;

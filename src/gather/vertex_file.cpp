@@ -11,8 +11,12 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t page_vertices = 4096;  // 64 to 80 KiB
-constexpr size_t colorless = offsetof(VertexBits, color);
+constexpr uint32_t page_vertices = 4096;  // 64 to 112 KiB
+
+// The front of a vertex, up to the last attribute that any has.
+size_t stride_of(const VertexAttributes& attributes) {
+    return attributes.uvs ? sizeof(VertexBits) : attributes.colors ? offsetof(VertexBits, uv) : offsetof(VertexBits, color);
+}
 
 // The corners filed under the page of their vertex: those of page p are corners[first[p]] .. corners[first[p + 1] - 1].
 struct CornersByPage {
@@ -38,9 +42,9 @@ Result<VertexFile> VertexFile::create(const std::filesystem::path& beside) {
     return vertices;
 }
 
-Status VertexFile::append(std::span<const VertexBits> vertices, bool colors) {
-    if (count_ == 0) stride_ = colors ? sizeof(VertexBits) : colorless;
-    RAYPAGER_CHECK(stride_ == (colors ? sizeof(VertexBits) : colorless));
+Status VertexFile::append(std::span<const VertexBits> vertices, const VertexAttributes& attributes) {
+    if (count_ == 0) stride_ = stride_of(attributes);
+    RAYPAGER_CHECK(stride_ == stride_of(attributes));
     packed_.resize(vertices.size() * stride_);
     for (size_t i = 0; i < vertices.size(); i++) std::memcpy(&packed_[i * stride_], &vertices[i], stride_);
     const auto offset = file_->append(packed_);

@@ -8,6 +8,7 @@
 #include "base/files.hpp"
 #include "raypager/scene.hpp"
 #include "world/vertex_table.hpp"
+#include "world/world.hpp"
 
 namespace raypager {
 
@@ -15,8 +16,8 @@ class VertexFile {
 public:
     // In the folder of `beside`.
     static Result<VertexFile> create(const std::filesystem::path& beside);
-    // colors: whether any vertex has one; the same in every call.
-    Status append(std::span<const VertexBits> vertices, bool colors);
+    // attributes: that any vertex has; the same in every call.
+    Status append(std::span<const VertexBits> vertices, const VertexAttributes& attributes);
     uint64_t size() const { return count_; }
     // The three corners of each triangle. Every page of the file that holds any of them is read once, in order, whatever the order of the
     // triangles: a scanned mesh, whose triangles use vertices that lie together, reads little more than what it uses.
@@ -26,7 +27,7 @@ public:
 private:
     std::shared_ptr<SpillFile> file_;
     uint64_t count_ = 0;
-    size_t stride_ = 0;  // bytes of a vertex: most meshes have no colours, which then take no room
+    size_t stride_ = 0;  // bytes of a vertex: what no vertex has takes no room
     std::vector<std::byte> packed_;
 };
 

@@ -21,11 +21,11 @@ constexpr size_t items_at_once = size_t{1} << 16;
 uint64_t WorldStore::memory_bytes(uint64_t more) const {
     const auto bytes = [](const auto& array) { return array.size() * sizeof array[0]; };
     const auto moved = [&](const auto& array) { return (array.capacity() - array.size()) * sizeof array[0] <= more ? bytes(array) : 0; };
-    const auto& [positions, normals, colors, primitives, spheres, ids, bounds] = world_;
+    const auto& [positions, normals, colors, uvs, primitives, spheres, ids, bounds] = world_;
     // Of a vertex: its normal, which may be still to come, and how many triangles share it.
-    const uint64_t others = positions.size() * (sizeof normals[0] + 1) + bytes(colors);
+    const uint64_t others = positions.size() * (sizeof normals[0] + 1) + bytes(colors) + bytes(uvs);
     return bytes(positions) + others + bytes(primitives) + bytes(spheres) +
-           std::max({moved(positions), moved(normals), moved(colors), moved(primitives), moved(spheres), primitives.size() * cut_memory});
+           std::max({moved(positions), moved(normals), moved(colors), moved(uvs), moved(primitives), moved(spheres), primitives.size() * cut_memory});
 }
 
 Status WorldStore::add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share) {
@@ -34,6 +34,7 @@ Status WorldStore::add(const Shape& shape, const Placement& placement, TriangleM
     place_positions(placement, mesh);
     place_normals(placement, mesh, base);
     place_colors(mesh, base);
+    place_uvs(mesh, base);
     RAYPAGER_TRY(check_range(shape, mesh, base));
     if (mesh.positions.size() > own_vertices_of_a_soup * mesh.triangles.size()) weld(mesh, base);
     place_triangles(placement, mesh, static_cast<uint32_t>(base), issues, share);
@@ -96,18 +97,26 @@ void WorldStore::place_colors(const TriangleMesh& mesh, uint64_t base) {
     });
 }
 
+void WorldStore::place_uvs(const TriangleMesh& mesh, uint64_t base) {
+    if (mesh.uvs.empty() && world_.uvs.empty()) return;
+    world_.uvs.resize(world_.positions.size());
+    std::copy(mesh.uvs.begin(), mesh.uvs.end(), world_.uvs.begin() + static_cast<ptrdiff_t>(base));
+}
+
 void WorldStore::weld(TriangleMesh& mesh, uint64_t base) {
     VertexTable table(mesh.triangles.size());
     for (Triangle& t : mesh.triangles)
         for (uint32_t& v : t) v = table.number(world_.vertex(static_cast<uint32_t>(base) + v));
-    const auto& vertices = table.vertices();
-    world_.positions.resize(base + vertices.size());
+    world_.positions.resize(base + table.size());
     if (!world_.normals.empty()) world_.normals.resize(world_.positions.size());
     if (!world_.colors.empty()) world_.colors.resize(world_.positions.size());
-    for (size_t i = 0; i < vertices.size(); i++) {
-        world_.positions[base + i] = vertices[i].position;
-        if (!world_.normals.empty()) world_.normals[base + i] = vertices[i].normal;
-        if (!world_.colors.empty()) world_.colors[base + i] = vertices[i].color;
+    if (!world_.uvs.empty()) world_.uvs.resize(world_.positions.size());
+    for (size_t i = 0; i < table.size(); i++) {
+        const VertexBits vertex = table[i];
+        world_.positions[base + i] = vertex.position;
+        if (!world_.normals.empty()) world_.normals[base + i] = vertex.normal;
+        if (!world_.colors.empty()) world_.colors[base + i] = vertex.color;
+        if (!world_.uvs.empty()) world_.uvs[base + i] = vertex.uv;
     }
 }
 

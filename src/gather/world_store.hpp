@@ -42,6 +42,8 @@ private:
 
     void place_colors(const TriangleMesh& mesh, uint64_t base);
 
+    void place_uvs(const TriangleMesh& mesh, uint64_t base);
+
     // Makes vertices one that are alike in every bit. Blocks do so in any case, but here it saves memory, and how many bytes a triangle
     // will take is estimated by who shares its vertices.
     void weld(TriangleMesh& mesh, uint64_t base);

@@ -17,7 +17,9 @@ namespace {
 
 constexpr uint64_t most_looked_at = uint64_t{1} << 20;  // triangles of a mesh that need not be read as a whole
 
-uint64_t bytes_of_mesh(const TriangleMesh& mesh) { return mesh.positions.size() * sizeof(Float3) * 2 + mesh.triangles.size() * sizeof(Triangle); }
+uint64_t bytes_of_mesh(const TriangleMesh& mesh) {
+    return mesh.positions.size() * sizeof(Float3) * 2 + mesh.uvs.size() * sizeof(Float2) + mesh.triangles.size() * sizeof(Triangle);
+}
 
 // What it has is shown, and kept if there is room for it.
 Status keep_whole(const MeshFile& file, TriangleMesh mesh, const MeshIssues& issues, uint64_t& keep_bytes, const LookAtMesh& look) {

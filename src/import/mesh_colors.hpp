@@ -28,6 +28,7 @@ inline void color_corners(TriangleMesh& mesh, PolygonBuilder& polygons) {
     const SplitVertices split = split_vertices(mesh.triangles, polygons.attributes(), mesh.positions.size());
     append_copies(mesh.positions, split);
     if (!mesh.normals.empty()) append_copies(mesh.normals, split);
+    if (!mesh.uvs.empty()) append_copies(mesh.uvs, split);
     if (mesh.colors.empty()) mesh.colors.assign(mesh.positions.size() - split.source.size(), no_color);
     append_copies(mesh.colors, split);
     for (size_t i = 0; i < mesh.colors.size(); ++i)

@@ -17,7 +17,8 @@ namespace {
 
 Status read_obj_mesh(const InputFile& file, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
     ObjModel model;
-    RAYPAGER_TRY(read_obj(file, view.origin, model));
+    const auto wanted = [](const std::vector<std::string>&) { return true; };
+    RAYPAGER_TRY(read_obj(file, view.origin, view.uvs ? WantsUvs(wanted) : WantsUvs(), model));
     mesh = std::move(model.mesh);
     std::replace(mesh.colors.begin(), mesh.colors.end(), RP_NONE, no_color);
     issues.add(model.issues);
@@ -26,7 +27,7 @@ Status read_obj_mesh(const InputFile& file, const MeshView& view, TriangleMesh& 
 
 Status read_mesh(const InputFile& file, MeshFormat format, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
     if (format == MeshFormat::obj) return read_obj_mesh(file, view, mesh, issues);
-    if (format == MeshFormat::off) return read_off(file, view.origin, mesh, issues);
+    if (format == MeshFormat::off) return read_off(file, view, mesh, issues);
     if (format == MeshFormat::stl) return read_stl(file, view.origin, mesh, issues);
     const auto header = read_ply_header(file);
     if (!header) return header.status();
@@ -91,26 +92,38 @@ Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
     const auto file = InputFile::open(path_);
     if (!file) return file.status();
     MeshIssues found;
+    MeshView view = look_.view;
+    view.uvs = sink.wants_uvs();
     try {
         if (format_ == MeshFormat::ply) {
             const auto header = read_ply_header(*file);
             if (!header) return header.status();
+            if (view.uvs) warn_of_wedge_uvs(*header, found);
             if (header->encoding != PlyEncoding::ascii) {
                 for (const std::string& warning : header->warnings) found.warn("ply header", warning);
-                const Status status = stream_ply_binary(*file, *header, look_.view, sink, found);
+                const Status status = stream_ply_binary(*file, *header, view, sink, found);
                 warn(found);
                 issues.add(found);
                 return status;
             }
         }
         TriangleMesh mesh;
-        RAYPAGER_TRY(read_mesh(*file, format_, look_.view, mesh, found));
+        RAYPAGER_TRY(read_mesh(*file, format_, view, mesh, found));
         warn(found);
         issues.add(found);
         return hand_on(mesh);
     } catch (const std::bad_alloc&) {
         return Status::failed(fmt::format("{}: not enough memory for its mesh; as binary PLY it could be read in pieces", path_.string()));
     }
+}
+
+void MeshFile::warn_of_wedge_uvs(const PlyHeader& header, MeshIssues& issues) const {
+    const auto layout = find_ply_layout(header, path_.string(), true);
+    if (!layout || layout->uv || !layout->wedge_uvs) return;
+    issues.warn("ply wedge uvs",
+                fmt::format("{}: its coordinates of textures are those of corners of faces, which are not read; its textures are seen at "
+                            "(0, 0) alone; write it with one pair for each vertex",
+                            path_.string()));
 }
 
 void MeshFile::warn(MeshIssues& issues) const {

@@ -41,6 +41,7 @@ private:
     std::optional<Kept> take_kept() const;
     MeshFile(std::filesystem::path path, MeshFormat format, const MeshLook& look, uint64_t bytes)
         : path_(std::move(path)), format_(format), look_(look), bytes_(bytes) {}
+    void warn_of_wedge_uvs(const PlyHeader& header, MeshIssues& issues) const;
     void warn(MeshIssues& issues) const;  // of what the first look has found
 
     std::filesystem::path path_;

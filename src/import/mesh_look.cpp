@@ -169,7 +169,7 @@ void sample_stl_binary(const InputFile& file, uint64_t triangles, Sample& sample
 Status look_at_ply(const InputFile& file, Sample& sample, MeshLook& look, bool& single_precision) {
     const auto header = read_ply_header(file);
     if (!header) return header.status();
-    const auto layout = find_ply_layout(*header, file.path().string());
+    const auto layout = find_ply_layout(*header, file.path().string(), false);
     if (!layout) return layout.status();
     if (header->encoding == PlyEncoding::ascii) {
         sample_ply_text(file, *header, *layout, sample);

@@ -16,6 +16,7 @@ enum class MeshFormat { ply, obj, stl, off };
 struct MeshView {
     std::array<double, 3> origin = {0, 0, 0};  // taken off all positions, before these are rounded to single precision
     double color_scale = 1;                    // of the colours of PLY vertices: the number that stands for all of a primary
+    bool uvs = true;                           // coordinates of textures are wanted
 };
 
 // PLY in either byte order, with any layout of properties; other elements are skipped.
@@ -23,7 +24,7 @@ Status read_ply_binary(const InputFile& file, const PlyHeader& header, const Mes
 // The same, piece by piece in little memory, if PlyLayout::in_pieces().
 Status stream_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, MeshSink& sink, MeshIssues& issues);
 Status read_ply_text(const InputFile& file, const PlyHeader& header, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues);
-Status read_off(const InputFile& file, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues);
+Status read_off(const InputFile& file, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues);
 Status read_stl(const InputFile& file, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues);
 
 }  // namespace raypager

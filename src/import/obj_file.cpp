@@ -6,6 +6,7 @@
 #include <new>
 
 #include "import/mesh_colors.hpp"
+#include "import/obj_materials.hpp"
 #include "import/text.hpp"
 #include "scene/clean_mesh.hpp"
 
@@ -62,7 +63,11 @@ Result<std::shared_ptr<const ObjModel>> ObjFile::model() const {
     if (!file) return file.status();
     try {
         auto model = std::make_shared<ObjModel>();
-        RAYPAGER_TRY(read_obj(*file, look_.view.origin, *model));
+        const auto wants_uvs = [this](const std::vector<std::string>& libraries) {
+            const ObjLibraries known = read_obj_libraries(path_, libraries);
+            return std::any_of(known.materials.begin(), known.materials.end(), [](const ObjMaterial& material) { return material.has_image; });
+        };
+        RAYPAGER_TRY(read_obj(*file, look_.view.origin, wants_uvs, *model));
         const std::lock_guard lock(mutex_);
         shared_ = model;
         return std::shared_ptr<const ObjModel>(std::move(model));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <numeric>
@@ -12,6 +11,7 @@
 #include "import/index_table.hpp"
 #include "import/line_reader.hpp"
 #include "import/mesh_colors.hpp"
+#include "import/obj_corners.hpp"
 #include "import/polygons.hpp"
 #include "import/text.hpp"
 
@@ -19,10 +19,10 @@ namespace raypager {
 namespace {
 
 // Statements of the format that say nothing about vertices, faces and materials.
-constexpr std::string_view ignored_statements[] = {"vt",    "vp",   "vc",       "g",        "o",      "s",   "mg",         "usemap",   "maplib",
-                                                   "bevel", "lod",  "c_interp", "d_interp", "cstype", "deg", "bmat",       "step",     "parm",
-                                                   "trim",  "hole", "scrv",     "sp",       "end",    "con", "call",       "csh",      "ctech",
-                                                   "stech", "cdc",  "cdp",      "bzp",      "bsp",    "res", "shadow_obj", "trace_obj"};
+constexpr std::string_view ignored_statements[] = {"vp",   "vc",       "g",        "o",      "s",   "mg",         "usemap",   "maplib", "bevel",
+                                                   "lod",  "c_interp", "d_interp", "cstype", "deg", "bmat",       "step",     "parm",   "trim",
+                                                   "hole", "scrv",     "sp",       "end",    "con", "call",       "csh",      "ctech",  "stech",
+                                                   "cdc",  "cdp",      "bzp",      "bsp",    "res", "shadow_obj", "trace_obj"};
 constexpr std::string_view undrawn_statements[] = {"p", "l", "curv", "curv2", "surf"};
 
 constexpr uint64_t max_vertices = 0xfffffffe;
@@ -34,8 +34,14 @@ bool is_one_of(std::string_view word, const std::string_view (&words)[N]) {
 
 class ObjReader {
 public:
-    ObjReader(const InputFile& file, const std::array<double, 3>& origin, ObjModel& model)
-        : name_(file.path().string()), lines_(file), origin_(origin), model_(model), mesh_(model.mesh), polygons_(model.mesh, model.issues) {}
+    ObjReader(const InputFile& file, const std::array<double, 3>& origin, const WantsUvs& wants_uvs, ObjModel& model)
+        : name_(file.path().string()),
+          lines_(file),
+          origin_(origin),
+          wants_uvs_(wants_uvs),
+          model_(model),
+          mesh_(model.mesh),
+          polygons_(model.mesh, model.issues) {}
 
     Status read() {
         std::string joined;  // a line that goes on in the next one
@@ -78,6 +84,7 @@ private:
         const std::string_view keyword = words_[0];
         if (keyword == "v") return vertex();
         if (keyword == "vn") return normal();
+        if (keyword == "vt") return uv(), Status();
         if (keyword == "f" || keyword == "fo") return face();
         if (keyword == "usemtl") return use_material(std::string(name_behind_keyword(line))), Status();
         if (keyword == "mtllib") return name_library(std::string(name_behind_keyword(line))), Status();
@@ -128,44 +135,39 @@ private:
             }
     }
 
-    // Equal normals are one, so that the corners that name them share their vertices.
     Status normal() {
         std::array<double, 3> n = {};
         RAYPAGER_TRY(numbers(n));
-        Float3 normal = {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])};
-        if (!std::isfinite(normal.x) || !std::isfinite(normal.y) || !std::isfinite(normal.z)) normal = {};
-        const auto hash = [](const Float3& v) {
-            const auto bits = [](float x) { return uint64_t{std::bit_cast<uint32_t>(x + 0.0f)}; };
-            return bits(v.x) * 0x9e3779b97f4a7c15u ^ bits(v.y) * 0xc2b2ae3d27d4eb4fu ^ bits(v.z) << 21;
-        };
-        const auto next = static_cast<uint32_t>(normals_.size());
-        const uint32_t found = known_normals_.find_or_add(
-            hash(normal), next, [&](uint32_t i) { return hash(normals_[i]); }, [&](uint32_t i) { return normals_[i] == normal; });
-        if (found == next) normals_.push_back(normal);
-        normal_numbers_.push_back(found);
+        corner_attributes_.add_normal({static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
         return {};
+    }
+
+    // vt u, vt u v or vt u v w. What is no number is found when it is used.
+    void uv() {
+        if (!wants_uvs_) return;
+        const auto coordinate = [this](size_t i) { return i < words_.size() ? static_cast<float>(parse_number(words_[i]).value_or(NAN)) : 0.0f; };
+        corner_attributes_.add_uv({coordinate(1), coordinate(2)});
     }
 
     Status face() {
         any_faces_ = true;
         corners_.clear();
+        corner_uvs_.clear();
         corner_normals_.clear();
-        bool has_normals = false;
         for (size_t i = 1; i < words_.size(); ++i) {
-            int64_t vertex = 0, normal = 0;
-            if (!parse_corner(words_[i], vertex, normal)) return lines_.bad(fmt::format("\"{}\" is no corner of a face", clipped(words_[i])));
-            corners_.push_back(resolve(vertex, mesh_.positions.size()));
-            corner_normals_.push_back(resolve(normal, normal_numbers_.size()));
-            has_normals = has_normals || corner_normals_.back() != RP_NONE;
+            int64_t parts[3] = {};
+            if (!parse_corner(words_[i], parts)) return lines_.bad(fmt::format("\"{}\" is no corner of a face", clipped(words_[i])));
+            corners_.push_back(resolve(parts[0], mesh_.positions.size()));
+            corner_uvs_.push_back(wants_uvs_ ? resolve(parts[1], corner_attributes_.uvs()) : RP_NONE);
+            corner_normals_.push_back(resolve(parts[2], corner_attributes_.normals()));
         }
         if (model_.runs.empty()) use_material("");
-        polygons_.add(corners_, has_normals ? std::span<const uint32_t>(corner_normals_) : std::span<const uint32_t>());
+        polygons_.add(corners_, corner_attributes_.attributes(polygons_.attributes(), corner_uvs_, corner_normals_));
         return {};
     }
 
     // vertex, vertex/texture, vertex//normal or vertex/texture/normal.
-    static bool parse_corner(std::string_view word, int64_t& vertex, int64_t& normal) {
-        int64_t parts[3] = {0, 0, 0};
+    static bool parse_corner(std::string_view word, int64_t (&parts)[3]) {
         const char *at = word.data(), *const end = word.data() + word.size();
         for (size_t part = 0;; ++at) {
             const auto [stop, error] = std::from_chars(at, end, parts[part]);
@@ -175,8 +177,6 @@ private:
             if (at == end) break;
             if (*at != '/' || ++part == 3) return false;
         }
-        vertex = parts[0];
-        normal = parts[2];
         return true;
     }
 
@@ -229,24 +229,7 @@ private:
         polygons_.cut_concave();
         color_vertices();
         model_.sort_runs();
-        if (polygons_.attributes().empty()) return;
-        number_normals(polygons_.attributes());
-        const SplitVertices split = split_vertices(mesh_.triangles, polygons_.attributes(), mesh_.positions.size());
-        if (std::all_of(split.attribute.begin(), split.attribute.end(), [](uint32_t n) { return n == RP_NONE; })) return;
-        append_copies(mesh_.positions, split);
-        if (!mesh_.colors.empty()) append_copies(mesh_.colors, split);
-        mesh_.normals.resize(mesh_.positions.size());
-        for (size_t i = 0; i < mesh_.normals.size(); ++i)
-            if (split.attribute[i] != RP_NONE) mesh_.normals[i] = normals_[split.attribute[i]];
-    }
-
-    // From numbers of "vn" statements to those of different normals. What is zero is none.
-    void number_normals(std::vector<Triangle>& corners) const {
-        for (Triangle& t : corners)
-            for (uint32_t& n : t) {
-                n = n < normal_numbers_.size() ? normal_numbers_[n] : RP_NONE;
-                if (n != RP_NONE && normals_[n] == Float3{}) n = RP_NONE;
-            }
+        corner_attributes_.split(mesh_, polygons_.attributes(), corner_attributes_.uvs() > 0 && wants_uvs_(model_.libraries));
     }
 
     void color_vertices() {
@@ -279,18 +262,18 @@ private:
     const std::string name_;
     LineReader lines_;
     const std::array<double, 3> origin_;
+    const WantsUvs& wants_uvs_;
     ObjModel& model_;
     TriangleMesh& mesh_;
     PolygonBuilder polygons_;
     bool any_faces_ = false;
-    std::vector<Float3> normals_;  // those that differ
-    std::vector<uint32_t> normal_numbers_;
-    IndexTable known_normals_, known_materials_;
+    ObjCorners corner_attributes_;
+    IndexTable known_materials_;
     std::vector<std::array<float, 4>> colors_;  // what follows the coordinates; up to the last vertex that has it
     std::vector<uint32_t> painted_;
     Lines unknown_, not_drawn_;
     std::vector<std::string_view> words_;  // scratch, as are these:
-    std::vector<uint32_t> corners_, corner_normals_;
+    std::vector<uint32_t> corners_, corner_uvs_, corner_normals_;
 };
 
 // Numbers the vertices of a part in the order in which they come: by a table of all between the least and the most, but where the part has few of
@@ -332,11 +315,13 @@ std::span<const uint64_t> ObjModel::runs_of(uint32_t material) const {
 uint64_t ObjModel::end_of_run(uint64_t run) const { return run + 1 < runs.size() ? runs[run + 1].first : mesh.triangles.size(); }
 
 uint64_t ObjModel::bytes() const {
-    return mesh.positions.size() * sizeof(Float3) + mesh.normals.size() * sizeof(Float3) + mesh.colors.size() * 4 +
+    return mesh.positions.size() * sizeof(Float3) + mesh.normals.size() * sizeof(Float3) + mesh.colors.size() * 4 + mesh.uvs.size() * sizeof(Float2) +
            mesh.triangles.size() * sizeof(Triangle);
 }
 
-Status read_obj(const InputFile& file, const std::array<double, 3>& origin, ObjModel& model) { return ObjReader(file, origin, model).read(); }
+Status read_obj(const InputFile& file, const std::array<double, 3>& origin, const WantsUvs& wants_uvs, ObjModel& model) {
+    return ObjReader(file, origin, wants_uvs, model).read();
+}
 
 TriangleMesh part_of_obj(const ObjModel& model, uint32_t material, uint32_t plain) {
     TriangleMesh part;
@@ -367,6 +352,7 @@ TriangleMesh part_of_obj(const ObjModel& model, uint32_t material, uint32_t plai
                 part.positions.push_back(model.mesh.positions[t[k]]);
                 if (!model.mesh.normals.empty()) part.normals.push_back(model.mesh.normals[t[k]]);
                 if (!model.mesh.colors.empty()) part.colors.push_back(model.mesh.colors[t[k]]);
+                if (!model.mesh.uvs.empty()) part.uvs.push_back(model.mesh.uvs[t[k]]);
                 colored = colored || (!model.mesh.colors.empty() && model.mesh.colors[t[k]] != RP_NONE);
             }
             mine[k] = number;

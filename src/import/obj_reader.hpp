@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,8 +34,10 @@ private:
     std::vector<uint64_t> runs_by_material_;
 };
 
-// Coordinates are relative to origin. An error if there are no faces.
-Status read_obj(const InputFile& file, const std::array<double, 3>& origin, ObjModel& model);
+// Whether coordinates of textures are wanted of a model that names these libraries. Asked when all of it has been read.
+using WantsUvs = std::function<bool(const std::vector<std::string>& libraries)>;
+// Coordinates are relative to origin. wants_uvs: where there is none, they are not. An error if there are no faces.
+Status read_obj(const InputFile& file, const std::array<double, 3>& origin, const WantsUvs& wants_uvs, ObjModel& model);
 
 // The triangles that have this material, with the vertices that they use; those without a colour get `plain`, but where none has a colour, colours
 // stay away.

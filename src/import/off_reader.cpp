@@ -26,8 +26,8 @@ std::optional<uint64_t> parse_whole(std::string_view word) {
 
 class OffReader {
 public:
-    OffReader(const InputFile& file, OffLayout layout, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues)
-        : file_(file), lines_(file), layout_(layout), origin_(origin), mesh_(mesh), issues_(issues), polygons_(mesh, issues) {}
+    OffReader(const InputFile& file, OffLayout layout, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues)
+        : file_(file), lines_(file), layout_(layout), origin_(view.origin), uvs_(view.uvs), mesh_(mesh), issues_(issues), polygons_(mesh, issues) {}
 
     Status read() {
         RAYPAGER_TRY(header());
@@ -138,6 +138,13 @@ private:
         if (layout_ == OffLayout::lines) {
             const size_t texture = has_texture_ ? std::min<size_t>(2, words_.size() - at_) : 0;
             take_color(vertex_colors_, mesh_.positions.size() - 1, words_.size() - at_ - texture);
+            at_ = words_.size() - texture;
+            if (has_texture_) {
+                // Where there are too few numbers, these are the colour's or none.
+                std::array<double, 2> uv = {};
+                for (size_t i = 0; i < 2 && texture == 2; ++i) uv[i] = parse_number(words_[at_ + i]).value_or(NAN);
+                add_uv(uv);
+            }
             at_ = words_.size();
             return {};
         }
@@ -146,11 +153,15 @@ private:
             take_color(vertex_colors_, mesh_.positions.size() - 1, 4);
             at_ += 4;
         }
-        for (size_t i = 0; i < 2 && has_texture_; ++i) {
-            double unused = 0;
-            RAYPAGER_TRY(number(unused));
-        }
+        if (!has_texture_) return {};
+        std::array<double, 2> uv = {};
+        for (double& coordinate : uv) RAYPAGER_TRY(number(coordinate));
+        add_uv(uv);
         return {};
+    }
+
+    void add_uv(const std::array<double, 2>& uv) {
+        if (uvs_) mesh_.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
     }
 
     Status face() {
@@ -228,6 +239,7 @@ private:
     LineReader lines_;
     const OffLayout layout_;
     const std::array<double, 3> origin_;
+    const bool uvs_;
     TriangleMesh& mesh_;
     MeshIssues& issues_;
     PolygonBuilder polygons_;
@@ -242,14 +254,14 @@ private:
 
 }  // namespace
 
-Status read_off(const InputFile& file, const std::array<double, 3>& origin, TriangleMesh& mesh, MeshIssues& issues) {
+Status read_off(const InputFile& file, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
     // Most files have an item a line, and where one is damaged, the line says so. What cannot be read like that may be laid out otherwise.
     MeshIssues found;
-    const Status by_lines = OffReader(file, OffLayout::lines, origin, mesh, found).read();
+    const Status by_lines = OffReader(file, OffLayout::lines, view, mesh, found).read();
     if (!by_lines.ok()) {
         TriangleMesh other;
         found = {};
-        if (!OffReader(file, OffLayout::words, origin, other, found).read().ok()) return by_lines;
+        if (!OffReader(file, OffLayout::words, view, other, found).read().ok()) return by_lines;
         mesh = std::move(other);
     }
     issues.add(found);

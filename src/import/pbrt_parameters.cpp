@@ -237,6 +237,17 @@ std::vector<Float3> PbrtParameters::points(std::string_view name) const {
     return result;
 }
 
+// Whatever may be wrong with these, the surface is the same.
+std::vector<Float2> PbrtParameters::uvs() const {
+    std::vector<Float2> result;
+    const PbrtParameter* p = find({"uv", "st"});
+    if (!p) return result;
+    result.reserve(p->numbers.size() / 2);
+    for (size_t i = 0; i + 1 < p->numbers.size(); i += 2)
+        result.push_back({static_cast<float>(p->numbers[i]), static_cast<float>(p->numbers[i + 1])});
+    return result;
+}
+
 std::vector<uint32_t> PbrtParameters::indices(std::string_view name) const {
     std::vector<uint32_t> result;
     const PbrtParameter* p = find(name);

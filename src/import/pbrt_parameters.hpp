@@ -45,6 +45,7 @@ public:
     std::array<double, 3> point(std::string_view name, const std::array<double, 3>& fallback) const;
     // x y z triples; empty if absent.
     std::vector<Float3> points(std::string_view name) const;
+    std::vector<Float2> uvs() const;                             // "uv" or "st", pairs of u and v; empty if absent
     std::vector<uint32_t> indices(std::string_view name) const;  // negative ones become RP_NONE
     const Status& status() const { return error_; }
 

@@ -235,6 +235,8 @@ private:
     Status ply_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status points(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
+    // Drops them if there are not as many as points.
+    void check_uvs(const Directive& directive, size_t points, std::vector<Float2>& uvs);
     Status add_shape(const Directive& directive, Shape shape);
     Status cut_out(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
 

@@ -128,10 +128,17 @@ Status PbrtReader::mesh_in_memory(const Directive& directive, TriangleMesh mesh,
     return {};
 }
 
+void PbrtReader::check_uvs(const Directive& directive, size_t points, std::vector<Float2>& uvs) {
+    if (uvs.empty() || uvs.size() == points) return;
+    warn(directive.location, fmt::format("a mesh has {} pairs of uv for {} points; they are ignored", uvs.size(), points));
+    uvs.clear();
+}
+
 Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     TriangleMesh mesh;
     mesh.positions = parameters.points("P");
     mesh.normals = parameters.points("N");
+    mesh.uvs = parameters.uvs();
     std::vector<uint32_t> indices = parameters.indices("indices");
     RAYPAGER_TRY(parameters.status());
     if (indices.empty() && mesh.positions.size() == 3) indices = {0, 1, 2};
@@ -144,6 +151,7 @@ Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameter
         warn(directive.location, fmt::format("a mesh has {} normals for {} points; they are ignored", mesh.normals.size(), mesh.positions.size()));
         mesh.normals.clear();
     }
+    check_uvs(directive, mesh.positions.size(), mesh.uvs);
     mesh.triangles.reserve(indices.size() / 3);
     for (size_t i = 0; i + 2 < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
     return mesh_in_memory(directive, std::move(mesh), shape);

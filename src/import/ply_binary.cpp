@@ -97,6 +97,7 @@ public:
         reserve_huge(mesh_.positions, room(layout_.vertices->count));
         if (layout_.normal) reserve_huge(mesh_.normals, room(layout_.vertices->count));
         if (layout_.vertex_color) reserve_huge(mesh_.colors, room(layout_.vertices->count));
+        if (layout_.uv) reserve_huge(mesh_.uvs, room(layout_.vertices->count));
         reserve_huge(mesh_.triangles, room(faces));
         for (const PlyElement& element : header_.elements) {
             if (&element == layout_.vertices && !element.has_list())
@@ -134,11 +135,12 @@ private:
     Status hand_on() {
         if (!sink_) return {};
         if (out_.polygons().any_to_cut()) RAYPAGER_TRY(cut_polygons());
-        if (!mesh_.positions.empty()) RAYPAGER_TRY(sink_->vertices({mesh_.positions, mesh_.normals, mesh_.colors}));
+        if (!mesh_.positions.empty()) RAYPAGER_TRY(sink_->vertices({mesh_.positions, mesh_.normals, mesh_.colors, mesh_.uvs}));
         if (!mesh_.triangles.empty()) RAYPAGER_TRY(sink_->triangles(mesh_.triangles));
         mesh_.positions.clear();
         mesh_.normals.clear();
         mesh_.colors.clear();
+        mesh_.uvs.clear();
         mesh_.triangles.clear();
         return {};
     }
@@ -301,19 +303,23 @@ private:
             mesh_.positions[at] = moved_ ? moved_position(vertex) : vector(vertex, layout_.position);
             if (layout_.normal) mesh_.normals[at] = vector(vertex, {(*layout_.normal)[0], (*layout_.normal)[1], (*layout_.normal)[2]});
             if (layout_.vertex_color) mesh_.colors[at] = color(element, vertex);
+            if (!layout_.uv) return;
+            const auto coordinate = [&](size_t p) { return load_float(vertex + offsets_[p], element.properties[p].type, swap_); };
+            mesh_.uvs[at] = {coordinate((*layout_.uv)[0]), coordinate((*layout_.uv)[1])};
         };
         size_t base = 0;
         const auto resize = [&](size_t count) {
             mesh_.positions.resize(base + count);
             if (layout_.normal) mesh_.normals.resize(base + count);
             if (layout_.vertex_color) mesh_.colors.resize(base + count);
+            if (layout_.uv) mesh_.uvs.resize(base + count);
         };
         const auto room = [&](size_t count) {
             base = mesh_.positions.size();
             resize(count);
         };
         const auto done = in_waves(
-            stride, 2 * sizeof(Float3) + sizeof(uint32_t), element.count, room,
+            stride, 2 * sizeof(Float3) + sizeof(uint32_t) + (layout_.uv ? sizeof(Float2) : 0), element.count, room,
             [&](const std::byte* vertices, size_t first, size_t count) {
                 for (size_t k = 0; k < count; k++) place(vertices + k * stride, base + first + k);
                 return count;
@@ -402,7 +408,7 @@ private:
 }  // namespace
 
 Status read_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
-    const auto layout = find_ply_layout(header, file.path().string());
+    const auto layout = find_ply_layout(header, file.path().string(), view.uvs);
     if (!layout) return layout.status();
     BinaryReader reader(file, header, *layout, view, nullptr, issues);
     RAYPAGER_TRY(reader.read());
@@ -411,7 +417,7 @@ Status read_ply_binary(const InputFile& file, const PlyHeader& header, const Mes
 }
 
 Status stream_ply_binary(const InputFile& file, const PlyHeader& header, const MeshView& view, MeshSink& sink, MeshIssues& issues) {
-    const auto layout = find_ply_layout(header, file.path().string());
+    const auto layout = find_ply_layout(header, file.path().string(), view.uvs);
     if (!layout) return layout.status();
     if (layout->in_pieces()) return BinaryReader(file, header, *layout, view, &sink, issues).read();
     // There is no way around having it all.

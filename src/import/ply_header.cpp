@@ -199,9 +199,10 @@ Result<PlyHeader> read_ply_header(const InputFile& file) {
 
 namespace {
 
-PlyLayout::Triple find_triple(const PlyElement& element, const std::array<const char*, 3>& names) {
-    std::array<size_t, 3> found = {};
-    for (size_t i = 0; i < 3; ++i) {
+template <size_t n>
+std::optional<std::array<size_t, n>> find_all(const PlyElement& element, const std::array<const char*, n>& names) {
+    std::array<size_t, n> found = {};
+    for (size_t i = 0; i < n; ++i) {
         const auto property = element.find(names[i]);
         if (!property || element.properties[*property].count_type) return std::nullopt;
         found[i] = *property;
@@ -210,9 +211,17 @@ PlyLayout::Triple find_triple(const PlyElement& element, const std::array<const 
 }
 
 PlyLayout::Triple find_color(const PlyElement& element) {
-    auto color = find_triple(element, {"red", "green", "blue"});
-    if (!color) color = find_triple(element, {"diffuse_red", "diffuse_green", "diffuse_blue"});
-    return color ? color : find_triple(element, {"r", "g", "b"});
+    auto color = find_all<3>(element, {"red", "green", "blue"});
+    if (!color) color = find_all<3>(element, {"diffuse_red", "diffuse_green", "diffuse_blue"});
+    return color ? color : find_all<3>(element, {"r", "g", "b"});
+}
+
+std::optional<std::array<size_t, 2>> find_uv(const PlyElement& element) {
+    constexpr std::array<const char*, 2> names[] = {
+        {"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}, {"texcoord_u", "texcoord_v"}, {"texcoord_s", "texcoord_t"}};
+    for (const auto& pair : names)
+        if (const auto found = find_all<2>(element, pair)) return found;
+    return std::nullopt;
 }
 
 std::optional<size_t> find_indices(const PlyElement& element) {
@@ -226,7 +235,7 @@ const PlyElement* if_any(const PlyElement* element) { return element && element-
 
 }  // namespace
 
-Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name) {
+Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name, bool uvs) {
     PlyLayout layout;
     layout.vertices = if_any(header.find("vertex"));
     layout.faces = if_any(header.find("face"));
@@ -234,11 +243,12 @@ Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& na
     if (!layout.vertices) return Status::failed(name + ": has no vertices");
     if (!layout.faces && !layout.strips)
         return Status::failed(name + ": has no faces: it is no mesh; in a .pbrt scene, Shape \"points\" takes point clouds");
-    const auto position = find_triple(*layout.vertices, {"x", "y", "z"});
+    const auto position = find_all<3>(*layout.vertices, {"x", "y", "z"});
     if (!position) return Status::failed(name + ": its vertices lack x, y or z");
     std::copy(position->begin(), position->end(), layout.position);
-    layout.normal = find_triple(*layout.vertices, {"nx", "ny", "nz"});
+    layout.normal = find_all<3>(*layout.vertices, {"nx", "ny", "nz"});
     layout.vertex_color = find_color(*layout.vertices);
+    if (uvs) layout.uv = find_uv(*layout.vertices);
     if (layout.faces) {
         const auto indices = find_indices(*layout.faces);
         if (!indices) return Status::failed(name + ": its faces lack a list of whole numbers named vertex_indices");
@@ -246,6 +256,8 @@ Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& na
         layout.face_color = find_color(*layout.faces);
         const auto wedges = layout.faces->find("color");
         if (wedges && layout.faces->properties[*wedges].count_type) layout.wedge_colors = wedges;
+        const auto uvs_of_corners = layout.faces->find("texcoord");
+        layout.wedge_uvs = uvs_of_corners && layout.faces->properties[*uvs_of_corners].count_type;
     }
     if (layout.strips) {
         const auto indices = find_indices(*layout.strips);

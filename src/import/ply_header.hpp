@@ -86,7 +86,9 @@ struct PlyLayout {
     const PlyElement* strips = nullptr;  // null where there are only faces
     size_t position[3] = {};
     Triple normal, vertex_color, face_color;
-    std::optional<size_t> wedge_colors;  // of faces: a list of red, green and blue for each corner
+    std::optional<std::array<size_t, 2>> uv;  // of vertices
+    std::optional<size_t> wedge_colors;       // of faces: a list of red, green and blue for each corner
+    bool wedge_uvs = false;                   // faces have coordinates of textures for each corner, which are not read
     size_t indices = 0, strip_indices = 0;
 
     // Vertices come before all that uses them, and have a fixed size, and nothing about faces makes new vertices of them: so that a mesh can be
@@ -98,6 +100,7 @@ struct PlyLayout {
 // LF, CR LF or CR.
 Result<PlyHeader> read_ply_header(const InputFile& file);
 // The layout points into header. An error if there are no vertices or faces to make a mesh of.
-Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name);
+// uvs: whether coordinates of textures are wanted.
+Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& name, bool uvs);
 
 }  // namespace raypager

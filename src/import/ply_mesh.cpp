@@ -12,6 +12,7 @@ void PlyMesh::add_vertex() {
     mesh_.positions.push_back({coordinate(0), coordinate(1), coordinate(2)});
     const auto number = [&](size_t p) { return static_cast<float>(numbers_[p]); };
     if (layout_.normal) mesh_.normals.push_back({number((*layout_.normal)[0]), number((*layout_.normal)[1]), number((*layout_.normal)[2])});
+    if (layout_.uv) mesh_.uvs.push_back({number((*layout_.uv)[0]), number((*layout_.uv)[1])});
     if (!layout_.vertex_color) return;
     const auto primary = [&](size_t i) { return numbers_[(*layout_.vertex_color)[i]] / view_.color_scale; };
     mesh_.colors.push_back(pack_color(primary(0), primary(1), primary(2)));

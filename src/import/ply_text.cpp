@@ -120,7 +120,7 @@ private:
 }  // namespace
 
 Status read_ply_text(const InputFile& file, const PlyHeader& header, const MeshView& view, TriangleMesh& mesh, MeshIssues& issues) {
-    const auto layout = find_ply_layout(header, file.path().string());
+    const auto layout = find_ply_layout(header, file.path().string(), view.uvs);
     if (!layout) return layout.status();
     // Most files have an item a line, and where one is damaged, the line says so. What cannot be read like that may be wrapped otherwise.
     MeshIssues found;

@@ -115,6 +115,10 @@ private:
         }
         if (bvh_.attributes.normals) add_attribute(RP_BLOCK_NORMALS, &VertexBits::normal);
         if (bvh_.attributes.colors) add_attribute(RP_BLOCK_COLORS, &VertexBits::color);
+        if (bvh_.attributes.uvs)
+            for (const uint32_t v : windows_.sequence())
+                for (const float coordinate : {bvh_.vertices[v].uv.x, bvh_.vertices[v].uv.y})
+                    attributes_.push_back(std::bit_cast<rp_u32>(coordinate));
         positions_ = code_positions(positions, position_cell_, header_);
         coded_ids_ = code_ids(ids_, header_);
         header_.flags |= attribute_flags_;
@@ -137,7 +141,7 @@ private:
         header_.vertices_at = section(positions_.size());
         header_.spheres_at = section(spheres_.size() * (sizeof(rp_sphere) + sizeof(rp_u32)));
         header_.ids_at = section(coded_ids_.size());
-        header_.attributes_at = attribute_flags_ ? section(attributes_.size() * sizeof(rp_u32)) : 0;
+        header_.attributes_at = attributes_.empty() ? 0 : section(attributes_.size() * sizeof(rp_u32)) | (bvh_.attributes.uvs ? RP_BLOCK_UVS : 0);
         end = align(end, RP_BLOCK_ALIGNMENT);
         if (end > limit) return false;
         header_.bytes = static_cast<rp_u32>(end);
@@ -167,7 +171,7 @@ private:
         put(header_.spheres_at, spheres_);
         put(header_.spheres_at + static_cast<rp_u32>(spheres_.size() * sizeof(rp_sphere)), sphere_ids_);
         put(header_.ids_at, coded_ids_);
-        if (header_.attributes_at) put(header_.attributes_at, attributes_);
+        if (header_.attributes_at) put(RP_BLOCK_ATTRIBUTES_AT(header_.attributes_at), attributes_);
     }
 
     static_assert(sizeof(rp_block_header) == 128 && sizeof(rp_node) == 32 && sizeof(rp_leaf) == 8);

@@ -38,6 +38,7 @@ public:
             vertices_[size_.vertices++] = v;
             size_.has_normals |= tree.bvh.vertices[v].normal != RP_NONE;
             size_.has_colors |= tree.bvh.vertices[v].color != RP_NONE;
+            size_.has_uvs |= tree.bvh.vertices[v].uv != Float2{};
         }
         return true;
     }

@@ -159,6 +159,8 @@ void clean_mesh(TriangleMesh& mesh, MeshIssues& issues) {
     if (mesh.colors.size() != mesh.positions.size()) mesh.colors.clear();
     for (Float3& n : mesh.normals)
         if (!finite(n)) n = {};
+    if (mesh.uvs.size() != mesh.positions.size()) mesh.uvs.clear();
+    for (Float2& uv : mesh.uvs) uv = usable_uv(uv, issues);
     const std::vector<Piece> pieces = drop_unhittable(mesh, issues);
     const size_t vertices = std::min<size_t>(mesh.positions.size(), UINT32_MAX),
                  share = std::max(piece, (vertices + helping_workers() - 1) / helping_workers());

@@ -16,6 +16,7 @@ void MeshIssues::add(const MeshIssues& other) {
     crossed += other.crossed;
     duplicate += other.duplicate;
     non_manifold_edges += other.non_manifold_edges;
+    bad_uv += other.bad_uv;
     changed_radius += other.changed_radius;
     not_compared += other.not_compared;
     for (const MeshWarning& warning : other.warnings) add_warning(warning);
@@ -30,7 +31,8 @@ void MeshIssues::add_warning(const MeshWarning& warning) {
 }
 
 bool MeshIssues::any() const {
-    return not_finite || bad_index || degenerate || few_corners || crossed || duplicate || non_manifold_edges || not_compared || changed_radius;
+    return not_finite || bad_index || degenerate || few_corners || crossed || duplicate || non_manifold_edges || not_compared || bad_uv ||
+           changed_radius;
 }
 
 std::string MeshIssues::describe() const {
@@ -47,6 +49,8 @@ std::string MeshIssues::describe() const {
     tell(few_corners, "face with fewer than three corners dropped", "faces with fewer than three corners dropped");
     tell(crossed, "polygon that crosses itself drawn as a fan", "polygons that cross themselves drawn as fans");
     tell(duplicate, "duplicate triangle kept", "duplicate triangles kept");
+    tell(bad_uv, "vertex with coordinates of textures that are not finite, or beyond 2^60, which become 0",
+         "vertices with coordinates of textures that are not finite, or beyond 2^60, which become 0");
     tell(changed_radius, "point with a radius that cannot be stored (below 0.000016 or above 57344: scale the scene)",
          "points with radii that cannot be stored (below 0.000016 or above 57344: scale the scene)");
     tell(non_manifold_edges, "edge shared by more than two triangles", "edges shared by more than two triangles");
@@ -58,6 +62,7 @@ MeshVertices vertices_of(const TriangleMesh& mesh) {
     MeshVertices vertices{mesh.positions, {}, {}};
     if (mesh.normals.size() == mesh.positions.size()) vertices.normals = mesh.normals;
     if (mesh.colors.size() == mesh.positions.size()) vertices.colors = mesh.colors;
+    if (mesh.uvs.size() == mesh.positions.size()) vertices.uvs = mesh.uvs;
     return vertices;
 }
 

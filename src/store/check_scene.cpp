@@ -89,9 +89,9 @@ Status check_ranges(const BakedScene& scene) {
         const uint64_t end = i + 1 < scene.ranges.size() ? scene.ranges[i + 1].first_primitive : primitives;
         if ((i == 0 && range.first_primitive != 0) || range.first_primitive >= end) return bad(ranges, fmt::format("range {} is out of order", i));
         if (range.material >= scene.materials.size()) return bad(ranges, fmt::format("range {} has no material", i));
-        const uint32_t known = RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR | RP_RANGE_CUTOUT |
+        const uint32_t known = RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR | RP_RANGE_UV | RP_RANGE_CUTOUT |
                                (range.first_light != RP_NONE ? RP_RANGE_AREA_LIGHTS << RP_RANGE_AREA_LIGHT_SHIFT : 0);
-        if (range.flags & ~known || (range.flags & RP_RANGE_POINT_COLOR && range.flags & RP_RANGE_VERTEX_COLOR))
+        if (range.flags & ~known || (range.flags & RP_RANGE_POINT_COLOR && range.flags & (RP_RANGE_VERTEX_COLOR | RP_RANGE_UV)))
             return bad(ranges, fmt::format("range {} has unknown flags", i));
         if (may_be_nothing(scene.materials, range.material) != ((range.flags & RP_RANGE_CUTOUT) != 0))
             return bad(ranges, fmt::format("range {} does not say what its material is", i));

@@ -84,6 +84,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
     if (scene.has_textures()) result.variants_ += "-DRP_TEXTURES ";
     if (scene.has_cutouts()) result.variants_ += "-DRP_CUTOUTS ";
+    if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);

@@ -43,7 +43,9 @@ SlotFields SlotFields::of(const BakedScene& scene) {
 
 uint64_t PathSlots::bytes_per_slot(const SlotFields& fields) { return fields.planes() * sizeof(Plane) + fields.runs() * sizeof(uint32_t); }
 uint64_t PathSlots::fixed_bytes(const SlotFields& fields) { return fields.runs() * RP_SLEEP_GROUP * sizeof(uint32_t); }
-uint64_t PathSlots::largest_part_per_slot(const SlotFields& fields) { return fields.planes() * sizeof(Plane); }
+uint64_t PathSlots::largest_part_per_slot(const SlotFields& fields) {
+    return std::max<uint64_t>(fields.planes() * sizeof(Plane), fields.runs() * sizeof(uint32_t));
+}
 
 Result<PathSlots> PathSlots::create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields) {
     PathSlots slots;

@@ -22,7 +22,7 @@ constexpr uint64_t builders_share = 4;
 constexpr uint64_t max_bucket = uint64_t{RP_NONE} / 3 * *std::min_element(std::begin(record_memory), std::begin(record_memory) + sphere_records + 1);
 constexpr uint64_t min_limit = uint64_t{16} << 20;
 // A triangle of a chunk: indices, corners, where they come from, records.
-constexpr uint64_t chunk_bytes_of_triangle = 12 + 60 + 12 + 64;
+constexpr uint64_t chunk_bytes_of_triangle = 12 + 3 * sizeof(VertexBits) + 12 + sizeof(TexturedTriangleRecord);
 
 }  // namespace
 

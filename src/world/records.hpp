@@ -29,6 +29,12 @@ struct ColoredTriangleRecord {
     uint32_t normals[3];
     uint32_t colors[3];  // as in VertexBits
 };
+struct TexturedTriangleRecord {
+    Float3 vertices[3];
+    uint32_t id;
+    uint32_t normals[3], colors[3];
+    Float2 uvs[3];
+};
 struct SphereRecord {
     WorldSphere sphere;
     uint32_t id;
@@ -40,15 +46,19 @@ struct PointRecord {
     uint32_t index;  // in the order of the source, among those that were placed
 };
 
-enum RecordKind : uint32_t { triangle_records, shaded_records, colored_records, sphere_records, point_records, record_kinds };
-inline constexpr size_t record_bytes[record_kinds] = {sizeof(TriangleRecord), sizeof(ShadedTriangleRecord), sizeof(ColoredTriangleRecord),
-                                                      sizeof(SphereRecord), sizeof(PointRecord)};
+enum RecordKind : uint32_t { triangle_records, shaded_records, colored_records, textured_records, sphere_records, point_records, record_kinds };
+inline constexpr size_t record_bytes[record_kinds] = {sizeof(TriangleRecord),         sizeof(ShadedTriangleRecord), sizeof(ColoredTriangleRecord),
+                                                      sizeof(TexturedTriangleRecord), sizeof(SphereRecord),         sizeof(PointRecord)};
 static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52 && sizeof(ColoredTriangleRecord) == 64 &&
-              sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
+              sizeof(TexturedTriangleRecord) == 88 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
 
 // What a primitive takes in memory while its bucket is built: its place in World, and what the cut needs.
-inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + cut_memory, 3 * 16 + 12 + 4 + cut_memory, 3 * 20 + 12 + 4 + cut_memory,
-                                                         sizeof(WorldSphere) + 12 + 4 + cut_memory, 0};
+inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + cut_memory,
+                                                         3 * 16 + 12 + 4 + cut_memory,
+                                                         3 * 20 + 12 + 4 + cut_memory,
+                                                         3 * 28 + 12 + 4 + cut_memory,
+                                                         sizeof(WorldSphere) + 12 + 4 + cut_memory,
+                                                         0};
 
 // The reference of a primitive's record for the cut; its weight is what it takes in memory.
 PrimitiveRef make_ref(RecordKind kind, const std::byte* record);

@@ -25,8 +25,8 @@ struct WorldSphere {
 
 // Which attributes vertices have beside a position.
 struct VertexAttributes {
-    bool normals = false, colors = false;
-    uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0); }  // in a block, positions uncoded
+    bool normals = false, colors = false, uvs = false;
+    uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0) + (uvs ? 8 : 0); }  // in a block, positions uncoded
 };
 
 // The kinds of leaves in blocks.
@@ -36,6 +36,7 @@ struct World {
     UnwrittenVector<Float3> positions;
     std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
     std::vector<uint32_t> colors;   // likewise; as in abi/block.h
+    std::vector<Float2> uvs;        // likewise; zeros where there are none
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
     // A sphere or a point: sphere_entry.
     std::vector<Triangle> primitives;
@@ -56,8 +57,9 @@ struct World {
     uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
     uint32_t color(uint32_t vertex) const { return colors.empty() ? RP_NONE : colors[vertex]; }
-    VertexBits vertex(uint32_t index) const { return {positions[index], normal(index), color(index)}; }
-    VertexAttributes attributes() const { return {!normals.empty(), !colors.empty()}; }
+    Float2 uv(uint32_t vertex) const { return uvs.empty() ? Float2{} : uvs[vertex]; }
+    VertexBits vertex(uint32_t index) const { return {positions[index], normal(index), color(index), uv(index)}; }
+    VertexAttributes attributes() const { return {!normals.empty(), !colors.empty(), !uvs.empty()}; }
 };
 
 // Centre +- radius, rounded outwards.

@@ -80,8 +80,10 @@ TEST_P(Bake, EveryPrimitiveOnceAndExactly) {
                           canonical({world.positions[expected[0]], world.positions[expected[1]], world.positions[expected[2]]}));
                 for (int i = 0; i < 3; i++) {
                     bool matches = false;
-                    for (const uint32_t v : expected) matches |= world.positions[v] == t.vertices[i] && world.normal(v) == t.normals[i];
-                    ASSERT_TRUE(matches) << "normal of triangle " << t.id;
+                    for (const uint32_t v : expected)
+                        matches |= world.positions[v] == t.vertices[i] && world.normal(v) == t.normals[i] && world.color(v) == t.colors[i] &&
+                                   world.uv(v) == t.uvs[i];
+                    ASSERT_TRUE(matches) << "attributes of triangle " << t.id;
                 }
             }
             for (const DecodedSphere& s : found.spheres) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -60,6 +61,15 @@ inline TriangleMesh painted(TriangleMesh mesh) {
     return mesh;
 }
 
+// u and v from the position, and a little of each vertex's own.
+inline TriangleMesh with_uvs(TriangleMesh mesh) {
+    for (uint32_t i = 0; i < mesh.positions.size(); i++) {
+        const Float3& p = mesh.positions[i];
+        mesh.uvs.push_back({3 * p.x + 0.01f * float(i % 7), p.y - 2 * p.z});
+    }
+    return mesh;
+}
+
 // A unit sphere of 20 * 4^levels triangles.
 inline TriangleMesh icosphere(int levels) {
     const float t = static_cast<float>(std::numbers::phi);
@@ -98,6 +108,21 @@ inline rp_material gray() {
     material.color[0] = material.color[1] = material.color[2] = 0.5f;
     material.ior = 1;
     return material;
+}
+
+// A material whose colour a texture program says.
+inline uint32_t add_textured_gray(Scene& scene) {
+    rp_texture_op color = {}, set = {};
+    color.op = RP_TEXTURE_CONSTANT;
+    color.map = set.map = RP_NONE;
+    std::fill_n(color.a, 3, 0.5f);
+    set.op = RP_TEXTURE_SET | RP_TEXTURE_LAST;
+    set.image = RP_PARAMETER_COLOR;
+    rp_material material = gray();
+    material.flags = static_cast<rp_u32>(scene.texture_ops.size() + 1) << RP_MATERIAL_PROGRAM_SHIFT;
+    scene.texture_ops.insert(scene.texture_ops.end(), {color, set});
+    scene.materials.push_back(material);
+    return static_cast<uint32_t>(scene.materials.size() - 1);
 }
 
 inline Shape mesh_shape(TriangleMesh mesh, std::string name = "mesh") {
@@ -156,7 +181,8 @@ inline Shape cloud_shape(std::vector<CloudPoint> points, bool has_color = true) 
     return shape;
 }
 
-// Soup, terrain with normals, a closed surface, a mesh given twice, a mirrored one, spheres and points among them.
+// Soup, terrain with normals, a closed surface, meshes with coordinates of textures that are of use and that are not, a mesh given twice, a mirrored
+// one, spheres and points among them.
 inline Scene mixed_scene(uint32_t seed) {
     std::vector<Shape> shapes = random_spheres(500, seed);
     shapes.push_back(mesh_shape(soup(3000, seed + 1)));
@@ -170,7 +196,14 @@ inline Scene mixed_scene(uint32_t seed) {
     for (Shape& shape : random_spheres(300, seed + 2)) shapes.push_back(std::move(shape));
     shapes.push_back(cloud_shape(random_points(2000, seed + 3)));
     shapes.push_back(cloud_shape(random_points(1000, seed + 4), false));
-    return scene_of(std::move(shapes));
+    shapes.push_back(mesh_shape(with_uvs(icosphere(2))));
+    shapes.push_back(mesh_shape(with_uvs(icosphere(3))));
+    shapes.push_back(mesh_shape(with_uvs(painted(terrain(30, true)))));
+    shapes.push_back(mesh_shape(with_uvs(soup(500, seed + 5))));
+    Scene scene = scene_of(std::move(shapes));
+    const uint32_t textured = add_textured_gray(scene);
+    for (size_t i = 1; i <= 3; i++) scene.shapes[scene.shapes.size() - i].material = textured;
+    return scene;
 }
 
 struct AlignedBytes {

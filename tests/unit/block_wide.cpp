@@ -90,7 +90,8 @@ private:
         const size_t n = head.vertices, corners = offset + 12 * n, ids = corners + (3 * size_t{head.count} + 3) / 4 * 4;
         const size_t normals = ids + 4 * size_t{head.count};
         const size_t colors = normals + (head.flags & RP_WIDE_NORMALS ? 4 * n : 0);
-        record_bytes += colors + (head.flags & RP_WIDE_COLORS ? 4 * n : 0) - offset + sizeof head;
+        const size_t uvs = colors + (head.flags & RP_WIDE_COLORS ? 4 * n : 0);
+        record_bytes += uvs + (head.flags & RP_WIDE_UVS ? 8 * n : 0) - offset + sizeof head;
         Box bounds;
         for (uint32_t k = 0; k < head.count; k++) {
             DecodedTriangle triangle;
@@ -102,6 +103,7 @@ private:
                                         at<float>(bytes_, offset + 4 * (2 * n + v))};
                 triangle.normals[i] = head.flags & RP_WIDE_NORMALS ? at<rp_u32>(bytes_, normals + 4 * v) : RP_NONE;
                 triangle.colors[i] = head.flags & RP_WIDE_COLORS ? at<rp_u32>(bytes_, colors + 4 * v) : RP_NONE;
+                if (head.flags & RP_WIDE_UVS) triangle.uvs[i] = {at<float>(bytes_, uvs + 4 * v), at<float>(bytes_, uvs + 4 * (n + v))};
                 bounds.grow(triangle.vertices[i]);
             }
             found.triangles.push_back(triangle);
@@ -145,12 +147,13 @@ void sort_by_id(std::vector<T>& items) {
     std::ranges::sort(items, {}, &T::id);
 }
 
-// A triangle's corners and normals, turned so that the least corner comes first: orientation is kept.
-std::array<std::array<float, 4>, 3> canonical(const DecodedTriangle& t) {
-    std::array<std::array<float, 4>, 3> corners;
+// A triangle's corners and their attributes, turned so that the least corner comes first: orientation is kept.
+using CanonicalTriangle = std::array<std::array<double, 7>, 3>;
+CanonicalTriangle canonical(const DecodedTriangle& t) {
+    CanonicalTriangle corners;
     for (int i = 0; i < 3; i++) {
         const Float3& v = t.vertices[i];
-        corners[i] = {v.x, v.y, v.z, static_cast<float>(t.normals[i] >> 8)};
+        corners[i] = {v.x, v.y, v.z, double(t.normals[i]), double(t.colors[i]), t.uvs[i].x, t.uvs[i].y};
     }
     std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
     return corners;

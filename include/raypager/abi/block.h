@@ -11,7 +11,7 @@
 //   ids        rp_u32[4 * leaf_count]          triangle k of leaf l has the scene-wide id ids[4 l + k]; unused: RP_NONE; or coded, see below
 //   attributes with RP_BLOCK_NORMALS: rp_u32[vertex_count], octahedral shading normals (RP_NONE: this vertex has none); then, with
 //              RP_BLOCK_COLORS: rp_u32[vertex_count], red | green << 8 | blue << 16, each the square root of the linear reflectance * 255
-//              (RP_NONE: none)
+//              (RP_NONE: none); then, with RP_BLOCK_UVS: float[2 * vertex_count], u and v of each vertex (zeros: none)
 #ifndef RAYPAGER_ABI_BLOCK_H
 #define RAYPAGER_ABI_BLOCK_H
 
@@ -120,12 +120,16 @@ typedef struct rp_sphere {
 // What vertices have beside a position, as rp_block_header.flags says.
 #define RP_BLOCK_NORMALS (1u << 30)
 #define RP_BLOCK_COLORS (1u << 31)
+// No bits are left there: this one is of attributes_at, where the offset has none so low.
+#define RP_BLOCK_UVS 1u
+#define RP_BLOCK_ATTRIBUTES_AT(attributes_at) ((attributes_at) & ~RP_BLOCK_UVS)
+#define RP_BLOCK_HAS_UVS(attributes_at) (((attributes_at)&RP_BLOCK_UVS) != 0u)
 
 typedef struct rp_block_header {
     rp_u32 magic, block_index, bytes, flags;
     rp_u32 node_count, leaf_count, vertex_count, sphere_count;
     rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
-    rp_u32 ids_at, attributes_at /* 0: none */, triangle_count, block_entry_count;
+    rp_u32 ids_at, attributes_at /* with RP_BLOCK_UVS; 0: none */, triangle_count, block_entry_count;
     float origin[4];           // grid: xyz; coded positions: base of x
     float cell[4];             // grid: xyz; base of y
     float lower[4], upper[4];  // exact bounds: xyz; base of z, cell

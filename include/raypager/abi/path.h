@@ -60,8 +60,9 @@
 // Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, with streams, the next slot of a list
 // of that block's (RP_DEMAND_LISTS).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
-// of the slot's extension ray. In scenes with textures (RP_TEXTURES) there are more runs: the cone of the extension ray, and the texels that its hit
-// has so far (abi/texture.h); and in those with cut-outs what a shadow ray brings if it arrives, red, green and blue.
+// of the slot's extension ray. Where they have coordinates of textures (RP_UVS), there follow three runs of numbers: u and v there, and the density
+// of the texture. In scenes with textures (RP_TEXTURES) there are more runs: the cone of the extension ray, and the texels that its hit has so far
+// (abi/texture.h); and in those with cut-outs, between the two, what a shadow ray brings if it arrives, red, green and blue.
 #define RP_PHASE_FREE 0u
 #define RP_PHASE_EXTEND 1u        // extension ray under way
 #define RP_PHASE_SHADOW 2u        // shadow ray under way

@@ -38,15 +38,16 @@ typedef struct rp_wide_node {
 #define RP_WIDE_NORMALS 1u
 #define RP_WIDE_POINTS 2u
 #define RP_WIDE_COLORS 4u
+#define RP_WIDE_UVS 8u
 typedef struct rp_wide_leaf {
     rp_u8 kind;
     rp_u8 count;     // primitives
     rp_u8 vertices;  // that the triangles share
-    rp_u8 flags;     // RP_WIDE_NORMALS, RP_WIDE_POINTS, RP_WIDE_COLORS
+    rp_u8 flags;     // RP_WIDE_NORMALS, RP_WIDE_POINTS, RP_WIDE_COLORS, RP_WIDE_UVS
     rp_u32 block;    // index
     // Triangles: float x[vertices], y[vertices], z[vertices]; rp_u8 corner[3][count], padded to a multiple of 4; rp_u32 id[count];
     //   with RP_WIDE_NORMALS: rp_u32 normal[vertices] (octahedral; RP_NONE: none). Corners 0, 1, 2 are counter-clockwise seen from the side
-    //   of the normal. With RP_WIDE_COLORS: then rp_u32 color[vertices], as in block.h.
+    //   of the normal. With RP_WIDE_COLORS: then rp_u32 color[vertices], as in block.h. With RP_WIDE_UVS: then float u[vertices], v[vertices].
     // Spheres: after 8 bytes of nothing rp_sphere sphere[count], rp_u32 id[count]. With RP_WIDE_POINTS they are points.
     // Block entry: rp_u32 root in the block, rp_u32 index of the block entry. `count` is 0.
 } rp_wide_leaf;

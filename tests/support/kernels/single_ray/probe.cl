@@ -17,7 +17,8 @@
 #undef RP_ANY_HIT
 
 // rays: origin xyz, t max; direction xyz, unused. results: t (INFINITY: none), primitive, geometric normal, occluded within t max;
-// position xyz, block entry the ray waits at.
+// position xyz, block entry the ray waits at. With RP_PROBE_UVS, which takes RP_UVS and RP_TANGENTS: u, v, density in place of the position, and
+// the tangent in place of the normal.
 __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global float4* restrict rays, uint count, __global uint4* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
@@ -43,6 +44,10 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
         const rp_surface s = rp_hit_surface(&geometry, &walk.ray, &walk.best);
         position = as_uint3(s.position);
         normal = s.geometric_normal;
+#ifdef RP_PROBE_UVS
+        position = as_uint3((float3)(s.uv, s.density));
+        normal = s.tangent;
+#endif
     }
     const uint primitive = rp_hit_primitive(&geometry, &walk.best);
     results[2u * i] = (uint4)(as_uint(primitive == RP_NONE ? INFINITY : walk.best.t), primitive, normal, any.hit ? 1u : 0u);

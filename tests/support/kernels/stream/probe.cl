@@ -42,9 +42,15 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
         rp_find_surfaces(&walk.stream, &surfaces);
         for (uint r = 0u; r < n; r++) {
             const bool hit = rp_hit_in_launch(&walk.stream, r);
+#ifdef RP_PROBE_UVS
+            const float3 position = (float3)(surfaces.texture[r].uv, surfaces.texture[r].density);
+            const uint normal = surfaces.texture[r].tangent;
+#else
             const float3 position = (float3)(surfaces.position[0][r], surfaces.position[1][r], surfaces.position[2][r]);
-            results[2u * (first + r)] = (uint4)(as_uint(hit ? RP_OF_RAY(walk.stream.t, r) : INFINITY), ((const uint*)walk.stream.primitive)[r],
-                                                hit ? surfaces.geometric_normal[r] : 0u, 0u);
+            const uint normal = surfaces.geometric_normal[r];
+#endif
+            results[2u * (first + r)] =
+                (uint4)(as_uint(hit ? RP_OF_RAY(walk.stream.t, r) : INFINITY), ((const uint*)walk.stream.primitive)[r], hit ? normal : 0u, 0u);
             results[2u * (first + r) + 1u] = (uint4)(hit ? as_uint3(position) : (uint3)(0u), rp_waits_at(&walk.stream, r) == RP_NONE ? RP_NONE : 0u);
         }
         rp_load_probe_stream(rays, first, n, &walk.stream);
