@@ -491,17 +491,17 @@ static inline void rp_begin_shadow_as_extension(const rp_paths* paths, uint slot
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot))[3] |= RP_PATH_SHADOW;
     RP_PLANE(paths, RP_PLANE_NEXT, slot) = (uint4)(as_uint3(next_direction), as_uint(reach));
     RP_PLANE(paths, RP_PLANE_NEXT_START, slot) = (uint4)(as_uint3(origin), as_uint(ends ? -1.0f : density));
-    RP_RUN(paths, RP_RUN_LIGHT, slot) = as_uint(light.x);
-    RP_RUN(paths, RP_RUN_LIGHT + 1u, slot) = as_uint(light.y);
-    RP_RUN(paths, RP_RUN_LIGHT + 2u, slot) = as_uint(light.z);
+    RP_SLOT_WORD(paths, RP_RUN_LIGHT, slot) = as_uint(light.x);
+    RP_SLOT_WORD(paths, RP_RUN_LIGHT + 1u, slot) = as_uint(light.y);
+    RP_SLOT_WORD(paths, RP_RUN_LIGHT + 2u, slot) = as_uint(light.z);
 }
 
 // The shadow ray of a path that has arrived has been traced. False: the path ends. Else its extension ray is under way.
 static inline bool rp_end_shadow_as_extension(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, bool occluded, float3* radiance) {
     *radiance = a->radiance;
     if (!occluded)
-        *radiance += (float3)(as_float(RP_RUN(paths, RP_RUN_LIGHT, slot)), as_float(RP_RUN(paths, RP_RUN_LIGHT + 1u, slot)),
-                              as_float(RP_RUN(paths, RP_RUN_LIGHT + 2u, slot)));
+        *radiance += (float3)(as_float(RP_SLOT_WORD(paths, RP_RUN_LIGHT, slot)), as_float(RP_SLOT_WORD(paths, RP_RUN_LIGHT + 1u, slot)),
+                              as_float(RP_SLOT_WORD(paths, RP_RUN_LIGHT + 2u, slot)));
     const uint4 next = RP_PLANE(paths, RP_PLANE_NEXT, slot), start = RP_PLANE(paths, RP_PLANE_NEXT_START, slot);
     if (as_float(start.w) < 0.0f) return false;
     rp_store_throughput_and_radiance(paths, slot, a->throughput, a->flags & ~RP_PATH_SHADOW, *radiance, a->pixel);
