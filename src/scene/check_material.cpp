@@ -28,7 +28,6 @@ const char* fault_of_layers(const rp_material& m) {
     if (!(m.alpha >= 0 && m.alpha <= 1)) return "roughness must be 0 to 1";
     if (!shares(m.color) || !shares(m.specular) || !shares(m.refracted) || !shares(m.transmittance) || !shares(m.mirror))
         return "what it reflects and transmits must be 0 to 1";
-    if (m.flags & ~RP_MATERIAL_FLAGS) return "it has unknown flags";
     const uint32_t base = m.flags & (RP_MATERIAL_COAT | RP_MATERIAL_BLEND | RP_MATERIAL_SCHLICK);
     if (base & (base - 1)) return "its base is lit in more than one way";
     if (base & (RP_MATERIAL_BLEND | RP_MATERIAL_SCHLICK) && !(m.alpha > 0)) return "an interface of this kind must be rough";

@@ -10,6 +10,7 @@
 #include "lights/light_choice.hpp"
 #include "raypager/abi/film.h"
 #include "scene/light_images.hpp"
+#include "texture/texture_words.hpp"
 #include "wavefront/single_ray_backend.hpp"
 #include "wavefront/stream_backend.hpp"
 
@@ -79,6 +80,7 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) +
                   PathSlots::fixed_bytes(scene.has_vertex_colors()) + extra_queue_words(form) * sizeof(uint32_t);
+    if (const uint64_t textures = texture_words_bytes(scene); textures > 0) bytes.scene += at_least_16(textures);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = PathSlots::bytes_per_slot(scene.has_vertex_colors()) + list_bytes_per_slot + backend_bytes_per_slot(form);
     bytes.largest_part_per_slot = PathSlots::largest_part_per_slot();
@@ -105,7 +107,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     RAYPAGER_TRY(wavefront->upload_scene(scene));
     RAYPAGER_TRY(wavefront->allocate_state(scene.has_vertex_colors()));
     BackendSettings settings;
-    const BlockNotes kept = scene.blocks.empty() ? BlockNotes() : notes;
+    const BlockNotes kept = scene.pageable_count() == 0 ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
     settings.count_bounces = kept.bounces;
     settings.shading = shading_definitions(scene);
