@@ -75,7 +75,7 @@ endfunction()
 
 function(raypager_libraries)
     set(engine "")
-    foreach(folder base scene image device block lights store procedural import world clouds cut gather pack bake residency film wavefront render bench)
+    foreach(folder base scene image device block lights store texture procedural import world clouds cut gather pack bake residency film wavefront render bench)
         file(GLOB found CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${folder}/*.cpp)
         list(APPEND engine ${found})
     endforeach()

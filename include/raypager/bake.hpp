@@ -1,5 +1,5 @@
-// Scene -> blocks: meshes are loaded, all primitives are cut together in world space into blocks, and each block gets its bounding volume hierarchy.
-// What does not fit into host_limit goes over the disk.
+// Scene -> blocks and pages: meshes are loaded, all primitives are cut together in world space into blocks, and each block gets its bounding volume
+// hierarchy. What does not fit into host_limit goes over the disk. Images that programs of materials read are cut into pages.
 #pragma once
 
 #include <atomic>
@@ -42,7 +42,8 @@ struct BakeOptions {
 };
 
 struct BakeSummary {
-    uint64_t triangles = 0, spheres = 0, blocks = 0, stored_bytes = 0;
+    uint64_t triangles = 0, spheres = 0, blocks = 0, stored_bytes = 0;  // of blocks
+    uint64_t images = 0, pages = 0, texture_bytes = 0;                  // of textures; bytes of the pages
     uint64_t points_culled = 0, points_merged = 0;
     uint64_t buckets = 0;  // that it was baked in, over the disk; 0: all in memory
     MeshIssues issues;
@@ -64,8 +65,9 @@ struct BakedInMemory {
 };
 Result<BakedInMemory> bake(const Scene& scene, const BakeOptions& options);
 
-// Fingerprint of a scene's geometry (shapes and their places, paths, sizes and times of files with meshes and clouds) and of the options that decide
-// how it is cut. Scenes that differ only in materials, lights, camera or settings have the same.
+// Fingerprint of a scene's geometry (shapes and their places, paths, sizes and times of files with meshes and clouds), of the images that its
+// programs read, and of the options that decide how it is cut. Scenes that differ only in materials and their programs, lights, camera or settings
+// have the same.
 Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options);
 // A block file that was baked from a scene with this fingerprint, with the materials, lights, camera and settings of `scene`: what baking it anew
 // would make, to the bit. Nothing if the file has another fingerprint, or its lights cannot be replaced.

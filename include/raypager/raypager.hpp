@@ -9,6 +9,7 @@
 #include "raypager/bake.hpp"
 #include "raypager/blocks.hpp"
 #include "raypager/devices.hpp"
+#include "raypager/image_source.hpp"
 #include "raypager/import.hpp"
 #include "raypager/materials.hpp"
 #include "raypager/picture.hpp"

@@ -9,6 +9,7 @@
 #include <new>
 #include <optional>
 
+#include "bake/bake_images.hpp"
 #include "bake/build_blocks.hpp"
 #include "bake/restyle.hpp"
 #include "base/memory.hpp"
@@ -78,6 +79,8 @@ public:
         if (!fingerprint) return fingerprint.status();
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : min_automatic);
         if (!memory) return memory.status();
+        auto images = plan_images(scene_, options_.host_limit);
+        if (!images) return images.status();
         const Result<BlockSink*> sink = open();
         if (!sink) return sink.status();
 
@@ -98,6 +101,9 @@ public:
         baked.top_grid = top.grid;
         baked.top_nodes = std::move(top.nodes);
         baked.block_entry_paths = std::move(top.paths);
+        // Its memory is for the images now.
+        gathered->world = World();
+        RAYPAGER_TRY(add_images(std::move(*images), **sink, baked));
         RAYPAGER_TRY((*sink)->finish(baked));
 
         if (gathered->spilled && limit_.reduced()) {
@@ -108,6 +114,9 @@ public:
         summary.spheres = baked.spheres;
         summary.blocks = baked.blocks.size();
         summary.stored_bytes = baked.stored_bytes();
+        summary.images = baked.images.size();
+        summary.pages = baked.pages.size();
+        summary.texture_bytes = baked.texture_bytes();
         summary.points_culled = gathered->points_culled;
         summary.points_merged = gathered->points_merged;
         summary.issues = gathered->issues;
@@ -120,6 +129,11 @@ private:
 
     void report(const char* stage, double fraction) const {
         if (options_.progress) options_.progress(stage, fraction);
+    }
+
+    Status add_images(ImagePlan plan, BlockSink& sink, BakedScene& baked) {
+        const ImageBaking settings = {options_.host_limit, options_.stop, [this](double fraction) { report("images", fraction); }};
+        return bake_images(scene_, std::move(plan), settings, sink, baked);
     }
 
     BlockBuilding building(const BakeMemory& memory) const { return {options_.block_bytes, options_.block_entries, memory.builders, options_.stop}; }

@@ -1,5 +1,6 @@
 // Tells whether a cached block file still has the geometry of a scene, cut as the options say. What the scene looks like does not count: it is set
-// when the file is opened (restyle.hpp). A scene file counts by what it says of geometry, meshes and clouds by size and time of their files.
+// when the file is opened (restyle.hpp). A scene file counts by what it says of geometry, meshes and clouds by size and time of their files. So do
+// images that programs read; the programs themselves are set anew.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <system_error>
 #include <type_traits>
 
+#include "bake/used_images.hpp"
 #include "base/hash.hpp"
 #include "gather/lights.hpp"
 #include "raypager/bake.hpp"
@@ -104,6 +106,17 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     return {};
 }
 
+// Those that are baked, in their order: then programs that name the same ones can be replaced. A scene without any has the fingerprint that it had
+// before there were images.
+Status add_images(Fingerprint& f, const Scene& scene) {
+    for (const uint32_t image : used_images(scene)) {
+        const auto fingerprint = scene.images[image]->fingerprint();
+        if (!fingerprint) return fingerprint.status();
+        f.add(*fingerprint);
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options) {
@@ -124,6 +137,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     }
     for (const Shape& shape : scene.shapes)
         if (auto status = add_shape(f, scene, shape); !status.ok()) return status;
+    if (auto status = add_images(f, scene); !status.ok()) return status;
     return f.value();
 }
 

@@ -5,7 +5,9 @@
 #include <bit>
 #include <cstddef>
 
+#include "bake/used_images.hpp"
 #include "gather/lights.hpp"
+#include "store/check_images.hpp"
 
 namespace raypager {
 namespace {
@@ -59,12 +61,18 @@ void take_settings(const Scene& scene, BakedScene& baked) {
     baked.filter = scene.filter;
     baked.materials = scene.materials;
     baked.light_images = scene.light_images;
+    baked.texture_ops = baked_texture_ops(scene);
+    baked.texture_maps = scene.texture_maps;
 }
 
 Result<bool> restyle(const Scene& scene, BakedScene& baked) {
     if (!all_lights_known(scene, baked)) return false;
     auto lights = lights_of(scene, baked);
     if (!lights) return lights.status();
+    BakedScene textured;
+    textured.images = baked.images;
+    take_settings(scene, textured);
+    RAYPAGER_TRY(check_programs(textured).at("textures"));
     take_settings(scene, baked);
     if (same_lights(*lights, baked.lights)) return true;
     baked.lights = std::move(*lights);

@@ -208,6 +208,13 @@ Status OutputFile::write(std::span<const std::byte> bytes) {
 
 Status OutputFile::write(std::string_view text) { return write(std::as_bytes(std::span(text))); }
 
+Status OutputFile::skip(uint64_t bytes) {
+    RAYPAGER_TRY(flush());
+    if (::lseek(descriptor_, static_cast<off_t>(bytes), SEEK_CUR) < 0) return system_error(path_, "cannot be written");
+    position_ += bytes;
+    return {};
+}
+
 Status OutputFile::write_at(uint64_t offset, std::span<const std::byte> bytes) {
     RAYPAGER_TRY(flush());
     if (!write_all(descriptor_, bytes, static_cast<int64_t>(offset))) return system_error(path_, "cannot be written");

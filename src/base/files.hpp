@@ -49,7 +49,9 @@ public:
     static Result<OutputFile> create(const std::filesystem::path& path);
     Status write(std::span<const std::byte> bytes);  // appends (buffered)
     Status write(std::string_view text);
-    Status write_at(uint64_t offset, std::span<const std::byte> bytes);  // over bytes already written
+    Status skip(uint64_t bytes);  // leaves room, zeros until they are written
+    // Over bytes already written, or skipped; any number of threads at once while nobody appends.
+    Status write_at(uint64_t offset, std::span<const std::byte> bytes);
     uint64_t position() const { return position_; }
     Status commit();  // flushes, syncs, renames
 

@@ -21,7 +21,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     ResidencySettings settings;
     settings.form = form;
     settings.pool_bytes =
-        pool_for_all(file.scene().geometry_bytes(form), tracer->device_->info().max_allocation_bytes, file.scene().largest_block(form));
+        pool_for_all(file.scene().memory_bytes(form), tracer->device_->info().max_allocation_bytes, file.scene().largest_pageable(form));
     settings.policy = default_settings(PolicyKind::lru);
     auto residency = Residency::create(*tracer->device_, file, settings);
     if (!residency) return residency.status();

@@ -172,7 +172,7 @@ Result<SweepResult> run_sweep(const BlockSource& file, const SweepSettings& give
             const auto had =
                 std::find_if(earlier.begin(), earlier.end(), [&](const SweepRun& r) { return r.variant == variant && r.repeat == repeat; });
             if (had != earlier.end()) {
-                result.geometry_bytes = file.scene().geometry_bytes(had->report.form);
+                result.geometry_bytes = file.scene().memory_bytes(had->report.form);
                 result.runs.push_back(*had);
                 continue;
             }
@@ -191,7 +191,7 @@ Result<SweepResult> run_sweep(const BlockSource& file, const SweepSettings& give
             if (!run) return run.status().at(fmt::format("{} at {}", v.settings_name(), v.limit_name()));
             run->wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
             run->variant = variant;
-            result.geometry_bytes = file.scene().geometry_bytes(run->report.form);
+            result.geometry_bytes = file.scene().memory_bytes(run->report.form);
             run->repeat = repeat;
             if (hooks.finished) RAYPAGER_TRY(hooks.finished(*run, v));
             known.push_back(*run);

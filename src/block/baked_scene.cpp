@@ -1,9 +1,12 @@
 #include "block/baked_scene.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <span>
 
 #include "base/hash.hpp"
+#include "scene/image_levels.hpp"
 
 namespace raypager {
 namespace {
@@ -40,6 +43,20 @@ uint32_t BakedScene::largest_block(BlockForm form) const {
 
 bool BakedScene::has_cutouts() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_CUTOUT; });
+}
+
+std::string BakedScene::pageable_name(uint32_t pageable) const {
+    return is_page(pageable) ? fmt::format("page {} of images", pageable - blocks.size()) : fmt::format("block {}", pageable);
+}
+
+uint32_t BakedScene::largest_pageable(BlockForm form) const { return std::max(largest_block(form), pages.empty() ? 0 : RP_TEXTURE_PAGE_BYTES); }
+
+uint32_t BakedScene::texel_words() const {
+    uint32_t words = 0;
+    for (const rp_texture_op& op : texture_ops)
+        if ((op.op & RP_TEXTURE_OPERATION_MASK) == RP_TEXTURE_IMAGE)
+            words = std::max(words, op.lookup + raypager::texel_words(images[op.image].format));
+    return words;
 }
 
 bool BakedScene::has_vertex_colors() const {
@@ -87,6 +104,12 @@ uint64_t BakedScene::identity() const {
         hasher.add(block.checksum);
         hasher.add(block.stored_bytes);
     }
+    if (texture_ops.empty()) return hasher.value;
+    hasher.add_all(images);
+    hasher.add_all(image_levels);
+    hasher.add_all(texture_ops);
+    hasher.add_all(texture_maps);
+    for (const PageRecord& page : pages) hasher.add(page.checksum);
     return hasher.value;
 }
 

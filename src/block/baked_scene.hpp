@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "raypager/abi/block.h"
@@ -34,7 +35,10 @@ struct PageRecord {
     uint64_t checksum = 0;  // hash64 of its bytes
 };
 
-// All of a baked scene but the blocks themselves.
+// What is paged are blocks, and behind them the pages of images; they are numbered through, as in the page table. So many there can be.
+inline constexpr uint32_t max_pageables = RP_NONE >> 1;
+
+// All of a baked scene but the blocks and pages themselves.
 struct BakedScene {
     Camera camera;
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0;
@@ -62,6 +66,16 @@ struct BakedScene {
     uint64_t geometry_bytes(BlockForm form) const;  // of all blocks in memory
     uint64_t stored_bytes() const { return geometry_bytes(BlockForm::stored); }
     uint32_t largest_block(BlockForm form) const;  // in memory; 0 without blocks
+    uint32_t pageable_count() const { return static_cast<uint32_t>(blocks.size() + pages.size()); }
+    bool is_page(uint32_t pageable) const { return pageable >= blocks.size(); }
+    uint32_t pageable_bytes(uint32_t pageable, BlockForm form) const {
+        return is_page(pageable) ? RP_TEXTURE_PAGE_BYTES : blocks[pageable].bytes(form);
+    }
+    std::string pageable_name(uint32_t pageable) const;                                             // for messages: "block 7", "page 3 of images"
+    uint64_t memory_bytes(BlockForm form) const { return geometry_bytes(form) + texture_bytes(); }  // of all pageables
+    uint64_t texture_bytes() const { return uint64_t{pages.size()} * RP_TEXTURE_PAGE_BYTES; }
+    uint32_t largest_pageable(BlockForm form) const;
+    uint32_t texel_words() const;  // of a path slot, that the texels of any one program take; 0 without images
     BlockEntryRoots block_entries_of(uint32_t block) const;
     bool has_vertex_colors() const;                                              // any mesh: kernels and path slots then have something more
     bool has_uvs() const;                                                        // likewise

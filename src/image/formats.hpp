@@ -3,9 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
 #include <string>
 
 #include "raypager/picture.hpp"
+#include "raypager/scene.hpp"
 
 namespace raypager {
 
@@ -19,6 +23,9 @@ std::string lower_case_ending(const std::filesystem::path& path);
 // An error if a picture of this size is empty or larger than is accepted. To be asked before anything is allocated.
 Status check_image_size(const std::filesystem::path& path, uint64_t width, uint64_t height);
 
+// The same for an image of a texture, which is never in memory as a whole.
+Status check_texture_size(const std::filesystem::path& path, uint64_t width, uint64_t height);
+
 // Portable float map: three channels (PF) or one (Pf), either byte order; rows in the file run from bottom to top. The scale factor
 // in the header multiplies the values unless raw. The file must have exactly the size that its header says.
 Result<Image> read_pfm(const std::filesystem::path& path, bool raw);
@@ -29,13 +36,27 @@ Status write_pfm(const std::filesystem::path& path, const Image& image);
 uint8_t encode_srgb8(float linear);
 float decode_srgb(float encoded);
 
+// An image file that is open, as texels (ImageSource).
+class ImageRows {
+public:
+    virtual ~ImageRows() = default;
+    virtual const ImageShape& shape() const = 0;
+    // Once.
+    virtual Status read(const std::function<Status(std::span<const std::byte> rows)>& take) = 0;
+};
+
+// Binary portable maps of grey or colours, and float maps; null if the file is none of these.
+Result<std::unique_ptr<ImageRows>> open_portable_rows(const std::filesystem::path& path, const ImageEncoding& encoding);
+
 // For pictures in other formats: a library that the program brings with it.
 struct ImageLibrary {
     // By the file's ending. Alpha and further channels are left out: the picture has one channel or three.
     Result<Image> (*read)(const std::filesystem::path& path, bool raw);
     Status (*write)(const std::filesystem::path& path, const Image& image);  // .exr and .png
+    Result<std::unique_ptr<ImageRows>> (*open_rows)(const std::filesystem::path& path, const ImageEncoding& encoding);
 };
 // From now on; there is none at first. To be called before other threads read or write pictures.
 void use_image_library(const ImageLibrary& library);
+const ImageLibrary* used_image_library();  // null: none
 
 }  // namespace raypager

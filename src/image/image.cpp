@@ -33,6 +33,7 @@ Status check_writable_ending(const std::filesystem::path& path) {
 }  // namespace
 
 void use_image_library(const ImageLibrary& library) { image_library = library; }
+const ImageLibrary* used_image_library() { return image_library ? &*image_library : nullptr; }
 
 std::string lower_case_ending(const std::filesystem::path& path) {
     std::string ending = path.extension().string();
@@ -45,6 +46,14 @@ Status check_image_size(const std::filesystem::path& path, uint64_t width, uint6
     if (width > max_image_side || height > max_image_side || width > max_image_pixels / height)
         return Status::failed(fmt::format("{}: the picture has {} x {} pixels; at most {} are accepted, and {} a side", path.string(), width, height,
                                           max_image_pixels, max_image_side));
+    return {};
+}
+
+Status check_texture_size(const std::filesystem::path& path, uint64_t width, uint64_t height) {
+    if (width == 0 || height == 0) return Status::failed(fmt::format("{}: the image is empty ({} x {} texels)", path.string(), width, height));
+    if (width > RP_IMAGE_MAX_SIZE || height > RP_IMAGE_MAX_SIZE)
+        return Status::failed(fmt::format("{}: the image has {} x {} texels; at most {} a side are accepted", path.string(), width, height,
+                                          uint32_t{RP_IMAGE_MAX_SIZE}));
     return {};
 }
 

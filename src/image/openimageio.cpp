@@ -1,9 +1,7 @@
 // The one place that knows OpenImageIO; its exceptions end here.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,8 +10,8 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
-#include "image/claimed_sizes.hpp"
 #include "image/formats.hpp"
+#include "image/openimageio_tools.hpp"
 #include "raypager/picture.hpp"
 
 namespace raypager {
@@ -21,34 +19,6 @@ namespace {
 
 constexpr uint64_t values_at_once = uint64_t{1} << 20;  // of a picture that is not tiled, or one row
 constexpr uint64_t max_values_at_once = uint64_t{1} << 26;
-
-// libpng and its like write to stderr when a file is damaged, although the library above them reports the same: one error is one line.
-// What other threads write meanwhile is lost, too, so this is held for as long as a picture is read, no longer.
-class SilentStderr {
-public:
-    SilentStderr() : saved_(::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 0)) {
-        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-        if (saved_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
-        if (nowhere >= 0) ::close(nowhere);
-    }
-    SilentStderr(const SilentStderr&) = delete;
-    SilentStderr& operator=(const SilentStderr&) = delete;
-    ~SilentStderr() {
-        if (saved_ < 0) return;
-        ::dup2(saved_, STDERR_FILENO);
-        ::close(saved_);
-    }
-
-private:
-    int saved_;
-};
-
-// One line of a library's message.
-std::string one_line(std::string text) {
-    std::ranges::replace(text, '\n', ' ');
-    while (!text.empty() && text.back() == ' ') text.pop_back();
-    return text.empty() ? "no reason given" : text;
-}
 
 // Pixels are read piece by piece into an array that grows with them, so that a small damaged file that promises a huge picture fails
 // before much is allocated. Values keep their stored type if raw; otherwise integers are divided by their maximum.
@@ -101,14 +71,6 @@ bool is_srgb(const OIIO::ImageSpec& spec) {
     const std::string space = spec.get_string_attribute("oiio:ColorSpace");
     if (!space.empty()) return OIIO::Strutil::iequals(space, "sRGB");
     return spec.format == OIIO::TypeDesc::UINT8 && spec.nchannels >= 3;
-}
-
-// Deflate packs at most 1032 bytes into one (zlib Technical Details, zlib.net), and run lengths fewer: a file that claims more is damaged, which
-// OpenEXR does not always notice. Of other ways of packing there is no such bound.
-bool claims_too_much(const OIIO::ImageSpec& spec, const std::string& format, uint64_t file_bytes) {
-    const std::string packing = spec.get_string_attribute("compression");
-    const bool bounded = format == "png" || packing == "zip" || packing == "zips" || packing == "rle" || packing == "none";
-    return bounded && spec.image_bytes(true) / 1032 > file_bytes;
 }
 
 Result<Image> read_open(OIIO::ImageInput& input, const std::filesystem::path& path, uint64_t file_bytes, bool raw) {
@@ -176,21 +138,10 @@ Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, 
 }
 
 Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw) try {
-    // Absent, unreadable and irregular files are told apart by us: the library's words for them vary with the format.
-    auto file = InputFile::open(path);
-    if (!file) return file.status();
-    RAYPAGER_TRY(check_exr_attributes(*file));
-    RAYPAGER_TRY(check_png_chunks(*file));
+    const auto input = open_image_input(path, OIIO::ImageSpec());
+    if (!input) return input.status();
     const SilentStderr silent;
-    // The reader of this ending. Asked with the file's name instead, the library offers a file that this reader refuses to all others.
-    const std::string ending = lower_case_ending(path);
-    const std::unique_ptr<OIIO::ImageInput> input = ending.size() > 1 ? OIIO::ImageInput::create(ending.substr(1)) : nullptr;
-    if (!input) return Status::failed(fmt::format("{}: no format of pictures has the ending \"{}\"", path.string(), ending));
-    OIIO::ImageSpec ignored;
-    if (!input->open(path.string(), ignored))
-        return Status::failed(
-            fmt::format("{}: is not a {} picture that can be read: {}", path.string(), input->format_name(), one_line(input->geterror())));
-    return read_open(*input, path, file->size(), raw);
+    return read_open(**input, path, std::filesystem::file_size(path), raw);
 } catch (const std::exception& error) {
     return Status::failed(fmt::format("{}: cannot be read: {}", path.string(), one_line(error.what())));
 }
@@ -212,6 +163,6 @@ Status write_with_openimageio(const std::filesystem::path& path, const Image& im
 
 }  // namespace
 
-void use_openimageio() { use_image_library({read_with_openimageio, write_with_openimageio}); }
+void use_openimageio() { use_image_library({read_with_openimageio, write_with_openimageio, open_rows_with_openimageio}); }
 
 }  // namespace raypager

@@ -173,7 +173,7 @@ RenderProgress RenderJob::progress() const {
     p.loads = done.loads;
     p.bytes_loaded = done.bytes_loaded;
     p.resident_bytes = rounds_->residency().resident_bytes();
-    p.geometry_bytes = scene_.geometry_bytes(rounds_->plan().form);
+    p.geometry_bytes = scene_.memory_bytes(rounds_->plan().form);
     return p;
 }
 

@@ -12,7 +12,7 @@ struct MemoryNeeds {
     uint64_t limit = 0;     // all device memory
     uint64_t fixed = 0;     // scene tables, film, page table
     uint64_t per_slot = 0;  // bytes of a path slot
-    uint64_t geometry = 0;  // all blocks
+    uint64_t geometry = 0;  // all blocks, pages of images among them
     uint64_t largest_block = 0;
     uint64_t geometry_limit = 0;        // the user's; 0: none
     double geometry_limit_percent = 0;  // the user's; 0: none

@@ -20,9 +20,9 @@ uint64_t preferred_slots(BlockForm form, const DeviceProfile& profile) {
 
 bool chooses_region(const RenderOptions& options) { return !options.tuning.region && !is_seen_growing(options); }
 
-// Of a pool that holds all geometry, and what slabs leave over at their ends.
+// Of a pool that holds all blocks and pages, and what slabs leave over at their ends.
 uint64_t whole_pool_bytes(const BakedScene& scene, BlockForm form, const DeviceInfo& device) {
-    return pool_for_all(scene.geometry_bytes(form), device.max_allocation_bytes, scene.largest_block(form));
+    return pool_for_all(scene.memory_bytes(form), device.max_allocation_bytes, scene.largest_pageable(form));
 }
 
 // About instruments.record_paths of all paths, and room for what they log in an ordinary round; in others, some rays wait for the next one.
@@ -46,10 +46,10 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height);
     MemoryNeeds needs;
     needs.limit = device_limit;
-    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.blocks.size(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
+    needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.pageable_count(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
     needs.per_slot = bytes.per_slot;
     if (options.tuning.pool_place == PoolPlace::device) {
-        needs.largest_block = scene.largest_block(form);
+        needs.largest_block = scene.largest_pageable(form);
         needs.geometry = whole_pool_bytes(scene, form, device);
         needs.geometry_limit = options.geometry_limit;
         if (const uint64_t most = largest_pool(device.max_allocation_bytes); needs.geometry > most)
@@ -74,7 +74,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
 
 PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const RenderOptions& options, const RenderInstruments& instruments,
                                uint64_t pool_bytes, const DeviceInfo& device) {
-    const uint64_t average = scene.blocks.empty() ? 0 : scene.geometry_bytes(form) / scene.blocks.size();
+    const uint64_t average = scene.pageable_count() == 0 ? 0 : scene.memory_bytes(form) / scene.pageable_count();
     PolicySettings policy = default_settings(options.tuning.policy, pool_bytes, average, device.profile);
     if (instruments.evict_ahead) policy.evict_ahead = *instruments.evict_ahead;
     if (options.tuning.loads_in_flight) {
@@ -127,7 +127,7 @@ Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOp
     settings.slab_bytes = instruments.slab_bytes;
     settings.journal = instruments.keep_journal;
     if (mapped && settings.pool_bytes > plan.host_limit)
-        return Status::failed(fmt::format("--pool host: the geometry takes {} of host memory, the limit is {}; give a larger --host-limit",
+        return Status::failed(fmt::format("--pool host: geometry and images take {} of host memory, the limit is {}; give a larger --host-limit",
                                           format_exact_bytes(settings.pool_bytes), format_bytes(plan.host_limit)));
     settings.host_limit = mapped ? plan.host_limit - settings.pool_bytes : plan.host_limit;
     settings.loader_threads = instruments.loader_threads;

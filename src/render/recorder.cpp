@@ -42,7 +42,7 @@ void RenderRecorder::finish(const BakedScene& scene, const Residency& residency,
     recorded.seconds = report.seconds.render;
     recorded.trace_seconds = report.seconds.trace;
     recorded.scene_identity = scene.identity();
-    for (const BlockRecord& block : scene.blocks) trace.block_bytes.push_back(block.stored_bytes);
+    for (uint32_t block = 0; block < scene.pageable_count(); block++) trace.block_bytes.push_back(scene.pageable_bytes(block, BlockForm::stored));
     visits_->finish(trace);
 }
 

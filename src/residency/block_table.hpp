@@ -1,5 +1,5 @@
-// What is known of every block between two rounds, and what follows from it: the device-free half of the residency. A render and the
-// replay of a recorded one go through this same class.
+// What is known of every block (and page of images) between two rounds, and what follows from it: the device-free half of the residency. A render and
+// the replay of a recorded one go through this same class.
 #pragma once
 
 #include <cstdint>

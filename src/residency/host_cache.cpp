@@ -13,20 +13,14 @@ namespace {
 // much is lost at their ends, where no block fits.
 constexpr uint64_t blocks_a_chunk = 32, min_chunk_bytes = uint64_t{4} << 20, max_chunk_bytes = uint64_t{64} << 20;
 
-// Room for a block while it is read and transcoded in place.
-uint64_t room_for(const BlockRecord& record, BlockForm form) {
-    const uint64_t bytes = std::max(record.stored_bytes, record.bytes(form));
-    return (bytes + RP_BLOCK_ALIGNMENT - 1) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
-}
-
 }  // namespace
 
 HostCache::HostCache(Device& device, const BlockSource& source, BlockForm form, uint64_t limit_bytes, bool once)
     : device_(device), source_(source), form_(form), once_(once) {
     uint64_t largest = RP_BLOCK_ALIGNMENT;
-    for (const BlockRecord& record : source.scene().blocks) {
-        largest = std::max(largest, room_for(record, form_));
-        all_bytes_ += room_for(record, form_);
+    for (uint32_t block = 0; block < scene().pageable_count(); block++) {
+        largest = std::max(largest, room_for(block));
+        all_bytes_ += room_for(block);
     }
     limit_ = std::max(limit_bytes, 2 * largest);
     const uint64_t usual = std::clamp(blocks_a_chunk * largest, min_chunk_bytes, max_chunk_bytes);
@@ -34,8 +28,13 @@ HostCache::HostCache(Device& device, const BlockSource& source, BlockForm form, 
     chunk_bytes_ = chunk_bytes_ / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }
 
+// For a block while it is read and transcoded in place.
+uint64_t HostCache::room_for(uint32_t block) const {
+    const uint64_t bytes = std::max(scene().pageable_bytes(block, BlockForm::stored), scene().pageable_bytes(block, form_));
+    return (bytes + RP_BLOCK_ALIGNMENT - 1) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
+}
+
 Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
-    const BlockRecord& record = source_.scene().blocks[block];
     Lock lock(mutex_);
     for (;;) {
         const auto found = entries_.find(block);
@@ -44,21 +43,21 @@ Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
         if (closed_) return Status::failed("the cache of blocks was closed");
         changed_.wait(lock);
     }
-    const auto place = make_room(lock, room_for(record, form_), true);
+    const auto place = make_room(lock, room_for(block), true);
     if (!place) return place.status();
     if (entries_.count(block)) {  // another thread was faster while this one waited for room
-        give_back(*place, room_for(record, form_));
+        give_back(*place, room_for(block));
         lock.unlock();
         return acquire(block);
     }
     RAYPAGER_TRY(fill(lock, block, *place));
-    return std::span<const std::byte>(bytes_at(*place, record.bytes(form_)));
+    return std::span<const std::byte>(bytes_at(*place, scene().pageable_bytes(block, form_)));
 }
 
 bool HostCache::read_ahead(uint32_t block) {
     Lock lock(mutex_);
     if (closed_ || entries_.count(block)) return !closed_;
-    const uint64_t room = room_for(source_.scene().blocks[block], form_);
+    const uint64_t room = room_for(block);
     const auto place = make_room(lock, room, false);
     if (!place) return false;
     if (entries_.count(block)) {
@@ -76,7 +75,7 @@ bool HostCache::knows(uint32_t block) const {
 }
 
 Status HostCache::fill(Lock& lock, uint32_t block, const Place& place) {
-    const uint64_t room = room_for(source_.scene().blocks[block], form_);
+    const uint64_t room = room_for(block);
     const std::span<std::byte> target = bytes_at(place, room);
     try {
         std::list<uint32_t> age = {block};
@@ -124,7 +123,7 @@ std::optional<std::span<const std::byte>> HostCache::acquire_if_there(uint32_t b
 std::span<const std::byte> HostCache::hold(uint32_t block, Entry& entry) {
     entry.holders++;
     by_age_.splice(by_age_.end(), by_age_, entry.age);
-    return bytes_at(entry.place, source_.scene().blocks[block].bytes(form_));
+    return bytes_at(entry.place, scene().pageable_bytes(block, form_));
 }
 
 void HostCache::release(uint32_t block) {
@@ -156,11 +155,11 @@ uint64_t HostCache::peak_bytes() const {
 }
 
 Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
-    const BlockRecord& record = source_.scene().blocks[block];
-    const std::span<std::byte> stored = target.first(record.stored_bytes);
+    if (scene().is_page(block)) return source_.read_page(block - static_cast<uint32_t>(scene().blocks.size()), target.first(RP_TEXTURE_PAGE_BYTES));
+    const std::span<std::byte> stored = target.first(scene().blocks[block].stored_bytes);
     RAYPAGER_TRY(source_.read_block(block, stored));
     RAYPAGER_TRY(source_.check_block(block, stored));
-    return transcode_block(source_.scene(), block, form_, target);
+    return transcode_block(scene(), block, form_, target);
 }
 
 // A free place: in a chunk that is there, in a new one, or where the oldest blocks were.

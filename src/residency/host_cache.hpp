@@ -1,5 +1,5 @@
-// Blocks in host memory, in the form for the device, up to a limit, in front of their source. They lie in pinned memory, so that uploads go
-// straight out of the cache. The least recently used goes out. Thread-safe.
+// Blocks and pages of images in host memory, as the device has them, up to a limit, in front of their source. They lie in pinned memory, so that
+// uploads go straight out of the cache. The least recently used goes out. Thread-safe.
 #pragma once
 
 #include <condition_variable>
@@ -19,11 +19,13 @@
 
 namespace raypager {
 
+// Numbers of blocks are those of the page table: pages come behind the blocks (BakedScene::is_page).
 class HostCache {
 public:
     // A limit below the two largest blocks is raised to that. once: each block is acquired once, and need not stay when it has been released.
     HostCache(Device& device, const BlockSource& source, BlockForm form, uint64_t limit_bytes, bool once = false);
     BlockForm form() const { return form_; }
+    const BakedScene& scene() const { return source_.scene(); }
     // The bytes of a block in that form: from the cache, or read from the source, verified and transcoded. They stay where they are
     // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release
     // without this call).
@@ -68,6 +70,7 @@ private:
     bool evict_oldest();
     Status add_chunk(Lock& lock);
     Status read(uint32_t block, std::span<std::byte> target) const;
+    uint64_t room_for(uint32_t block) const;
     std::span<const std::byte> hold(uint32_t block, Entry& entry);
     std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].memory.bytes().subspan(place.offset, bytes); }
 

@@ -61,7 +61,7 @@ std::string Loader::activity() const {
     const std::lock_guard lock(mutex_);
     std::string text = fmt::format("{} loads to begin, {} uploads under way", waiting_.size(), submitted_.size());
     for (const auto& [block, since] : reading_)
-        text += fmt::format(", block {} being brought for {:.1f} s", block,
+        text += fmt::format(", {} being brought for {:.1f} s", cache_.scene().pageable_name(block),
                             std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count());
     return text;
 }
@@ -117,7 +117,7 @@ Status Loader::bring(std::vector<Load>& loads) {
                 if (!bytes) return bytes.status();
                 load.bytes = *bytes;
             }
-            if (cache_.form() == BlockForm::stored) {
+            if (cache_.form() == BlockForm::stored && !cache_.scene().is_page(load.block)) {
                 rp_block_header header;
                 std::memcpy(&header, load.bytes.data(), sizeof header);
                 load.arrival = {load.block, header.leaves_at, header.vertices_at};

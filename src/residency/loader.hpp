@@ -19,7 +19,7 @@
 
 namespace raypager {
 
-// A block that has come, and, in its stored form, where kernels find its sections (abi/block.h, rp_page).
+// A block or page of images that has come, and, of a block in its stored form, where kernels find its sections (abi/block.h, rp_page).
 struct Arrival {
     uint32_t block, leaves_at, vertices_at;
 };

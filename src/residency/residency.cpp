@@ -29,9 +29,9 @@ uint64_t whole_slab(uint64_t max_slab_bytes) {
 
 }  // namespace
 
-uint64_t pool_for_all(uint64_t geometry_bytes, uint64_t max_slab_bytes, uint64_t largest_block) {
+uint64_t pool_for_all(uint64_t all_bytes, uint64_t max_slab_bytes, uint64_t largest_block) {
     const uint64_t slab = whole_slab(max_slab_bytes);
-    return geometry_bytes <= slab ? geometry_bytes : geometry_bytes + (geometry_bytes / slab + 1) * 2 * largest_block;
+    return all_bytes <= slab ? all_bytes : all_bytes + (all_bytes / slab + 1) * 2 * largest_block;
 }
 
 uint64_t largest_pool(uint64_t max_slab_bytes) { return RP_MAX_SLABS * whole_slab(max_slab_bytes); }
@@ -54,13 +54,13 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
 Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockSource& source, const ResidencySettings& settings) {
     const BakedScene& scene = source.scene();
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
-    auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_block(settings.form));
+    auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_pageable(settings.form));
     if (!sizes) return sizes.status();
     std::vector<uint32_t> block_bytes;
-    for (const BlockRecord& block : scene.blocks) block_bytes.push_back(block.bytes(settings.form));
+    for (uint32_t block = 0; block < scene.pageable_count(); block++) block_bytes.push_back(scene.pageable_bytes(block, settings.form));
     std::unique_ptr<Residency> residency(new Residency(BlockTable(block_bytes, SlabAllocator(*sizes), settings.policy, settings.journal)));
     RAYPAGER_TRY(residency->allocate_slabs(device, *sizes, settings.place));
-    residency->pages_.assign(std::max<size_t>(scene.blocks.size(), 1), rp_page{RP_NONE, 0, 0, 0});
+    residency->pages_.assign(std::max<size_t>(scene.pageable_count(), 1), rp_page{RP_NONE, 0, 0, 0});
     auto table = device.allocate(residency->pages_.size() * sizeof(rp_page), "the page table");
     if (!table) return table.status();
     residency->page_table_ = std::move(*table);
@@ -71,7 +71,7 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
     }
     // Where the pool holds everything, each block passes through the cache once.
     constexpr uint64_t passage = uint64_t{128} << 20;
-    const bool all_fits = scene.geometry_bytes(settings.form) <= residency->table_.pool_bytes();
+    const bool all_fits = scene.memory_bytes(settings.form) <= residency->table_.pool_bytes();
     residency->cache_ =
         std::make_unique<HostCache>(device, source, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);

@@ -1,4 +1,5 @@
-// The geometry pool: which blocks are where on the device, what comes in and goes out. Sits between the rounds of the tracer.
+// The pool: which blocks and pages of images are where on the device, what comes in and goes out. Sits between the rounds of the tracer. To all that
+// pages, a page of images is a block with a number behind those of the blocks (BakedScene::is_page).
 #pragma once
 
 #include <array>
@@ -20,7 +21,7 @@ namespace raypager {
 
 struct ResidencySettings {
     BlockForm form = BlockForm::stored;          // of the blocks on the device
-    uint64_t pool_bytes = 0;                     // at most; REQUIRES: at least the largest block
+    uint64_t pool_bytes = 0;                     // at most; REQUIRES: at least the largest of them
     uint64_t slab_bytes = 0;                     // of one slab at most; 0: what the device allocates at once
     uint64_t host_limit = 0;                     // of the cache of blocks
     uint32_t loader_threads = 0;                 // 0: as the device's profile says
@@ -32,8 +33,8 @@ struct ResidencySettings {
 
 // Sizes of the slabs for a pool: as few as possible, each large enough for the largest block; what is left over is not used.
 Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
-// Bytes of a pool that holds all geometry, ends of slabs included that no block fits into; and of the largest pool that there can be.
-uint64_t pool_for_all(uint64_t geometry_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
+// Bytes of a pool that holds all blocks, ends of slabs included that no block fits into; and of the largest pool that there can be.
+uint64_t pool_for_all(uint64_t all_bytes, uint64_t max_slab_bytes, uint64_t largest_block);
 uint64_t largest_pool(uint64_t max_slab_bytes);
 
 class Residency {

@@ -7,6 +7,7 @@
 
 #include "raypager/scene.hpp"
 #include "scene/check_material.hpp"
+#include "scene/check_texture.hpp"
 #include "scene/light_images.hpp"
 #include "scene/pixel_filter.hpp"
 #include "scene/projection.hpp"
@@ -113,6 +114,7 @@ Status validate(const Scene& scene) {
         if (scene.lights[i].kind == RP_LIGHT_INFINITE && ++infinite > 1) return Status::failed("more than one infinite light; add them up");
     }
     RAYPAGER_TRY(check_light_images(scene.light_images, scene.lights));
+    RAYPAGER_TRY(check_textures({scene.texture_ops, scene.texture_maps, scene.materials, scene.images.size()}).at("textures"));
     for (const Shape& shape : scene.shapes) RAYPAGER_TRY(check_shape(scene, shape));
     return {};
 }

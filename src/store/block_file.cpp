@@ -126,20 +126,29 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, wide_roots, scene.wide_roots));
     RAYPAGER_TRY(read_section(*file, header, blocks, scene.blocks));
     RAYPAGER_TRY(read_light_images(*file, header, scene));
+    RAYPAGER_TRY(read_section(*file, header, images, scene.images));
+    RAYPAGER_TRY(read_section(*file, header, image_levels, scene.image_levels));
+    RAYPAGER_TRY(read_section(*file, header, pages, scene.pages));
+    RAYPAGER_TRY(read_section(*file, header, texture_ops, scene.texture_ops));
+    RAYPAGER_TRY(read_section(*file, header, texture_maps, scene.texture_maps));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
     if (change) change(scene);
     opened->file_ = std::move(*file);
     return std::shared_ptr<const BlockFile>(std::move(opened));
 }
 
-Status BlockFile::fetch(uint32_t block, std::span<std::byte> stored) const {
-    const Status status = file_.read(scene_.blocks[block].offset, stored);
-    return status.ok() ? status : status.at(fmt::format("block {}", block));
+uint64_t BlockFile::offset_of(uint32_t pageable) const {
+    return scene_.is_page(pageable) ? scene_.pages[pageable - scene_.blocks.size()].offset : scene_.blocks[pageable].offset;
 }
 
-Status BlockFile::damaged(uint32_t block, const std::string& what) const {
-    return Status::failed(fmt::format("{}: block {} at byte {}: {}; the file is damaged, bake the scene again", path().string(), block,
-                                      scene_.blocks[block].offset, what));
+Status BlockFile::fetch(uint32_t pageable, std::span<std::byte> stored) const {
+    const Status status = file_.read(offset_of(pageable), stored);
+    return status.ok() ? status : status.at(scene_.pageable_name(pageable));
+}
+
+Status BlockFile::damaged(uint32_t pageable, const std::string& what) const {
+    return Status::failed(fmt::format("{}: {} at byte {}: {}; the file is damaged, bake the scene again", path().string(),
+                                      scene_.pageable_name(pageable), offset_of(pageable), what));
 }
 
 }  // namespace raypager

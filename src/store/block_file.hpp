@@ -20,17 +20,20 @@ class BlockFileWriter final : public BlockSink {
 public:
     static Result<BlockFileWriter> create(const std::filesystem::path& path);
     Status append(std::span<const std::byte> stored, BlockRecord& record) override;
+    Status reserve_pages(uint32_t count) override;
+    Status put_page(uint32_t page, std::span<const std::byte> bytes, PageRecord& record) override;
     // The file appears under its name only now.
     Status finish(const BakedScene& scene) override;
 
 private:
     OutputFile file_;
+    uint64_t pages_at_ = 0;
 };
 
 // An open block file.
 class BlockFile : public BlockSource {
 public:
-    // Reads and checks everything but the blocks: magic, version, sizes, checksums, and that indices and bounds make sense.
+    // Reads and checks everything but the blocks and pages: magic, version, sizes, checksums, and that indices and bounds make sense.
     // change: applied to what was read, once it has been checked.
     using Change = std::function<void(BakedScene&)>;
     static Result<std::shared_ptr<const BlockFile>> open(const std::filesystem::path& path, const Change& change = {});
@@ -39,8 +42,9 @@ public:
     uint64_t file_bytes() const { return file_.size(); }
 
 private:
-    Status fetch(uint32_t block, std::span<std::byte> stored) const override;
-    Status damaged(uint32_t block, const std::string& what) const override;
+    Status fetch(uint32_t pageable, std::span<std::byte> stored) const override;
+    Status damaged(uint32_t pageable, const std::string& what) const override;
+    uint64_t offset_of(uint32_t pageable) const;
 
     InputFile file_;
     BakedScene scene_;

@@ -1,7 +1,8 @@
-// Where a bake puts its blocks: a file, or memory.
+// Where a bake puts its blocks and pages: a file, or memory.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "block/baked_scene.hpp"
@@ -14,7 +15,11 @@ public:
     virtual ~BlockSink() = default;
     // Appends one block; record's offset, checksum and stored_bytes are filled in.
     virtual Status append(std::span<const std::byte> stored, BlockRecord& record) = 0;
-    // Takes everything else; scene.blocks holds the records in block order. REQUIRES: the last call.
+    // Makes room for pages of images behind the blocks. REQUIRES: called once, after the last block.
+    virtual Status reserve_pages(uint32_t count) = 0;
+    // One of these pages, in any order, from any number of threads, each once; all of record is filled in.
+    virtual Status put_page(uint32_t page, std::span<const std::byte> bytes, PageRecord& record) = 0;
+    // Takes everything else; scene.blocks and scene.pages hold the records in order. REQUIRES: the last call.
     virtual Status finish(const BakedScene& scene) = 0;
 };
 

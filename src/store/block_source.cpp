@@ -14,6 +14,13 @@ Status BlockSource::read_block(uint32_t block, std::span<std::byte> stored) cons
     return hash64(stored) == record.checksum ? Status() : damaged(block, "the checksum is wrong");
 }
 
+Status BlockSource::read_page(uint32_t page, std::span<std::byte> bytes) const {
+    RAYPAGER_CHECK(page < scene().pages.size() && bytes.size() == RP_TEXTURE_PAGE_BYTES);
+    const auto pageable = static_cast<uint32_t>(scene().blocks.size() + page);
+    RAYPAGER_TRY(fetch(pageable, bytes));
+    return hash64(bytes) == scene().pages[page].checksum ? Status() : damaged(pageable, "the checksum is wrong");
+}
+
 Status BlockSource::check_block(uint32_t block, std::span<const std::byte> stored) const {
     RAYPAGER_CHECK(block < scene().blocks.size());
     const Status status = check_block_bytes(scene(), block, stored);

@@ -1,4 +1,4 @@
-// Where the blocks of a scene come from while it is rendered: a file, today.
+// Where the blocks of a scene, and the pages of its images, come from while it is rendered: a file, today.
 #pragma once
 
 #include <cstddef>
@@ -21,10 +21,14 @@ public:
     // Checks that the bytes of a block hold together (section bounds, references, vertex indices), so that no kernel can read outside.
     Status check_block(uint32_t block, std::span<const std::byte> stored) const;
 
+    // Gets the RP_TEXTURE_PAGE_BYTES of a page and verifies the checksum. Whatever texels there are make a picture: there is no more to check.
+    Status read_page(uint32_t page, std::span<std::byte> bytes) const;
+
 private:
-    virtual Status fetch(uint32_t block, std::span<std::byte> stored) const = 0;
+    // pageable: a block, or behind these a page (BakedScene::is_page).
+    virtual Status fetch(uint32_t pageable, std::span<std::byte> stored) const = 0;
     // The error that says so, with what to do about it.
-    virtual Status damaged(uint32_t block, const std::string& what) const = 0;
+    virtual Status damaged(uint32_t pageable, const std::string& what) const = 0;
 };
 
 }  // namespace raypager

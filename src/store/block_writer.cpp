@@ -89,6 +89,19 @@ Status BlockFileWriter::append(std::span<const std::byte> stored, BlockRecord& r
     return file_.write(stored);
 }
 
+Status BlockFileWriter::reserve_pages(uint32_t count) {
+    RAYPAGER_TRY(pad_to_page(file_));
+    pages_at_ = file_.position();
+    return file_.skip(uint64_t{count} * RP_TEXTURE_PAGE_BYTES);
+}
+
+Status BlockFileWriter::put_page(uint32_t number, std::span<const std::byte> bytes, PageRecord& record) {
+    RAYPAGER_CHECK(bytes.size() == RP_TEXTURE_PAGE_BYTES);
+    record.offset = pages_at_ + uint64_t{number} * RP_TEXTURE_PAGE_BYTES;
+    record.checksum = hash64(bytes);
+    return file_.write_at(record.offset, bytes);
+}
+
 Status BlockFileWriter::finish(const BakedScene& scene) {
     Header header = {};
     std::memcpy(header.magic, magic, sizeof magic);
@@ -114,6 +127,11 @@ Status BlockFileWriter::finish(const BakedScene& scene) {
     }
     RAYPAGER_TRY(write_section<rp_light_image>(file_, header, light_images, sizes));
     RAYPAGER_TRY(write_section<rp_texel>(file_, header, texels, all_texels));
+    RAYPAGER_TRY(write_section<rp_image>(file_, header, images, scene.images));
+    RAYPAGER_TRY(write_section<rp_image_level>(file_, header, image_levels, scene.image_levels));
+    RAYPAGER_TRY(write_section<PageRecord>(file_, header, pages, scene.pages));
+    RAYPAGER_TRY(write_section<rp_texture_op>(file_, header, texture_ops, scene.texture_ops));
+    RAYPAGER_TRY(write_section<rp_texture_map>(file_, header, texture_maps, scene.texture_maps));
     header.file_bytes = file_.position();
     header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
     RAYPAGER_TRY(file_.write_at(0, std::as_bytes(std::span(&header, 1))));

@@ -11,16 +11,16 @@
 #include "scene/light_images.hpp"
 #include "scene/pixel_filter.hpp"
 #include "scene/projection.hpp"
+#include "store/check_images.hpp"
 #include "store/format.hpp"
+#include "store/section_status.hpp"
 
 namespace raypager {
 namespace {
 
 using namespace format;
 
-Status bad(Section section, std::string what) {
-    return Status::failed(fmt::format("section \"{}\": {}; the file is damaged, bake the scene again", section_names[section], what));
-}
+Status bad(Section section, const std::string& what) { return bad_section(section, what); }
 
 bool finite(std::span<const float> values) {
     for (const float value : values)
@@ -186,12 +186,17 @@ Status check_top_tree(const BakedScene& scene) {
 
 }  // namespace
 
+Status bad_section(format::Section section, const std::string& what) {
+    return Status::failed(fmt::format("section \"{}\": {}; the file is damaged, bake the scene again", section_names[section], what));
+}
+
 Status check_scene(const BakedScene& scene, uint64_t file_bytes) {
     RAYPAGER_TRY(check_scalars(scene));
     RAYPAGER_TRY(check_materials(scene));
     RAYPAGER_TRY(check_lights(scene));
     RAYPAGER_TRY(check_ranges(scene));
     RAYPAGER_TRY(check_blocks(scene, file_bytes));
+    RAYPAGER_TRY(check_images(scene, file_bytes));
     RAYPAGER_TRY(check_block_entries(scene));
     return check_top_tree(scene);
 }

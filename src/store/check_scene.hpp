@@ -11,7 +11,7 @@
 
 namespace raypager {
 
-// Everything but the blocks: indices, bounds, the top tree, the paths of the block entries, where the blocks lie.
+// Everything but the blocks and pages: indices, images and programs, bounds, the top tree, the paths of the block entries, where the blocks lie.
 Status check_scene(const BakedScene& scene, uint64_t file_bytes);
 
 }  // namespace raypager

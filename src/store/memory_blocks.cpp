@@ -21,18 +21,33 @@ Status MemoryBlocks::append(std::span<const std::byte> stored, BlockRecord& reco
     return {};
 }
 
+Status MemoryBlocks::reserve_pages(uint32_t count) {
+    pages_at_ = end_;
+    end_ += uint64_t{count} * RP_TEXTURE_PAGE_BYTES;
+    pages_.resize(count);
+    return {};
+}
+
+Status MemoryBlocks::put_page(uint32_t page, std::span<const std::byte> bytes, PageRecord& record) {
+    RAYPAGER_CHECK(page < pages_.size() && bytes.size() == RP_TEXTURE_PAGE_BYTES);
+    record.offset = pages_at_ + uint64_t{page} * RP_TEXTURE_PAGE_BYTES;
+    record.checksum = hash64(bytes);
+    pages_[page].assign(bytes.begin(), bytes.end());
+    return {};
+}
+
 Status MemoryBlocks::finish(const BakedScene& scene) {
     scene_ = scene;
     return check_scene(scene_, end_).at("baked scene");
 }
 
-Status MemoryBlocks::fetch(uint32_t block, std::span<std::byte> stored) const {
-    std::ranges::copy(blocks_[block], stored.begin());
+Status MemoryBlocks::fetch(uint32_t pageable, std::span<std::byte> stored) const {
+    std::ranges::copy(scene_.is_page(pageable) ? pages_[pageable - blocks_.size()] : blocks_[pageable], stored.begin());
     return {};
 }
 
-Status MemoryBlocks::damaged(uint32_t block, const std::string& what) const {
-    return Status::failed(fmt::format("block {} in memory is damaged: {}", block, what));
+Status MemoryBlocks::damaged(uint32_t pageable, const std::string& what) const {
+    return Status::failed(fmt::format("{} in memory is damaged: {}", scene_.pageable_name(pageable), what));
 }
 
 }  // namespace raypager

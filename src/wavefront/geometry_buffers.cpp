@@ -14,7 +14,7 @@ constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 
 
 uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
-    return at_least_16(scene.blocks.size() * arrays * sizeof(uint32_t));
+    return at_least_16(scene.pageable_count() * arrays * sizeof(uint32_t));
 }
 
 // What single rays have on the device (abi/block.h, rp_block_entry).
@@ -78,7 +78,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.form_ = form;
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
-    result.block_count_ = static_cast<uint32_t>(scene.blocks.size());
+    result.block_count_ = scene.pageable_count();
     if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";

@@ -29,8 +29,8 @@ public:
                                           const Buffer& page_table);
 
     const Buffer& pages() const { return *page_table_; }
-    const Buffer& demand() const { return demand_; }  // arrays of abi/path.h
-    uint32_t block_count() const { return block_count_; }
+    const Buffer& demand() const { return demand_; }       // arrays of abi/path.h
+    uint32_t block_count() const { return block_count_; }  // entries of the page table: pages of images are among them
     // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
     std::string definitions() const;
     BlockForm form() const { return form_; }

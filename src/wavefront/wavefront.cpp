@@ -57,6 +57,8 @@ namespace {
 
 uint64_t light_words_bytes(const BakedScene& scene) { return light_choice_bytes(scene.lights) + image_words_bytes(scene.light_images, scene.lights); }
 
+uint64_t texture_bytes(const BakedScene& scene) { return scene.has_textures() ? at_least_16(texture_words_bytes(scene)) : 0; }
+
 // What kernels that shade must know.
 std::string shading_definitions(const BakedScene& scene) {
     std::string result;
@@ -81,7 +83,7 @@ std::string shading_definitions(const BakedScene& scene) {
 WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
-                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_words_bytes(scene) +
+                  at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_bytes(scene) +
                   at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
                   RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) + PathSlots::fixed_bytes(SlotFields::of(scene)) +
                   extra_queue_words(form) * sizeof(uint32_t);

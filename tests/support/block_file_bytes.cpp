@@ -28,6 +28,16 @@ void seal_blocks(std::string& bytes, std::span<std::byte> table) {
     }
 }
 
+void seal_image_pages(std::string& bytes, std::span<std::byte> table) {
+    for (; table.size() >= sizeof(PageRecord); table = table.subspan(sizeof(PageRecord))) {
+        PageRecord record;
+        std::memcpy(&record, table.data(), sizeof record);
+        const auto image_page = part(bytes, record.offset, RP_TEXTURE_PAGE_BYTES, 1);
+        if (!image_page.empty()) record.checksum = hash64(image_page);
+        std::memcpy(table.data(), &record, sizeof record);
+    }
+}
+
 uint32_t length_at(std::string_view text) {
     uint32_t length;
     std::memcpy(&length, text.data(), sizeof length);
@@ -41,6 +51,8 @@ void seal_block_file(std::string& bytes) {
     std::memcpy(&header, bytes.data(), sizeof header);
     const auto& blocks = header.sections[format::blocks];
     seal_blocks(bytes, part(bytes, blocks.offset, blocks.count, sizeof(BlockRecord)));
+    const auto& pages = header.sections[format::pages];
+    seal_image_pages(bytes, part(bytes, pages.offset, pages.count, sizeof(PageRecord)));
     for (auto& section : header.sections) {
         const auto items = part(bytes, section.offset, section.count, section.item_bytes);
         if (!items.empty()) section.checksum = hash64(items);
@@ -58,6 +70,12 @@ std::string squeeze_pages(std::string_view bytes) {
         BlockRecord record;
         std::memcpy(&record, bytes.data() + blocks.offset + i * sizeof record, sizeof record);
         parts.emplace_back(record.offset, record.stored_bytes);
+    }
+    const auto& pages = header.sections[format::pages];
+    for (uint64_t i = 0; i < pages.count; i++) {
+        PageRecord record;
+        std::memcpy(&record, bytes.data() + pages.offset + i * sizeof record, sizeof record);
+        parts.emplace_back(record.offset, RP_TEXTURE_PAGE_BYTES);
     }
     for (const auto& section : header.sections) parts.emplace_back(section.offset, section.count * section.item_bytes);
     std::sort(parts.begin(), parts.end());

@@ -9,7 +9,7 @@
 
 namespace raypager::support {
 
-// Makes all checksums right again, those of the header, of the sections, and in the block table those of the blocks, wherever what
+// Makes all checksums right again, those of the header, of the sections, and in the tables of blocks and pages those of these, wherever what
 // they cover lies within the file. REQUIRES: room for a header.
 void seal_block_file(std::string& bytes);
 

@@ -38,8 +38,8 @@ Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const B
     settings.form = form;
     settings.slab_bytes = slab_bytes;
     // Slabs have ends that no block fits into.
-    const uint64_t spare = slab_bytes ? scene.geometry_bytes(form) / slab_bytes * scene.largest_block(form) * 2 + slab_bytes : 0;
-    settings.pool_bytes = scene.geometry_bytes(form) + spare;
+    const uint64_t spare = slab_bytes ? scene.memory_bytes(form) / slab_bytes * scene.largest_pageable(form) * 2 + slab_bytes : 0;
+    settings.pool_bytes = scene.memory_bytes(form) + spare;
     settings.policy = default_settings(PolicyKind::lru);
     auto residency = Residency::create(*result->device_, *result->file_, settings);
     if (!residency) return residency.status();

@@ -12,6 +12,11 @@ Result<MemorySource> MemorySource::copy_of(const BlockSource& source) {
         RAYPAGER_TRY(source.read_block(i, copy.blocks_.back()));
         copy.scene_.blocks[i].offset = UINT64_MAX;  // says nothing here
     }
+    for (uint32_t i = 0; i < copy.scene_.pages.size(); i++) {
+        copy.blocks_.emplace_back(RP_TEXTURE_PAGE_BYTES);
+        RAYPAGER_TRY(source.read_page(i, copy.blocks_.back()));
+        copy.scene_.pages[i].offset = UINT64_MAX;
+    }
     return copy;
 }
 

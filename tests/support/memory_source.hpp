@@ -23,7 +23,7 @@ private:
     Status damaged(uint32_t block, const std::string& what) const override;
 
     BakedScene scene_;
-    std::vector<std::vector<std::byte>> blocks_;
+    std::vector<std::vector<std::byte>> blocks_;  // and behind them pages
     uint32_t lost_ = UINT32_MAX;
 };
 
