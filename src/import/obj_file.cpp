@@ -65,7 +65,9 @@ Result<std::shared_ptr<const ObjModel>> ObjFile::model() const {
         auto model = std::make_shared<ObjModel>();
         const auto wants_uvs = [this](const std::vector<std::string>& libraries) {
             const ObjLibraries known = read_obj_libraries(path_, libraries);
-            return std::any_of(known.materials.begin(), known.materials.end(), [](const ObjMaterial& material) { return material.has_image; });
+            return std::any_of(known.materials.begin(), known.materials.end(), [](const ObjMaterial& material) {
+                return material.diffuse_map || material.specular_map || material.roughness_map || material.opacity_map;
+            });
         };
         RAYPAGER_TRY(read_obj(*file, look_.view.origin, wants_uvs, *model));
         const std::lock_guard lock(mutex_);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <set>
 
-#include "image/image_source.hpp"
 #include "import/line_reader.hpp"
 #include "import/text.hpp"
+#include "raypager/image_source.hpp"
 #include "raypager/materials.hpp"
 
 namespace raypager {

@@ -22,14 +22,6 @@ Float3 times(const Float3& c, double factor) {
     return {c.x * f, c.y * f, c.z * f};
 }
 
-Float3 product(const Float3& a, const Float3& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-
-void store_unit(const Float3& from, float* to) {
-    to[0] = std::clamp(from.x, 0.0f, 1.0f);
-    to[1] = std::clamp(from.y, 0.0f, 1.0f);
-    to[2] = std::clamp(from.z, 0.0f, 1.0f);
-}
-
 // Materials that only one version has. Both have mix, hair and subsurface.
 constexpr std::array version_3_materials = {"matte",       "metal",   "mirror", "glass",        "plastic",  "uber",
                                             "translucent", "fourier", "disney", "kdsubsurface", "substrate"};

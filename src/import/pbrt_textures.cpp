@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "image/image_source.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/text.hpp"
+#include "raypager/image_source.hpp"
 
 namespace raypager {
 namespace {

@@ -10,14 +10,14 @@ namespace {
 
 constexpr uint32_t max_texel_words = 32;  // of a path: kernels keep a bit for each that it has
 
-void store(const Float3& from, float* to) {
+void put_rgb(const Float3& from, float* to) {
     to[0] = from.x;
     to[1] = from.y;
     to[2] = from.z;
 }
 
-Float3 product(const Float3& a, const Float3& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-bool is(const Texture& t, float value) { return t.is_constant() && t.mean() == Float3{value, value, value}; }
+Float3 times_each(const Float3& a, const Float3& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+bool is_everywhere(const Texture& t, float value) { return t.is_constant() && t.mean() == Float3{value, value, value}; }
 
 // Colours that are on the stack at once, at most, while an expression is computed.
 size_t stack_need(const Texture& t) {
@@ -111,7 +111,7 @@ rp_texture_op texture_op(uint32_t kind, const Float3& a) {
     rp_texture_op op{};
     op.op = kind;
     op.map = RP_NONE;
-    store(a, op.a);
+    put_rgb(a, op.a);
     return op;
 }
 
@@ -129,26 +129,26 @@ Texture Texture::image(std::shared_ptr<const ImageSource> source, const rp_textu
 }
 
 Texture operator*(const Texture& a, const Texture& b) {
-    if (a.is_constant() && b.is_constant()) return product(a.mean(), b.mean());
-    if (is(a, 1) || is(b, 0)) return b;
-    if (is(b, 1) || is(a, 0)) return a;
+    if (a.is_constant() && b.is_constant()) return times_each(a.mean(), b.mean());
+    if (is_everywhere(a, 1) || is_everywhere(b, 0)) return b;
+    if (is_everywhere(b, 1) || is_everywhere(a, 0)) return a;
     // An image, or a product, takes a constant as its own factor.
     const Texture &constant = a.is_constant() ? a : b, &other = a.is_constant() ? b : a;
     if (constant.is_constant()) {
         const uint32_t kind = other.node()->op.op & RP_TEXTURE_OPERATION_MASK;
         if ((kind == RP_TEXTURE_IMAGE && !(other.node()->op.op & RP_TEXTURE_INVERT)) || kind == RP_TEXTURE_SCALE) {
             rp_texture_op op = other.node()->op;
-            store(product({op.a[0], op.a[1], op.a[2]}, constant.mean()), op.a);
+            put_rgb(times_each({op.a[0], op.a[1], op.a[2]}, constant.mean()), op.a);
             if (kind == RP_TEXTURE_IMAGE) return Texture::image(other.node()->source, op, other.node()->map);
-            return Texture::operation(op, other.node()->inputs, other.node()->map, product(other.mean(), constant.mean()));
+            return Texture::operation(op, other.node()->inputs, other.node()->map, times_each(other.mean(), constant.mean()));
         }
     }
-    return Texture::operation(texture_op(RP_TEXTURE_SCALE), {a, b}, std::nullopt, product(a.mean(), b.mean()));
+    return Texture::operation(texture_op(RP_TEXTURE_SCALE), {a, b}, std::nullopt, times_each(a.mean(), b.mean()));
 }
 
 Texture mixed(const Texture& a, const Texture& b, const Texture& share_of_b) {
-    if (is(share_of_b, 0)) return a;
-    if (is(share_of_b, 1)) return b;
+    if (is_everywhere(share_of_b, 0)) return a;
+    if (is_everywhere(share_of_b, 1)) return b;
     const Float3 t = share_of_b.mean();
     const Float3 mean = {std::lerp(a.mean().x, b.mean().x, t.x), std::lerp(a.mean().y, b.mean().y, t.y), std::lerp(a.mean().z, b.mean().z, t.z)};
     if (a.is_constant() && b.is_constant() && share_of_b.is_constant()) return mean;
@@ -158,7 +158,7 @@ Texture mixed(const Texture& a, const Texture& b, const Texture& share_of_b) {
 Texture one_minus(const Texture& a) { return mixed(Texture(1.0), Texture(0.0), a); }
 
 void TexturedMaterial::set(uint32_t parameter, const Texture& value, float* out) {
-    store({std::clamp(value.mean().x, 0.0f, 1.0f), std::clamp(value.mean().y, 0.0f, 1.0f), std::clamp(value.mean().z, 0.0f, 1.0f)}, out);
+    put_rgb({std::clamp(value.mean().x, 0.0f, 1.0f), std::clamp(value.mean().y, 0.0f, 1.0f), std::clamp(value.mean().z, 0.0f, 1.0f)}, out);
     std::erase_if(textures, [&](const Parameter& p) { return p.parameter == parameter; });
     if (!value.is_constant()) textures.push_back({parameter, value});
 }

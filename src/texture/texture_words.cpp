@@ -26,7 +26,7 @@ uint32_t append(const Items& items, std::vector<uint32_t>& words) {
 }  // namespace
 
 uint64_t texture_words_bytes(const BakedScene& scene) {
-    if (scene.texture_ops.empty()) return 0;
+    if (!scene.has_textures()) return 0;
     return (words_of(linear_of_srgb()) + words_of(scene.images) + words_of(scene.image_levels) + words_of(scene.texture_ops) +
             words_of(scene.texture_maps)) *
            sizeof(uint32_t);
