@@ -162,7 +162,7 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 #ifdef RP_TEXTURES
 // Where the random numbers of a vertex choose texels, and how much of the surface a path stands for there: between that along the slope and across
 // it, since the samples of a pixel spread along it by themselves.
-static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* params, const rp_arrival* a, uint depth, rp_cone cone) {
+static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* params, const rp_arrival* a, uint depth, rp_cone cone, uint flips) {
     rp_texture_site site;
     site.position = a->position;
     site.direction = a->direction;
@@ -177,8 +177,18 @@ static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* pa
     const float cosine = rp_max(fabs(dot(site.normal, a->direction)), 0.01f);
     site.width = cone.width / sqrt(cosine);
     site.bits = rp_random_bits_1(a->pixel, a->sample, depth + 1u, RP_RANDOM_TEXTURE, params->seed);
+    site.flips = flips;
     return site;
 }
+
+#ifdef RP_CUTOUTS
+// Flips of random numbers where a ray arrives, so that what it passes there does not depend on what it has passed before.
+static inline uint rp_flips_at(const rp_arrival* a) {
+    if (!a->shadow && a->passed == 0.0f) return 0u;
+    const rp_numbers_1 hash = rp_hash_1(as_uint(a->position.x), as_uint(a->position.y), as_uint(a->position.z), a->primitive);
+    return hash.x;
+}
+#endif
 
 // What rp_find_material finds: the material; that the path waits for a page; that there is nothing, and the ray passes.
 #ifdef RP_CUTOUTS
@@ -197,8 +207,8 @@ static inline int rp_find_material(const rp_textures* t, __constant rp_render_pa
     rp_cone cone = {params->textures.cone_width, params->textures.cone_spread};
 #ifdef RP_CUTOUTS
     if (depth != 0u || a->passed != 0.0f) cone = rp_cone_of(paths, slot);
-    // Numbers of their own for each primitive: a ray may pass many.
-    const uint purpose = a->shadow ? RP_RANDOM_SHADOW : RP_RANDOM_MIX, flips = a->primitive * 0x9e3779b9u;
+    // Numbers of their own for each place: a ray may pass many, and a sphere twice.
+    const uint purpose = a->shadow ? RP_RANDOM_SHADOW : RP_RANDOM_MIX, flips = rp_flips_at(a);
 #else
     if (depth != 0u) cone = rp_cone_of(paths, slot);
     const uint purpose = RP_RANDOM_MIX, flips = 0u;
@@ -217,17 +227,21 @@ static inline int rp_find_material(const rp_textures* t, __constant rp_render_pa
         else
             *own = *given;
         if (textured) {
-            if (!site_known) site = rp_texture_site_of(params, a, depth, cone);
+            if (!site_known) site = rp_texture_site_of(params, a, depth, cone, flips);
             site_known = true;
+            // Cut-outs are as sharp as their image.
+            const float width = site.width;
+            if (given->kind == RP_MATERIAL_MIX && given->first == RP_NONE) site.width = 0.0f;
             uint absent;
             if (!rp_run_program(t, &site, paths, slot, &have, &absent, own)) {
                 rp_await_page(t, paths, slot, rp_wait_to_shade(paths, slot, status, a, have), absent);
                 return RP_FOUND_WAIT;
             }
+            site.width = width;
         }
 #ifdef RP_LAYERED
         if (own->kind == RP_MATERIAL_MIX && i < RP_MAX_MIXES) {
-            number = rp_chosen_of_mix(own, rp_mix_numbers(params, a->pixel, a->sample, depth, purpose) ^ (own->first == RP_NONE ? flips : 0u), i);
+            number = rp_chosen_of_mix(own, rp_mix_numbers(params, a->pixel, a->sample, depth, purpose) ^ flips, i);
             if (number != RP_NONE) continue;
             if (!RP_IS_SHADOW(a)) rp_set_cone(paths, slot, cone);
             return RP_FOUND_NOTHING;

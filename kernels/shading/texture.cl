@@ -36,7 +36,8 @@ typedef struct rp_texture_site {
     float2 uv;
     float density;      // of uv: their change per unit length
     float width;        // of what one path stands for, on the surface
-    rp_numbers_1 bits;  // random: xy within the texel, z level
+    rp_numbers_1 bits;  // random: xy within the texel, z level; each lookup changes them by a hash of `flips` and of its number
+    uint flips;
 } rp_texture_site;
 
 // The path of a slot waits for a page. waiting_status: as of rp_wait_to_shade.
@@ -230,7 +231,10 @@ static inline bool rp_look_up(const rp_textures* t, const __global rp_texture_op
         if (log_bytes == 3u) texel.y = rp_texel_word(paths, slot, lookup + 1u);
     } else {
         const rp_texture_point place = rp_place_of(t, op->map, site);
-        const rp_texel_address address = rp_find_texel(t, image, op->op, &place, &site->bits);
+        // Each lookup has texels of its own: products of textures have the mean that products of their means have.
+        const uint h = (site->flips ^ lookup) * 0x9e3779b9u;
+        const rp_numbers_1 bits = {site->bits.x ^ h, site->bits.y ^ (h ^ h >> 15) * 0x85ebca6bu, site->bits.z ^ (h ^ h >> 13) * 0xc2b2ae35u, 0u};
+        const rp_texel_address address = rp_find_texel(t, image, op->op, &place, &bits);
         if (address.page != RP_NONE) {
             const uint page = t->at->first_page + address.page, where = t->geometry->pages[page].x;
             if (where == RP_NONE) {

@@ -8,8 +8,6 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t max_texel_words = 32;  // of a path: kernels keep a bit for each that it has
-
 void put_rgb(const Float3& from, float* to) {
     to[0] = from.x;
     to[1] = from.y;
@@ -74,6 +72,8 @@ private:
             const rp_texture_op& before = scene_.texture_ops[i];
             if ((before.op & RP_TEXTURE_OPERATION_MASK) != RP_TEXTURE_IMAGE || !same_lookup(scene_, before, op)) continue;
             op.lookup = before.lookup;
+            if (op.map != RP_NONE) scene_.texture_maps.pop_back();
+            op.map = before.map;
             return;
         }
         const auto shape = node.source->shape();
@@ -172,7 +172,7 @@ bool add_material(Scene& scene, const TexturedMaterial& textured) {
         fits = fits && stack_need(p.value) <= RP_TEXTURE_STACK;
         if (fits) program.set(p);
     }
-    fits = fits && program.words() <= max_texel_words;
+    fits = fits && program.words() <= RP_TEXEL_WORDS;
     if (!fits) {
         scene.texture_ops.resize(begin);
         scene.texture_maps.resize(maps);

@@ -87,13 +87,11 @@ private:
         for (const rp_texture_op& op : program) {
             if (operation_of(op) != RP_TEXTURE_IMAGE) continue;
             const uint32_t words = programs_.texel_words ? programs_.texel_words(op.image) : 1;
-            if (op.lookup > RP_NONE / 2) return "has its texel out of reach";
+            if (op.lookup >= RP_TEXEL_WORDS || op.lookup + words > RP_TEXEL_WORDS) return "has its texel out of reach";
             texels_.push_back({op.lookup, op.lookup + words, &op});
         }
         std::ranges::sort(texels_, {}, &Texel::first);
-        constexpr size_t most_words = 2;
         for (size_t i = 0; i < texels_.size(); i++) {
-            if (texels_[i].end > most_words * texels_.size()) return "has its texel out of reach";
             if (i > 0 && texels_[i].first < texels_[i - 1].end && !same_texel(*texels_[i].op, *texels_[i - 1].op))
                 return "has two texels in one place";
         }

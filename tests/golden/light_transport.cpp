@@ -10,6 +10,7 @@
 #include "reference/path_tracer.hpp"
 #include "reference/scenes.hpp"
 #include "reference/statistics.hpp"
+#include "reference/textured_scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 
@@ -260,6 +261,16 @@ INSTANTIATE_TEST_SUITE_P(
                       Connection::queue},
         TransportCase{"coated_balls", [] { return reference::coated_balls(); }, Connection::queue},
         TransportCase{"clear_balls", [] { return reference::clear_balls(); }, Connection::queue},
+        TransportCase{"textures",
+                      [] {
+                          return reference::textured_room(false, {48, 36});
+                      },
+                      Connection::queue},
+        TransportCase{"cutouts",
+                      [] {
+                          return reference::textured_room(true, {48, 36});
+                      },
+                      Connection::queue},
         TransportCase{"clear_balls_roulette", [] { return reference::clear_balls(); }, Connection::roulette},
         TransportCase{"cornell_unseen",
                       [] {

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "reference/scenes.hpp"
+#include "reference/textured_scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 #include "support/failing_device.hpp"
@@ -71,6 +72,14 @@ const PictureCase picture_cases[] = {
          scene.shapes.back().to_world = Transform::translate(0, -0.5, 0) * Transform::rotate(-90, 1, 0, 0) * Transform::scale(0.2, 0.2, 0.2);
          return scene;
      }},  // lights that shine in cones and through images, among which a tree chooses
+    {"textures",
+     [] {
+         return reference::textured_hills(60, {48, 36});
+     }},  // images in pages, of which a path looks up several
+    {"cutouts",
+     [] {
+         return reference::hedge(60, {48, 36});
+     }},  // rays of all kinds pass what images cut away
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }
@@ -158,7 +167,7 @@ TEST_P(SamePicture, with_room_for_one_block) {
         if (!is_its_turn()) continue;
         support::TestOptions options = base_;
         options.tuning.policy = policy.kind;
-        options.geometry_limit = file_->scene().largest_block(support::default_form());
+        options.geometry_limit = file_->scene().largest_pageable(support::default_form());
         expect_same(options, std::string(policy.name) + " with one block");
     }
 }

@@ -105,6 +105,8 @@ Status ReferenceGeometry::add_mesh(const Shape& shape) {
     const auto base = static_cast<uint32_t>(positions_.size());
     for (const Float3& p : mesh.positions) positions_.push_back(Vec3(shape.to_world.point(p.x, p.y, p.z)).to_float());
     normals_.resize(positions_.size());
+    uvs_.insert(uvs_.end(), mesh.uvs.begin(), mesh.uvs.end());
+    uvs_.resize(positions_.size());
     if (!mesh.normals.empty()) {
         const std::optional<Transform> inverse = shape.to_world.inverse();
         if (!inverse) return Status::failed("the transform is singular");
@@ -224,6 +226,14 @@ Vec3 ReferenceGeometry::shading_normal(const Hit& hit) const {
     const Vec3 sum = Vec3(normals_[t[0]]) * (1 - hit.u - hit.v) + Vec3(normals_[t[1]]) * hit.u + Vec3(normals_[t[2]]) * hit.v;
     const double size = length(sum);
     return size > 0 ? sum / size : hit.normal;
+}
+
+Float2 ReferenceGeometry::uv(const Hit& hit) const {
+    if (is_sphere(hit.primitive)) return {};
+    const Triangle& t = triangle(hit.primitive);
+    const double w = 1 - hit.u - hit.v;
+    return {static_cast<float>(w * uvs_[t[0]].x + hit.u * uvs_[t[1]].x + hit.v * uvs_[t[2]].x),
+            static_cast<float>(w * uvs_[t[0]].y + hit.u * uvs_[t[1]].y + hit.v * uvs_[t[2]].y)};
 }
 
 Hit ReferenceGeometry::closest(const Ray& ray) const {

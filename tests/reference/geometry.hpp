@@ -66,6 +66,7 @@ public:
 
     Vec3 position(const Hit& hit) const;        // on the primitive, whatever the precision of hit.t
     Vec3 shading_normal(const Hit& hit) const;  // unit; hit.normal where the mesh has none; on either side
+    Float2 uv(const Hit& hit) const;            // (0, 0) where the mesh has none, and on spheres
     Vec3 lower() const { return lower_; }       // bounds of all that can be hit
     Vec3 upper() const { return upper_; }
 
@@ -92,6 +93,7 @@ private:
     std::vector<Range> ranges_;
     std::vector<Float3> positions_;
     std::vector<Float3> normals_;  // beside positions_; zero: none
+    std::vector<Float2> uvs_;      // likewise
     std::vector<Triangle> triangles_;
     std::vector<WorldSphere> spheres_;
     Vec3 lower_{infinity}, upper_{-infinity};

@@ -7,6 +7,7 @@
 #include "reference/bsdf.hpp"
 #include "reference/camera.hpp"
 #include "reference/lights.hpp"
+#include "reference/textures.hpp"
 
 namespace raypager::reference {
 namespace {
@@ -16,7 +17,7 @@ constexpr uint32_t roulette_depth = 8;  // no path ends by chance before
 class PathTracer {
 public:
     PathTracer(const Scene& scene, const ReferenceGeometry& geometry, uint32_t max_depth)
-        : scene_(scene), geometry_(geometry), lights_(scene, geometry), max_depth_(max_depth) {
+        : scene_(scene), geometry_(geometry), lights_(scene, geometry), textures_(scene), max_depth_(max_depth) {
         const bool empty = !(geometry.lower().x <= geometry.upper().x);
         const double extent = empty ? 0 : std::max(max_magnitude(geometry.lower()), max_magnitude(geometry.upper()));
         // Lifts origins off their surface by some float steps of the largest coordinate: origins are rounded to float on the way to
@@ -37,11 +38,14 @@ private:
     ScatterPoint scatter_point(const Hit& hit, const Vec3& direction) const;
     Vec3 lifted(const Vec3& position, const Vec3& normal, const Vec3& towards) const;
     Vec3 direct_light(const rp_material& material, const ScatterPoint& point, const Vec3& position, Random& random) const;
-    bool visible(const LightSample& light, const Vec3& position, const Vec3& normal) const;
+    bool visible(const LightSample& light, const Vec3& position, const Vec3& normal, Random& random) const;
+    std::optional<rp_material> material_at(const Hit& hit, Random& random) const;
+    Hit closest(Ray ray, std::optional<rp_material>& material, Random& random) const;
 
     const Scene& scene_;
     const ReferenceGeometry& geometry_;
     Lights lights_;
+    ReferenceTextures textures_;
     uint32_t max_depth_;
     double offset_;
 };
@@ -53,7 +57,8 @@ Vec3 PathTracer::radiance(const Vec3& eye, const Vec3& towards, Random& random) 
     Vec3 origin = eye, direction = towards, light, throughput(1);
     LastScatter last;
     for (uint32_t depth = 0;; depth++) {
-        const Hit hit = geometry_.closest({origin.to_float(), direction.to_float()});
+        std::optional<rp_material> found;
+        const Hit hit = closest({origin.to_float(), direction.to_float()}, found, random);
         if (!hit.found()) {
             const double weight = last.specular ? 1 : balance(last.pdf, lights_.pdf_of_infinite(last.normal, direction));
             return light + throughput * lights_.infinite_radiance(direction) * weight;
@@ -65,10 +70,7 @@ Vec3 PathTracer::radiance(const Vec3& eye, const Vec3& towards, Random& random) 
         }
         if (depth == max_depth_) return light;
 
-        uint32_t number = scene_.shapes[geometry_.shape_of(hit.primitive)].material;
-        while (scene_.materials[number].kind == RP_MATERIAL_MIX)
-            number = random.uniform() < double{scene_.materials[number].amount} ? scene_.materials[number].second : scene_.materials[number].first;
-        const rp_material& material = scene_.materials[number];
+        const rp_material& material = *found;
         const ScatterPoint point = scatter_point(hit, direction);
         if (!is_specular(material)) light += throughput * direct_light(material, point, position, random);
 
@@ -84,6 +86,34 @@ Vec3 PathTracer::radiance(const Vec3& eye, const Vec3& towards, Random& random) 
         last = {.normal = point.geometric_normal, .pdf = next->pdf, .specular = next->specular};
         origin = lifted(position, point.geometric_normal, next->wi);
         direction = next->wi;
+    }
+}
+
+// What is there, or nothing.
+std::optional<rp_material> PathTracer::material_at(const Hit& hit, Random& random) const {
+    const Float2 uv = geometry_.uv(hit);
+    const TextureSite site = {geometry_.position(hit), hit.normal, uv.x, uv.y};
+    uint32_t number = scene_.shapes[geometry_.shape_of(hit.primitive)].material;
+    for (;;) {
+        if (number == RP_NONE) return std::nullopt;
+        const rp_material material = textures_.at(scene_.materials[number], site);
+        if (material.kind != RP_MATERIAL_MIX) return material;
+        number = random.uniform() < double{material.amount} ? material.second : material.first;
+    }
+}
+
+// The first hit where there is something.
+Hit PathTracer::closest(Ray ray, std::optional<rp_material>& material, Random& random) const {
+    for (;;) {
+        const Hit hit = geometry_.closest(ray);
+        if (!hit.found()) return hit;
+        if (ray.tmax < hit.t) return {};
+        material = material_at(hit, random);
+        if (material) return hit;
+        const Vec3 direction(ray.direction), position = geometry_.position(hit);
+        ray.origin = lifted(position, hit.normal, direction).to_float();
+        // Not farther than to the front of the lamp, although it begins a little higher now.
+        if (std::isfinite(ray.tmax)) ray.tmax -= static_cast<float>(hit.t + 2 * offset_ / length(direction));
     }
 }
 
@@ -107,16 +137,17 @@ Vec3 PathTracer::direct_light(const rp_material& material, const ScatterPoint& p
     const std::optional<LightSample> light = lights_.sample(position, point.geometric_normal, random);
     if (!light || (material.kind == RP_MATERIAL_LAYERED && !light->delta)) return {};
     const Vec3 scattered = evaluate(material, point, light->wi);
-    if (is_black(scattered) || !visible(*light, position, point.geometric_normal)) return {};
+    if (is_black(scattered) || !visible(*light, position, point.geometric_normal, random)) return {};
     const double weight = light->delta ? 1 : balance(light->pdf, pdf(material, point, light->wi));
     return scattered * light->radiance * (weight / light->pdf);
 }
 
-bool PathTracer::visible(const LightSample& light, const Vec3& position, const Vec3& normal) const {
+bool PathTracer::visible(const LightSample& light, const Vec3& position, const Vec3& normal, Random& random) const {
+    std::optional<rp_material> ignored;
     const Vec3 origin = lifted(position, normal, light.wi);
-    if (light.distance == infinity) return !geometry_.occluded({origin.to_float(), light.wi.to_float()});
+    if (light.distance == infinity) return !closest({origin.to_float(), light.wi.to_float()}, ignored, random).found();
     const Vec3 target = light.target + light.target_normal * offset_;
-    return !geometry_.occluded({origin.to_float(), (target - origin).to_float(), 1});
+    return !closest({origin.to_float(), (target - origin).to_float(), 1}, ignored, random).found();
 }
 
 void trace_row(const PathTracer& tracer, const Scene& scene, const ReferenceSettings& settings, uint32_t row, Image& image) {

@@ -1,5 +1,7 @@
 #include "reference/scene_builder.hpp"
 
+#include <stdexcept>
+
 #include "base/check.hpp"
 #include "raypager/sky.hpp"
 #include "scene/emitters.hpp"
@@ -127,7 +129,7 @@ void SceneBuilder::lamp(rp_light light, const Image* image) {
 }
 
 Scene SceneBuilder::finish() {
-    RAYPAGER_CHECK(validate(scene_).ok());
+    if (const Status valid = validate(scene_); !valid.ok()) throw std::runtime_error(valid.message());
     return std::move(scene_);
 }
 

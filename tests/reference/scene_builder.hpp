@@ -22,6 +22,7 @@ public:
     uint32_t material(const rp_material& material);
     void camera(const Vec3& eye, const Vec3& target, const Vec3& up, double fov_degrees);
     Camera& camera() { return scene_.camera; }
+    Scene& scene() { return scene_; }
     void filter(const PixelFilter& filter) { scene_.filter = filter; }
     Shape& add(std::string name, TriangleMesh mesh, uint32_t material, const Transform& to_world = {});
     Shape& add_sphere(std::string name, const Vec3& center, double radius, uint32_t material);

@@ -75,6 +75,7 @@ typedef struct rp_image_level {
 #define RP_WRAP_MIRROR 3u
 #define RP_TEXTURE_SOLID 0x20000u  // of checks: in three dimensions
 #define RP_TEXTURE_STACK 8u        // colours on the stack, at most
+#define RP_TEXEL_WORDS 32u         // words of texels that a path keeps, at most: each has a bit that says whether it is there
 
 // What RP_TEXTURE_SET sets.
 #define RP_PARAMETER_COLOR 0u
