@@ -13,6 +13,7 @@ constexpr double most_steps = 256;
 struct CurvePoint {
     Vector position, tangent, normal;  // the latter of ribbons
     double width;
+    double u;  // along its Bezier curve
 };
 
 Vector mix(const Vector& a, const Vector& b, double t) { return (1 - t) * a + t * b; }
@@ -42,6 +43,7 @@ std::vector<CurvePoint> points_along(const CurveShape& curve) {
         for (uint32_t i = k == 0 ? 0 : 1; i <= steps; ++i) {
             const double t = double(i) / steps, s = 1 - t, along = (double(k) + t) / double(count);
             CurvePoint point;
+            point.u = t;
             point.position = s * s * s * p[0] + 3 * s * s * t * p[1] + 3 * s * t * t * p[2] + t * t * t * p[3];
             point.tangent = s * s * (p[1] - p[0]) + 2 * s * t * (p[2] - p[1]) + t * t * (p[3] - p[2]);
             if (!(length(point.tangent) > 0)) point.tangent = t < 0.5 ? p[2] - p[0] : p[3] - p[1];
@@ -56,9 +58,25 @@ std::vector<CurvePoint> points_along(const CurveShape& curve) {
 
 Vector any_beside(const Vector& axis) { return unit(cross(axis, std::abs(axis[0]) < 0.6 ? Vector{1, 0, 0} : Vector{0, 1, 0})); }
 
+// Gives the last row of vertices its coordinates of textures. Where one Bezier curve ends and another begins, the row is put there again.
+void add_uvs_of_row(TriangleMesh& mesh, size_t columns, double u, bool last) {
+    for (size_t i = 0; i < columns; ++i) mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(double(i) / double(columns - 1))});
+    if (u < 1 || last) return;
+    const size_t first = mesh.positions.size() - columns;
+    for (size_t i = 0; i < columns; ++i) {
+        mesh.positions.push_back(Float3(mesh.positions[first + i]));
+        mesh.normals.push_back(Float3(mesh.normals[first + i]));
+        mesh.uvs.push_back({0, mesh.uvs[first + i].y});
+    }
+}
+
+// Whether a row of vertices is the one before it once more.
+bool is_repeated(const TriangleMesh& mesh, size_t columns, size_t row) { return !mesh.uvs.empty() && row > 0 && mesh.uvs[row * columns].x == 0; }
+
 // Rings around the curve, each turned against the one before as little as possible.
-TriangleMesh tube(const std::vector<CurvePoint>& points) {
+TriangleMesh tube(const std::vector<CurvePoint>& points, bool uvs) {
     TriangleMesh mesh;
+    const uint32_t columns = uvs ? sides + 1 : sides;
     // Half inside the round one and half outside.
     const double larger = 2 / (1 + std::cos(std::numbers::pi / sides));
     Vector beside = any_beside(unit(points[0].tangent));
@@ -67,23 +85,25 @@ TriangleMesh tube(const std::vector<CurvePoint>& points) {
         const Vector level = beside - dot(beside, axis) * axis;
         beside = length(level) > 1e-6 ? unit(level) : any_beside(axis);
         const Vector other = cross(axis, beside);
-        for (uint32_t i = 0; i < sides; ++i) {
-            const double angle = 2 * std::numbers::pi * i / sides;
+        for (uint32_t i = 0; i < columns; ++i) {
+            const double angle = 2 * std::numbers::pi * (i % sides) / sides;
             const Vector out = std::cos(angle) * beside + std::sin(angle) * other;
             mesh.positions.push_back(float3(point.position + 0.5 * larger * point.width * out));
             mesh.normals.push_back(float3(out));
         }
+        if (uvs) add_uvs_of_row(mesh, columns, point.u, &point == &points.back());
     }
-    for (uint32_t j = 0; j + 1 < points.size(); ++j)
-        for (uint32_t i = 0; i < sides; ++i) {
-            const uint32_t a = j * sides + i, b = j * sides + (i + 1) % sides;
-            mesh.triangles.push_back({a, b, b + sides});
-            mesh.triangles.push_back({a, b + sides, a + sides});
+    const size_t rows = mesh.positions.size() / columns;
+    for (uint32_t j = 0; j + 1 < rows; ++j)
+        for (uint32_t i = 0; i < sides && !is_repeated(mesh, columns, j + 1); ++i) {
+            const uint32_t a = j * columns + i, b = j * columns + (i + 1) % columns;
+            mesh.triangles.push_back({a, b, b + columns});
+            mesh.triangles.push_back({a, b + columns, a + columns});
         }
     return mesh;
 }
 
-TriangleMesh ribbon(const std::vector<CurvePoint>& points) {
+TriangleMesh ribbon(const std::vector<CurvePoint>& points, bool uvs) {
     TriangleMesh mesh;
     for (const CurvePoint& point : points) {
         const Vector axis = unit(point.tangent), across = cross(point.normal, axis);
@@ -93,8 +113,11 @@ TriangleMesh ribbon(const std::vector<CurvePoint>& points) {
             mesh.positions.push_back(float3(point.position + side * point.width * beside));
             mesh.normals.push_back(float3(normal));
         }
+        if (uvs) add_uvs_of_row(mesh, 2, point.u, &point == &points.back());
     }
-    for (uint32_t j = 0; j + 1 < points.size(); ++j) {
+    const size_t rows = mesh.positions.size() / 2;
+    for (uint32_t j = 0; j + 1 < rows; ++j) {
+        if (is_repeated(mesh, 2, j + 1)) continue;
         const uint32_t a = 2 * j;
         mesh.triangles.push_back({a, a + 2, a + 3});
         mesh.triangles.push_back({a, a + 3, a + 1});
@@ -130,10 +153,10 @@ std::vector<Vector> cubic_bezier_points(const std::vector<Vector>& points, uint3
     return result;
 }
 
-TriangleMesh tessellate_curve(const CurveShape& curve) {
+TriangleMesh tessellate_curve(const CurveShape& curve, bool uvs) {
     const std::vector<CurvePoint> points = points_along(curve);
     if (points.size() < 2) return {};
-    return curve.type == CurveShape::Type::ribbon ? ribbon(points) : tube(points);
+    return curve.type == CurveShape::Type::ribbon ? ribbon(points, uvs) : tube(points, uvs);
 }
 
 }  // namespace raypager

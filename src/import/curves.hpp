@@ -23,7 +23,8 @@ size_t curve_segments(size_t points, uint32_t degree, bool spline);
 
 // Ribbons are strips, all others tubes of eight sides, open at both ends, with normals as round ones have. Tubes are nowhere farther from round ones
 // than 4 % of their radius, and lines along the curve nowhere farther from it than 5 % of half its greatest width, unless that took more than 256
-// steps for one of the Bezier curves.
-TriangleMesh tessellate_curve(const CurveShape& curve);
+// steps for one of the Bezier curves. uvs: with coordinates of textures: u goes from 0 to 1 along each of the Bezier curves, v across a ribbon or
+// once around a tube.
+TriangleMesh tessellate_curve(const CurveShape& curve, bool uvs = false);
 
 }  // namespace raypager

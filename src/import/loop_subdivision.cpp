@@ -14,6 +14,7 @@ constexpr uint32_t nothing = UINT32_MAX;
 
 struct LoopMesh {
     std::vector<Vector> positions;
+    std::vector<Float2> uvs;  // or none
     std::vector<Triangle> triangles;
 };
 
@@ -124,6 +125,7 @@ Vector mixed(const LoopMesh& mesh, uint32_t v, const Ring& ring, double inside_w
 LoopMesh subdivided(const LoopMesh& mesh) {
     Neighbourhood around(mesh);
     LoopMesh result;
+    result.uvs = mesh.uvs;
     for (uint32_t v = 0; v < mesh.positions.size(); ++v) {
         const Ring ring = around.ring(v);
         result.positions.push_back(mixed(mesh, v, ring, beta(ring.vertices.size()), 1.0 / 8));
@@ -135,6 +137,7 @@ LoopMesh subdivided(const LoopMesh& mesh) {
         const Vector ends = mesh.positions[a] + mesh.positions[b];
         result.positions.push_back(
             edge.triangles == 2 ? 3.0 / 8 * ends + 1.0 / 8 * (mesh.positions[edge.opposite[0]] + mesh.positions[edge.opposite[1]]) : 0.5 * ends);
+        if (!mesh.uvs.empty()) result.uvs.push_back({(mesh.uvs[a].x + mesh.uvs[b].x) / 2, (mesh.uvs[a].y + mesh.uvs[b].y) / 2});
         return edge.middle;
     };
     for (const Triangle& t : mesh.triangles) {
@@ -188,8 +191,10 @@ Vector limit_normal(const LoopMesh& mesh, uint32_t v, const Ring& ring, const Ne
 
 }  // namespace
 
-TriangleMesh subdivide_loop(const std::vector<Float3>& positions, const std::vector<Triangle>& triangles, uint32_t levels) {
+TriangleMesh subdivide_loop(const std::vector<Float3>& positions, const std::vector<Float2>& uvs, const std::vector<Triangle>& triangles,
+                            uint32_t levels) {
     LoopMesh mesh;
+    mesh.uvs = uvs;
     for (const Float3& p : positions) mesh.positions.push_back(finite(p) ? vector(p) : Vector{0, 0, 0});
     for (const Triangle& t : triangles) {
         const bool sound = std::all_of(t.begin(), t.end(), [&](uint32_t v) { return v < positions.size() && finite(positions[v]); });
@@ -212,6 +217,7 @@ TriangleMesh subdivide_loop(const std::vector<Float3>& positions, const std::vec
         result.normals.push_back(float3(limit_normal(mesh, v, rings[v], around)));
     }
     result.triangles = std::move(mesh.triangles);
+    result.uvs = std::move(mesh.uvs);
     return result;
 }
 

@@ -8,6 +8,7 @@
 #include "import/pbrt_reader.hpp"
 #include "import/tessellate.hpp"
 #include "import/text.hpp"
+#include "scene/texture_use.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {
@@ -23,6 +24,7 @@ constexpr double degrees = 3.14159265358979323846 / 180;
 // A subdivision surface. Each level has four times the triangles of the one before.
 Status PbrtReader::loop_subdivision(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     const std::vector<Float3> positions = parameters.points("P");
+    std::vector<Float2> uvs = parameters.uvs();
     const std::vector<uint32_t> indices = parameters.indices("indices");
     constexpr uint32_t any_number = 1u << 20;
     uint32_t levels = parameters.count(parameters.find("levels") ? "levels" : "nlevels", 3, any_number);
@@ -38,29 +40,33 @@ Status PbrtReader::loop_subdivision(const Directive& directive, const PbrtParame
     levels = std::min(levels, most_loop_levels);
     while (levels > 0 && triangles.size() > most_loop_triangles >> 2 * levels) levels--;
     if (levels < wanted) warn(directive.location, fmt::format("Shape \"loopsubdiv\" is subdivided {} times instead of {}", levels, wanted));
-    return mesh_in_memory(directive, subdivide_loop(positions, triangles, levels), shape);
+    check_uvs(directive, positions.size(), uvs);
+    return mesh_in_memory(directive, subdivide_loop(positions, uvs, triangles, levels), shape);
 }
 
 // Patches of four points p00, p10, p01, p11.
 Status PbrtReader::bilinear_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
-    const std::vector<Float3> positions = parameters.points("P");
-    std::vector<Float3> normals = parameters.points("N");
+    PatchMesh mesh;
+    mesh.positions = parameters.points("P");
+    mesh.normals = parameters.points("N");
+    mesh.uvs = parameters.uvs();
+    mesh.own_uvs = wants_uvs();
     std::vector<uint32_t> indices = parameters.indices("indices");
     RAYPAGER_TRY(parameters.status());
-    if (indices.empty() && positions.size() == 4) indices = {0, 1, 2, 3};
-    if (positions.empty() || indices.size() < 4) {
+    if (indices.empty() && mesh.positions.size() == 4) indices = {0, 1, 2, 3};
+    if (mesh.positions.empty() || indices.size() < 4) {
         leave_out(directive, "a bilinear mesh without vertices or patches is left out");
         return {};
     }
     if (indices.size() % 4 != 0)
         warn(directive.location, "the indices of a bilinear mesh do not come in fours; those behind the last patch are ignored");
-    if (!normals.empty() && normals.size() != positions.size()) {
-        warn(directive.location, fmt::format("a mesh has {} normals for {} points; they are ignored", normals.size(), positions.size()));
-        normals.clear();
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size()) {
+        warn(directive.location, fmt::format("a mesh has {} normals for {} points; they are ignored", mesh.normals.size(), mesh.positions.size()));
+        mesh.normals.clear();
     }
-    std::vector<Patch> patches;
-    for (size_t i = 0; i + 3 < indices.size(); i += 4) patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
-    return mesh_in_memory(directive, tessellate_patches(positions, normals, patches), shape);
+    check_uvs(directive, mesh.positions.size(), mesh.uvs);
+    for (size_t i = 0; i + 3 < indices.size(); i += 4) mesh.patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
+    return mesh_in_memory(directive, tessellate_patches(mesh), shape);
 }
 
 Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
@@ -81,7 +87,7 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
         return {};
     }
     if (z_min == z_max) return error(directive, "nothing is left of it between zmin and zmax");
-    return mesh_in_memory(directive, tessellate_partial_sphere(radius, std::min(z_min, z_max), std::max(z_min, z_max), angle), shape);
+    return mesh_in_memory(directive, tessellate_partial_sphere(radius, std::min(z_min, z_max), std::max(z_min, z_max), angle, wants_uvs()), shape);
 }
 
 // Sphere primitives face outwards.
@@ -89,15 +95,19 @@ void PbrtReader::make_sphere(double radius, Shape& shape) {
     if (is_similarity(state_.transform) && !state_.reverse_orientation)
         shape.sphere.radius = static_cast<float>(radius);
     else
-        make_ellipsoid(shape, radius);
+        make_ellipsoid(shape, radius, wants_uvs());
 }
 
-// All ellipsoids share one mesh: a few words in a file must not take megabytes each.
-void PbrtReader::make_ellipsoid(Shape& shape, double radius) {
-    if (!ball_) ball_ = std::make_shared<MeshInMemory>("an ellipsoid's mesh", tessellate_sphere(1));
-    shape.mesh = ball_;
+// All ellipsoids share one mesh, or two: a few words in a file must not take megabytes each.
+void PbrtReader::make_ellipsoid(Shape& shape, double radius, bool uvs) {
+    auto& ball = uvs ? ball_with_uvs_ : ball_;
+    if (!ball) ball = std::make_shared<MeshInMemory>("an ellipsoid's mesh", tessellate_sphere(1, uvs));
+    shape.mesh = ball;
     shape.to_world = shape.to_world * Transform::scale(radius, radius, radius);
 }
+
+// Whether what the shape at hand is made of reads textures.
+bool PbrtReader::wants_uvs() const { return has_texture_program(scene_, state_.material); }
 
 // How far a shape goes around z.
 Status PbrtReader::sweep(const Directive& directive, const PbrtParameters& parameters, double& radians) {
@@ -119,7 +129,7 @@ Status PbrtReader::disk(const Directive& directive, const PbrtParameters& parame
     double angle = 0;
     RAYPAGER_TRY(sweep(directive, parameters, angle));
     if (!(radius > 0) || !(inner >= 0 && inner < radius)) return error(directive, "its radii must be 0 <= innerradius < radius");
-    return mesh_in_memory(directive, tessellate_disk(height, radius, inner, angle), shape);
+    return mesh_in_memory(directive, tessellate_disk(height, radius, inner, angle, wants_uvs()), shape);
 }
 
 Status PbrtReader::cylinder(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
@@ -127,7 +137,7 @@ Status PbrtReader::cylinder(const Directive& directive, const PbrtParameters& pa
     double angle = 0;
     RAYPAGER_TRY(sweep(directive, parameters, angle));
     RAYPAGER_TRY(lengths(directive, {radius, std::abs(z_max - z_min)}));
-    return mesh_in_memory(directive, tessellate_cylinder(radius, std::min(z_min, z_max), std::max(z_min, z_max), angle), shape);
+    return mesh_in_memory(directive, tessellate_cylinder(radius, std::min(z_min, z_max), std::max(z_min, z_max), angle, wants_uvs()), shape);
 }
 
 Status PbrtReader::cone(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
@@ -135,7 +145,7 @@ Status PbrtReader::cone(const Directive& directive, const PbrtParameters& parame
     double angle = 0;
     RAYPAGER_TRY(sweep(directive, parameters, angle));
     RAYPAGER_TRY(lengths(directive, {radius, height}));
-    return mesh_in_memory(directive, tessellate_cone(radius, height, angle), shape);
+    return mesh_in_memory(directive, tessellate_cone(radius, height, angle, wants_uvs()), shape);
 }
 
 // radius: where z is the larger of the two heights.
@@ -146,7 +156,7 @@ Status PbrtReader::paraboloid(const Directive& directive, const PbrtParameters& 
     RAYPAGER_TRY(sweep(directive, parameters, angle));
     RAYPAGER_TRY(lengths(directive, {radius, z_max - z_min}));
     if (!(z_min >= 0)) return error(directive, "its zmin must be 0 or more: there is no paraboloid below that");
-    return mesh_in_memory(directive, tessellate_paraboloid(radius, z_min, z_max, angle), shape);
+    return mesh_in_memory(directive, tessellate_paraboloid(radius, z_min, z_max, angle, wants_uvs()), shape);
 }
 
 // Of version 3: what the line from p1 to p2 sweeps out.
@@ -156,7 +166,7 @@ Status PbrtReader::hyperboloid(const Directive& directive, const PbrtParameters&
     RAYPAGER_TRY(sweep(directive, parameters, angle));
     RAYPAGER_TRY(lengths(directive, {length(to - from)}));
     if (std::hypot(from[0], from[1]) == 0 && std::hypot(to[0], to[1]) == 0) return error(directive, "its line lies on the axis");
-    return mesh_in_memory(directive, tessellate_hyperboloid(from, to, angle), shape);
+    return mesh_in_memory(directive, tessellate_hyperboloid(from, to, angle, wants_uvs()), shape);
 }
 
 Status PbrtReader::curve_points(const Directive& directive, const PbrtParameters& parameters, CurveShape& curve) {
@@ -197,7 +207,7 @@ Status PbrtReader::curve(const Directive& directive, const PbrtParameters& param
     if (!(curve.first_width >= 0) || !(curve.last_width >= 0) || !(std::max(curve.first_width, curve.last_width) > 0))
         return error(directive, "its widths must be 0 or more, and not both 0");
     RAYPAGER_TRY(curve_points(directive, parameters, curve));
-    TriangleMesh mesh = tessellate_curve(curve);
+    TriangleMesh mesh = tessellate_curve(curve, wants_uvs());
     if (mesh.triangles.empty()) {
         leave_out(directive, "a curve without length is left out");
         return {};

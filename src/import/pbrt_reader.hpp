@@ -243,7 +243,8 @@ private:
     // pbrt_curved_shapes.cpp
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     void make_sphere(double radius, Shape& shape);
-    void make_ellipsoid(Shape& shape, double radius);
+    void make_ellipsoid(Shape& shape, double radius, bool uvs);
+    bool wants_uvs() const;
     Status sweep(const Directive& directive, const PbrtParameters& parameters, double& radians);
     Status lengths(const Directive& directive, std::initializer_list<double> values);
     Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -289,7 +290,7 @@ private:
     bool has_noted_colors_ = false;                                                                          // of meshes
     std::map<std::pair<std::filesystem::path, std::string>, std::shared_ptr<const CloudFile>> cloud_files_;  // by name and columns
     const PointColumns columns_;
-    std::shared_ptr<const MeshSource> ball_;  // a unit sphere of triangles, if one was needed
+    std::shared_ptr<const MeshSource> ball_, ball_with_uvs_;  // a unit sphere of triangles, if one was needed
 };
 
 }  // namespace raypager

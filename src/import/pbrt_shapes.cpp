@@ -9,6 +9,7 @@
 #include "import/text.hpp"
 #include "raypager/materials.hpp"
 #include "scene/check_material.hpp"
+#include "scene/texture_use.hpp"
 
 namespace raypager {
 namespace {
@@ -290,7 +291,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
     for (Shape shape : found->second) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
         if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
-            make_ellipsoid(shape, shape.sphere.radius);
+            make_ellipsoid(shape, shape.sphere.radius, has_texture_program(scene_, shape.material));
         }
         shape.to_world = state_.transform * shape.to_world;
         RAYPAGER_TRY(add_shape(directive, std::move(shape)));

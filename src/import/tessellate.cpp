@@ -17,13 +17,19 @@ constexpr uint32_t from_pole = 128;  // steps from pole to pole
 
 Float3 rounded(double x, double y, double z) { return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)}; }
 
-// Columns of two vertices each, joined to the next column by two triangles. A full turn closes exactly: the last column is the first.
+// Columns of two vertices each, joined to the next column by two triangles. A full turn closes exactly: the last column is the first, or lies where
+// that does and has other coordinates of textures.
 template <class Column>
-TriangleMesh sweep_columns(double sweep, const Column& column) {
+TriangleMesh sweep_columns(double sweep, bool uvs, const Column& column) {
     const bool closed = sweep >= 2 * pi;
     TriangleMesh mesh;
-    const uint32_t columns = closed ? around : around + 1;
-    for (uint32_t i = 0; i < columns; ++i) column(std::cos(sweep * i / around), std::sin(sweep * i / around), mesh);
+    const uint32_t columns = closed && !uvs ? around : around + 1;
+    for (uint32_t i = 0; i < columns; ++i) {
+        const double angle = closed && i == around ? 0 : sweep * i / around;
+        column(std::cos(angle), std::sin(angle), mesh);
+        const auto u = static_cast<float>(double(i) / around);
+        if (uvs) mesh.uvs.insert(mesh.uvs.end(), {{u, 0}, {u, 1}});
+    }
     for (uint32_t i = 0; i < around; ++i) {
         const uint32_t a = 2 * i, b = 2 * ((i + 1) % columns);
         mesh.triangles.push_back({a, b, b + 1});
@@ -37,15 +43,16 @@ void add(TriangleMesh& mesh, const Float3& position, const Float3& normal) {
     mesh.normals.push_back(normal);
 }
 
-// A point of a line that is turned about z, and its derivative along the line.
+// A point of a line that is turned about z, its derivative along the line, and its coordinate of textures.
 struct LinePoint {
     Vector position, along;
+    double v;
 };
 
 // What a line sweeps out, `rows` steps along it. Its normals are along sweep x line, as pbrt has them.
-TriangleMesh revolve(const std::function<LinePoint(double)>& line, uint32_t rows, double sweep) {
+TriangleMesh revolve(const std::function<LinePoint(double)>& line, uint32_t rows, double sweep, bool uvs) {
     const bool closed = sweep >= 2 * pi;
-    const uint32_t steps = std::max(1u, static_cast<uint32_t>(std::ceil(around * sweep / (2 * pi)))), columns = closed ? steps : steps + 1;
+    const uint32_t steps = std::max(1u, static_cast<uint32_t>(std::ceil(around * sweep / (2 * pi)))), columns = closed && !uvs ? steps : steps + 1;
     TriangleMesh mesh;
     for (uint32_t j = 0; j <= rows; ++j) {
         const LinePoint point = line(double(j) / rows);
@@ -56,9 +63,10 @@ TriangleMesh revolve(const std::function<LinePoint(double)>& line, uint32_t rows
         Vector normal = cross({-beside[1], beside[0], 0}, point.along);
         normal = length(normal) > 0 ? unit(normal) : Vector{0, 0, 1};
         for (uint32_t i = 0; i < columns; ++i) {
-            const double c = std::cos(sweep * i / steps), s = std::sin(sweep * i / steps);
+            const double angle = closed && i == steps ? 0 : sweep * i / steps, c = std::cos(angle), s = std::sin(angle);
             add(mesh, rounded(c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]),
                 rounded(c * normal[0] - s * normal[1], s * normal[0] + c * normal[1], normal[2]));
+            if (uvs) mesh.uvs.push_back({static_cast<float>(double(i) / steps), static_cast<float>(point.v)});
         }
     }
     const auto is_on_axis = [&](uint32_t j) { return mesh.positions[size_t{j} * columns].x == 0 && mesh.positions[size_t{j} * columns].y == 0; };
@@ -67,6 +75,10 @@ TriangleMesh revolve(const std::function<LinePoint(double)>& line, uint32_t rows
             const uint32_t a = j * columns + i, b = j * columns + (i + 1) % columns;
             if (!is_on_axis(j)) mesh.triangles.push_back({a, b, b + columns});
             if (!is_on_axis(j + 1)) mesh.triangles.push_back({a, b + columns, a + columns});
+            // On the axis each vertex is of one triangle, which is as wide as a step there as well.
+            const auto middle = static_cast<float>((i + 0.5) / steps);
+            if (uvs && is_on_axis(j)) mesh.uvs[a].x = middle;
+            if (uvs && is_on_axis(j + 1)) mesh.uvs[b + columns].x = middle;
         }
     return mesh;
 }
@@ -75,7 +87,8 @@ Vector lerp(const Vector& a, const Vector& b, uint32_t i, uint32_t n) { return 1
 
 }  // namespace
 
-TriangleMesh tessellate_sphere(double radius) {
+TriangleMesh tessellate_sphere(double radius, bool uvs) {
+    if (uvs) return tessellate_partial_sphere(radius, -radius, radius, 2 * pi, true);
     TriangleMesh mesh;
     add(mesh, rounded(0, 0, radius), {0, 0, 1});
     for (uint32_t j = 1; j < from_pole; ++j)
@@ -98,19 +111,22 @@ TriangleMesh tessellate_sphere(double radius) {
     return mesh;
 }
 
-TriangleMesh tessellate_disk(double height, double radius, double inner_radius, double sweep) {
-    TriangleMesh mesh = sweep_columns(sweep, [&](double c, double s, TriangleMesh& to) {
+TriangleMesh tessellate_disk(double height, double radius, double inner_radius, double sweep, bool uvs) {
+    TriangleMesh mesh = sweep_columns(sweep, uvs, [&](double c, double s, TriangleMesh& to) {
         add(to, rounded(radius * c, radius * s, height), {0, 0, 1});
         add(to, rounded(inner_radius * c, inner_radius * s, height), {0, 0, 1});
     });
     if (inner_radius > 0) return mesh;
     // Without a hole, the inner vertices coincide, and every second triangle has no area.
-    for (size_t i = 0; 2 * i < mesh.triangles.size(); ++i) mesh.triangles[i] = mesh.triangles[2 * i];
+    for (size_t i = 0; 2 * i < mesh.triangles.size(); ++i) {
+        mesh.triangles[i] = mesh.triangles[2 * i];
+        if (uvs) mesh.uvs[mesh.triangles[i][2]].x = static_cast<float>((double(i) + 0.5) / around);  // as on other axes
+    }
     mesh.triangles.resize(mesh.triangles.size() / 2);
     return mesh;
 }
 
-TriangleMesh tessellate_partial_sphere(double radius, double z_min, double z_max, double sweep) {
+TriangleMesh tessellate_partial_sphere(double radius, double z_min, double z_max, double sweep, bool uvs) {
     const double first = std::acos(std::clamp(z_min / radius, -1.0, 1.0)), last = std::acos(std::clamp(z_max / radius, -1.0, 1.0));
     const auto rows = static_cast<uint32_t>(std::ceil(from_pole * (first - last) / pi));
     return revolve(
@@ -118,52 +134,53 @@ TriangleMesh tessellate_partial_sphere(double radius, double z_min, double z_max
             const double theta = first + v * (last - first);
             // The poles lie on the axis, not next to it.
             const double s = theta == pi ? 0 : std::sin(theta), c = std::cos(theta);
-            return {{radius * s, 0, radius * c}, {-c, 0, s}};
+            return {{radius * s, 0, radius * c}, {-c, 0, s}, v};
         },
-        std::max(1u, rows), sweep);
+        std::max(1u, rows), sweep, uvs);
 }
 
-TriangleMesh tessellate_cylinder(double radius, double z_min, double z_max, double sweep) {
-    return sweep_columns(sweep, [&](double c, double s, TriangleMesh& to) {
+TriangleMesh tessellate_cylinder(double radius, double z_min, double z_max, double sweep, bool uvs) {
+    return sweep_columns(sweep, uvs, [&](double c, double s, TriangleMesh& to) {
         add(to, rounded(radius * c, radius * s, z_min), rounded(c, s, 0));
         add(to, rounded(radius * c, radius * s, z_max), rounded(c, s, 0));
     });
 }
 
-TriangleMesh tessellate_cone(double radius, double height, double sweep) {
-    return revolve([&](double v) -> LinePoint { return {{(1 - v) * radius, 0, v * height}, {-radius, 0, height}}; }, 1, sweep);
+TriangleMesh tessellate_cone(double radius, double height, double sweep, bool uvs) {
+    return revolve([&](double v) -> LinePoint { return {{(1 - v) * radius, 0, v * height}, {-radius, 0, height}, v}; }, 1, sweep, uvs);
 }
 
-TriangleMesh tessellate_paraboloid(double radius, double z_min, double z_max, double sweep) {
+TriangleMesh tessellate_paraboloid(double radius, double z_min, double z_max, double sweep, bool uvs) {
     const double first = radius * std::sqrt(z_min / z_max);
     return revolve(
         [&](double v) -> LinePoint {
             const double r = first + v * (radius - first);
-            return {{r, 0, z_max * (r / radius) * (r / radius)}, {1, 0, 2 * z_max * r / (radius * radius)}};
+            const double z = z_max * (r / radius) * (r / radius);
+            return {{r, 0, z}, {1, 0, 2 * z_max * r / (radius * radius)}, (z - z_min) / (z_max - z_min)};
         },
-        64, sweep);
+        64, sweep, uvs);
 }
 
-TriangleMesh tessellate_hyperboloid(const std::array<double, 3>& from, const std::array<double, 3>& to, double sweep) {
-    return revolve([&](double v) -> LinePoint { return {(1 - v) * from + v * to, to - from}; }, 64, sweep);
+TriangleMesh tessellate_hyperboloid(const std::array<double, 3>& from, const std::array<double, 3>& to, double sweep, bool uvs) {
+    return revolve([&](double v) -> LinePoint { return {(1 - v) * from + v * to, to - from, v}; }, 64, sweep, uvs);
 }
 
 namespace {
 
 class Patches {
 public:
-    Patches(const std::vector<Float3>& positions, const std::vector<Float3>& normals, const std::vector<Patch>& patches)
-        : positions_(positions), normals_(normals), patches_(patches) {
+    explicit Patches(const PatchMesh& mesh)
+        : positions_(mesh.positions), normals_(mesh.normals), uvs_(mesh.uvs), patches_(mesh.patches), own_uvs_(mesh.own_uvs && mesh.uvs.empty()) {
         double most = 0;
-        for (const Patch& patch : patches) most = std::max(most, steps_for(patch));
+        for (const Patch& patch : patches_) most = std::max(most, steps_for(patch));
         // So many that the number of triangles stays within bounds.
         const double possible =
-            std::sqrt(static_cast<double>(max_patch_triangles) / (2.0 * static_cast<double>(std::max<size_t>(patches.size(), 1))));
+            std::sqrt(static_cast<double>(max_patch_triangles) / (2.0 * static_cast<double>(std::max<size_t>(patches_.size(), 1))));
         steps_ = static_cast<uint32_t>(std::clamp(std::ceil(most), 1.0, std::max(1.0, std::floor(possible))));
     }
 
     TriangleMesh make() const {
-        if (steps_ == 1) return make_flat();
+        if (steps_ == 1) return own_uvs_ ? make_flat_alone() : make_flat();
         TriangleMesh mesh;
         for (const Patch& patch : patches_)
             if (are_there(patch)) add_patch(patch, mesh);
@@ -191,11 +208,38 @@ private:
         TriangleMesh mesh;
         mesh.positions = positions_;
         mesh.normals = normals_;
+        mesh.uvs = uvs_;
         for (const Patch& p : patches_) {
             mesh.triangles.push_back({p[0], p[1], p[3]});
             mesh.triangles.push_back({p[0], p[3], p[2]});
         }
         return mesh;
+    }
+
+    // Each patch with vertices of its own.
+    TriangleMesh make_flat_alone() const {
+        TriangleMesh mesh;
+        for (const Patch& p : patches_) {
+            if (!are_there(p)) continue;
+            const auto first = static_cast<uint32_t>(mesh.positions.size());
+            for (const uint32_t i : p) {
+                mesh.positions.push_back(positions_[i]);
+                if (!normals_.empty()) mesh.normals.push_back(normals_[i]);
+            }
+            mesh.uvs.insert(mesh.uvs.end(), {{0, 0}, {1, 0}, {0, 1}, {1, 1}});
+            mesh.triangles.push_back({first, first + 1, first + 3});
+            mesh.triangles.push_back({first, first + 3, first + 2});
+        }
+        return mesh;
+    }
+
+    Float2 uv_at(const Patch& patch, double s, double t) const {
+        if (own_uvs_) return {static_cast<float>(s), static_cast<float>(t)};
+        const auto between = [&](float Float2::*axis) {
+            const auto given = [&](size_t k) { return double(uvs_[patch[k]].*axis); };
+            return static_cast<float>((1 - t) * ((1 - s) * given(0) + s * given(1)) + t * ((1 - s) * given(2) + s * given(3)));
+        };
+        return {between(&Float2::x), between(&Float2::y)};
     }
 
     // Points on the sides are the same for both patches that share them, to the bit.
@@ -213,6 +257,7 @@ private:
                 }
                 if (!(length(normal) > 0)) normal = cross(p11 - p00, p01 - p10);
                 add(mesh, float3(position), length(normal) > 0 ? float3(unit(normal)) : Float3{0, 0, 1});
+                if (own_uvs_ || !uvs_.empty()) mesh.uvs.push_back(uv_at(patch, double(i) / n, double(j) / n));
             }
         for (uint32_t j = 0; j < n; ++j)
             for (uint32_t i = 0; i < n; ++i) {
@@ -223,14 +268,14 @@ private:
     }
 
     const std::vector<Float3>&positions_, &normals_;
+    const std::vector<Float2>& uvs_;
     const std::vector<Patch>& patches_;
+    const bool own_uvs_;
     uint32_t steps_ = 1;
 };
 
 }  // namespace
 
-TriangleMesh tessellate_patches(const std::vector<Float3>& positions, const std::vector<Float3>& normals, const std::vector<Patch>& patches) {
-    return Patches(positions, normals, patches).make();
-}
+TriangleMesh tessellate_patches(const PatchMesh& mesh) { return Patches(mesh).make(); }
 
 }  // namespace raypager

@@ -59,6 +59,18 @@ TEST(SmallRender, pages_every_stage_and_matches_the_resident_picture) { draw_pag
 
 TEST(SmallRender, pages_meshes_with_colors_as_well) { draw_paged(small_scene(40, true)); }
 
+TEST(SmallRender, pages_meshes_with_coordinates_of_textures_as_well) {
+    Scene scene = small_scene(40, true);
+    scene.texture_ops.resize(2);
+    scene.texture_ops[0].op = RP_TEXTURE_CONSTANT;
+    std::fill_n(scene.texture_ops[0].a, 3, 0.5f);
+    scene.texture_ops[1].op = RP_TEXTURE_SET | RP_TEXTURE_LAST;
+    scene.texture_ops[1].image = RP_PARAMETER_COLOR;
+    for (rp_texture_op& op : scene.texture_ops) op.map = RP_NONE;
+    scene.materials[0].flags |= 1u << RP_MATERIAL_PROGRAM_SHIFT;
+    draw_paged(scene);
+}
+
 // Everything that kernels for layered materials have, and a mix.
 TEST(SmallRender, pages_layered_materials_as_well) {
     Scene scene = small_scene(40);

@@ -41,6 +41,7 @@ Scene small_scene(uint32_t n, bool colors) {
             waves.positions.push_back({x, 0.2f * std::sin(5 * x) * std::cos(4 * z), z});
             waves.normals.push_back({0, 1, 0});
             if (colors) waves.colors.push_back(0x40ff20u + 0x030507u * (i * j % 16));
+            if (colors) waves.uvs.push_back({x, 3 * z});
         }
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = 0; j < n; j++) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -113,7 +114,7 @@ TEST(Tessellate, Hyperboloids) {
 }
 
 TEST(Tessellate, FlatPatchesAreTwoTriangles) {
-    const TriangleMesh flat = tessellate_patches({{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {}, {{0, 1, 2, 3}});
+    const TriangleMesh flat = tessellate_patches({{{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {}, {{0, 1, 2, 3}}});
     EXPECT_EQ(flat.triangles, (std::vector<Triangle>{{0, 1, 3}, {0, 3, 2}}));
     EXPECT_TRUE(flat.normals.empty());
 }
@@ -121,7 +122,7 @@ TEST(Tessellate, FlatPatchesAreTwoTriangles) {
 TEST(Tessellate, TwistedPatchesMeetTheirNeighbours) {
     // z = x y over two unit squares, the second of which is given the other way round.
     const std::vector<Float3> corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}, {0, 2, 0}, {1, 2, 2}};
-    const TriangleMesh mesh = tessellate_patches(corners, {}, {{0, 1, 2, 3}, {5, 4, 3, 2}});
+    const TriangleMesh mesh = tessellate_patches({corners, {}, {{0, 1, 2, 3}, {5, 4, 3, 2}}});
     double expected = 0;
     constexpr int steps = 200;
     for (int i = 0; i < steps; i++)
@@ -136,15 +137,15 @@ TEST(Tessellate, TwistedPatchesMeetTheirNeighbours) {
         if (p.y == 1) on_side[p.x]++;
     EXPECT_GT(on_side.size(), 10u);
     for (const auto& [x, count] : on_side) EXPECT_EQ(count, 2) << x;
-    expect_sound(tessellate_patches(corners, {}, {{0, 1, 2, 3}}));
+    expect_sound(tessellate_patches({corners, {}, {{0, 1, 2, 3}}}));
     // Given normals are interpolated.
     const std::vector<Float3> normals(6, Float3{0, 0, 2});
-    for (const Float3& n : tessellate_patches(corners, normals, {{0, 1, 2, 3}}).normals) EXPECT_EQ(n, (Float3{0, 0, 1}));
+    for (const Float3& n : tessellate_patches({corners, normals, {{0, 1, 2, 3}}}).normals) EXPECT_EQ(n, (Float3{0, 0, 1}));
 }
 
 TEST(Tessellate, PatchesWithoutCornersAreLeftOut) {
-    const TriangleMesh mesh = tessellate_patches({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}}, {}, {{0, 1, 2, 3}, {0, 1, 2, 9}});
-    EXPECT_EQ(mesh.triangles.size(), tessellate_patches({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}}, {}, {{0, 1, 2, 3}}).triangles.size());
+    const TriangleMesh mesh = tessellate_patches({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}}, {}, {{0, 1, 2, 3}, {0, 1, 2, 9}}});
+    EXPECT_EQ(mesh.triangles.size(), tessellate_patches({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}}, {}, {{0, 1, 2, 3}}}).triangles.size());
 }
 
 TriangleMesh octahedron() {
@@ -173,9 +174,9 @@ TriangleMesh sheet(uint32_t n, double height) {
 // Vertices are on the limit surface after any number of levels: so those of the control mesh stay where they are.
 TEST(LoopSubdivision, LimitDoesNotDependOnTheLevels) {
     for (const TriangleMesh& control : {octahedron(), sheet(4, 0.5)}) {
-        const TriangleMesh first = subdivide_loop(control.positions, control.triangles, 0);
+        const TriangleMesh first = subdivide_loop(control.positions, {}, control.triangles, 0);
         for (const uint32_t levels : {1u, 2u, 4u}) {
-            const TriangleMesh mesh = subdivide_loop(control.positions, control.triangles, levels);
+            const TriangleMesh mesh = subdivide_loop(control.positions, {}, control.triangles, levels);
             EXPECT_EQ(mesh.triangles.size(), control.triangles.size() << 2 * levels);
             for (size_t v = 0; v < control.positions.size(); v++)
                 EXPECT_LT(length(vector(mesh.positions[v]) - vector(first.positions[v])), 1e-6) << "level " << levels << ", vertex " << v;
@@ -186,7 +187,7 @@ TEST(LoopSubdivision, LimitDoesNotDependOnTheLevels) {
 
 // By symmetry; (1 - 4 g) of the vertex and g of its four neighbours, which cancel each other but for those across.
 TEST(LoopSubdivision, OctahedraBecomeRound) {
-    const TriangleMesh control = octahedron(), mesh = subdivide_loop(control.positions, control.triangles, 4);
+    const TriangleMesh control = octahedron(), mesh = subdivide_loop(control.positions, {}, control.triangles, 4);
     EXPECT_NEAR(mesh.positions[0].x, 0.5, 1e-6) << "1 / (4 + 3 / (8 * 3 / 32)) = 1 / 8 of each neighbour";
     for (size_t v = 0; v < 6; v++)
         for (size_t a = 0; a < 3; a++) EXPECT_NEAR(vector(mesh.normals[v])[a], vector(control.positions[v])[a], 1e-6);
@@ -194,20 +195,20 @@ TEST(LoopSubdivision, OctahedraBecomeRound) {
     // A closed surface: its edges are shared by two triangles each, so there are two vertices more than half the triangles.
     EXPECT_EQ(mesh.positions.size(), mesh.triangles.size() / 2 + 2);
     // Inscribed triangles lose a quarter as much with each level more.
-    const double volume = volume_of(subdivide_loop(control.positions, control.triangles, 6));
+    const double volume = volume_of(subdivide_loop(control.positions, {}, control.triangles, 6));
     EXPECT_NEAR(volume_of(mesh), volume, 6e-3 * volume);
 }
 
 // A border is the cubic B-spline of its own vertices; flat ones stay flat.
 TEST(LoopSubdivision, BordersAreSplines) {
-    const TriangleMesh control = sheet(4, 0), mesh = subdivide_loop(control.positions, control.triangles, 3);
+    const TriangleMesh control = sheet(4, 0), mesh = subdivide_loop(control.positions, {}, control.triangles, 3);
     for (size_t v = 0; v < mesh.positions.size(); v++) {
         EXPECT_EQ(mesh.positions[v].z, 0);
         EXPECT_NEAR(mesh.normals[v].z, 1, 1e-6);
     }
     TriangleMesh bent = sheet(4, 0);
     bent.positions[2].z = 3;  // amid the lower border
-    const TriangleMesh limit = subdivide_loop(bent.positions, bent.triangles, 2);
+    const TriangleMesh limit = subdivide_loop(bent.positions, {}, bent.triangles, 2);
     EXPECT_NEAR(limit.positions[2].z, 3 * 4.0 / 6, 1e-6);
     EXPECT_NEAR(limit.positions[1].z, 3 * 1.0 / 6, 1e-6);
     EXPECT_NEAR(limit.positions[0].z, 0, 1e-6);
@@ -216,11 +217,113 @@ TEST(LoopSubdivision, BordersAreSplines) {
 TEST(LoopSubdivision, WhatIsNoSurfaceStaysInPlace) {
     // Two fans at a vertex, three triangles at an edge, a vertex that does not exist and one that is not finite.
     const std::vector<Float3> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}, {0, 0, 1}, {NAN, 0, 0}};
-    const TriangleMesh mesh = subdivide_loop(positions, {{0, 1, 2}, {0, 3, 4}, {1, 0, 5}, {0, 1, 4}, {0, 1, 9}, {1, 2, 6}, {2, 2, 1}}, 2);
+    const TriangleMesh mesh = subdivide_loop(positions, {}, {{0, 1, 2}, {0, 3, 4}, {1, 0, 5}, {0, 1, 4}, {0, 1, 9}, {1, 2, 6}, {2, 2, 1}}, 2);
     EXPECT_EQ(mesh.triangles.size(), 4u * 16);
     EXPECT_EQ(mesh.positions[0], (Float3{0, 0, 0}));
     for (const Float3& p : mesh.positions) EXPECT_TRUE(finite(p));
-    EXPECT_TRUE(subdivide_loop({}, {}, 3).triangles.empty());
+    EXPECT_TRUE(subdivide_loop({}, {}, {}, 3).triangles.empty());
+}
+
+// u and v in the middle of each triangle are those of pbrt, whose inverse mappings these are, but for what a step along a curved line makes of them.
+void expect_uvs(const TriangleMesh& mesh, double tolerance, const std::function<std::array<double, 2>(const Vector&)>& uv) {
+    ASSERT_EQ(mesh.uvs.size(), mesh.positions.size());
+    ASSERT_FALSE(mesh.triangles.empty());
+    for (size_t t = 0; t < mesh.triangles.size(); t++) {
+        double u = 0, v = 0;
+        for (const uint32_t corner : mesh.triangles[t]) u += mesh.uvs[corner].x / 3.0, v += mesh.uvs[corner].y / 3.0;
+        const auto expected = uv(1.0 / 3 * (corner_of(mesh, t, 0) + corner_of(mesh, t, 1) + corner_of(mesh, t, 2)));
+        ASSERT_NEAR(u, expected[0], tolerance) << "triangle " << t;
+        ASSERT_NEAR(v, expected[1], tolerance) << "triangle " << t;
+    }
+}
+
+double around_z(const Vector& p, double sweep) {
+    const double angle = std::atan2(p[1], p[0]);
+    return (angle < 0 ? angle + 2 * pi : angle) / sweep;
+}
+
+TEST(Tessellate, GivesTheCoordinatesOfPbrt) {
+    for (const double sweep : {2 * pi, 0.75 * pi}) {
+        const auto polar = [&](double v_min, double v_max) {
+            return [=](const Vector& p) { return std::array{around_z(p, sweep), (std::acos(p[2] / length(p)) - v_min) / (v_max - v_min)}; };
+        };
+        const auto by_height = [&](double z_min, double z_max) {
+            return [=](const Vector& p) { return std::array{around_z(p, sweep), (p[2] - z_min) / (z_max - z_min)}; };
+        };
+        expect_uvs(tessellate_partial_sphere(2, -1, 1.5, sweep, true), 0.01, polar(std::acos(-0.5), std::acos(0.75)));
+        expect_uvs(tessellate_partial_sphere(1, -1, 1, sweep, true), 0.01, polar(pi, 0));
+        expect_uvs(tessellate_disk(1, 2, 0.5, sweep, true), 0.01, [&](const Vector& p) {
+            return std::array{around_z(p, sweep), (2 - std::hypot(p[0], p[1])) / 1.5};
+        });
+        expect_uvs(tessellate_disk(1, 2, 0, sweep, true), 0.01, [&](const Vector& p) {
+            return std::array{around_z(p, sweep), (2 - std::hypot(p[0], p[1])) / 2};
+        });
+        expect_uvs(tessellate_cylinder(1, -1, 3, sweep, true), 0.01, by_height(-1, 3));
+        expect_uvs(tessellate_cone(1, 3, sweep, true), 0.01, by_height(0, 3));
+        expect_uvs(tessellate_paraboloid(1, 0.25, 1, sweep, true), 0.01, by_height(0.25, 1));
+        // Around z from where the line is at that height.
+        const Vector from = {1, 0, -1}, to = {0.5, 0.5, 2};
+        expect_uvs(tessellate_hyperboloid(from, to, sweep, true), 0.01, [&](const Vector& p) {
+            const double v = (p[2] + 1) / 3;
+            const Vector at = (1 - v) * from + v * to;
+            const double angle = std::atan2(at[0] * p[1] - at[1] * p[0], at[0] * p[0] + at[1] * p[1]);
+            return std::array{(angle < 0 ? angle + 2 * pi : angle) / sweep, v};
+        });
+    }
+    // The whole sphere, closed to the bit where it begins and ends.
+    const TriangleMesh ball = tessellate_sphere(1, true);
+    expect_sound(ball);
+    EXPECT_NEAR(volume_of(ball), 4.0 / 3 * pi, 5e-3);
+    EXPECT_TRUE(tessellate_sphere(1).uvs.empty());
+    EXPECT_TRUE(tessellate_cylinder(1, 0, 1, 2 * pi).uvs.empty());
+}
+
+TEST(Tessellate, PatchesHaveGivenCoordinatesOrTheirOwn) {
+    const std::vector<Float3> flat = {{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {2, 1, 0}}, bent = {{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {2, 1, 1}};
+    const std::vector<Float2> given = {{0, 0}, {0.5f, 0}, {0, 4}, {0.5f, 4}};
+    for (const auto& positions : {flat, bent}) {
+        PatchMesh patches = {positions, {}, {{0, 1, 2, 3}}};
+        EXPECT_TRUE(tessellate_patches(patches).uvs.empty());
+        patches.own_uvs = true;
+        expect_uvs(tessellate_patches(patches), 1e-6, [](const Vector& p) { return std::array{p[0] / 2, p[1]}; });
+        patches.uvs = given;
+        expect_uvs(tessellate_patches(patches), 1e-6, [](const Vector& p) { return std::array{p[0] / 4, 4 * p[1]}; });
+    }
+}
+
+TEST(Loop, InterpolatesCoordinates) {
+    const TriangleMesh control = sheet(4, 0);
+    std::vector<Float2> uvs;
+    for (const Float3& p : control.positions) uvs.push_back({2 * p.x, p.y + p.z});
+    const TriangleMesh mesh = subdivide_loop(control.positions, uvs, control.triangles, 2);
+    ASSERT_EQ(mesh.uvs.size(), mesh.positions.size());
+    EXPECT_TRUE(std::equal(uvs.begin(), uvs.end(), mesh.uvs.begin()));
+    const Triangle& t = mesh.triangles.back();
+    EXPECT_NE(mesh.uvs[t[0]], mesh.uvs[t[1]]);
+}
+
+TEST(Curves, HaveCoordinatesAlongAndAcross) {
+    for (const auto type : {CurveShape::Type::cylinder, CurveShape::Type::ribbon}) {
+        CurveShape curve;
+        curve.type = type;
+        curve.points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {6, 0, 0}};
+        if (type == CurveShape::Type::ribbon) curve.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+        const TriangleMesh plain = tessellate_curve(curve), mesh = tessellate_curve(curve, true);
+        expect_sound(mesh);
+        EXPECT_TRUE(plain.uvs.empty());
+        EXPECT_EQ(mesh.triangles.size(), plain.triangles.size());
+        EXPECT_DOUBLE_EQ(area_of(mesh), area_of(plain));
+        // Each of the two curves goes from 0 to 1.
+        expect_uvs(mesh, 1, [](const Vector&) { return std::array{0.5, 0.5}; });
+        for (size_t t = 0; t < mesh.triangles.size(); t++)
+            for (const uint32_t v : mesh.triangles[t]) {
+                const double middle = (corner_of(mesh, t, 0)[0] + corner_of(mesh, t, 1)[0] + corner_of(mesh, t, 2)[0]) / 3;
+                EXPECT_NEAR(mesh.uvs[v].x, (mesh.positions[v].x - (middle < 3 ? 0 : 3)) / 3, 1e-6);
+                if (type == CurveShape::Type::ribbon) {
+                    EXPECT_NEAR(std::abs(mesh.uvs[v].y - 0.5), std::abs(mesh.positions[v].y), 1e-6);
+                }
+            }
+    }
 }
 
 TEST(Curves, StraightOnesAreTubes) {
