@@ -137,7 +137,8 @@ TEST_F(DamagedPages, RandomChangesUnderRightChecksums) {
                 const rp_image_level& level = scene.image_levels[l];
                 const uint64_t tiles = level.at == RP_NONE ? tiles_of(image.format, level.width, level.height) : 1;
                 ASSERT_LE(level.page + tiles, scene.pages.size());
-                if (level.at != RP_NONE) ASSERT_LE(level.at + level.width * level.height * texel_bytes(image.format), RP_TEXTURE_PAGE_BYTES);
+                const uint64_t end = level.at + uint64_t{level.width} * level.height * texel_bytes(image.format);
+                ASSERT_TRUE(level.at == RP_NONE || end <= RP_TEXTURE_PAGE_BYTES);
             }
     }
 }

@@ -4,7 +4,10 @@
 #include "device/device.hpp"
 #include "raypager/abi/path.h"
 #include "raypager/bake.hpp"
+#include "render/render.hpp"
 #include "residency/residency.hpp"
+#include "support/device_scene.hpp"
+#include "support/test_options.hpp"
 #include "support/textured_scene.hpp"
 #include "unit/bake_scenes.hpp"
 
@@ -112,6 +115,27 @@ TEST_P(ImagePagesOnDevice, AllFitWhereThereIsRoomForAll) {
         ASSERT_TRUE(residency_->load_all(device_->kernels()).ok());
         EXPECT_EQ(residency_->resident_bytes(), scene().memory_bytes(GetParam()));
         for (uint32_t page = 0; page < scene().pages.size(); page++) expect_page(page);
+    }
+}
+
+// Renders end, and draw the same, whatever is resident: of geometry and images together, or of images alone.
+TEST_P(ImagePagesOnDevice, RendersKeepTheLimitAndThePicture) {
+    if (GetParam() == BlockForm::wide && support::traversals().size() == 1) GTEST_SKIP() << "this device traces no streams";
+    for (const uint32_t n : {0u, 20u}) {
+        bake_scene(textured_terrain_of(n));
+        support::TestOptions options;
+        options.spp = 1;
+        options.tuning.paths = 64;
+        options.tuning.traversal = GetParam() == BlockForm::wide ? Traversal::stream : Traversal::ray;
+        const auto resident = render(blocks_->source(), options, {});
+        ASSERT_TRUE(resident.ok()) << resident.status().message();
+        options.geometry_limit = scene().largest_pageable(GetParam());
+        const auto paged = render(blocks_->source(), options, {});
+        ASSERT_TRUE(paged.ok()) << paged.status().message();
+        EXPECT_EQ(paged->report.film_hash, resident->report.film_hash);
+        EXPECT_LE(paged->report.peak.geometry_bytes, options.geometry_limit);
+        options.geometry_limit = RP_TEXTURE_PAGE_BYTES - 64;
+        EXPECT_FALSE(render(blocks_->source(), options, {}).ok());
     }
 }
 

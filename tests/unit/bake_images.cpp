@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cerrno>
 
 #include "bake/restyle.hpp"
 #include "base/parallel.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/textured_scene.hpp"
 #include "texture/texture_words.hpp"
 #include "texture/tiler.hpp"
@@ -217,6 +219,24 @@ TEST(BakeImages, LimitsAndStopsHold) {
     options.stop = nullptr;
     ASSERT_TRUE(bake(textured_terrain(), options, folder / "a.rpb").ok());
     EXPECT_EQ(fraction, 1);
+}
+
+TEST(BakeImages, AFullDiskLeavesNothing) {
+    const TemporaryFolder folder;
+    const Scene scene = with_images(scene_of({}));
+    support::FailingFileSystem disk;
+    int64_t writes = 1;
+    for (;; writes++) {
+        ASSERT_LT(writes, 1000);
+        disk.error_number = ENOSPC;
+        disk.fail_write_in = writes;
+        const auto baked = bake(scene, {}, folder / "a.rpb");
+        disk.clear();
+        if (baked.ok()) break;
+        EXPECT_NE(baked.status().message().find("a.rpb: cannot be written"), std::string::npos) << baked.status().message();
+        EXPECT_TRUE(folder.files().empty());
+    }
+    EXPECT_GT(writes, 10);  // of pages, and what is before and behind them
 }
 
 // What kernels get: the parts begin where they should, and at multiples of 16 bytes.
