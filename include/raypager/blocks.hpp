@@ -41,6 +41,11 @@ public:
     // Bytes of all blocks, and of the largest one, in device memory; 0 without blocks.
     uint64_t bytes(BlockForm form) const;
     uint64_t largest(BlockForm form) const;
+    // Images that textures read, and their pages, which are paged as blocks are.
+    uint32_t images() const;
+    uint32_t pages() const;
+    uint64_t texture_bytes() const;               // of all pages, in the file and in device memory
+    uint64_t memory_bytes(BlockForm form) const;  // of blocks and pages
     // Bounds of a block, in world space. REQUIRES: block < count().
     std::pair<std::array<float, 3>, std::array<float, 3>> bounds(uint32_t block) const;
 

@@ -110,13 +110,7 @@ public:
             summary.reduced_limit = limit_.bytes;
             summary.usual_limit = limit_.usual;
         }
-        summary.triangles = baked.triangles;
-        summary.spheres = baked.spheres;
-        summary.blocks = baked.blocks.size();
-        summary.stored_bytes = baked.stored_bytes();
-        summary.images = baked.images.size();
-        summary.pages = baked.pages.size();
-        summary.texture_bytes = baked.texture_bytes();
+        count(baked, summary);
         summary.points_culled = gathered->points_culled;
         summary.points_merged = gathered->points_merged;
         summary.issues = gathered->issues;
@@ -126,6 +120,16 @@ public:
 
 private:
     float cell() const { return options_.position_error > 0 ? position_cell(options_.position_error) : 0; }
+
+    static void count(const BakedScene& baked, BakeSummary& summary) {
+        summary.triangles = baked.triangles;
+        summary.spheres = baked.spheres;
+        summary.blocks = baked.blocks.size();
+        summary.stored_bytes = baked.stored_bytes();
+        summary.images = baked.images.size();
+        summary.pages = baked.pages.size();
+        summary.texture_bytes = baked.texture_bytes();
+    }
 
     void report(const char* stage, double fraction) const {
         if (options_.progress) options_.progress(stage, fraction);

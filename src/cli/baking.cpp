@@ -79,8 +79,11 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
         log_note(fmt::format("left out: {} that the camera does not see, {} that share a pixel with others", counted(summary->points_culled, "point"),
                              format_count(summary->points_merged)));
     const std::string detour = summary->buckets ? fmt::format(" over the disk in {}", counted(summary->buckets, "bucket")) : "";
-    log_note(fmt::format("baked {} into {}, {},{} in {}: {}", primitives_text(summary->triangles, summary->spheres, ground_triangles(scene)),
-                         counted(summary->blocks, "block"), format_bytes(summary->stored_bytes), detour, format_duration(summary->seconds),
+    const std::string images = summary->images ? fmt::format(" and {} into {}, {},", counted(summary->images, "image"),
+                                                             counted(summary->pages, "page"), format_bytes(summary->texture_bytes))
+                                               : "";
+    log_note(fmt::format("baked {} into {}, {},{}{} in {}: {}", primitives_text(summary->triangles, summary->spheres, ground_triangles(scene)),
+                         counted(summary->blocks, "block"), format_bytes(summary->stored_bytes), images, detour, format_duration(summary->seconds),
                          output.string()));
     return summary;
 }

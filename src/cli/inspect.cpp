@@ -72,7 +72,7 @@ Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte>
     return parts;
 }
 
-// Reads every block; its checksum is verified by that. verify: also checks that what is in it holds together.
+// Reads every block, and every page of images; their checksums are verified by that. verify: also checks that what is in it holds together.
 Result<Parts> read_all_blocks(const BlockFile& file, bool verify) {
     Parts sum;
     std::vector<std::byte> stored;
@@ -85,6 +85,8 @@ Result<Parts> read_all_blocks(const BlockFile& file, bool verify) {
         if (!parts) return parts.status().at(fmt::format("{}: block {}", file.path().string(), block));
         sum.add(*parts);
     }
+    stored.resize(RP_TEXTURE_PAGE_BYTES);
+    for (uint32_t page = 0; page < file.scene().pages.size(); ++page) RAYPAGER_TRY(file.read_page(page, stored));
     return sum;
 }
 
@@ -123,6 +125,9 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
     line("geometry", fmt::format("{}, {:.2f} bytes per primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
     line("", fmt::format("{}, {:.2f} bytes per primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
+    if (!scene.images.empty())
+        line("images", fmt::format("{} in {}, {}", format_count(scene.images.size()), counted(scene.pages.size(), "page"),
+                                   format_bytes(scene.texture_bytes())));
     if (scene.position_cell > 0)
         line("positions", fmt::format("multiples of {:.6g}: moved by {:.6g} at most along each axis, beyond rounding", scene.position_cell,
                                       scene.position_cell / 2));
@@ -140,7 +145,9 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
         const double each = primitives > 0 ? double(bytes) / double(primitives) : 0;
         text += fmt::format("    {:<10} {:>5.1f} %  {:>6.2f} bytes per primitive\n", part.name, 100 * share(bytes, parts), each);
     }
-    if (verified) text += "  every block was read and checked: all is well\n";
+    if (verified)
+        text +=
+            scene.pages.empty() ? "  every block was read and checked: all is well\n" : "  every block and page was read and checked: all is well\n";
     return text;
 }
 

@@ -55,7 +55,7 @@ OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& ta
 void add_paging_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
     parser.option("geometry-limit", "SIZE|%",
-                  "geometry resident at once at most, in bytes or as a share of the scene's (default: what the "
+                  "geometry and images of textures resident at once at most, in bytes or as a share of the scene's (default: what the "
                   "memory limit leaves)",
                   [&options](const std::string& text) -> Status {
                       const auto limit = parse_size_or_percent(text);

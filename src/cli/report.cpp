@@ -101,20 +101,24 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
 std::string paging_table(const Blocks& scene, const RenderReport& report, uint64_t ground) {
-    const uint64_t geometry = scene.bytes(report.form);
-    const uint64_t resident = std::min(report.limits.geometry_bytes, geometry);
+    const uint64_t all = scene.memory_bytes(report.form);
+    const uint64_t resident = std::min(report.limits.geometry_bytes, all);
     const auto& paging = report.paging;
     std::string text;
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<16} {}\n", name, value); };
     line("device", fmt::format("{}, {:.2f} Mrays/s", report.device.name, ratio(double(report.rays.total()), report.seconds.render) / 1e6));
     line("scene", fmt::format("{} in {}, {}", primitives_text(scene.triangles(), scene.spheres(), ground), counted(scene.count(), "block"),
-                              format_bytes(geometry)));
+                              format_bytes(scene.bytes(report.form))));
+    if (scene.images() > 0)
+        line("images",
+             fmt::format("{} in {}, {}", format_count(scene.images()), counted(scene.pages(), "page"), format_bytes(scene.texture_bytes())));
     line("resident limit", fmt::format("{}, {:.1f} % of the scene", format_bytes(report.limits.geometry_bytes),
-                                       geometry ? 100 * ratio(double(resident), double(geometry)) : 100.0));
-    line("loads", fmt::format("{}, {} evicted", counted(paging.loads, "block"), format_count(paging.evictions)));
-    line("loaded",
-         fmt::format("{}, {:.1f} times the scene, {:.1f} bytes per ray", format_bytes(paging.bytes_loaded),
-                     ratio(double(paging.bytes_loaded), double(geometry)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
+                                       all ? 100 * ratio(double(resident), double(all)) : 100.0));
+    line("loads", fmt::format("{}, {} evicted",
+                              counted(paging.loads, scene.pages() > 0 ? "block or page" : "block", scene.pages() > 0 ? "blocks and pages" : ""),
+                              format_count(paging.evictions)));
+    line("loaded", fmt::format("{}, {:.1f} times the scene, {:.1f} bytes per ray", format_bytes(paging.bytes_loaded),
+                               ratio(double(paging.bytes_loaded), double(all)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
     line("stalled", fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(report.seconds.stall),
                                 100 * ratio(report.seconds.stall, report.seconds.render)));
     line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));
@@ -131,7 +135,10 @@ Json scene_json(const Blocks& scene, BlockForm form) {
             {"block_bytes_max", scene.largest(form)},
             {"geometry_bytes", scene.bytes(form)},
             {"stored_bytes", scene.bytes(BlockForm::stored)},
-            {"bytes_per_primitive", ratio(double(scene.bytes(form)), primitives)}};
+            {"bytes_per_primitive", ratio(double(scene.bytes(form)), primitives)},
+            {"images", scene.images()},
+            {"pages", scene.pages()},
+            {"texture_bytes", scene.texture_bytes()}};
 }
 
 Json bounds_json(const Blocks& scene) { return {{"min", scene.lower()}, {"max", scene.upper()}}; }

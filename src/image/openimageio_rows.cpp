@@ -6,6 +6,7 @@
 #include <charconv>
 #include <exception>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "image/openimageio_tools.hpp"
@@ -106,7 +107,10 @@ public:
 
 private:
     bool read_rows(const OIIO::ImageSpec& spec, int y, int count, std::byte* rows) {
-        const SilentStderr silent;
+        // These say what is wrong to the library alone, and take most of the time: others can be heard meanwhile.
+        const std::string_view format = input_->format_name();
+        std::optional<SilentStderr> silent;
+        if (format != "openexr" && format != "jpeg" && format != "tiff") silent.emplace();
         const int top = spec.y + y, channels = static_cast<int>(stored_.channels);
         const OIIO::TypeDesc type = type_of(stored_.kind);
         return spec.tile_width > 0 ? input_->read_tiles(0, 0, spec.x, spec.x + spec.width, top, top + count, 0, 1, 0, channels, type, rows)

@@ -53,12 +53,13 @@ Result<MemoryPlan> plan_memory(const MemoryNeeds& needs) {
     const uint64_t smallest = needs.fixed + fewest * needs.per_slot + needs.largest_block;
     if (needs.geometry_limit && needs.geometry_limit < needs.largest_block)
         return Status::failed(
-            fmt::format("--geometry-limit {}: the largest block of the scene has {}; give at least that, or bake with a smaller --block-size",
+            fmt::format("--geometry-limit {}: the largest block of the scene, or page of an image, has {}; give at least that, or bake with a "
+                        "smaller --block-size",
                         format_bytes(needs.geometry_limit), format_exact_bytes(needs.largest_block)));
     if (smallest > needs.limit)
         return Status::failed(fmt::format(
             "the memory limit of {} is too small for this job; the smallest that would do is {}: {} for film and tables, {} for {}, {} for "
-            "the largest block",
+            "the largest block or page",
             format_bytes(needs.limit), format_exact_bytes(smallest), format_bytes(needs.fixed), format_bytes(fewest * needs.per_slot),
             counted(fewest, "path slot"), format_bytes(needs.largest_block)));
     const uint64_t left = needs.limit - needs.fixed;

@@ -24,6 +24,10 @@ uint32_t Blocks::count() const { return static_cast<uint32_t>(source_->scene().b
 uint64_t Blocks::block_entries() const { return source_->scene().block_entries.size(); }
 uint64_t Blocks::bytes(BlockForm form) const { return source_->scene().geometry_bytes(form); }
 uint64_t Blocks::largest(BlockForm form) const { return source_->scene().largest_block(form); }
+uint32_t Blocks::images() const { return static_cast<uint32_t>(source_->scene().images.size()); }
+uint32_t Blocks::pages() const { return static_cast<uint32_t>(source_->scene().pages.size()); }
+uint64_t Blocks::texture_bytes() const { return source_->scene().texture_bytes(); }
+uint64_t Blocks::memory_bytes(BlockForm form) const { return source_->scene().memory_bytes(form); }
 
 std::pair<std::array<float, 3>, std::array<float, 3>> Blocks::bounds(uint32_t block) const {
     RAYPAGER_CHECK(block < count());

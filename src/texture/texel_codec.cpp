@@ -11,14 +11,25 @@
 namespace raypager {
 namespace {
 
+// In runs of a length that compilers know, which they make vectors of.
+template <class Code, class Convert>
+void decode_with(const Convert& convert, const std::byte* texels, size_t count, float* values) {
+    constexpr size_t run = 16;
+    Code codes[run];
+    float converted[run];
+    for (; count >= run; count -= run, texels += sizeof codes, values += run) {
+        std::memcpy(codes, texels, sizeof codes);
+        for (size_t k = 0; k < run; k++) converted[k] = convert(codes[k]);
+        std::memcpy(values, converted, sizeof converted);
+    }
+    std::memcpy(codes, texels, count * sizeof(Code));
+    for (size_t k = 0; k < count; k++) values[k] = convert(codes[k]);
+}
+
 // Integers are averaged as they are: their sums are exact.
 template <class Code>
 void decode_integers(const std::byte* texels, size_t count, float* values) {
-    for (size_t i = 0; i < count; i++) {
-        Code code;
-        std::memcpy(&code, texels + i * sizeof code, sizeof code);
-        values[i] = code;
-    }
+    decode_with<Code>([](Code code) { return static_cast<float>(code); }, texels, count, values);
 }
 
 template <class Code>
@@ -29,13 +40,7 @@ void encode_integers(const float* values, size_t count, std::byte* texels) {
     }
 }
 
-void decode_halves(const std::byte* texels, size_t count, float* values) {
-    for (size_t i = 0; i < count; i++) {
-        uint16_t half;
-        std::memcpy(&half, texels + i * sizeof half, sizeof half);
-        values[i] = float_of_half(half);
-    }
-}
+void decode_halves(const std::byte* texels, size_t count, float* values) { decode_with<uint16_t>(float_of_half, texels, count, values); }
 
 void encode_halves(const float* values, size_t count, std::byte* texels) {
     for (size_t i = 0; i < count; i++) {

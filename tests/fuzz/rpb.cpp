@@ -10,6 +10,7 @@
 #include "store/format.hpp"
 #include "support/block_file_bytes.hpp"
 #include "support/temporary_folder.hpp"
+#include "texture/texture_words.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager::fuzz {
@@ -31,7 +32,14 @@ void decode_block(const BakedScene& scene, uint32_t block, std::span<const std::
 std::vector<std::string> seeds() {
     using namespace blocks_test;
     std::vector<Scene> scenes = {scene_of({mesh_shape(terrain(3, true)), sphere_shape({0, 1, 0}, 0.1f)}), scene_of({mesh_shape(soup(150, 1))}),
-                                 scene_of({})};
+                                 scene_of({}), scene_of({})};
+    // A program, but no image: pages are larger than inputs are.
+    scenes[3].texture_maps.resize(1);
+    scenes[3].texture_ops = {{RP_TEXTURE_CONSTANT, 0, 0, 0, {1, 0, 0, 0}, {}},
+                             {RP_TEXTURE_UV, 0, 0, 0, {}, {}},
+                             {RP_TEXTURE_CHECKS, 0, 0, RP_NONE, {}, {}},
+                             {RP_TEXTURE_SET | RP_TEXTURE_LAST, RP_PARAMETER_COLOR, 0, 0, {}, {}}};
+    scenes[3].materials[0].flags |= 1u << RP_MATERIAL_PROGRAM_SHIFT;
     scenes[0].area_lights = {{{5, 5, 5}, false}};
     scenes[0].shapes[1].area_light = 0;
     std::vector<std::string> result;
@@ -59,6 +67,12 @@ void run(std::string_view input) {
     const auto file = BlockFile::open(write_input("input.rpb", bytes));
     if (!file) return RAYPAGER_CHECK(file.status().message().find("input.rpb") != std::string::npos);
     const BakedScene& scene = (*file)->scene();
+    for (uint32_t page = 0; page < scene.pages.size(); page++) {
+        std::vector<std::byte> texels(RP_TEXTURE_PAGE_BYTES);
+        (void)(*file)->read_page(page, texels);
+    }
+    (void)texture_words(scene);
+    RAYPAGER_CHECK(scene.texel_words() <= 2 * scene.texture_ops.size());
     for (uint32_t block = 0; block < scene.blocks.size(); block++) {
         std::vector<std::byte> stored(scene.blocks[block].stored_bytes);
         if (!(*file)->read_block(block, stored) || !(*file)->check_block(block, stored)) continue;

@@ -51,8 +51,8 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     EXPECT_EQ(keys_of(json), (Keys{"raypager", "device", "scene", "limits", "peak", "image", "camera", "bounds", "seconds", "rays", "paging",
                                    "checkpoint", "settings"}));
     EXPECT_EQ(keys_of(json["device"]), (Keys{"name", "platform", "driver", "type"}));
-    EXPECT_EQ(keys_of(json["scene"]),
-              (Keys{"triangles", "spheres", "blocks", "block_bytes_max", "geometry_bytes", "stored_bytes", "bytes_per_primitive"}));
+    EXPECT_EQ(keys_of(json["scene"]), (Keys{"triangles", "spheres", "blocks", "block_bytes_max", "geometry_bytes", "stored_bytes",
+                                            "bytes_per_primitive", "images", "pages", "texture_bytes"}));
     for (const char* part : {"limits", "peak"}) EXPECT_EQ(keys_of(json[part]), (Keys{"memory_bytes", "geometry_bytes", "host_bytes"}));
     EXPECT_EQ(keys_of(json["image"]), (Keys{"width", "height", "spp", "average_spp", "complete", "film_hash"}));
     EXPECT_EQ(keys_of(json["seconds"]), (Keys{"total", "bake", "render", "trace", "stall", "kernel_build", "checkpoints", "stages"}));
@@ -144,6 +144,22 @@ TEST(CliReport, CountsThingsAsPeopleDo) {
     EXPECT_EQ(format_share(0.123), "12.3 %");
     EXPECT_EQ(shortened("abcdefgh", 8), "abcdefgh");
     EXPECT_EQ(shortened("abcdefghi", 8), "abcde...");
+}
+
+// What is paged are blocks and pages; only scenes with images say so.
+TEST(CliReport, ImagesCountAsThatWhatIsPaged) {
+    BakedScene scene = small_scene();
+    EXPECT_EQ(summary_text(support::blocks_of(scene), sample_report(), {}).find("images"), std::string::npos);
+    scene.images.resize(3);
+    scene.pages.resize(2);
+    RenderReport report = sample_report();
+    report.limits.geometry_bytes = 2560 + 65536;
+    report.paging.bytes_loaded = 2 * (2560 + 131072);
+    const std::string text = summary_text(support::blocks_of(scene), report, {});
+    for (const char* part :
+         {"images           3 in 2 pages, 128.0 KiB", "51.0 % of the scene", "2.0 times the scene", "4 blocks and pages, 0 evicted"})
+        EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+    EXPECT_EQ(scene_json(support::blocks_of(scene), BlockForm::stored)["texture_bytes"], 131072);
 }
 
 // The same figure is the same everywhere: times the scene in bytes, to one decimal.
