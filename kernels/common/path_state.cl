@@ -439,6 +439,9 @@ static inline uint rp_wait_to_shade(const rp_paths* paths, uint slot, uint statu
     RP_PLANE(paths, RP_PLANE_RADIANCE, slot) = (uint4)(as_uint3(a->radiance), a->pixel);
     RP_PLANE(paths, RP_PLANE_HIT, slot) = (uint4)(as_uint3(a->position), a->primitive);
     RP_PLANE(paths, RP_PLANE_SURFACE, slot) = (uint4)(a->geometric_normal, a->shading_normal, a->sample, have);
+#ifdef RP_CUTOUTS
+    rp_set_passed(paths, slot, a->passed);
+#endif
 #ifdef RP_VERTEX_COLORS
     rp_set_color(paths, slot, a->color);
 #endif

@@ -96,7 +96,11 @@ static inline ulong rp_sleep_group_kinds(const __global uint* statuses, const __
 // Of sixteen numbers of four bits, those that are `kind`: the lowest bit of each.
 static inline ulong rp_of_kind(ulong kinds, uint kind) {
     const ulong ones = 0x1111111111111111ul, other = kinds ^ ones * kind;
-    return ~(other | other >> 1 | other >> 2) & ones;
+#ifdef RP_TEXTURES
+    return ~(other | other >> 1 | other >> 2 | other >> 3) & ones;
+#else
+    return ~(other | other >> 1 | other >> 2) & ones;  // there are eight kinds
+#endif
 }
 static inline uint rp_count_kind(ulong kinds, uint kind) { return (uint)popcount(rp_of_kind(kinds, kind)); }
 

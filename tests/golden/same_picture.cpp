@@ -199,7 +199,8 @@ TEST_P(SamePicture, for_regions_of_any_size) {
 }
 
 TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
-    for (const uint64_t slab : {uint64_t{0}, uint64_t{40} << 10})
+    const uint64_t small = std::max<uint64_t>(40 << 10, file_->scene().largest_pageable(support::default_form()));
+    for (const uint64_t slab : {uint64_t{0}, small})
         for (const uint32_t loads : {1u, 4u}) {
             if (!is_its_turn()) continue;
             support::TestOptions options = base_;

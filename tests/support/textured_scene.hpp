@@ -42,7 +42,7 @@ inline Scene with_images(Scene scene, uint32_t seed = 1) {
         random_image({300, 200, 4, TexelKind::unsigned_8, true}, seed),    random_image({33, 64, 1, TexelKind::unsigned_8, true}, seed + 1),
         random_image({50, 50, 1, TexelKind::unsigned_8, false}, seed + 2), random_image({400, 130, 1, TexelKind::unsigned_16, false}, seed + 3),
         random_image({129, 65, 4, TexelKind::half, false}, seed + 4),      random_image({1, 1, 4, TexelKind::unsigned_16, false}, seed + 5)};
-    scene.texture_maps = {{RP_MAP_UV, {}, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}, {1, 1}, {0, 0}}};
+    scene.texture_maps = {{RP_MAP_UV, 0, {}, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}, {1, 1}, {0, 0}}};
     add_image_program(scene, {0, 1, 3, 4, 5});
     return scene;
 }

@@ -13,7 +13,7 @@ rp_texture_op op_of(uint32_t op, uint32_t image = 0, uint32_t lookup = 0, uint32
 class TextureProgramsCheck : public ::testing::Test {
 protected:
     void SetUp() override {
-        maps_ = {{RP_MAP_POINT, {}, {}, {}, {}}};
+        maps_ = {{RP_MAP_POINT, 0, {}, {}, {}, {}}};
         ops_ = {op_of(RP_TEXTURE_IMAGE | RP_TEXTURE_INVERT | 6u << RP_TEXTURE_CHANNEL_SHIFT | 15u << RP_TEXTURE_WRAP_SHIFT, 1, 0, 0),
                 op_of(RP_TEXTURE_IMAGE, 2, 1),
                 op_of(RP_TEXTURE_CHECKS | RP_TEXTURE_SOLID, 0, 0, 0),
