@@ -12,7 +12,12 @@
 #define RP_RUN_V (RP_RUN_U + 1u)
 #define RP_RUN_DENSITY (RP_RUN_U + 2u)
 #ifdef RP_UVS
-#define RP_RUN_WORDS (RP_RUN_U + 3u)  // the first of what follows
+#ifdef RP_TANGENTS
+#define RP_RUN_TANGENT (RP_RUN_U + 3u)
+#define RP_RUN_WORDS (RP_RUN_U + 4u)  // the first of what follows
+#else
+#define RP_RUN_WORDS (RP_RUN_U + 3u)
+#endif
 #else
 #define RP_RUN_WORDS RP_RUN_U
 #endif
@@ -28,6 +33,10 @@ static inline void rp_set_color(const rp_paths* paths, uint slot, uint color) { 
 static inline float2 rp_uv_of(const rp_paths* paths, uint slot) {
     return (float2)(as_float(RP_SLOT_WORD(paths, RP_RUN_U, slot)), as_float(RP_SLOT_WORD(paths, RP_RUN_V, slot)));
 }
+#ifdef RP_TANGENTS
+static inline uint rp_tangent_of(const rp_paths* paths, uint slot) { return RP_SLOT_WORD(paths, RP_RUN_TANGENT, slot); }
+static inline void rp_set_tangent(const rp_paths* paths, uint slot, uint tangent) { RP_SLOT_WORD(paths, RP_RUN_TANGENT, slot) = tangent; }
+#endif
 static inline float rp_density_of(const rp_paths* paths, uint slot) { return as_float(RP_SLOT_WORD(paths, RP_RUN_DENSITY, slot)); }
 static inline void rp_set_uv(const rp_paths* paths, uint slot, float2 uv, float density) {
     RP_SLOT_WORD(paths, RP_RUN_U, slot) = as_uint(uv.x);
@@ -45,7 +54,9 @@ static inline void rp_set_uv(const rp_paths* paths, uint slot, float2 uv, float 
 #define RP_RUN_TEXELS (RP_RUN_CONE + 1u)
 #endif
 static inline uint rp_texel_word(const rp_paths* paths, uint slot, uint word) { return RP_SLOT_WORD(paths, RP_RUN_TEXELS + word, slot); }
-static inline void rp_set_texel_word(const rp_paths* paths, uint slot, uint word, uint texel) { RP_SLOT_WORD(paths, RP_RUN_TEXELS + word, slot) = texel; }
+static inline void rp_set_texel_word(const rp_paths* paths, uint slot, uint word, uint texel) {
+    RP_SLOT_WORD(paths, RP_RUN_TEXELS + word, slot) = texel;
+}
 
 // What a ray stands for: how wide that is where the ray begins, and how much wider per unit of its way. Each is the upper half of a float.
 typedef struct rp_cone {

@@ -326,6 +326,9 @@ typedef struct rp_arrival {
 #ifdef RP_UVS
     float2 uv;
     float density;
+#ifdef RP_TANGENTS
+    uint tangent;
+#endif
 #endif
 #ifdef RP_SHORT_STATES
     // The hit whose surface is still to be found, along the ray from here. block: RP_NONE if there is none.
@@ -368,6 +371,9 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
     {
         a.uv = rp_uv_of(paths, slot);
         a.density = rp_density_of(paths, slot);
+#ifdef RP_TANGENTS
+        a.tangent = rp_tangent_of(paths, slot);
+#endif
     }
 #endif
     return a;
@@ -447,6 +453,9 @@ static inline uint rp_wait_to_shade(const rp_paths* paths, uint slot, uint statu
 #endif
 #ifdef RP_UVS
     rp_set_uv(paths, slot, a->uv, a->density);
+#ifdef RP_TANGENTS
+    rp_set_tangent(paths, slot, a->tangent);
+#endif
 #endif
 #ifdef RP_SHORT_STATES
     const uint last_block = 0u;

@@ -132,6 +132,9 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
 #ifdef RP_UVS
     a->uv = s.uv;
     a->density = s.density;
+#ifdef RP_TANGENTS
+    a->tangent = s.tangent;
+#endif
 #endif
 }
 #endif
@@ -178,6 +181,20 @@ static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* pa
     site.width = cone.width / sqrt(cosine);
     site.bits = rp_random_bits_1(a->pixel, a->sample, depth + 1u, RP_RANDOM_TEXTURE, params->seed);
     site.flips = flips;
+#ifdef RP_BUMPS
+    site.shading_normal = a->shading_normal;
+    const float3 n = rp_decode_normal(a->shading_normal);
+#ifdef RP_TANGENTS
+    const float3 given = a->tangent != RP_NONE ? rp_decode_normal(a->tangent) : (float3)(0.0f), along = given - dot(given, n) * n;
+#else
+    const float3 along = (float3)(0.0f);
+#endif
+    const rp_frame_1 frame = rp_make_frame_1(rp_vector_of(-n), rp_encode_normal(n), rp_encode_normal(n));
+    const float length = dot(along, along);
+    site.tangent = length > 1e-8f ? along / sqrt(length) : rp_float3(frame.tangent);
+    site.bitangent = cross(n, site.tangent);
+    site.shading = n;
+#endif
     return site;
 }
 
@@ -202,8 +219,10 @@ static inline uint rp_flips_at(const rp_arrival* a) {
 
 // The material with this number where the path has arrived, mixes resolved and textures looked up. resumed: it had waited for a page.
 static inline int rp_find_material(const rp_textures* t, __constant rp_render_params* params, const __global rp_material* materials, uint number,
-                                   const rp_arrival* a, const rp_paths* paths, uint slot, uint status, bool resumed, rp_material* own) {
+                                   const rp_arrival* a, const rp_paths* paths, uint slot, uint status, bool resumed, rp_material* own,
+                                   uint* shading_normal) {
     const uint depth = rp_depth_of(a->flags);
+    *shading_normal = a->shading_normal;
     rp_cone cone = {params->textures.cone_width, params->textures.cone_spread};
 #ifdef RP_CUTOUTS
     if (depth != 0u || a->passed != 0.0f) cone = rp_cone_of(paths, slot);
@@ -238,6 +257,9 @@ static inline int rp_find_material(const rp_textures* t, __constant rp_render_pa
                 return RP_FOUND_WAIT;
             }
             site.width = width;
+#ifdef RP_BUMPS
+            *shading_normal = site.shading_normal;
+#endif
         }
 #ifdef RP_LAYERED
         if (own->kind == RP_MATERIAL_MIX && i < RP_MAX_MIXES) {
@@ -302,10 +324,16 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         return false;
     }
     const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, a.primitive);
+#ifdef RP_TEXTURES
+    uint shading_normal = a.shading_normal;
+#else
+    const uint shading_normal = a.shading_normal;
+#endif
 #ifdef RP_CUTOUTS
     const bool cut_out = (range->flags & RP_RANGE_CUTOUT) != 0u;
     if (cut_out) {
-        const int found = rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own);
+        const int found =
+            rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own, &shading_normal);
         if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
         if (found != RP_FOUND_MATERIAL) return false;
     }
@@ -330,8 +358,8 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #ifndef RP_CUTOUTS
     const bool cut_out = false;
 #endif
-    if (!cut_out &&
-        rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own) != RP_FOUND_MATERIAL)
+    if (!cut_out && rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own,
+                                     &shading_normal) != RP_FOUND_MATERIAL)
         return false;
     const rp_material* material = &reached->own;
 #elif defined(RP_LAYERED)
@@ -356,7 +384,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     vertex->reflectance = rp_vector_of(reflectance);
     vertex->offset = rp_offset_distance(a.offset_exponent);
     vertex->geometric_normal = a.geometric_normal;
-    vertex->shading_normal = colored ? a.geometric_normal : a.shading_normal;
+    vertex->shading_normal = colored ? a.geometric_normal : shading_normal;
     vertex->pixel = pixel;
     vertex->sample = a.sample;
     vertex->depth = depth;

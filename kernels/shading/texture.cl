@@ -38,6 +38,10 @@ typedef struct rp_texture_site {
     float width;        // of what one path stands for, on the surface
     rp_numbers_1 bits;  // random: xy within the texel, z level; each lookup changes them by a hash of `flips` and of its number
     uint flips;
+#ifdef RP_BUMPS
+    float3 shading, tangent, bitangent;  // unit, at right angles
+    uint shading_normal;                 // octahedral; programs change it
+#endif
 } rp_texture_site;
 
 // The path of a slot waits for a page. waiting_status: as of rp_wait_to_shade.
@@ -231,8 +235,8 @@ static inline bool rp_look_up(const rp_textures* t, const __global rp_texture_op
         if (log_bytes == 3u) texel.y = rp_texel_word(paths, slot, lookup + 1u);
     } else {
         const rp_texture_point place = rp_place_of(t, op->map, site);
-        // Each lookup has texels of its own: products of textures have the mean that products of their means have.
-        const uint h = (site->flips ^ lookup) * 0x9e3779b9u;
+        // Lookups have texels of their own: products of textures have the mean that products of their means have.
+        const uint h = (site->flips ^ (op->op >> RP_TEXTURE_JITTER_SHIFT & RP_TEXTURE_JITTER_MASK)) * 0x9e3779b9u;
         const rp_numbers_1 bits = {site->bits.x ^ h, site->bits.y ^ (h ^ h >> 15) * 0x85ebca6bu, site->bits.z ^ (h ^ h >> 13) * 0xc2b2ae35u, 0u};
         const rp_texel_address address = rp_find_texel(t, image, op->op, &place, &bits);
         if (address.page != RP_NONE) {
@@ -327,17 +331,38 @@ static inline float3 rp_operation(const rp_textures* t, const __global rp_textur
 #endif
 }
 
+#ifdef RP_BUMPS
+static inline float rp_bump_step(const rp_texture_site* site, float texels) {
+    return site->density > 0.0f && texels > 0.0f ? rp_max(site->width, 1.0f / (site->density * texels)) : site->width;
+}
+
+// The surface is looked up elsewhere from here on. steps: along the tangent, across it, texels.
+static inline void rp_shift_site(rp_texture_site* site, const __global float* steps) {
+    const float step = rp_bump_step(site, steps[2]);
+    site->position += step * (steps[0] * site->tangent + steps[1] * site->bitangent);
+    site->uv += step * site->density * (float2)(steps[0], steps[1]);
+}
+
+static inline void rp_set_normal(rp_texture_site* site, float3 n) {
+    if (dot(n, n) > 1e-12f) site->shading_normal = rp_encode_normal(n);
+}
+static inline void rp_bump(rp_texture_site* site, float h, float hu, float hv, float texels) {
+    const float step = rp_bump_step(site, texels);
+    if (step > 0.0f) rp_set_normal(site, site->shading - ((hu - h) / step) * site->tangent - ((hv - h) / step) * site->bitangent);
+}
+#endif
+
 // How many colours an operation takes off the stack.
 static inline uint rp_operands(uint kind) {
     return kind == RP_TEXTURE_BILERP                                                                                          ? 4u
-           : kind == RP_TEXTURE_MIX                                                                                           ? 3u
+           : kind == RP_TEXTURE_MIX || kind == RP_TEXTURE_BUMP                                                                ? 3u
            : kind == RP_TEXTURE_SCALE || kind == RP_TEXTURE_CHECKS || kind == RP_TEXTURE_DOTS || kind == RP_TEXTURE_DIRECTION ? 2u
            : kind == RP_TEXTURE_SET                                                                                           ? 1u
                                                                                                                               : 0u;
 }
 
 // Sets the parameters of *m that its program says. have: as of rp_look_up. False: a page is absent.
-static inline bool rp_run_program(const rp_textures* t, const rp_texture_site* site, const rp_paths* paths, uint slot, uint* have, uint* absent,
+static inline bool rp_run_program(const rp_textures* t, rp_texture_site* site, const rp_paths* paths, uint slot, uint* have, uint* absent,
                                   rp_material* m) {
     const __global rp_texture_op* op = (const __global rp_texture_op*)(t->words + t->at->ops) + ((m->flags >> RP_MATERIAL_PROGRAM_SHIFT) - 1u);
     float3 stack[RP_TEXTURE_STACK];
@@ -348,6 +373,15 @@ static inline bool rp_run_program(const rp_textures* t, const rp_texture_site* s
         if (kind == RP_TEXTURE_SET) {
             const float3 v = stack[size];
             rp_set_parameter(m, op->image, word & RP_TEXTURE_INVERT ? 1.0f - v : v, op->a[0]);
+#ifdef RP_BUMPS
+            if (op->image == RP_PARAMETER_NORMAL)
+                rp_set_normal(site,
+                              (2.0f * v.x - 1.0f) * site->tangent + (2.0f * v.y - 1.0f) * site->bitangent + (2.0f * v.z - 1.0f) * site->shading);
+        } else if (kind == RP_TEXTURE_SHIFT) {
+            rp_shift_site(site, op->a);
+        } else if (kind == RP_TEXTURE_BUMP) {
+            rp_bump(site, stack[size].x, stack[size + 1u].x, stack[size + 2u].x, op->a[2]);
+#endif
         } else if (kind == RP_TEXTURE_IMAGE) {
             float3 v;
             if (!rp_look_up(t, op, site, paths, slot, have, &v, absent)) return false;

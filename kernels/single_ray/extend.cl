@@ -46,6 +46,9 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #ifdef RP_UVS
             rp_set_uv(paths, slot, s.uv, s.density);
 #endif
+#ifdef RP_TANGENTS
+            rp_set_tangent(paths, slot, s.tangent);
+#endif
             rp_store_hit(paths, slot, hit->t, s.position, rp_hit_primitive(geometry, hit), s.geometric_normal, s.shading_normal, block_entry);
         } else {
             rp_set_block_entry(paths, slot, block_entry);

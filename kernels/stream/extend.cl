@@ -62,6 +62,9 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #ifdef RP_UVS
         rp_set_uv(paths, slot, surfaces->texture[r].uv, surfaces->texture[r].density);
 #endif
+#ifdef RP_TANGENTS
+        rp_set_tangent(paths, slot, surfaces->texture[r].tangent);
+#endif
         last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
     }
     const uint kept = rp_store_stream_extension(paths, slot, status, has_hit, t, block_entry, row);

@@ -41,6 +41,13 @@ uint32_t BakedScene::largest_block(BlockForm form) const {
     return largest;
 }
 
+bool BakedScene::has_bumps() const {
+    return std::any_of(texture_ops.begin(), texture_ops.end(), [](const rp_texture_op& op) {
+        const uint32_t kind = op.op & RP_TEXTURE_OPERATION_MASK;
+        return kind == RP_TEXTURE_BUMP || (kind == RP_TEXTURE_SET && op.image == RP_PARAMETER_NORMAL);
+    });
+}
+
 bool BakedScene::has_cutouts() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_CUTOUT; });
 }

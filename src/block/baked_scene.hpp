@@ -77,8 +77,10 @@ struct BakedScene {
     uint32_t largest_pageable(BlockForm form) const;
     uint32_t texel_words() const;  // of a path slot, that the texels of any one program take; 0 without images
     BlockEntryRoots block_entries_of(uint32_t block) const;
-    bool has_vertex_colors() const;                                              // any mesh: kernels and path slots then have something more
-    bool has_uvs() const;                                                        // likewise
+    bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
+    bool has_uvs() const;            // likewise
+    bool has_bumps() const;          // textures that change normals
+    bool has_tangents() const { return has_bumps() && has_uvs(); }
     bool has_cutouts() const;                                                    // surfaces of which parts are not there
     bool has_textures() const { return has_cutouts() || !texture_ops.empty(); }  // what kernels have to do for either is the same
     uint64_t identity() const;                                                   // hash of everything that decides the picture, blocks included

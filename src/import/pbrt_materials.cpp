@@ -360,20 +360,34 @@ Status PbrtReader::describe_material(const Directive& directive, const std::stri
     } else {
         return approximate_material(directive, type, parameters, material);
     }
-    warn_of_unused(directive, type, parameters, {"type", "name"});
+    warn_of_unused(directive, type, parameters, {"type", "name", "displacement", "bumpmap", "normalmap"});
     return parameters.status();
 }
 
-// A bump map that is the same everywhere makes no bumps.
-void PbrtReader::warn_of_bumps(const PbrtParameters& parameters) {
-    for (const std::string_view name : {"displacement", "bumpmap"}) {
-        const PbrtParameter* p = parameters.find(name);
-        if (!p || p->type != "texture" || p->strings.size() != 1) continue;
-        const auto texture = textures_.floats.find(p->strings[0]);
-        if (texture != textures_.floats.end() && texture->second.value.is_constant() && !texture->second.approximated) continue;
-        warn(p->location, fmt::format("parameter \"{}\" is not supported; the surface stays as it is", name));
+// What changes normals. A bump map that is the same everywhere makes no bumps.
+Status PbrtReader::bumps(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material) {
+    if (material.material.kind == RP_MATERIAL_MIX) {
+        for (const std::string_view name : {"displacement", "bumpmap", "normalmap"})
+            if (const PbrtParameter* p = parameters.find(name))
+                warn(p->location, fmt::format("parameter \"{}\" of a mix is not supported; the surface stays as it is", name));
+        return {};
     }
-    warn_if_present(parameters, {"normalmap"}, "the surface stays as it is");
+    if (const PbrtParameter* file = parameters.find("normalmap")) {
+        std::shared_ptr<const ImageSource> source;
+        RAYPAGER_TRY(image_source(directive, *file, {ImageEncoding::Kind::linear, 1}, source));
+        rp_texture_map map{};
+        map.kind = RP_MAP_UV;
+        map.m[0] = map.m[6] = 1;
+        map.m[5] = -1;
+        material.textures.push_back({RP_PARAMETER_NORMAL, Texture::image(std::move(source), texture_op(RP_TEXTURE_IMAGE), map)});
+    }
+    for (const std::string_view name : {"displacement", "bumpmap"}) {
+        if (!parameters.find(name)) continue;
+        Texture height;
+        RAYPAGER_TRY(number_texture(parameters, {name}, 0, height));
+        if (!height.is_constant()) material.height = height;
+    }
+    return {};
 }
 
 Status PbrtReader::make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index) {
@@ -383,9 +397,9 @@ Status PbrtReader::make_material(const Directive& directive, const std::string& 
         index = no_surface;
         return {};
     }
-    warn_of_bumps(parameters);
     TexturedMaterial material;
     RAYPAGER_TRY(describe_material(directive, type, parameters, material));
+    RAYPAGER_TRY(bumps(directive, parameters, material));
     index = keep_material(directive, material);
     const Status sound = check_material(scene_.materials, index);
     return sound.ok() ? Status() : error(directive, sound.message());

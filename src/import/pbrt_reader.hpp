@@ -176,12 +176,14 @@ private:
     Status disney(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material);
     Status approximate_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material);
     Status mix_materials(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material);
-    void warn_of_bumps(const PbrtParameters& parameters);
+    Status bumps(const Directive& directive, const PbrtParameters& parameters, TexturedMaterial& material);
 
     // pbrt_textures.cpp
     Status texture(const Directive& directive);
     Status make_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, bool is_float, PbrtTexture& made);
-    Status image_source(const Directive& directive, const PbrtParameters& parameters, std::shared_ptr<const ImageSource>& source);
+    Status image_source(const Directive& directive, const PbrtParameter& file, const ImageEncoding& encoding,
+                        std::shared_ptr<const ImageSource>& source);
+    Status image_encoding(const Directive& directive, const PbrtParameters& parameters, ImageEncoding& encoding);
     Status image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, Texture& texture);
     Status noise_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Texture& texture);
     Status surface_map(const Directive& directive, const PbrtParameters& parameters, bool flipped, std::optional<rp_texture_map>& map);

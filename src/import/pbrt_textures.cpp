@@ -86,19 +86,11 @@ Status PbrtReader::surface_map(const Directive& directive, const PbrtParameters&
     return parameters.status();
 }
 
-Status PbrtReader::image_source(const Directive& directive, const PbrtParameters& parameters, std::shared_ptr<const ImageSource>& source) {
-    const PbrtParameter* file = parameters.find("filename");
-    if (!file || file->strings.size() != 1) return error(directive, "expected \"string filename\" of the image");
-    std::filesystem::path path;
-    bool exists = false;
-    RAYPAGER_TRY(find_file(file->strings[0], path, exists));
-    if (!exists) return parameter_error(*file, fmt::format("there is no file {}", clipped(path.string())));
-    ImageEncoding encoding;
+Status PbrtReader::image_encoding(const Directive& directive, const PbrtParameters& parameters, ImageEncoding& encoding) {
     const std::string name = parameters.text("encoding", "");
-    if (const PbrtParameter* gamma = parameters.find("gamma")) {  // of version 3: true or false
+    if (parameters.find("gamma")) {  // of version 3: true or false
         seems_version(3);
         encoding.kind = parameters.boolean("gamma", true) ? ImageEncoding::Kind::srgb : ImageEncoding::Kind::linear;
-        (void)gamma;
     } else if (name == "sRGB" || name == "srgb") {
         encoding.kind = ImageEncoding::Kind::srgb;
     } else if (name == "linear") {
@@ -110,7 +102,16 @@ Status PbrtReader::image_source(const Directive& directive, const PbrtParameters
     } else if (!name.empty()) {
         warn(directive.location, fmt::format("encoding \"{}\" of an image is not known; what the file says counts", clipped(name)));
     }
-    RAYPAGER_TRY(parameters.status());
+    return parameters.status();
+}
+
+Status PbrtReader::image_source(const Directive& directive, const PbrtParameter& file, const ImageEncoding& encoding,
+                                std::shared_ptr<const ImageSource>& source) {
+    if (file.strings.size() != 1) return parameter_error(file, "expected one file name");
+    std::filesystem::path path;
+    bool exists = false;
+    if (const Status found = find_file(file.strings[0], path, exists); !found.ok()) return parameter_error(file, found.message());
+    if (!exists) return parameter_error(file, fmt::format("there is no file {}", clipped(path.string())));
     auto& known = image_sources_[{path.lexically_normal(), static_cast<int>(encoding.kind), encoding.gamma}];
     if (!known) {
         known = image_file_source(path, encoding);
@@ -123,7 +124,11 @@ Status PbrtReader::image_source(const Directive& directive, const PbrtParameters
 
 Status PbrtReader::image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, Texture& texture) {
     std::shared_ptr<const ImageSource> source;
-    RAYPAGER_TRY(image_source(directive, parameters, source));
+    const PbrtParameter* file = parameters.find("filename");
+    if (!file) return error(directive, "expected \"string filename\" of the image");
+    ImageEncoding encoding;
+    RAYPAGER_TRY(image_encoding(directive, parameters, encoding));
+    RAYPAGER_TRY(image_source(directive, *file, encoding, source));
     std::optional<rp_texture_map> map;
     RAYPAGER_TRY(surface_map(directive, parameters, true, map));
     const auto scale = static_cast<float>(parameters.number("scale", 1));

@@ -25,6 +25,18 @@ size_t stack_need(const Texture& t) {
     return need;
 }
 
+// Of its images, along u or v from 0 to 1, at most.
+float texels_along(const Texture& t) {
+    if (t.is_constant()) return 0;
+    float most = 0;
+    for (const Texture& input : t.node()->inputs) most = std::max(most, texels_along(input));
+    if (!t.node()->source) return most;
+    const auto shape = t.node()->source->shape();
+    const bool scaled = t.node()->map && t.node()->map->kind == RP_MAP_UV;
+    const float along_u = scaled ? std::abs(t.node()->map->m[0]) : 1, along_v = scaled ? std::abs(t.node()->map->m[5]) : 1;
+    return shape ? std::max({most, along_u * static_cast<float>(shape->width), along_v * static_cast<float>(shape->height)}) : most;
+}
+
 bool same_lookup(const Scene& scene, const rp_texture_op& a, const rp_texture_op& b) {
     constexpr uint32_t wrap = 0xfu << RP_TEXTURE_WRAP_SHIFT;
     if (a.image != b.image || (a.op & wrap) != (b.op & wrap) || (a.map == RP_NONE) != (b.map == RP_NONE)) return false;
@@ -34,13 +46,29 @@ bool same_lookup(const Scene& scene, const rp_texture_op& a, const rp_texture_op
 // Writes one program behind all others.
 class ProgramWriter {
 public:
-    ProgramWriter(Scene& scene, uint32_t first_word) : scene_(scene), begin_(scene.texture_ops.size()), words_(first_word) {}
+    ProgramWriter(Scene& scene, uint32_t first_word) : scene_(scene), begin_(scene.texture_ops.size()), words_(first_word), jitter_(first_word) {}
 
     void set(const TexturedMaterial::Parameter& p) {
         compute(p.value);
         rp_texture_op op = texture_op(RP_TEXTURE_SET, {p.remap, 0, 0});
         op.image = p.parameter;
         scene_.texture_ops.push_back(op);
+    }
+    // The height here, and a step away along the surface in two directions.
+    void bump(const Texture& height) {
+        constexpr float steps[3][2] = {{0, 0}, {1, 0}, {-1, 1}};
+        const float texels = texels_along(height);
+        const size_t begin = scene_.texture_ops.size();
+        for (const auto& step : steps) {
+            rp_texture_op shift = texture_op(RP_TEXTURE_SHIFT, {step[0], step[1], texels});
+            if (step[0] != 0) scene_.texture_ops.push_back(shift);
+            jitter_ = 0;  // the same texels of each image, moved
+            begin_ = scene_.texture_ops.size();
+            compute(height);
+        }
+        begin_ = begin;
+        scene_.texture_ops.push_back(texture_op(RP_TEXTURE_SHIFT, {0, -1, texels}));
+        scene_.texture_ops.push_back(texture_op(RP_TEXTURE_BUMP, {0, 0, texels}));
     }
     uint32_t words() const { return words_; }
 
@@ -78,12 +106,13 @@ private:
         }
         const auto shape = node.source->shape();
         op.lookup = words_;
+        op.op |= (jitter_++ & RP_TEXTURE_JITTER_MASK) << RP_TEXTURE_JITTER_SHIFT;
         words_ += shape && shape->channels * bytes_of_channel(shape->kind) <= 4 ? 1 : 2;
     }
 
     Scene& scene_;
-    const size_t begin_;
-    uint32_t words_;
+    size_t begin_;  // of what may share lookups
+    uint32_t words_, jitter_ = 0;
 };
 
 // Behind the words that the programs of a material and of its parts take.
@@ -171,6 +200,10 @@ bool add_material(Scene& scene, const TexturedMaterial& textured) {
     for (const TexturedMaterial::Parameter& p : textured.textures) {
         fits = fits && stack_need(p.value) <= RP_TEXTURE_STACK;
         if (fits) program.set(p);
+    }
+    if (textured.height) {
+        fits = fits && stack_need(*textured.height) + 2 <= RP_TEXTURE_STACK;
+        if (fits) program.bump(*textured.height);
     }
     fits = fits && program.words() <= RP_TEXEL_WORDS;
     if (!fits) {

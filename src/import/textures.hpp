@@ -51,6 +51,8 @@ struct TexturedMaterial {
     rp_material material{};
     std::vector<Parameter> textures;
 
+    std::optional<Texture> height = std::nullopt;  // of the surface over itself, in the world: a bump map
+
     // Colours are clamped to [0, 1]; what is no constant is set by a texture, and `out`, of the material, is its mean.
     void set(uint32_t parameter, const Texture& value, float* out);
 };

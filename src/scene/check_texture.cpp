@@ -9,7 +9,8 @@
 namespace raypager {
 namespace {
 
-constexpr uint32_t known_wraps = 0xfu << RP_TEXTURE_WRAP_SHIFT, known_channels = RP_TEXTURE_CHANNEL_MASK << RP_TEXTURE_CHANNEL_SHIFT;
+constexpr uint32_t known_wraps = 0xfu << RP_TEXTURE_WRAP_SHIFT, known_channels = RP_TEXTURE_CHANNEL_MASK << RP_TEXTURE_CHANNEL_SHIFT,
+                   jitter = RP_TEXTURE_JITTER_MASK << RP_TEXTURE_JITTER_SHIFT;
 constexpr uint32_t last_channel = 6;
 
 // What an operation takes off the stack and puts there, its flags beside RP_TEXTURE_LAST, and whether it looks at a map.
@@ -18,20 +19,22 @@ struct OperationKind {
     bool maps;
 };
 constexpr OperationKind kinds[RP_TEXTURE_OPERATIONS] = {
-    {0, 1, 0, false},                                                // constant
-    {0, 1, RP_TEXTURE_INVERT | known_channels | known_wraps, true},  // image
-    {2, 1, 0, false},                                                // scale
-    {3, 1, 0, false},                                                // mix
-    {2, 1, RP_TEXTURE_SOLID, true},                                  // checks
-    {2, 1, 0, true},                                                 // dots
-    {4, 1, 0, true},                                                 // bilerp
-    {2, 1, 0, false},                                                // direction
+    {0, 1, 0, false},                                                         // constant
+    {0, 1, RP_TEXTURE_INVERT | known_channels | known_wraps | jitter, true},  // image
+    {2, 1, 0, false},                                                         // scale
+    {3, 1, 0, false},                                                         // mix
+    {2, 1, RP_TEXTURE_SOLID, true},                                           // checks
+    {2, 1, 0, true},                                                          // dots
+    {4, 1, 0, true},                                                          // bilerp
+    {2, 1, 0, false},                                                         // direction
     {0, 1, 0, true},
     {0, 1, 0, true},
     {0, 1, 0, true},
-    {0, 1, 0, true},   // fbm, wrinkled, windy, marble
-    {0, 1, 0, true},   // uv
-    {1, 0, 0, false},  // set
+    {0, 1, 0, true},                   // fbm, wrinkled, windy, marble
+    {0, 1, 0, true},                   // uv
+    {1, 0, RP_TEXTURE_INVERT, false},  // set
+    {0, 0, 0, false},                  // shift
+    {3, 0, 0, false},                  // bump
 };
 
 uint32_t operation_of(const rp_texture_op& op) { return op.op & RP_TEXTURE_OPERATION_MASK; }

@@ -83,6 +83,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
     if (scene.has_textures()) result.variants_ += "-DRP_TEXTURES ";
+    if (scene.has_tangents()) result.variants_ += "-DRP_TANGENTS ";
     if (scene.has_cutouts()) result.variants_ += "-DRP_CUTOUTS ";
     if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
     const bool wide = form == BlockForm::wide;

@@ -35,9 +35,10 @@ struct SlotFields {
     bool vertex_colors = false, uvs = false;
     uint32_t texture_words = 0;  // the cone of a ray and texels, and with cut-outs what a shadow ray brings
     bool cutouts = false;        // and two planes more
+    bool tangents = false;
     static SlotFields of(const BakedScene& scene);
     uint64_t planes() const { return cutouts ? RP_PATH_PLANES_WITH_CUTOUTS : RP_PATH_PLANES; }
-    uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + texture_words; }
+    uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + (tangents ? 1 : 0) + texture_words; }
 };
 
 class PathSlots {

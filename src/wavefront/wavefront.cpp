@@ -75,6 +75,7 @@ std::string shading_definitions(const BakedScene& scene) {
             return kind == RP_TEXTURE_DOTS || (kind >= RP_TEXTURE_FBM && kind <= RP_TEXTURE_MARBLE);
         }))
         result += " -DRP_NOISE";
+    if (scene.has_bumps()) result += " -DRP_BUMPS";
     return result;
 }
 

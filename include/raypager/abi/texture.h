@@ -60,7 +60,11 @@ typedef struct rp_image_level {
 #define RP_TEXTURE_MARBLE 11u    // -> marble: a[0] octaves, a[1] roughness, a[2] scale, b[0] variation
 #define RP_TEXTURE_UV 12u        // -> (u, v, 0) of `map`, less their whole parts
 #define RP_TEXTURE_SET 13u       // value -> ; it is the parameter `image` (RP_PARAMETER_*) of the material
-#define RP_TEXTURE_OPERATIONS 14u
+// Bumps: of both, a[2] is how many texels of images there are at most along u or v from 0 to 1. A step is as long as what a path stands for is wide,
+// or where that is less, as a texel.
+#define RP_TEXTURE_SHIFT 14u  // -> ; what follows is looked up a[0] steps farther along the tangent, where u grows, and a[1] across it
+#define RP_TEXTURE_BUMP 15u   // h, hu, hv -> ; the surface is as if raised by h, which is hu a step along the tangent, and hv across it
+#define RP_TEXTURE_OPERATIONS 16u
 #define RP_TEXTURE_OPERATION_MASK 0xffu
 // Flags beside the operation.
 #define RP_TEXTURE_LAST 0x100u
@@ -74,8 +78,11 @@ typedef struct rp_image_level {
 #define RP_WRAP_CLAMP 2u
 #define RP_WRAP_MIRROR 3u
 #define RP_TEXTURE_SOLID 0x20000u  // of checks: in three dimensions
-#define RP_TEXTURE_STACK 8u        // colours on the stack, at most
-#define RP_TEXEL_WORDS 32u         // words of texels that a path keeps, at most: each has a bit that says whether it is there
+// Of an image, five bits: lookups for which they are the same take texels that lie alike.
+#define RP_TEXTURE_JITTER_SHIFT 18
+#define RP_TEXTURE_JITTER_MASK 31u
+#define RP_TEXTURE_STACK 8u  // colours on the stack, at most
+#define RP_TEXEL_WORDS 32u   // words of texels that a path keeps, at most: each has a bit that says whether it is there
 
 // What RP_TEXTURE_SET sets.
 #define RP_PARAMETER_COLOR 0u
