@@ -121,10 +121,11 @@ Result<World> load_bucket(const Bucket& bucket) {
     world.positions.resize(3 * triangles);
     if (shaded) world.normals.resize(3 * triangles, RP_NONE);
     if (colored) world.colors.resize(3 * triangles, RP_NONE);
-    if (textured) world.uvs.resize(3 * triangles);
+    world.uvs.resize(3 * textured);
     world.spheres.resize(bucket.lists[sphere_records].count);
     resize_huge(world.primitives, bucket.primitives());
     resize_huge(world.ids, bucket.primitives());
+    static_assert(textured_records == 0);
     uint64_t before = 0;  // primitives of other kinds
     for (uint32_t k = 0; k < record_kinds; k++) {
         const auto kind = static_cast<RecordKind>(k);

@@ -52,6 +52,7 @@ public:
         const auto first_light = static_cast<uint32_t>(out_.lights.size());
         light_ = nullptr;
         vertices_have_ = {};
+        wants_uvs_ = wants_uvs(scene_, shape);
         if (shape.area_light && !is_black(scene_.area_lights[*shape.area_light])) light_ = &scene_.area_lights[*shape.area_light];
         if (shape.unseen) return light_ ? add_unseen_lights(shape, *light_, unseen_, out_.issues) : Status();
         RAYPAGER_TRY(shape.mesh ? add_mesh(shape, prefetch_.take(index)) : shape.points ? add_points(shape) : add_sphere(shape));
@@ -119,7 +120,7 @@ private:
                                return spill({shape, placement, indices, corners, attributes}, issues);
                            },
                            limits_.spill_beside, limits_.memory.chunk_triangles, [this](double fraction) { report(fraction); }, shape.vertex_colors,
-                           wants_uvs(scene_, shape), buffer_});
+                           wants_uvs_, buffer_});
         const uint64_t first = count();
         RAYPAGER_TRY(shape.mesh->stream(intake, issues));
         RAYPAGER_TRY(intake.finish());
@@ -138,7 +139,8 @@ private:
     // Whether a mesh of so many bytes may stay in memory. For its sake the world may have to leave it.
     Result<bool> fits(uint64_t mesh_bytes) {
         if (limits_.stop && *limits_.stop) return Status::interrupted("stopped by a signal; nothing was written");
-        if (!spiller_ && mesh_bytes + store_.memory_bytes(mesh_bytes) <= room_ && store_.can_number(mesh_bytes)) return true;
+        const uint64_t in_world = store_.memory_bytes(mesh_bytes) + (wants_uvs_ ? store_.uv_memory_bytes() : 0);
+        if (!spiller_ && mesh_bytes + in_world <= room_ && store_.can_number(mesh_bytes)) return true;
         if (!spiller_) RAYPAGER_TRY(begin_spilling());
         return mesh_bytes <= room_ / 2;
     }
@@ -273,6 +275,7 @@ private:
     size_t index_ = 0;                  // of the shape at hand
     const AreaLight* light_ = nullptr;  // that shape's, if it shines
     VertexAttributes vertices_have_;    // of that shape
+    bool wants_uvs_ = false;            // that shape has a use for coordinates of textures
     std::vector<rp_light> unseen_;
 };
 

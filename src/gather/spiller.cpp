@@ -18,6 +18,14 @@ void set_attributes(Record& record, size_t corner, const VertexBits& vertex) {
     if constexpr (requires { record.uvs; }) record.uvs[corner] = vertex.uv;
 }
 
+// Whether any of these triangles has coordinates of textures.
+bool has_uvs(const World& world, uint32_t first, uint32_t last) {
+    for (uint32_t i = first; i < last && !world.uvs.empty(); i++)
+        for (const uint32_t v : world.primitives[i])
+            if (world.uv(v) != Float2{}) return true;
+    return false;
+}
+
 }  // namespace
 
 // What became of a run of triangles: those that are kept lie at the front of the run's place among the records.
@@ -145,7 +153,7 @@ Status Spiller::add(const World& world, size_t at_once) {
         }
         uint32_t end = i + 1;
         while (end < all && end - i < at_once && !world.is_sphere(end)) end++;
-        RAYPAGER_TRY(!world.uvs.empty()       ? add_run<TexturedTriangleRecord>(textured_records, world, i, end)
+        RAYPAGER_TRY(has_uvs(world, i, end)   ? add_run<TexturedTriangleRecord>(textured_records, world, i, end)
                      : !world.colors.empty()  ? add_run<ColoredTriangleRecord>(colored_records, world, i, end)
                      : !world.normals.empty() ? add_run<ShadedTriangleRecord>(shaded_records, world, i, end)
                                               : add_run<TriangleRecord>(triangle_records, world, i, end));

@@ -98,7 +98,7 @@ void WorldStore::place_colors(const TriangleMesh& mesh, uint64_t base) {
 }
 
 void WorldStore::place_uvs(const TriangleMesh& mesh, uint64_t base) {
-    if (mesh.uvs.empty() && world_.uvs.empty()) return;
+    if (mesh.uvs.empty()) return;
     world_.uvs.resize(world_.positions.size());
     std::copy(mesh.uvs.begin(), mesh.uvs.end(), world_.uvs.begin() + static_cast<ptrdiff_t>(base));
 }
@@ -110,13 +110,14 @@ void WorldStore::weld(TriangleMesh& mesh, uint64_t base) {
     world_.positions.resize(base + table.size());
     if (!world_.normals.empty()) world_.normals.resize(world_.positions.size());
     if (!world_.colors.empty()) world_.colors.resize(world_.positions.size());
-    if (!world_.uvs.empty()) world_.uvs.resize(world_.positions.size());
+    const bool uvs = world_.uvs.size() > base;
+    if (uvs) world_.uvs.resize(world_.positions.size());
     for (size_t i = 0; i < table.size(); i++) {
         const VertexBits vertex = table[i];
         world_.positions[base + i] = vertex.position;
         if (!world_.normals.empty()) world_.normals[base + i] = vertex.normal;
         if (!world_.colors.empty()) world_.colors[base + i] = vertex.color;
-        if (!world_.uvs.empty()) world_.uvs[base + i] = vertex.uv;
+        if (uvs) world_.uvs[base + i] = vertex.uv;
     }
 }
 

@@ -21,6 +21,8 @@ public:
 
     // What the world takes when so many bytes of meshes come: while an array moves to where there is room for them, or when all is cut.
     uint64_t memory_bytes(uint64_t more) const;
+    // What comes on top if that has coordinates of textures.
+    uint64_t uv_memory_bytes() const { return (world_.positions.size() - world_.uvs.size()) * sizeof(Float2); }
     // Whether vertices of a mesh of so many bytes can be numbered besides those that are there.
     bool can_number(uint64_t mesh_bytes) const { return world_.positions.size() + mesh_bytes / min_vertex_bytes < index_limit; }
 

@@ -41,7 +41,7 @@ Status add_mesh(const BareMeshFile& file, uint64_t& keep_bytes, const LookAtMesh
         return sample ? look(*sample, false, issues) : sample.status();
     }
     TriangleMesh mesh;
-    RAYPAGER_TRY(file.mesh->load(mesh, issues));
+    RAYPAGER_TRY(file.mesh->load(mesh, issues, false));  // no material of a bare mesh reads textures
     return keep_whole(*file.mesh, std::move(mesh), issues, keep_bytes, look);
 }
 

@@ -57,7 +57,7 @@ Result<std::shared_ptr<const MeshFile>> MeshFile::open(const std::filesystem::pa
     return std::shared_ptr<const MeshFile>(new MeshFile(path, *format, *look, file->size()));
 }
 
-Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
+Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues, bool uvs) const {
     if (auto kept = take_kept()) {
         mesh = std::move(kept->mesh);
         issues.add(kept->issues);
@@ -67,8 +67,10 @@ Status MeshFile::load(TriangleMesh& mesh, MeshIssues& issues) const {
     const auto file = InputFile::open(path_);
     if (!file) return file.status();
     MeshIssues found;
+    MeshView view = look_.view;
+    view.uvs = uvs;
     try {
-        RAYPAGER_TRY(read_mesh(*file, format_, look_.view, mesh, found));
+        RAYPAGER_TRY(read_mesh(*file, format_, view, mesh, found));
         clean_mesh(mesh, found);
         warn(found);
     } catch (const std::bad_alloc&) {

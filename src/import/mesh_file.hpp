@@ -18,7 +18,9 @@ class MeshFile final : public MeshSource {
 public:
     // Checks that the file exists and looks like its ending says; the rest is found out by load().
     static Result<std::shared_ptr<const MeshFile>> open(const std::filesystem::path& path);
-    Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
+    Status load(TriangleMesh& mesh, MeshIssues& issues) const override { return load(mesh, issues, true); }
+    // uvs: whether coordinates of textures are wanted.
+    Status load(TriangleMesh& mesh, MeshIssues& issues, bool uvs) const;
     // In pieces from most binary PLY files; of others the whole is read first.
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }

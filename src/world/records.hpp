@@ -46,17 +46,18 @@ struct PointRecord {
     uint32_t index;  // in the order of the source, among those that were placed
 };
 
-enum RecordKind : uint32_t { triangle_records, shaded_records, colored_records, textured_records, sphere_records, point_records, record_kinds };
-inline constexpr size_t record_bytes[record_kinds] = {sizeof(TriangleRecord),         sizeof(ShadedTriangleRecord), sizeof(ColoredTriangleRecord),
-                                                      sizeof(TexturedTriangleRecord), sizeof(SphereRecord),         sizeof(PointRecord)};
+// In the order in which load_bucket puts them into a world: so those that have no coordinates of textures need no room for any.
+enum RecordKind : uint32_t { textured_records, triangle_records, shaded_records, colored_records, sphere_records, point_records, record_kinds };
+inline constexpr size_t record_bytes[record_kinds] = {sizeof(TexturedTriangleRecord), sizeof(TriangleRecord), sizeof(ShadedTriangleRecord),
+                                                      sizeof(ColoredTriangleRecord),  sizeof(SphereRecord),   sizeof(PointRecord)};
 static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52 && sizeof(ColoredTriangleRecord) == 64 &&
               sizeof(TexturedTriangleRecord) == 88 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
 
 // What a primitive takes in memory while its bucket is built: its place in World, and what the cut needs.
-inline constexpr uint64_t record_memory[record_kinds] = {3 * 12 + 12 + 4 + cut_memory,
+inline constexpr uint64_t record_memory[record_kinds] = {3 * 28 + 12 + 4 + cut_memory,
+                                                         3 * 12 + 12 + 4 + cut_memory,
                                                          3 * 16 + 12 + 4 + cut_memory,
                                                          3 * 20 + 12 + 4 + cut_memory,
-                                                         3 * 28 + 12 + 4 + cut_memory,
                                                          sizeof(WorldSphere) + 12 + 4 + cut_memory,
                                                          0};
 

@@ -36,7 +36,7 @@ struct World {
     UnwrittenVector<Float3> positions;
     std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
     std::vector<uint32_t> colors;   // likewise; as in abi/block.h
-    std::vector<Float2> uvs;        // likewise; zeros where there are none
+    std::vector<Float2> uvs;        // of the first so many vertices, zeros where there are none: the others have none
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
     // A sphere or a point: sphere_entry.
     std::vector<Triangle> primitives;
@@ -57,7 +57,7 @@ struct World {
     uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
     uint32_t color(uint32_t vertex) const { return colors.empty() ? RP_NONE : colors[vertex]; }
-    Float2 uv(uint32_t vertex) const { return uvs.empty() ? Float2{} : uvs[vertex]; }
+    Float2 uv(uint32_t vertex) const { return vertex < uvs.size() ? uvs[vertex] : Float2{}; }
     VertexBits vertex(uint32_t index) const { return {positions[index], normal(index), color(index), uv(index)}; }
     VertexAttributes attributes() const { return {!normals.empty(), !colors.empty(), !uvs.empty()}; }
 };

@@ -215,7 +215,7 @@ TEST(OutOfCore, EveryPrimitiveGoesToOneBucketThatFits) {
         for (const World& world : worlds) {
             size_t falls = 0;
             for (uint32_t i = 1; i < world.ids.size() && !world.is_sphere(i); i++) falls += world.ids[i] < world.ids[i - 1];
-            EXPECT_LE(falls, size_t{textured_records});
+            EXPECT_LE(falls, size_t{colored_records});
         }
     }
 }

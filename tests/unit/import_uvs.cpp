@@ -162,6 +162,19 @@ TEST(ImportUvs, OffVertices) {
     EXPECT_TRUE(load_text("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").mesh.uvs.empty());
 }
 
+// The materials of bare meshes, libraries of OBJ apart, read no textures.
+TEST(ImportUvs, BareMeshesAreReadWithoutThem) {
+    const support::TemporaryFolder folder;
+    const auto path = folder.write("a.off", "STOFF\n3 1 0\n0 0 0 0 0.25\n1 0 0 1 0.5\n0 1 0 nan 2\n3 0 1 2\n");
+    const auto file = MeshFile::open(path);
+    ASSERT_TRUE(file.ok());
+    TriangleMesh mesh;
+    MeshIssues issues;
+    ASSERT_TRUE((*file)->load(mesh, issues, false).ok());
+    EXPECT_TRUE(mesh.uvs.empty());
+    EXPECT_EQ(issues.bad_uv, 0u);
+}
+
 TEST(ImportUvs, StlHasNone) { EXPECT_TRUE(load_text("a.stl", test::to_stl_text(test::make_box())).mesh.uvs.empty()); }
 
 class PbrtUvs : public test::PbrtTest {
