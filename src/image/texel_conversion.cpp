@@ -135,9 +135,9 @@ void TexelConversion::convert_floats(std::span<const std::byte> stored) {
 }
 
 void TexelConversion::warn() const {
-    if (not_numbers_ > 0) log_warning(fmt::format("{}: {} that are not a number become 0", name_, counted(not_numbers_, "value")));
+    if (not_numbers_ > 0) log_warning(fmt::format("{}: not a number, and so 0: {}", name_, counted(not_numbers_, "value")));
     if (too_large_ > 0)
-        log_warning(fmt::format("{}: {} beyond what 16 bits hold become {} at most", name_, counted(too_large_, "value"), largest_half));
+        log_warning(fmt::format("{}: beyond what 16 bits hold, and so {} at most: {}", name_, largest_half, counted(too_large_, "value")));
 }
 
 }  // namespace raypager

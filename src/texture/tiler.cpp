@@ -208,10 +208,11 @@ Status ImageTiler::finish_row_of_next(size_t index) {
 Status tile_image(const ImageSource& source, const rp_image& image, std::span<const rp_image_level> levels, PageTakers takers,
                   const std::function<Status(uint32_t rows_before)>& before_rows) {
     ImageTiler tiler(source.name(), image, levels, std::move(takers));
-    RAYPAGER_TRY(source.read([&](std::span<const std::byte> rows) -> Status {
+    const auto take = [&](std::span<const std::byte> rows) -> Status {
         if (before_rows) RAYPAGER_TRY(before_rows(tiler.rows_taken()));
         return tiler.take(rows);
-    }));
+    };
+    RAYPAGER_TRY(source.read(take));
     return tiler.finish();
 }
 

@@ -156,8 +156,7 @@ TEST(CliReport, ImagesCountAsThatWhatIsPaged) {
     report.limits.geometry_bytes = 2560 + 65536;
     report.paging.bytes_loaded = 2 * (2560 + 131072);
     const std::string text = summary_text(support::blocks_of(scene), report, {});
-    for (const char* part :
-         {"images           3 in 2 pages, 128.0 KiB", "51.0 % of the scene", "2.0 times the scene", "4 blocks and pages, 0 evicted"})
+    for (const char* part : {"images           3 in 2 pages, 128 KiB", "51.0 % of the scene", "2.0 times the scene", "4 blocks and pages, 0 evicted"})
         EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
     EXPECT_EQ(scene_json(support::blocks_of(scene), BlockForm::stored)["texture_bytes"], 131072);
 }
