@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "base/log.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 
@@ -15,7 +16,8 @@ constexpr const char* about_make_scene =
     "  cornell   a Cornell box with three complex models (default: about 1 GB)\n"
     "  terrain   a fractal landscape, or one from an elevation image\n"
     "  clutter   thousands of small parts, unevenly dense, with overlapping bounds\n"
-    "  points    a city under an airborne laser scanner: points with colours, classes";
+    "  points    a city under an airborne laser scanner: points with colours, classes\n"
+    "  museum    a hall of pictures whose textures, not geometry, outgrow memory";
 
 constexpr uint64_t max_primitives = 4000000000;  // they are numbered in 32 bits
 
@@ -26,12 +28,14 @@ Result<PointFormat> parse_point_format(const std::string& text) {
 }
 
 Status check_kind(const OptionParser& parser, const MakeSceneOptions& options) {
-    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter" && options.kind != "points")
-        return parser.wrong(fmt::format("'{}' is not a kind of scene; use cornell, terrain, clutter or points", options.kind));
+    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter" && options.kind != "points" && options.kind != "museum")
+        return parser.wrong(fmt::format("'{}' is not a kind of scene; use cornell, terrain, clutter, points or museum", options.kind));
     if (options.heightmap && options.kind != "terrain") return parser.wrong("--heightmap: is for terrain only; leave it out");
     if (options.triangles && options.kind == "points") return parser.wrong("--triangles: there are none in points; use --points");
-    if (options.points && options.kind != "points")
+    if (options.points && options.kind != "points" && options.kind != "museum")
         return parser.wrong(fmt::format("--points: is for points only; {} takes --triangles", options.kind));
+    if (options.kind != "museum" && (options.textures || options.texture_bytes))
+        return parser.wrong(fmt::format("{}: is for museum only; leave it out", options.textures ? "--textures" : "--texture-bytes"));
     if (options.directory.empty()) return parser.wrong("-o is missing; name the directory to write to");
     return {};
 }
@@ -50,6 +54,11 @@ Status run_make_scene(const Arguments& arguments) {
     parser.option("points", "N", "points only: about how many, 1K to 4G (default: 10M)",
                   into(options.points, [](const std::string& text) { return parse_count(text, 1000, max_primitives); }));
     parser.option("format", "NAME", "points only: las (LAS 1.4) or ply (default: las)", into(options.format, parse_point_format));
+    parser.option("textures", "N", "museum only: how many images, 16 to 20K (default: 300)",
+                  into(options.textures, [](const std::string& text) { return parse_count(text, 16, 20000); }));
+    parser.option("texture-bytes", "SIZE",
+                  "museum only: what all images take, decoded, 4 bytes a coloured texel and 1 a grey one (default: 1 MiB each)",
+                  into(options.texture_bytes, [](const std::string& text) { return parse_size(text); }));
     parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
                   into(options.seed, [](const std::string& text) { return parse_count(text, 0, 0xffffffffu); }));
     parser.option("heightmap", "IMAGE", "terrain only: elevations from the pixels of an image", into_path(heightmap));
@@ -60,13 +69,19 @@ Status run_make_scene(const Arguments& arguments) {
     if (!heightmap.empty()) options.heightmap = heightmap;
     RAYPAGER_TRY(check_kind(parser, options));
 
+    int shown = -1;
+    options.progress = [&](double share) {
+        const int percent = static_cast<int>(100 * share);
+        if (percent != shown && stderr_is_terminal()) progress_line(fmt::format("make-scene: images {} %", shown = percent));
+    };
     const auto made = make_scene(options);
+    progress_line("");
     if (!made) return made.status();
     const bool points = made->points > 0;
-    std::fputs(fmt::format("{}: {}, {}\n", made->scene_file.string(), points ? counted(made->points, "point") : counted(made->triangles, "triangle"),
-                           format_bytes(made->bytes))
-                   .c_str(),
-               stdout);
+    const std::string primitives = points ? counted(made->points, "point") : counted(made->triangles, "triangle");
+    const std::string textures =
+        made->textures == 0 ? "" : fmt::format(", {} of {}", counted(made->textures, "texture"), format_bytes(made->texture_bytes));
+    std::fputs(fmt::format("{}: {}{}, {}\n", made->scene_file.string(), primitives, textures, format_bytes(made->bytes)).c_str(), stdout);
     return {};
 }
 

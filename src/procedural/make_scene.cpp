@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "procedural/kinds.hpp"
+#include "procedural/museum_plan.hpp"
 
 namespace raypager {
 namespace {
@@ -10,7 +11,8 @@ namespace {
 constexpr uint64_t min_triangles = 1000, max_triangles = 4'000'000'000;
 constexpr uint64_t min_points = 1000, max_points = 4'000'000'000, default_points = 10'000'000;
 constexpr uint64_t default_triangles = 10'000'000;
-constexpr uint64_t default_cornell_triangles = 45'000'000;  // about 1 GB of geometry
+constexpr uint64_t default_cornell_triangles = 45'000'000;                                                       // about 1 GB of geometry
+constexpr uint64_t default_museum_triangles = 200'000, default_textures = 300, default_texture_bytes = 1 << 20;  // of each
 
 }  // namespace
 
@@ -19,6 +21,8 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
     if (options.triangles != 0 && (options.triangles < min_triangles || options.triangles > max_triangles))
         return Status::usage(
             fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
+    if (options.kind != "museum" && (options.textures != 0 || options.texture_bytes != 0))
+        return Status::usage(fmt::format("only a museum has textures; a scene of the kind \"{}\" has none", options.kind));
     if (options.kind == "points") {
         if (options.triangles != 0 || options.heightmap) return Status::usage("a scene of points has no triangles and no height map");
         if (options.points == 0) options.points = default_points;
@@ -32,10 +36,20 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
         if (options.triangles == 0 && !options.heightmap) options.triangles = default_triangles;
         return make_terrain(options);
     }
+    if (options.kind == "museum") {
+        if (options.textures == 0) options.textures = default_textures;
+        if (options.textures < min_museum_textures || options.textures > max_museum_textures)
+            return Status::usage(
+                fmt::format("a museum of {} textures cannot be made; ask for {} to {}", options.textures, min_museum_textures, max_museum_textures));
+        if (options.texture_bytes == 0) options.texture_bytes = default_texture_bytes * options.textures;
+        // A large one needs more for its frames alone.
+        if (options.triangles == 0) options.triangles = default_museum_triangles + 100 * options.textures;
+        return make_museum(options);
+    }
     if (options.triangles == 0) options.triangles = options.kind == "cornell" ? default_cornell_triangles : default_triangles;
     if (options.kind == "cornell") return make_cornell(options);
     if (options.kind == "clutter") return make_clutter(options);
-    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter and points", options.kind));
+    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter, points and museum", options.kind));
 }
 
 }  // namespace raypager

@@ -16,11 +16,11 @@ static_assert(std::endian::native == std::endian::little, "positions are stored 
 static_assert(sizeof(Float3) == 12 && sizeof(Triangle) == 12);
 
 constexpr size_t face_bytes = 1 + sizeof(Triangle);
-constexpr size_t faces_at_once = 8192;
+constexpr size_t at_once = 8192;
 
 }  // namespace
 
-Result<PlyWriter> PlyWriter::create(const std::filesystem::path& path, uint64_t vertex_count, uint64_t triangle_count) {
+Result<PlyWriter> PlyWriter::create(const std::filesystem::path& path, uint64_t vertex_count, uint64_t triangle_count, bool has_uvs) {
     RAYPAGER_CHECK(vertex_count <= static_cast<uint64_t>(std::numeric_limits<int32_t>::max()));
     auto file = OutputFile::create(path);
     if (!file) return file.status();
@@ -28,17 +28,35 @@ Result<PlyWriter> PlyWriter::create(const std::filesystem::path& path, uint64_t 
     writer.file_ = std::move(*file);
     writer.vertices_left_ = writer.vertex_count_ = vertex_count;
     writer.triangles_left_ = writer.triangle_count_ = triangle_count;
+    writer.has_uvs_ = has_uvs;
     RAYPAGER_TRY(writer.file_.write(
-        fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+        fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}"
                     "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                    vertex_count, triangle_count)));
+                    vertex_count, has_uvs ? "property float u\nproperty float v\n" : "", triangle_count)));
     return writer;
 }
 
 Status PlyWriter::add_vertices(std::span<const Float3> positions) {
-    RAYPAGER_CHECK(positions.size() <= vertices_left_);
+    RAYPAGER_CHECK(!has_uvs_ && positions.size() <= vertices_left_);
     vertices_left_ -= positions.size();
     return file_.write(std::as_bytes(positions));
+}
+
+Status PlyWriter::add_vertices(std::span<const Float3> positions, std::span<const Float2> uvs) {
+    RAYPAGER_CHECK(has_uvs_ && positions.size() == uvs.size() && positions.size() <= vertices_left_);
+    vertices_left_ -= positions.size();
+    struct Vertex {
+        Float3 position;
+        Float2 uv;
+    };
+    static_assert(sizeof(Vertex) == 20);
+    std::vector<Vertex> vertices;
+    for (size_t done = 0; done < positions.size(); done += vertices.size()) {
+        vertices.resize(std::min(positions.size() - done, at_once));
+        for (size_t i = 0; i < vertices.size(); i++) vertices[i] = {positions[done + i], uvs[done + i]};
+        RAYPAGER_TRY(file_.write(std::as_bytes(std::span(vertices))));
+    }
+    return {};
 }
 
 Status PlyWriter::add_triangles(std::span<const Triangle> triangles) {
@@ -46,7 +64,7 @@ Status PlyWriter::add_triangles(std::span<const Triangle> triangles) {
     triangles_left_ -= triangles.size();
     std::vector<std::byte> bytes;
     while (!triangles.empty()) {
-        const auto piece = triangles.first(std::min(triangles.size(), faces_at_once));
+        const auto piece = triangles.first(std::min(triangles.size(), at_once));
         bytes.resize(piece.size() * face_bytes);
         std::byte* to = bytes.data();
         for (const Triangle& triangle : piece) {

@@ -17,6 +17,12 @@ Status cannot_make(const std::filesystem::path& folder, const std::error_code& e
     return Status::failed(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
 }
 
+// A number, or the name of a texture.
+std::string roughness_of(std::string_view roughness) {
+    const bool number = !roughness.empty() && roughness[0] >= '0' && roughness[0] <= '9';
+    return number ? fmt::format("\"float roughness\" {}", roughness) : fmt::format("\"texture roughness\" \"{}\"", roughness);
+}
+
 std::string mesh_path(std::string_view name) { return fmt::format("meshes/{}.ply", name); }
 
 }  // namespace
@@ -28,6 +34,8 @@ Result<SceneWriter> SceneWriter::create(const MakeSceneOptions& options) {
     const std::filesystem::path folder = options.kind == "points" ? options.directory : options.directory / "meshes";
     std::filesystem::create_directories(folder, error);
     if (error) return cannot_make(folder, error);
+    if (options.kind == "museum") std::filesystem::create_directories(options.directory / "textures", error);
+    if (error) return cannot_make(options.directory / "textures", error);
     writer.made_.scene_file = options.directory / "scene.pbrt";
     std::filesystem::remove(writer.made_.scene_file, error);
     if (error) return Status::failed(fmt::format("{}: the old scene cannot be removed: {}", writer.made_.scene_file.string(), error.message()));
@@ -57,6 +65,36 @@ void SceneWriter::conductor(std::string_view name, const Rgb& eta, const Rgb& k,
 
 void SceneWriter::glass(std::string_view name, double ior) {
     text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"dielectric\" \"float eta\" {}\n", name, ior);
+}
+
+void SceneWriter::color_texture(std::string_view name, std::string_view file) {
+    text_ += fmt::format("Texture \"{}\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\"\n", name, file);
+}
+
+void SceneWriter::number_texture(std::string_view name, std::string_view file, double scale) {
+    text_ += fmt::format("Texture \"{}\" \"float\" \"imagemap\" \"string filename\" \"{}\" \"string encoding\" \"linear\"", name, file);
+    text_ += scale == 1 ? "\n" : fmt::format(" \"float scale\" {}\n", scale);
+}
+
+void SceneWriter::count_images(uint64_t count, uint64_t texture_bytes, uint64_t file_bytes) {
+    made_.textures += count;
+    made_.texture_bytes += texture_bytes;
+    made_.bytes += file_bytes;
+}
+
+void SceneWriter::textured_diffuse(std::string_view name, std::string_view color) {
+    text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"diffuse\" \"texture reflectance\" \"{}\"\n", name, color);
+}
+
+void SceneWriter::textured_coat(std::string_view name, std::string_view color, std::string_view roughness) {
+    text_ +=
+        fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"coateddiffuse\" \"texture reflectance\" \"{}\" {} \"bool remaproughness\" false\n",
+                    name, color, roughness_of(roughness));
+}
+
+void SceneWriter::textured_conductor(std::string_view name, const Rgb& eta, const Rgb& k, std::string_view roughness) {
+    text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"conductor\" \"rgb eta\" [{}] \"rgb k\" [{}] {} \"bool remaproughness\" false\n",
+                         name, numbers(eta), numbers(k), roughness_of(roughness));
 }
 
 void SceneWriter::sky(const Rgb& radiance) { text_ += fmt::format("LightSource \"infinite\" \"rgb L\" [{}]\n", numbers(radiance)); }
@@ -94,12 +132,27 @@ Result<PlyWriter> SceneWriter::begin_mesh(std::string_view name, uint64_t vertic
     return PlyWriter::create(options_.directory / mesh_path(name), vertices, triangles);
 }
 
-Status SceneWriter::finish_mesh(std::string_view name, std::string_view material, PlyWriter& writer) {
-    RAYPAGER_TRY(writer.commit());
-    text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n  Shape \"plymesh\" \"string filename\" \"{}\"\nAttributeEnd\n", material,
-                         mesh_path(name));
+void SceneWriter::add_mesh_file(std::string_view name, std::string_view material, std::string_view alpha, const PlyWriter& writer) {
+    const std::string cut_out = alpha.empty() ? "" : fmt::format(" \"texture alpha\" \"{}\"", alpha);
+    text_ += fmt::format("AttributeBegin\n  NamedMaterial \"{}\"\n  Shape \"plymesh\" \"string filename\" \"{}\"{}\nAttributeEnd\n", material,
+                         mesh_path(name), cut_out);
     made_.triangles += writer.triangle_count();
     made_.bytes += writer.bytes();
+}
+
+Status SceneWriter::finish_mesh(std::string_view name, std::string_view material, PlyWriter& writer) {
+    RAYPAGER_TRY(writer.commit());
+    add_mesh_file(name, material, {}, writer);
+    return {};
+}
+
+Status SceneWriter::textured_mesh(std::string_view name, std::string_view material, const TriangleMesh& mesh, std::string_view alpha) {
+    auto writer = PlyWriter::create(options_.directory / mesh_path(name), mesh.positions.size(), mesh.triangles.size(), true);
+    if (!writer) return writer.status();
+    RAYPAGER_TRY(writer->add_vertices(mesh.positions, mesh.uvs));
+    RAYPAGER_TRY(writer->add_triangles(mesh.triangles));
+    RAYPAGER_TRY(writer->commit());
+    add_mesh_file(name, material, alpha, *writer);
     return {};
 }
 

@@ -25,8 +25,8 @@ struct View {
 // World coordinates are right-handed with y up, in the unit that the scene's own comment names.
 class SceneWriter {
 public:
-    // Makes the folder, and meshes/ in it unless the scene is one of points. An old scene file there is removed, so that it never names a mix of old
-    // and new meshes.
+    // Makes the folder, and in it meshes/ unless the scene is one of points, and textures/ if it is a museum. An old scene file there is removed, so
+    // that it never names a mix of old and new meshes.
     static Result<SceneWriter> create(const MakeSceneOptions& options);
 
     // Written first: film, sampler, integrator, camera; the world begins.
@@ -36,6 +36,16 @@ public:
     void diffuse(std::string_view name, const Rgb& reflectance);
     void conductor(std::string_view name, const Rgb& eta, const Rgb& k, double roughness);
     void glass(std::string_view name, double ior);
+
+    // Images for textures, by the names of these. Somebody else writes the files, and says so to count_images.
+    void color_texture(std::string_view name, std::string_view file);
+    // Of linear numbers, times scale.
+    void number_texture(std::string_view name, std::string_view file, double scale = 1);
+    void count_images(uint64_t count, uint64_t texture_bytes, uint64_t file_bytes);
+    // Materials of textures; a roughness is the name of one, too, or a number in a string.
+    void textured_diffuse(std::string_view name, std::string_view color);
+    void textured_coat(std::string_view name, std::string_view color, std::string_view roughness);
+    void textured_conductor(std::string_view name, const Rgb& eta, const Rgb& k, std::string_view roughness);
 
     void sky(const Rgb& radiance);
     void sun(const Vector& towards_sun, const Rgb& irradiance);
@@ -49,6 +59,9 @@ public:
     Status finish_mesh(std::string_view name, std::string_view material, PlyWriter& writer);
     Status mesh(std::string_view name, std::string_view material, std::span<const Float3> positions, std::span<const Triangle> triangles);
 
+    // With its coordinates of textures. alpha: the texture that cuts it out, or none.
+    Status textured_mesh(std::string_view name, std::string_view material, const TriangleMesh& mesh, std::string_view alpha = {});
+
     // A cloud that has been written to FILE in the scene's folder.
     void points(std::string_view file, std::string_view material, uint64_t count, uint64_t bytes);
 
@@ -56,6 +69,7 @@ public:
     Result<MadeScene> finish();
 
 private:
+    void add_mesh_file(std::string_view name, std::string_view material, std::string_view alpha, const PlyWriter& writer);
     void shape_quad(const Vector& p, const Vector& a, const Vector& b);
     MakeSceneOptions options_;
     MadeScene made_;
