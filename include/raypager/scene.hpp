@@ -285,7 +285,8 @@ struct ImageShape {
     uint32_t width = 0, height = 0;  // texels
     uint32_t channels = 1;           // 1: grey; 4: red, green, blue, alpha
     TexelKind kind = TexelKind::unsigned_8;
-    bool srgb = false;  // channels other than alpha are encoded as sRGB (unsigned_8 only)
+    bool srgb = false;       // channels other than alpha are encoded as sRGB (unsigned_8 only)
+    bool has_alpha = false;  // else that of four channels is 1
 };
 
 // An image that textures read: opened while the scene is baked, and read once, a few rows at a time.

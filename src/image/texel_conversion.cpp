@@ -56,6 +56,7 @@ TexelConversion::TexelConversion(std::string name, const StoredTexels& stored) :
     shape_.width = stored.width;
     shape_.height = stored.height;
     shape_.channels = stored.channels == 1 ? 1 : 4;
+    shape_.has_alpha = stored.channels == 2 || stored.channels == 4;
     const bool bytes = stored.kind == StoredKind::unsigned_8;
     if (!bytes && stored.kind != StoredKind::unsigned_16) {
         shape_.kind = TexelKind::half;

@@ -34,7 +34,7 @@ Status keep_whole(const MeshFile& file, TriangleMesh mesh, const MeshIssues& iss
 }
 
 Status add_mesh(const BareMeshFile& file, uint64_t& keep_bytes, const LookAtMesh& look, BareMeshes& out) {
-    out.meshes.push_back({file.mesh, file.origin(), std::nullopt, std::nullopt});
+    out.meshes.push_back({file.mesh, file.origin(), std::nullopt, std::nullopt, std::nullopt});
     MeshIssues issues;
     if (file.mesh->declared_triangles() > most_looked_at) {
         const auto sample = sample_mesh(*file.mesh, most_looked_at, issues);
@@ -68,7 +68,7 @@ public:
     }
 
     void add(std::shared_ptr<const MeshSource> source, const std::string& name) {
-        BareMesh& mesh = out_.meshes.emplace_back(BareMesh{std::move(source), file_.origin(), std::nullopt, std::nullopt});
+        BareMesh& mesh = out_.meshes.emplace_back(BareMesh{std::move(source), file_.origin(), std::nullopt, std::nullopt, std::nullopt});
         auto found = by_name_.find(name);
         if (found == by_name_.end()) found = by_name_.find(split_off_comment(name));
         if (found == by_name_.end()) {
@@ -77,6 +77,7 @@ public:
             return;
         }
         mesh.material = engine_material(*found->second);
+        mesh.opacity = cut_out_opacity(*found->second);
         mesh.radiance = emitted_radiance(*found->second);
     }
 

@@ -19,6 +19,7 @@ struct BareMesh {
     std::shared_ptr<const MeshSource> source;
     Vector origin = {0, 0, 0};                 // is to be added to its positions
     std::optional<TexturedMaterial> material;  // none: whatever bare meshes have
+    std::optional<Texture> opacity;            // of what is cut out of it
     std::optional<Float3> radiance;            // that it emits
 };
 

@@ -151,6 +151,13 @@ Vector common_origin(const Inputs& inputs, const std::vector<BareMeshFile>& file
 // Far from the sizes that single precision is good for, the world is scaled, by a power of two so that no coordinate is rounded.
 double world_scale(double radius) { return radius >= 1e-3 && radius <= 1e6 ? 1.0 : std::exp2(-std::round(std::log2(radius))); }
 
+// Parts of the shape are not there.
+void cut_out(Scene& scene, const Texture& opacity, Shape& shape) {
+    TexturedMaterial material{mix_material(RP_NONE, shape.material, opacity.mean_number()), {}};
+    material.textures.push_back({RP_PARAMETER_AMOUNT, opacity});
+    if (add_material(scene, material)) shape.material = static_cast<uint32_t>(scene.materials.size() - 1);
+}
+
 // What stands in the scene, without ground and light.
 void add_objects(const Inputs& inputs, double scale, Scene& scene) {
     const Vector origin = inputs.origin;
@@ -168,6 +175,8 @@ void add_objects(const Inputs& inputs, double scale, Scene& scene) {
                 scene.warnings.push_back(
                     fmt::format("{}: its textures are more than a path can keep; their mid values are used", mesh.source->name()));
             shape.material = static_cast<uint32_t>(scene.materials.size() - 1);
+            // A light is sampled as a whole.
+            if (mesh.opacity && !mesh.radiance) cut_out(scene, *mesh.opacity, shape);
         }
         if (mesh.radiance) shape.area_light = static_cast<uint32_t>(scene.area_lights.size());
         if (mesh.radiance) scene.area_lights.push_back({*mesh.radiance, true});

@@ -287,6 +287,16 @@ TexturedMaterial engine_material(const ObjMaterial& m) {
     return result;
 }
 
+std::optional<Texture> cut_out_opacity(const ObjMaterial& m) {
+    if (!m.opacity_map) return std::nullopt;
+    ObjImage image = *m.opacity_map;
+    // The alpha of an image that has one, else what is grey in it.
+    constexpr uint32_t mean = 1, alpha = 6;
+    const auto shape = image_file_source(image.path, {ImageEncoding::Kind::linear, 1})->shape();
+    if (image.channel == 0) image.channel = shape && shape->has_alpha ? alpha : mean;
+    return texture_of(image, {1, 1, 1}, ImageEncoding::Kind::linear);
+}
+
 std::optional<Float3> emitted_radiance(const ObjMaterial& material) {
     return material.emission && largest(*material.emission) > 0 ? material.emission : std::nullopt;
 }

@@ -45,6 +45,8 @@ ObjLibraries read_obj_libraries(const std::filesystem::path& model, const std::v
 
 // What the engine has for it. Where vertices bring their colours, these take the place of Kd, with which nothing is mixed: so do viewers (MeshLab).
 TexturedMaterial engine_material(const ObjMaterial& material);
+// How much of it is there, where an image says so.
+std::optional<Texture> cut_out_opacity(const ObjMaterial& material);
 // Of what it emits, if it does.
 std::optional<Float3> emitted_radiance(const ObjMaterial& material);
 
