@@ -64,18 +64,8 @@ void halve(const float* values, uint32_t n, float* halved) {
     }
 }
 
-// In runs of a length that compilers know, which they make vectors of.
-void add_scaled(const float* row, float factor, bool first, std::vector<float>& sum) {
-    constexpr size_t run = 16;
-    size_t i = 0;
-    for (; i + run <= sum.size(); i += run) {
-        float added[run], before[run];
-        std::memcpy(added, row + i, sizeof added);
-        std::memcpy(before, sum.data() + i, sizeof before);
-        for (size_t k = 0; k < run; k++) before[k] = factor * added[k] + (first ? 0 : before[k]);
-        std::memcpy(sum.data() + i, before, sizeof before);
-    }
-    for (; i < sum.size(); i++) sum[i] = factor * row[i] + (first ? 0 : sum[i]);
+void add_scaled(const std::vector<float>& row, float factor, std::vector<float>& sum) {
+    for (size_t i = 0; i < row.size(); i++) sum[i] += factor * row[i];
 }
 
 void make_finite(std::vector<std::byte>& halves) {
@@ -97,7 +87,7 @@ uint64_t ImageTiler::memory_bytes(const ImageShape& shape) {
     for (uint32_t width = shape.width, height = shape.height; is_tiled(width, height);
          width = next_level_size(width), height = next_level_size(height))
         bytes += tile_shape(format).across(width) * RP_TEXTURE_PAGE_BYTES;
-    constexpr uint64_t rows_of_values = 7;  // of level 0 three and a half, and of all others as much together
+    constexpr uint64_t rows_of_values = 5;  // of level 0 one, and of all others three that are half as wide at most
     return bytes + RP_TEXTURE_PAGE_BYTES + rows_of_values * shape.width * shape.channels * sizeof(float);
 }
 
@@ -118,8 +108,9 @@ ImageTiler::ImageTiler(std::string name, const rp_image& image, std::span<const 
         const bool tiled = record.at == RP_NONE;
         level.band.resize(tiled ? tile_.across(record.width) * RP_TEXTURE_PAGE_BYTES : tail_bytes(image.format, record.width, record.height));
         if (levels_.size() == levels.size()) break;
-        for (auto& sum : level.sums) sum.resize(size_t{record.width} * codec_.channels);
-        level.row_of_next.resize(size_t{next_level_size(record.width)} * codec_.channels);
+        const size_t next = size_t{next_level_size(record.width)} * codec_.channels;
+        for (auto& sum : level.sums) sum.resize(next);
+        level.half_wide.resize(next);
     }
 }
 
@@ -181,27 +172,28 @@ Status ImageTiler::hand_on(size_t index, const float* values) {
     if (is_last(index)) return {};
     Level& level = levels_[index];
     const uint32_t n = level.record.height, m = next_level_size(n), row = level.rows - 1, of_next = row / 2;
+    (codec_.channels == 1 ? halve<1> : halve<4>)(values, level.record.width, level.half_wide.data());
     if (n % 2 == 0) {
-        add_scaled(values, 0.5f, row % 2 == 0, level.sums[0]);
+        add_scaled(level.half_wide, 0.5f, level.sums[0]);
         return row % 2 == 1 ? finish_row_of_next(index) : Status();
     }
     const float share = 1.0f / static_cast<float>(n);
     if (row % 2 == 0) {
-        add_scaled(values, static_cast<float>(m) * share, row == 0, level.sums[0]);
+        add_scaled(level.half_wide, static_cast<float>(m) * share, level.sums[0]);
         return row + 1 == n ? finish_row_of_next(index) : Status();
     }
-    add_scaled(values, static_cast<float>(m - 1 - of_next) * share, false, level.sums[0]);
-    add_scaled(values, static_cast<float>(of_next + 1) * share, true, level.sums[1]);
+    add_scaled(level.half_wide, static_cast<float>(m - 1 - of_next) * share, level.sums[0]);
+    add_scaled(level.half_wide, static_cast<float>(of_next + 1) * share, level.sums[1]);
     return finish_row_of_next(index);
 }
 
 Status ImageTiler::finish_row_of_next(size_t index) {
     Level& level = levels_[index];
-    (codec_.channels == 1 ? halve<1> : halve<4>)(level.sums[0].data(), level.record.width, level.row_of_next.data());
-    codec_.encode(level.row_of_next.data(), levels_[index + 1].record.width, texels_.data());
+    codec_.encode(level.sums[0].data(), levels_[index + 1].record.width, texels_.data());
     RAYPAGER_TRY(put_row(index + 1, texels_.data()));
-    RAYPAGER_TRY(hand_on(index + 1, level.row_of_next.data()));
+    RAYPAGER_TRY(hand_on(index + 1, level.sums[0].data()));
     std::swap(level.sums[0], level.sums[1]);
+    std::ranges::fill(level.sums[1], 0.0f);
     return {};
 }
 

@@ -40,10 +40,10 @@ public:
 private:
     struct Level {
         rp_image_level record;
-        uint32_t rows = 0;               // so many have come
-        std::vector<std::byte> band;     // the tiles of the row of tiles at hand; of a level of the tail all of it
-        std::vector<float> sums[2];      // of rows: for the row of the next level that is being made, and for the one behind it
-        std::vector<float> row_of_next;  // half as wide
+        uint32_t rows = 0;             // so many have come
+        std::vector<std::byte> band;   // the tiles of the row of tiles at hand; of a level of the tail all of it
+        std::vector<float> sums[2];    // of rows of the next level that are being made: the one at hand, and the one behind it
+        std::vector<float> half_wide;  // a row, as wide as the next level
     };
     bool is_last(size_t level) const { return level + 1 == levels_.size(); }
     Status put_row(size_t level, const std::byte* texels);
