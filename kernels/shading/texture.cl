@@ -213,14 +213,17 @@ static inline float3 rp_of_channels(float4 c, uint op) {
     return (float3)(v);
 }
 
-static inline void rp_note_texture_page(const rp_textures* t, uint page) {
+// A lookup counts as a ray that enters a block, and as one that ends there: what of policies is about use is about both. bits: random, which say
+// whether it is one of those that are counted (rp_note_entry).
+static inline void rp_note_texture_page(const rp_textures* t, uint page, uint bits) {
 #ifdef RP_COUNT_BOUNCES
     atomic_inc(t->demand + RP_DEMAND_BOUNCES * (size_t)t->page_count + page);
 #endif
+    volatile __global uint* const used = t->demand + RP_DEMAND_USED * (size_t)t->page_count + page;
 #if defined(RP_COUNT_ENTRIES)
-    rp_add_without_result(t->demand + RP_DEMAND_USED * (size_t)t->page_count + page, 1u);
+    if ((bits >> 16 & RP_COUNT_ENTRIES) == 0u) rp_add_without_result(used, 1u);
 #elif defined(RP_NOTE_ROUNDS)
-    if (t->demand[RP_DEMAND_USED * (size_t)t->page_count + page] != t->round) t->demand[RP_DEMAND_USED * (size_t)t->page_count + page] = t->round;
+    if (*used != t->round) *used = t->round;
 #endif
 }
 
@@ -245,7 +248,7 @@ static inline bool rp_look_up(const rp_textures* t, const __global rp_texture_op
                 *absent = page;
                 return false;
             }
-            rp_note_texture_page(t, page);
+            rp_note_texture_page(t, page, bits.x);
             texel = rp_read_texel(rp_block_address(t->geometry, where) + address.at, log_bytes);
         }
         rp_set_texel_word(paths, slot, lookup, texel.x);

@@ -246,7 +246,7 @@ private:
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
     void make_sphere(double radius, Shape& shape);
     void make_ellipsoid(Shape& shape, double radius, bool uvs);
-    bool wants_uvs() const;
+    bool wants_uvs() const;  // of the shape that is read
     Status sweep(const Directive& directive, const PbrtParameters& parameters, double& radians);
     Status lengths(const Directive& directive, std::initializer_list<double> values);
     Status disk(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -282,6 +282,7 @@ private:
     std::optional<FilterSettings> filter_;
     std::optional<PbrtSky> sky_;  // all images of skies so far
     std::map<std::string, uint32_t> named_materials_;
+    bool textured_alpha_ = false;  // of the shape that is read
     std::map<std::tuple<uint32_t, const void*, float>, uint32_t> cut_outs_;  // by material and alpha
     PbrtTextures textures_;
     std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const ImageSource>> image_sources_;  // by name and encoding
