@@ -495,10 +495,11 @@ static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint sta
 }
 
 #ifdef RP_CUTOUTS
-// As rp_begin_shadow below, where shadow rays are traced as extension rays. The path's flags are to be of the extension ray.
-static inline void rp_begin_shadow_as_extension(const rp_paths* paths, uint slot, uint status, uint depth, float3 origin, float3 direction,
-                                                float reach, float3 light, bool ends, float3 next_direction, float density, uint sample) {
-    rp_begin_extension(paths, slot, status, depth, origin, direction, 0.0f, sample);
+// As rp_begin_shadow below, where shadow rays are traced as extension rays. The path's flags are to be of the extension ray. In the queue shadow rays
+// come before others, as if they left the first vertex: work-items that shade together then do the same.
+static inline void rp_begin_shadow_as_extension(const rp_paths* paths, uint slot, uint status, float3 origin, float3 direction, float reach,
+                                                float3 light, bool ends, float3 next_direction, float density, uint sample) {
+    rp_begin_extension(paths, slot, status, 0u, origin, direction, 0.0f, sample);
     ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot))[3] = reach;
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot))[3] |= RP_PATH_SHADOW;
     RP_PLANE(paths, RP_PLANE_NEXT, slot) = (uint4)(as_uint3(next_direction), as_uint(reach));
@@ -525,7 +526,7 @@ static inline bool rp_end_shadow_as_extension(const rp_paths* paths, uint slot, 
 // The ray goes on as it was behind the place where it has arrived.
 static inline void rp_pass_through(const rp_paths* paths, uint slot, uint status, const rp_arrival* a, float3 start) {
     rp_store_throughput_and_radiance(paths, slot, a->throughput, a->flags, a->radiance, a->pixel);
-    rp_begin_extension(paths, slot, status, 1u, start, a->direction, a->bsdf_density, a->sample);
+    rp_begin_extension(paths, slot, status, a->shadow ? 0u : 1u, start, a->direction, a->bsdf_density, a->sample);
     const float left = a->passed - a->distance;
     if (a->shadow) ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot))[3] = left > 0.0f ? left : 0.0f;
     rp_set_passed(paths, slot, a->shadow ? left : a->passed + a->distance);

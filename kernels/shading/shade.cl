@@ -122,7 +122,6 @@ static inline void rp_find_surface(const rp_geometry* geometry, rp_arrival* a) {
     const rp_hit hit = {a->distance, a->leaf, a->block};
     const rp_surface s = rp_hit_surface(geometry, &ray, &hit);
     a->position = s.position;
-    a->primitive = rp_hit_primitive(geometry, &hit);
     a->geometric_normal = s.geometric_normal;
     a->shading_normal = s.shading_normal;
     a->offset_exponent = s.offset_exponent;
@@ -299,7 +298,15 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #ifdef RP_SHORT_STATES
     __constant rp_camera* camera = &params->camera;
     rp_arrival a = rp_arrival_of(paths, slot, status, (float3)(camera->eye[0], camera->eye[1], camera->eye[2]));
-    if (a.block != RP_NONE) rp_find_surface(RP_SHADE_GEOMETRY_OF, &a);
+    if (a.block != RP_NONE) {
+        const rp_hit hit = {a.distance, a.leaf, a.block};
+        a.primitive = rp_hit_primitive(RP_SHADE_GEOMETRY_OF, &hit);
+#ifdef RP_CUTOUTS
+        // Of what stops a shadow ray for good nothing else is asked.
+        if (!a.shadow || (ranges[rp_find_range(ranges, params->range_count, a.primitive)].flags & RP_RANGE_CUTOUT) != 0u)
+#endif
+            rp_find_surface(RP_SHADE_GEOMETRY_OF, &a);
+    }
 #else
     const rp_arrival a = rp_arrival_of(paths, slot, status);
 #endif
@@ -307,13 +314,16 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const uint depth = rp_depth_of(a.flags), pixel = a.pixel;
     const bool full_emission = rp_was_specular(a.flags);
 
-    if (a.primitive == RP_NONE) {
+    const __global rp_primitive_range* range = ranges;
+    if (a.primitive != RP_NONE) range += rp_find_range(ranges, params->range_count, a.primitive);
 #ifdef RP_CUTOUTS
-        if (a.shadow) {
-            rp_end_shadow(params, paths, slot, status, &a, false, film);
-            return false;
-        }
+    const bool cut_out = a.primitive != RP_NONE && (range->flags & RP_RANGE_CUTOUT) != 0u;
+    if (a.shadow && !cut_out) {
+        rp_end_shadow(params, paths, slot, status, &a, a.primitive != RP_NONE, film);
+        return false;
+    }
 #endif
+    if (a.primitive == RP_NONE) {
         if (depth == 0u && params->background_kind != RP_BACKGROUND_LIGHTS) {
             if (params->background_kind == RP_BACKGROUND_TRANSPARENT) rp_film_add_miss(film, pixel);
             rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
@@ -323,20 +333,24 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * seen);
         return false;
     }
-    const __global rp_primitive_range* range = ranges + rp_find_range(ranges, params->range_count, a.primitive);
 #ifdef RP_TEXTURES
     uint shading_normal = a.shading_normal;
+    bool look = depth < params->max_depth;
+#ifdef RP_CUTOUTS
+    look = look || cut_out;
+#endif
+    if (look) {
+        const int found =
+            rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own, &shading_normal);
+#ifdef RP_CUTOUTS
+        if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
+#endif
+        if (found != RP_FOUND_MATERIAL) return false;
+    }
 #else
     const uint shading_normal = a.shading_normal;
 #endif
 #ifdef RP_CUTOUTS
-    const bool cut_out = (range->flags & RP_RANGE_CUTOUT) != 0u;
-    if (cut_out) {
-        const int found =
-            rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own, &shading_normal);
-        if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
-        if (found != RP_FOUND_MATERIAL) return false;
-    }
     if (a.shadow) {
         rp_end_shadow(params, paths, slot, status, &a, true, film);
         return false;
@@ -355,12 +369,6 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         return false;
     }
 #ifdef RP_TEXTURES
-#ifndef RP_CUTOUTS
-    const bool cut_out = false;
-#endif
-    if (!cut_out && rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own,
-                                     &shading_normal) != RP_FOUND_MATERIAL)
-        return false;
     const rp_material* material = &reached->own;
 #elif defined(RP_LAYERED)
     const __global rp_material* material = rp_of_mix(params, materials, range->material, pixel, a.sample, depth);
@@ -414,11 +422,11 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
                                      radiance, pixel);
 #ifdef RP_CUTOUTS
     if (out->shadow)
-        rp_begin_shadow_as_extension(paths, slot, status, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach,
+        rp_begin_shadow_as_extension(paths, slot, status, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach,
                                      rp_float3(out->light), !out->go_on, direction, density, sample);
     else
         rp_set_passed(paths, slot, 0.0f);
-    if (!out->shadow) rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
+    if (!out->shadow) rp_begin_extension(paths, slot, status, 1u, rp_float3(out->start), direction, density, sample);
 #else
     if (out->shadow)
         rp_begin_shadow(paths, slot, status, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),

@@ -219,7 +219,9 @@ static inline void rp_note_texture_page(const rp_textures* t, uint page, uint bi
 #ifdef RP_COUNT_BOUNCES
     atomic_inc(t->demand + RP_DEMAND_BOUNCES * (size_t)t->page_count + page);
 #endif
+#if defined(RP_COUNT_ENTRIES) || defined(RP_NOTE_ROUNDS)
     volatile __global uint* const used = t->demand + RP_DEMAND_USED * (size_t)t->page_count + page;
+#endif
 #if defined(RP_COUNT_ENTRIES)
     if ((bits >> 16 & RP_COUNT_ENTRIES) == 0u) rp_add_without_result(used, 1u);
 #elif defined(RP_NOTE_ROUNDS)
