@@ -56,8 +56,7 @@ Status run_make_scene(const Arguments& arguments) {
     parser.option("format", "NAME", "points only: las (LAS 1.4) or ply (default: las)", into(options.format, parse_point_format));
     parser.option("textures", "N", "museum only: how many images, 16 to 20K (default: 300)",
                   into(options.textures, [](const std::string& text) { return parse_count(text, 16, 20000); }));
-    parser.option("texture-bytes", "SIZE",
-                  "museum only: what all images take, decoded, 4 bytes a coloured texel and 1 a grey one (default: 1 MiB each)",
+    parser.option("texture-bytes", "SIZE", "museum only: what all images take together, decoded (default: 1 MiB each)",
                   into(options.texture_bytes, [](const std::string& text) { return parse_size(text); }));
     parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
                   into(options.seed, [](const std::string& text) { return parse_count(text, 0, 0xffffffffu); }));

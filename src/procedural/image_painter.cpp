@@ -17,12 +17,12 @@ RowNoise::RowNoise(const Shape& shape, uint64_t seed) : height_(shape.height), s
         octave.rows = std::clamp(rows, 1u, std::max(1u, shape.height / 2));
         octave.amplitude = amplitude;
         octave.seed = mix_bits(seed + 0x9e3779b97f4a7c15u * static_cast<uint64_t>(i + 1));
-        octave.cell.resize(shape.width);
+        octave.ends.resize(octave.columns);
         octave.at.resize(shape.width);
         for (uint32_t x = 0; x < shape.width; x++) {
             const uint64_t position = (2 * uint64_t{x} + 1) * octave.columns, cell = 2 * uint64_t{shape.width};
             const float t = static_cast<float>(position % cell) / static_cast<float>(cell);
-            octave.cell[x] = static_cast<uint16_t>(position / cell);
+            octave.ends[position / cell] = x + 1;
             octave.at[x] = t * t * (3 - 2 * t);
         }
         octave.upper.resize(octave.columns);
@@ -46,12 +46,13 @@ void RowNoise::fill_lattice_row(const Octave& octave, uint64_t row, std::vector<
 
 void RowNoise::move_to(Octave& octave, uint64_t row) {
     if (octave.upper_row == row) return;
-    if (octave.upper_row + 1 == row)
+    if (octave.lower_row == row)
         octave.upper.swap(octave.lower);
     else
         fill_lattice_row(octave, row, octave.upper);
-    fill_lattice_row(octave, (row + 1) % octave.rows, octave.lower);
     octave.upper_row = row;
+    octave.lower_row = (row + 1) % octave.rows;
+    fill_lattice_row(octave, octave.lower_row, octave.lower);
 }
 
 std::span<const float> RowNoise::row(uint32_t y) {
@@ -62,13 +63,14 @@ std::span<const float> RowNoise::row(uint32_t y) {
         const float t = static_cast<float>(position % cell) / static_cast<float>(cell), down = t * t * (3 - 2 * t);
         for (uint32_t c = 0; c < octave.columns; c++) octave.here[c] = octave.upper[c] + (octave.lower[c] - octave.upper[c]) * down;
         octave.here[octave.columns] = octave.here[0];
-        const float* const here = octave.here.data();
-        const uint16_t* const cells = octave.cell.data();
+        if (i == 0) std::fill(sum_.begin(), sum_.end(), 0.0f);
         const float* const at = octave.at.data();
         float* const sum = sum_.data();
-        const size_t width = sum_.size();
-        if (i == 0) std::fill(sum_.begin(), sum_.end(), 0.0f);
-        for (size_t x = 0; x < width; x++) sum[x] += here[cells[x]] + (here[cells[x] + 1] - here[cells[x]]) * at[x];
+        uint32_t x = 0;
+        for (uint32_t c = 0; c < octave.columns; c++) {
+            const float left = octave.here[c], step = octave.here[c + 1] - left;
+            for (const uint32_t end = octave.ends[c]; x < end; x++) sum[x] += left + step * at[x];
+        }
     }
     return sum_;
 }

@@ -38,10 +38,10 @@ private:
         uint32_t columns, rows;
         float amplitude;
         uint64_t seed;
-        std::vector<uint16_t> cell;             // of each column of texels
-        std::vector<float> at;                  // how far in it, smoothed
-        std::vector<float> upper, lower, here;  // values of two rows of the lattice, and at the row of texels
-        uint64_t upper_row = UINT64_MAX;        // which
+        std::vector<uint32_t> ends;             // of each cell: the column of texels behind it
+        std::vector<float> at;                  // how far in its cell a column of texels is, smoothed
+        std::vector<float> upper, lower, here;  // values of these two rows of the lattice, and at the row of texels
+        uint64_t upper_row = UINT64_MAX, lower_row = UINT64_MAX;
     };
     static void fill_lattice_row(const Octave& octave, uint64_t row, std::vector<float>& values);
     static void move_to(Octave& octave, uint64_t row);

@@ -46,22 +46,27 @@ Status write_images(const MuseumPlan& plan, const MakeSceneOptions& options, Sce
     return {};
 }
 
+// How many there are of what has no images of its own.
+struct MuseumCounts {
+    explicit MuseumCounts(const MuseumPlan& plan) {
+        const uint64_t free_sites = plan.sites() - std::min<uint64_t>(plan.sites(), plan.statues.size());
+        plants = std::max<uint64_t>(plan.plants.size(), std::min<uint64_t>(plan.bays + 2, free_sites));
+        benches = (plan.bays + 1) / 2;
+        columns = 2 * (plan.bays + 1);
+        const uint64_t blocks = 2 * plan.storeys + columns * (plan.storeys - 1) + plan.statues.size() + 3 * benches;
+        const uint64_t panels = 5 + plan.bays + plan.paintings.size();
+        least_triangles = block_triangles * blocks + panel_triangles * panels + frame_triangles(false) * plan.paintings.size() +
+                          least_column * columns + (least_pot + 2 * least_leaves) * plants + least_statue * plan.statues.size();
+    }
+    static constexpr uint64_t least_column = 16, least_pot = 12, least_leaves = 8, least_statue = 12;  // triangles of each, leaves as quads
+    uint64_t plants, benches, columns;
+    uint64_t least_triangles;  // with everything as coarse as can be
+};
+
 class Museum {
 public:
-    Museum(const MakeSceneOptions& options, const MuseumPlan& plan, SceneWriter& scene) : options_(options), plan_(plan), scene_(scene) {
-        const uint64_t free_sites = plan.sites() - std::min<uint64_t>(plan.sites(), plan.statues.size());
-        plants_ = std::max<uint64_t>(plan.plants.size(), std::min<uint64_t>(plan.bays + 2, free_sites));
-        benches_ = (plan.bays + 1) / 2;
-        columns_ = 2 * (plan.bays + 1);
-    }
-
-    // However few are asked for, what carries an image has some triangles.
-    uint64_t least_triangles() const {
-        const uint64_t blocks = 2 * plan_.storeys + columns_ * (plan_.storeys - 1) + plan_.statues.size() + 3 * benches_;
-        const uint64_t panels = 5 + plan_.bays + plan_.paintings.size();
-        return block_triangles * blocks + panel_triangles * panels + frame_triangles(false) * plan_.paintings.size() + least_column * columns_ +
-               (least_pot + 2 * least_leaves) * plants_ + least_statue * plan_.statues.size();
-    }
+    Museum(const MakeSceneOptions& options, const MuseumPlan& plan, SceneWriter& scene)
+        : options_(options), plan_(plan), counts_(plan), scene_(scene) {}
 
     Status write() {
         add_view();
@@ -76,12 +81,11 @@ public:
     }
 
 private:
-    static constexpr uint64_t least_column = 16, least_pot = 12, least_leaves = 8, least_statue = 12;
     static constexpr double pedestal_height = 0.9;
 
     // What is shared out among things that can be finer or coarser: so much of it for each of count of them.
     uint64_t share(double part, uint64_t count, uint64_t least, uint64_t most) const {
-        const double free = static_cast<double>(options_.triangles - least_triangles());
+        const double free = static_cast<double>(options_.triangles - counts_.least_triangles);
         return std::clamp(least + static_cast<uint64_t>(part * free / static_cast<double>(count)), least, most);
     }
     const std::string& name(uint32_t image) const { return plan_.images[image].name; }
@@ -138,9 +142,11 @@ private:
 
     void add_light() {
         scene_.sky({0.35, 0.4, 0.5});
+        const double strength = 1 + 0.1 * (plan_.storeys - 1);  // so that the floor of a high hall is not dark
         const double width = 0.8 * plan_.half_width(), y = plan_.height() - 0.03;
         for (uint32_t bay = 0; bay < plan_.bays; bay++)
-            scene_.light({-0.5 * width, y, -MuseumPlan::bay * (bay + 0.8)}, {width, 0, 0}, {0, 0, 0.6 * MuseumPlan::bay}, {9.4, 9.0, 8.2});
+            scene_.light({-0.5 * width, y, -MuseumPlan::bay * (bay + 0.8)}, {width, 0, 0}, {0, 0, 0.6 * MuseumPlan::bay},
+                         {9.4 * strength, 9.0 * strength, 8.2 * strength});
     }
 
     Status add_building() {
@@ -170,8 +176,8 @@ private:
 
     Status add_columns() {
         TriangleMesh mesh;
-        const uint64_t triangles = share(0.15, columns_, least_column, 3000);
-        for (uint32_t i = 0; i < columns_; i++) {
+        const uint64_t triangles = share(0.15, counts_.columns, MuseumCounts::least_column, 3000);
+        for (uint32_t i = 0; i < counts_.columns; i++) {
             const double side = i % 2 == 0 ? -1 : 1;
             add_grid(mesh,
                      column_grid({side * (plan_.half_width() - 0.28), 0, -MuseumPlan::bay * (i / 2)}, 0.17, MuseumPlan::storey - 0.16, triangles));
@@ -179,13 +185,18 @@ private:
         return scene_.textured_mesh("columns", "column", mesh);
     }
 
-    Vector statue_site(size_t i) const { return plan_.site(static_cast<uint32_t>(i * plan_.sites() / plan_.statues.size())); }
+    // One of so many places for each of fewer things: evenly spread, and on both sides of the hall if there are enough.
+    static size_t spread(size_t i, size_t things, size_t places) {
+        const size_t place = i * places / things, other_side = place ^ (i & 1);
+        return places >= 2 * things && other_side < places ? other_side : place;
+    }
+    uint32_t statue_site(size_t i) const { return static_cast<uint32_t>(spread(i, plan_.statues.size(), plan_.sites())); }
 
     Status add_furniture() {
         TriangleMesh pedestals, benches;
-        for (size_t i = 0; i < plan_.statues.size(); i++) add_block(pedestals, {statue_site(i)}, 0.7, pedestal_height, 0.7);
+        for (size_t i = 0; i < plan_.statues.size(); i++) add_block(pedestals, {plan_.site(statue_site(i))}, 0.7, pedestal_height, 0.7);
         RAYPAGER_TRY(scene_.textured_mesh("pedestals", name(plan_.building.pedestal), pedestals));
-        for (uint64_t i = 0; i < benches_; i++) {
+        for (uint64_t i = 0; i < counts_.benches; i++) {
             const Placement at = {{0, 0, -MuseumPlan::bay * (2 * static_cast<double>(i) + 0.7)}};
             for (const double end : {-0.85, 0.85}) add_block(benches, at.moved(0, 0, end), 0.45, 0.4, 0.1);
             add_block(benches, at.moved(0, 0.4, 0), 0.55, 0.07, 2.1);
@@ -196,20 +207,22 @@ private:
     // Sites without a statue, evenly; where there are not enough, plants stand along the middle.
     std::vector<Vector> plant_sites() const {
         std::vector<bool> taken(plan_.sites());
-        for (size_t i = 0; i < plan_.statues.size(); i++) taken[i * plan_.sites() / plan_.statues.size() % plan_.sites()] = true;
+        for (size_t i = 0; i < plan_.statues.size(); i++) taken[statue_site(i)] = true;
         std::vector<Vector> free, sites;
         for (uint32_t i = 0; i < plan_.sites(); i++)
             if (!taken[i]) free.push_back(plan_.site(i));
-        for (uint64_t i = 0; i < plants_; i++)
-            sites.push_back(free.size() >= plants_ ? free[i * free.size() / plants_]
-                                                   : Vector{1.2, 0, -plan_.length() * (static_cast<double>(i) + 0.5) / static_cast<double>(plants_)});
+        for (uint64_t i = 0; i < counts_.plants; i++)
+            sites.push_back(free.size() >= counts_.plants
+                                ? free[spread(i, counts_.plants, free.size())]
+                                : Vector{1.2, 0, -plan_.length() * (static_cast<double>(i) + 0.5) / static_cast<double>(counts_.plants)});
         return sites;
     }
 
     Status add_plants() {
         Random random(options_.seed, 40);
-        const uint64_t for_pot = share(0.05, plants_, least_pot, 2000), for_leaves = share(0.2, plants_, 2 * least_leaves, 3000) / 2;
-        const auto leaves = static_cast<uint32_t>(std::clamp<uint64_t>(for_leaves / 6, least_leaves, 60));
+        const uint64_t for_pot = share(0.05, counts_.plants, MuseumCounts::least_pot, 2000),
+                       for_leaves = share(0.2, counts_.plants, 2 * MuseumCounts::least_leaves, 3000) / 2;
+        const auto leaves = static_cast<uint32_t>(std::clamp<uint64_t>(for_leaves / 6, MuseumCounts::least_leaves, 60));
         const auto segments = static_cast<uint32_t>(std::max<uint64_t>(1, for_leaves / leaves));
         TriangleMesh pots;
         std::vector<TriangleMesh> kinds(plan_.plants.size());
@@ -228,7 +241,8 @@ private:
     }
 
     Status add_paintings() {
-        const bool fine = (frame_triangles(true) - frame_triangles(false)) * plan_.paintings.size() < (options_.triangles - least_triangles()) / 5;
+        const bool fine =
+            (frame_triangles(true) - frame_triangles(false)) * plan_.paintings.size() < (options_.triangles - counts_.least_triangles) / 5;
         TriangleMesh gilt, dark;
         for (size_t i = 0; i < plan_.paintings.size(); i++) {
             const MuseumPainting& p = plan_.paintings[i];
@@ -254,7 +268,8 @@ private:
             const std::string& stone = name(plan_.statues[i].stone);
             const double height = random.uniform(1.0, 1.5);
             const uint64_t seed = random.bits();
-            const UvGrid grid = statue_grid(statue_site(i) + Vector{0, pedestal_height, 0}, height, left / (plan_.statues.size() - i), seed);
+            const UvGrid grid =
+                statue_grid(plan_.site(statue_site(i)) + Vector{0, pedestal_height, 0}, height, left / (plan_.statues.size() - i), seed);
             RAYPAGER_TRY(write_grid(scene_, stone, stone, grid));
         }
         return {};
@@ -262,8 +277,8 @@ private:
 
     const MakeSceneOptions& options_;
     const MuseumPlan& plan_;
+    const MuseumCounts counts_;
     SceneWriter& scene_;
-    uint64_t plants_, benches_, columns_;
 };
 
 }  // namespace
@@ -271,14 +286,13 @@ private:
 Result<MadeScene> make_museum(const MakeSceneOptions& options) {
     MuseumPlan plan = plan_museum(options.textures, options.seed);
     RAYPAGER_TRY(size_images(plan.images, options.texture_bytes));
+    const uint64_t least = MuseumCounts(plan).least_triangles;
+    if (options.triangles < least)
+        return Status::usage(fmt::format("a museum of {} textures has at least {} triangles, not {}", options.textures, least, options.triangles));
     auto scene = SceneWriter::create(options);
     if (!scene) return scene.status();
-    Museum museum(options, plan, *scene);
-    if (options.triangles < museum.least_triangles())
-        return Status::usage(
-            fmt::format("a museum of {} textures has at least {} triangles, not {}", options.textures, museum.least_triangles(), options.triangles));
     RAYPAGER_TRY(write_images(plan, options, *scene));
-    RAYPAGER_TRY(museum.write());
+    RAYPAGER_TRY(Museum(options, plan, *scene).write());
     return scene->finish();
 }
 

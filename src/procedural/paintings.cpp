@@ -34,7 +34,7 @@ public:
           palette_(pick_palette(random_)),
           aspect_(aspect),
           seed_(seed),
-          brush_(noise_shape(random_.below(2) == 0 ? 24 : 90, 50, 3), seed + 1),
+          brush_(noise_shape(random_.below(2) == 0 ? 40 : 150, 80, 2), seed + 1),
           colors_(width) {}
 
     void row(uint32_t y, std::span<uint8_t> bytes) final {

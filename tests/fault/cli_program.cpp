@@ -140,6 +140,11 @@ TEST_F(CliProgram, BadUsage) {
     expect_error("make-scene castle -o out", 2, "'castle'");
     expect_error("make-scene cornell -o out --triangles 7", 2, "--triangles");
     expect_error("make-scene cornell -o out --heightmap a.tif", 2, "--heightmap");
+    expect_error("make-scene cornell -o out --textures 100", 2, "--textures");
+    expect_error("make-scene points -o out --texture-bytes 1G", 2, "--texture-bytes");
+    expect_error("make-scene museum -o out --textures 3", 2, "--textures");
+    expect_error("make-scene museum -o out --points 1000", 2, "--points");
+    expect_error("make-scene museum -o out --textures 100 --texture-bytes 1K", 2, "100 textures");
     expect_error("inspect", 2, "FILE.rpb");
     expect_error("compare one.pfm", 2, "picture");
     expect_error("devices stray", 2, "'stray'");

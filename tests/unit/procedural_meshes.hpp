@@ -22,20 +22,25 @@ inline std::optional<TriangleMesh> read_ply(const std::filesystem::path& path) {
     const std::string_view end = "end_header\n";
     const size_t header = text->find(end);
     if (header == std::string::npos || text->rfind("ply\nformat binary_little_endian 1.0\n", 0) != 0) return std::nullopt;
-    size_t vertices = 0, faces = 0;
+    size_t vertices = 0, faces = 0, vertex_bytes = 12;
     std::istringstream lines(text->substr(0, header));
     for (std::string line; std::getline(lines, line);) {
         if (line.rfind("element vertex ", 0) == 0) vertices = std::stoull(line.substr(15));
         if (line.rfind("element face ", 0) == 0) faces = std::stoull(line.substr(13));
+        if (line == "property float u" || line == "property float v") vertex_bytes += 4;
     }
     const size_t at = header + end.size();
-    if (text->size() != at + vertices * 12 + faces * 13) return std::nullopt;
+    if (text->size() != at + vertices * vertex_bytes + faces * 13) return std::nullopt;
     TriangleMesh mesh;
     mesh.positions.resize(vertices);
     mesh.triangles.resize(faces);
-    std::memcpy(mesh.positions.data(), text->data() + at, vertices * 12);
+    if (vertex_bytes == 20) mesh.uvs.resize(vertices);
+    for (size_t i = 0; i < vertices; i++) {
+        std::memcpy(&mesh.positions[i], text->data() + at + i * vertex_bytes, 12);
+        if (!mesh.uvs.empty()) std::memcpy(&mesh.uvs[i], text->data() + at + i * vertex_bytes + 12, 8);
+    }
     for (size_t i = 0; i < faces; i++) {
-        const char* face = text->data() + at + vertices * 12 + i * 13;
+        const char* face = text->data() + at + vertices * vertex_bytes + i * 13;
         if (*face != 3) return std::nullopt;
         std::memcpy(mesh.triangles[i].data(), face + 1, 12);
         for (const uint32_t v : mesh.triangles[i])
