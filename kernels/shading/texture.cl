@@ -99,7 +99,7 @@ static inline rp_texture_point rp_place_of(const rp_textures* t, uint number, co
 
 // ---- Images
 
-// The binary logarithm of a positive number, to about 0.06: that of whatever device, to the bit.
+// The binary logarithm of a positive number, to 0.009: that of whatever device, to the bit.
 static inline float rp_log2_near(float x) {
     const int bits = as_int(x);
     const float mantissa = as_float((bits & 0x007fffff) | 0x3f800000);
