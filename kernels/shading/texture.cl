@@ -90,8 +90,7 @@ static inline rp_texture_point rp_place_of(const rp_textures* t, uint number, co
     const float2 on =
         map->kind == RP_MAP_SPHERE ? (float2)(2.0f * rp_turns_of(p.z, across), turns) : (float2)(turns < 0.5f ? turns + 0.5f : turns - 0.5f, p.z);
     const float2 st = map->swapped != 0u ? on.yx : on;
-    place.at.x = rp_add(rp_mul(st.x, map->scale[0]), map->offset[0]);
-    place.at.y = rp_add(rp_mul(st.y, map->scale[1]), map->offset[1]);
+    place.at = (float3)(rp_add(rp_mul(st.x, map->scale[0]), map->offset[0]), rp_add(rp_mul(st.y, map->scale[1]), map->offset[1]), 0.0f);
     // A turn is 2 pi times as long as the distance from the axis.
     place.width = far > 0.0f ? place.width / (4.5f * far) : 0.0f;
     return place;
