@@ -16,7 +16,7 @@ namespace raypager::support {
 struct ProgramSite {
     float position[3] = {}, u = 0, normal[3] = {0, 0, 1}, v = 0, tangent[3] = {1, 0, 0}, density = 1;
     float bitangent[3] = {0, 1, 0}, width = 0, shading[3] = {0, 0, 1};
-    uint32_t flips = 0, bits[3] = {}, shading_normal = 0;
+    uint32_t flips = 0, pixel = 0, sample = 0, depth = 1, shading_normal = 0;
     uint32_t material = 0, have = 0, unused[2] = {};
 };
 
@@ -42,7 +42,7 @@ public:
     std::vector<Out> run(const char* name, const std::vector<Item>& items, size_t count) {
         return run_with<Out>(name, items, count);
     }
-    // texels: of each site, or none.
+    // texels: of each site; those that are missing are 0.
     std::vector<ProgramOutcome> run_programs(const std::vector<ProgramSite>& sites, std::vector<SlotTexels>& texels,
                                              std::vector<rp_material>& materials);
 

@@ -84,9 +84,9 @@ __kernel void rp_probe_noise(RP_PROBE_TABLES, const __global float4* restrict it
     if (kind == RP_TEXTURE_DOTS) results[i] = (float4)(rp_in_dot(p.xy) ? 1.0f : 0.0f);
 }
 
-// sites: position, u; normal, v; tangent, density; bitangent, width; shading, flips; random numbers, shading normal; material, have. texels: the
-// words of each slot, before and after. own: the materials, after; results: whether the program has run to its end, the absent page, have, shading
-// normal.
+// sites: position, u; normal, v; tangent, density; bitangent, width; shading, flips; pixel, sample, depth, shading normal; material, have. texels:
+// the words of each slot, before and after. own: the materials, after; results: whether the program has run to its end, the absent page, have,
+// shading normal.
 __kernel void rp_probe_programs(RP_PROBE_TABLES, const __global float4* restrict sites, uint count, __global uint4* restrict results,
                                 const __global rp_material* restrict materials, __global uint* restrict status, __global uint* restrict texels,
                                 __global rp_material* restrict own) {
@@ -94,7 +94,7 @@ __kernel void rp_probe_programs(RP_PROBE_TABLES, const __global float4* restrict
     if (i >= count) return;
     RP_PROBE_MAKE_TEXTURES
     const __global float4* s = sites + 7u * i;
-    const uint4 bits = as_uint4(s[5]), which = as_uint4(s[6]);
+    const uint4 of_path = as_uint4(s[5]), which = as_uint4(s[6]);
     rp_texture_site site;
     site.position = s[0].xyz;
     site.normal = s[1].xyz;
@@ -106,9 +106,11 @@ __kernel void rp_probe_programs(RP_PROBE_TABLES, const __global float4* restrict
     site.width = s[3].w;
     site.shading = s[4].xyz;
     site.flips = as_uint(s[4].w);
-    const rp_numbers_1 numbers = {bits.x, bits.y, bits.z, 0u};
-    site.bits = numbers;
-    site.shading_normal = bits.w;
+    site.pixel = of_path.x;
+    site.sample = of_path.y;
+    site.depth = of_path.z;
+    site.seed = 0u;
+    site.shading_normal = of_path.w;
     const rp_paths paths = {count, status, 0};
     for (uint k = 0u; k < RP_TEXEL_WORDS; k++) rp_set_texel_word(&paths, i, k, texels[RP_TEXEL_WORDS * i + k]);
     rp_material m = materials[which.x];
