@@ -13,7 +13,7 @@ static inline float rp_atan_quarters(float x) {
     return (steep ? 0.5f : 0.0f) + p * (2.0f * 0.318309886184f);
 }
 
-// The angle of (x, y) from the first axis towards the second, as a share of a turn, in [0, 1).
+// The angle of (x, y) from the first axis towards the second, as a share of a turn, in [0, 1]; 1 where a float cannot say how little less it is.
 static inline float rp_turns_of(float x, float y) {
     const float ax = fabs(x), ay = fabs(y), most = rp_max(ax, ay);
     const float part = rp_atan_quarters(most > 0.0f ? rp_min(ax, ay) / most : 0.0f), quarters = ay > ax ? 1.0f - part : part;

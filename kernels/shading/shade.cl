@@ -178,7 +178,10 @@ static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* pa
 #endif
     const float cosine = rp_max(fabs(dot(site.normal, a->direction)), 0.01f);
     site.width = cone.width / sqrt(cosine);
-    site.bits = rp_random_bits_1(a->pixel, a->sample, depth + 1u, RP_RANDOM_TEXTURE, params->seed);
+    site.pixel = a->pixel;
+    site.sample = a->sample;
+    site.depth = depth + 1u;
+    site.seed = params->seed;
     site.flips = flips;
 #ifdef RP_BUMPS
     site.shading_normal = a->shading_normal;

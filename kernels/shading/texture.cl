@@ -34,10 +34,10 @@ typedef struct rp_textures {
 typedef struct rp_texture_site {
     float3 position, direction, normal;  // normal: geometric, unit; direction: of the ray
     float2 uv;
-    float density;      // of uv: their change per unit length
-    float width;        // of what one path stands for, on the surface
-    rp_numbers_1 bits;  // random: xy within the texel, z level; each lookup changes them by a hash of `flips` and of its number
-    uint flips;
+    float density;                    // of uv: their change per unit length
+    float width;                      // of what one path stands for, on the surface
+    uint pixel, sample, depth, seed;  // what random numbers are a function of
+    uint flips;                       // changes them
 #ifdef RP_BUMPS
     float3 shading, tangent, bitangent;  // unit, at right angles
     uint shading_normal;                 // octahedral; programs change it
@@ -90,8 +90,7 @@ static inline rp_texture_point rp_place_of(const rp_textures* t, uint number, co
     const float2 on =
         map->kind == RP_MAP_SPHERE ? (float2)(2.0f * rp_turns_of(p.z, across), turns) : (float2)(turns < 0.5f ? turns + 0.5f : turns - 0.5f, p.z);
     const float2 st = map->swapped != 0u ? on.yx : on;
-    place.at.x = rp_add(rp_mul(st.x, map->scale[0]), map->offset[0]);
-    place.at.y = rp_add(rp_mul(st.y, map->scale[1]), map->offset[1]);
+    place.at = (float3)(rp_add(rp_mul(st.x, map->scale[0]), map->offset[0]), rp_add(rp_mul(st.y, map->scale[1]), map->offset[1]), 0.0f);
     // A turn is 2 pi times as long as the distance from the axis.
     place.width = far > 0.0f ? place.width / (4.5f * far) : 0.0f;
     return place;
@@ -99,7 +98,7 @@ static inline rp_texture_point rp_place_of(const rp_textures* t, uint number, co
 
 // ---- Images
 
-// The binary logarithm of a positive number, to about 0.06: that of whatever device, to the bit.
+// The binary logarithm of a positive number, to 0.009: that of whatever device, to the bit.
 static inline float rp_log2_near(float x) {
     const int bits = as_int(x);
     const float mantissa = as_float((bits & 0x007fffff) | 0x3f800000);
@@ -229,6 +228,16 @@ static inline void rp_note_texture_page(const rp_textures* t, uint page, uint bi
 #endif
 }
 
+// Random numbers of lookups: xy within the texel, z level. Those that are not to lie alike have numbers that do not depend on each other, so that
+// products of textures have the mean that products of their means have. Numbers of which some bits are flipped would not do: where the ones are
+// small, the others would be large.
+static inline rp_numbers_1 rp_lookup_bits(const rp_texture_site* site, uint jitter) {
+    const rp_numbers_1 n = rp_random_bits_1(site->pixel, site->sample, site->depth | jitter << 20, RP_RANDOM_TEXTURE, site->seed);
+    const uint h = site->flips * 0x9e3779b9u;
+    const rp_numbers_1 bits = {n.x ^ h, n.y ^ (h ^ h >> 15) * 0x85ebca6bu, n.z ^ (h ^ h >> 13) * 0xc2b2ae35u, 0u};
+    return bits;
+}
+
 // An image operation. have: a bit for each word at which the slot has a texel. False: the page *absent (in the page table) is not there.
 static inline bool rp_look_up(const rp_textures* t, const __global rp_texture_op* op, const rp_texture_site* site, const rp_paths* paths, uint slot,
                               uint* have, float3* value, uint* absent) {
@@ -240,9 +249,7 @@ static inline bool rp_look_up(const rp_textures* t, const __global rp_texture_op
         if (log_bytes == 3u) texel.y = rp_texel_word(paths, slot, lookup + 1u);
     } else {
         const rp_texture_point place = rp_place_of(t, op->map, site);
-        // Lookups have texels of their own: products of textures have the mean that products of their means have.
-        const uint h = (site->flips ^ (op->op >> RP_TEXTURE_JITTER_SHIFT & RP_TEXTURE_JITTER_MASK)) * 0x9e3779b9u;
-        const rp_numbers_1 bits = {site->bits.x ^ h, site->bits.y ^ (h ^ h >> 15) * 0x85ebca6bu, site->bits.z ^ (h ^ h >> 13) * 0xc2b2ae35u, 0u};
+        const rp_numbers_1 bits = rp_lookup_bits(site, op->op >> RP_TEXTURE_JITTER_SHIFT & RP_TEXTURE_JITTER_MASK);
         const rp_texel_address address = rp_find_texel(t, image, op->op, &place, &bits);
         if (address.page != RP_NONE) {
             const uint page = t->at->first_page + address.page, where = t->geometry->pages[page].x;
