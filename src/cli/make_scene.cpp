@@ -32,7 +32,7 @@ Status check_kind(const OptionParser& parser, const MakeSceneOptions& options) {
         return parser.wrong(fmt::format("'{}' is not a kind of scene; use cornell, terrain, clutter, points or museum", options.kind));
     if (options.heightmap && options.kind != "terrain") return parser.wrong("--heightmap: is for terrain only; leave it out");
     if (options.triangles && options.kind == "points") return parser.wrong("--triangles: there are none in points; use --points");
-    if (options.points && options.kind != "points" && options.kind != "museum")
+    if (options.points && options.kind != "points")
         return parser.wrong(fmt::format("--points: is for points only; {} takes --triangles", options.kind));
     if (options.kind != "museum" && (options.textures || options.texture_bytes))
         return parser.wrong(fmt::format("{}: is for museum only; leave it out", options.textures ? "--textures" : "--texture-bytes"));
