@@ -282,7 +282,7 @@ private:
     std::optional<FilterSettings> filter_;
     std::optional<PbrtSky> sky_;  // all images of skies so far
     std::map<std::string, uint32_t> named_materials_;
-    bool textured_alpha_ = false;  // of the shape that is read
+    bool textured_alpha_ = false;                                            // of the shape that is read
     std::map<std::tuple<uint32_t, const void*, float>, uint32_t> cut_outs_;  // by material and alpha
     PbrtTextures textures_;
     std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const ImageSource>> image_sources_;  // by name and encoding
