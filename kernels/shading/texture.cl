@@ -14,7 +14,7 @@
 #include "raypager/abi/scene.h"
 #include "raypager/abi/texture.h"
 #ifndef RP_SHORT_STATES
-#include "stream/waiting_lists.cl"
+#include "common/waiting_lists.cl"
 #endif
 #ifdef RP_NOISE
 #include "shading/noise.cl"

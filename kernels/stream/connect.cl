@@ -5,7 +5,7 @@
 #include "common/queue.cl"
 #include "stream/stream_slots.cl"
 #include "stream/traverse.cl"
-#include "stream/waiting_lists.cl"
+#include "common/waiting_lists.cl"
 
 typedef struct rp_connect_rays {
     uint first, count;  // in the queue

@@ -5,7 +5,7 @@
 #include "common/queue.cl"
 #include "stream/stream_slots.cl"
 #include "stream/traverse.cl"
-#include "stream/waiting_lists.cl"
+#include "common/waiting_lists.cl"
 #include "stream/wide_surface.cl"
 
 // What is known of the rays of a stream beside their paths through space.

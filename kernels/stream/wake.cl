@@ -8,7 +8,7 @@
 #include "common/page_changes.cl"
 #include "common/prefetch.cl"
 #include "stream/vector.cl"
-#include "stream/waiting_lists.cl"
+#include "common/waiting_lists.cl"
 
 // The slots of one of `parts` shares of a block's lists are awake again, and their paths in the block. All lists in turn: where the next slot is
 // has to be waited for. Returns how many they are.

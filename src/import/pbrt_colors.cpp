@@ -87,6 +87,7 @@ Status PbrtReader::parameter_color(const PbrtParameter& p, const Float3& fallbac
             warn(p.location, fmt::format("there is no spectrum texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
             return {};
         }
+        if (!texture->second.fault.ok()) return texture->second.fault;
         if (!texture->second.value.is_constant() || texture->second.approximated)
             warn(texture->second.location, texture_approximation(texture->second.type, p.name));
         result = texture->second.value.mean();

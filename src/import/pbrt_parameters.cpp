@@ -186,6 +186,7 @@ double PbrtParameters::texture_number(const PbrtParameter& p, double fallback) c
                        fmt::format("there is no float texture \"{}\"; \"{}\" stays at its default", clipped(p.strings[0]), clipped(p.name)));
         return fallback;
     }
+    if (error_.ok()) error_ = texture->second.fault;
     if (texture->second.approximated || !texture->second.value.is_constant())
         warnings_->add(texture->second.location, texture_approximation(texture->second.type, p.name));
     return texture->second.value.mean_number();

@@ -184,7 +184,7 @@ private:
     Status image_source(const Directive& directive, const PbrtParameter& file, const ImageEncoding& encoding,
                         std::shared_ptr<const ImageSource>& source);
     Status image_encoding(const Directive& directive, const PbrtParameters& parameters, ImageEncoding& encoding);
-    Status image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, Texture& texture);
+    Status image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, PbrtTexture& made);
     Status noise_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Texture& texture);
     Status surface_map(const Directive& directive, const PbrtParameters& parameters, bool flipped, std::optional<rp_texture_map>& map);
     rp_texture_map point_map(const Directive& directive);

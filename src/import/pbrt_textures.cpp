@@ -23,6 +23,11 @@ std::optional<uint32_t> wrap_mode(const std::string& name) {
     return std::nullopt;
 }
 
+const PbrtParameter* texture_among(const PbrtParameters& parameters, std::initializer_list<std::string_view> names) {
+    const PbrtParameter* p = parameters.find(names);
+    return p && p->type == "texture" && p->strings.size() == 1 ? p : nullptr;
+}
+
 void set_matrix(const Transform& t, rp_texture_map& map) {
     for (size_t row = 0; row < 3; ++row)
         for (size_t column = 0; column < 4; ++column) map.m[4 * row + column] = static_cast<float>(t.m[row][column]);
@@ -122,13 +127,13 @@ Status PbrtReader::image_source(const Directive& directive, const PbrtParameter&
     return {};
 }
 
-Status PbrtReader::image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, Texture& texture) {
+Status PbrtReader::image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, PbrtTexture& made) {
     std::shared_ptr<const ImageSource> source;
     const PbrtParameter* file = parameters.find("filename");
     if (!file) return error(directive, "expected \"string filename\" of the image");
     ImageEncoding encoding;
     RAYPAGER_TRY(image_encoding(directive, parameters, encoding));
-    RAYPAGER_TRY(image_source(directive, *file, encoding, source));
+    made.fault = image_source(directive, *file, encoding, source);
     std::optional<rp_texture_map> map;
     RAYPAGER_TRY(surface_map(directive, parameters, true, map));
     const auto scale = static_cast<float>(parameters.number("scale", 1));
@@ -141,7 +146,7 @@ Status PbrtReader::image_texture(const Directive& directive, const PbrtParameter
     if (!wrap) warn(directive.location, fmt::format("wrap \"{}\" of an image is not known; it repeats", clipped(wrap_name)));
     op.op |= (wrap.value_or(RP_WRAP_REPEAT) | wrap.value_or(RP_WRAP_REPEAT) << 2) << RP_TEXTURE_WRAP_SHIFT;
     for (const std::string_view unused : {"filter", "trilinear", "maxanisotropy"}) parameters.find(unused);
-    texture = Texture::image(std::move(source), op, map);
+    if (made.fault.ok()) made.value = Texture::image(std::move(source), op, map);
     return parameters.status();
 }
 
@@ -166,8 +171,17 @@ Status PbrtReader::noise_texture(const Directive& directive, const std::string& 
 Status PbrtReader::make_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, bool is_float,
                                 PbrtTexture& made) {
     Status status;
+    // Whether the part is an image that cannot be read.
+    const auto missing = [&](std::initializer_list<std::string_view> names, const std::map<std::string, PbrtTexture, std::less<>>& textures) {
+        const PbrtParameter* p = texture_among(parameters, names);
+        const auto found = p ? textures.find(p->strings[0]) : textures.end();
+        if (found == textures.end() || found->second.fault.ok()) return false;
+        made.fault = found->second.fault;
+        return true;
+    };
     const auto part = [&](std::initializer_list<std::string_view> names, double usual) {
         Texture t{usual};
+        if (missing(names, is_float ? textures_.floats : textures_.spectra)) return t;
         if (const Status read = is_float ? number_texture(parameters, names, usual, t) : color_texture(parameters, names, Texture(usual).mean(), t);
             !read.ok() && status.ok())
             status = read;
@@ -175,6 +189,7 @@ Status PbrtReader::make_texture(const Directive& directive, const std::string& t
     };
     const auto number_part = [&](std::initializer_list<std::string_view> names, double usual) {
         Texture t{usual};
+        if (missing(names, textures_.floats)) return t;
         if (const Status read = number_texture(parameters, names, usual, t); !read.ok() && status.ok()) status = read;
         return t;
     };
@@ -216,7 +231,7 @@ Status PbrtReader::make_texture(const Directive& directive, const std::string& t
         const Float3 mean = mixed(middle(corners[0], corners[1]), middle(corners[2], corners[3]), Texture(0.5)).mean();
         value = Texture::operation(texture_op(RP_TEXTURE_BILERP), std::move(corners), map, mean);
     } else if (type == "imagemap") {
-        RAYPAGER_TRY(image_texture(directive, parameters, is_float, value));
+        RAYPAGER_TRY(image_texture(directive, parameters, is_float, made));
     } else if (type == "fbm" || type == "wrinkled" || type == "windy" || type == "marble") {
         RAYPAGER_TRY(noise_texture(directive, type, parameters, value));
     } else if (type == "uv") {
@@ -253,19 +268,11 @@ Status PbrtReader::texture(const Directive& directive) {
     return {};
 }
 
-namespace {
-
-const PbrtParameter* texture_among(const PbrtParameters& parameters, std::initializer_list<std::string_view> names) {
-    const PbrtParameter* p = parameters.find(names);
-    return p && p->type == "texture" && p->strings.size() == 1 ? p : nullptr;
-}
-
-}  // namespace
-
 Status PbrtReader::color_texture(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, const Float3& fallback,
                                  Texture& result) {
     const PbrtParameter* p = texture_among(parameters, names);
     const auto found = p ? textures_.spectra.find(p->strings[0]) : textures_.spectra.end();
+    if (found != textures_.spectra.end() && !found->second.fault.ok()) return found->second.fault;
     if (found != textures_.spectra.end() && !found->second.approximated) {
         result = found->second.value;
         return {};
@@ -279,6 +286,7 @@ Status PbrtReader::color_texture(const PbrtParameters& parameters, std::initiali
 Status PbrtReader::number_texture(const PbrtParameters& parameters, std::initializer_list<std::string_view> names, double fallback, Texture& result) {
     const PbrtParameter* p = texture_among(parameters, names);
     const auto found = p ? textures_.floats.find(p->strings[0]) : textures_.floats.end();
+    if (found != textures_.floats.end() && !found->second.fault.ok()) return found->second.fault;
     if (found != textures_.floats.end() && !found->second.approximated) {
         result = found->second.value;
         return {};

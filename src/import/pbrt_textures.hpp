@@ -6,6 +6,7 @@
 
 #include "import/pbrt_tokens.hpp"
 #include "import/textures.hpp"
+#include "raypager/status.hpp"
 
 namespace raypager {
 
@@ -13,6 +14,7 @@ struct PbrtTexture {
     Texture value;
     std::string type;           // as the file has it
     bool approximated = false;  // the value is not what pbrt would have
+    Status fault;               // of an image that cannot be read: an error where the texture is used
     PbrtLocation location;
 };
 

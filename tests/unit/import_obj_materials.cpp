@@ -128,9 +128,10 @@ TEST(ImportObjMaterials, WhatIsMissingIsSaidOnce) {
     folder.write("c.mtl", "newmtl a\nKd 0.1 0.2\nmap_Kd bricks.png\nbump dents.png\nnonsense\nNs x\n");
     const auto odd = import_scene({folder.write("c.obj", "mtllib c.mtl\nusemtl a\n" + two_triangles + "f 1 2 3\n")});
     ASSERT_TRUE(odd.ok());
-    ASSERT_EQ(odd->warnings.size(), 2u) << joined(odd->warnings);
+    ASSERT_EQ(odd->warnings.size(), 3u) << joined(odd->warnings);
     EXPECT_NE(odd->warnings[0].find("c.mtl:6: \"Ns\" cannot be understood; 1 such line is skipped"), std::string::npos) << odd->warnings[0];
-    EXPECT_NE(odd->warnings[1].find("an image map is left out: 1 cannot be found, e.g. "), std::string::npos) << odd->warnings[1];
+    EXPECT_NE(odd->warnings[2].find("an image map is left out: 1 cannot be found, e.g. bricks.png"), std::string::npos) << odd->warnings[2];
+    EXPECT_NE(odd->warnings[1].find("1 of a kind that is not supported, e.g. \"bump\" dents.png"), std::string::npos) << odd->warnings[1];
 }
 
 ObjMaterial material(const std::string& text) {

@@ -131,7 +131,8 @@ TEST(ImportUvs, ObjWithoutUseOfThemIsAsIfItHadNone) {
     ASSERT_TRUE(plain.ok());
     EXPECT_TRUE((*(*plain)->model())->mesh.uvs.empty());
     EXPECT_EQ((*(*plain)->model())->mesh.positions.size(), 4u);
-    folder.write("t.mtl", "newmtl a\nmap_Kd a.png\n");
+    folder.write("a.pgm", "P5 1 1 255 x");
+    folder.write("t.mtl", "newmtl a\nmap_Kd a.pgm\n");
     const auto textured = ObjFile::open(folder.write("b.obj", "mtllib t.mtl\nusemtl b\n" + file + "usemtl a\nf 2/2 3/1 4/4\n"));
     ASSERT_TRUE(textured.ok());
     const auto model = (*textured)->model();

@@ -77,7 +77,7 @@ TEST_F(TextureProgramsCheck, OthersMayNot) {
     expect_refused([&] { ops_[7].op = RP_TEXTURE_SET; }, "no end");
     expect_refused([&] { ops_[5].op = RP_TEXTURE_SET; }, "does not exist");  // the programs are one, and material 2 begins within
     expect_refused([&] { ops_[1].lookup = 0; }, "two texels");
-    expect_refused([&] { ops_[1].lookup = 3; }, "out of reach");
+    expect_refused([&] { ops_[1].lookup = RP_TEXEL_WORDS; }, "out of reach");
     expect_refused([&] { ops_[1].lookup = UINT32_MAX; }, "out of reach");
     expect_refused([&] { materials_[1].flags = 2u << RP_MATERIAL_PROGRAM_SHIFT; }, "material 1");
     expect_refused([&] { materials_[2].flags = 0xffffffu << RP_MATERIAL_PROGRAM_SHIFT; }, "material 2");

@@ -1,7 +1,7 @@
 // For tests: what probe.cl does, with streams; and parts of the stream traversal alone.
 #include "stream/stream_slots.cl"
 #include "stream/traverse.cl"
-#include "stream/waiting_lists.cl"
+#include "common/waiting_lists.cl"
 #include "stream/wide_surface.cl"
 
 static inline void rp_trace_walk(const rp_geometry* geometry, rp_walk* walk, const __global uchar* wide_top, const bool any_hit) {
