@@ -91,8 +91,10 @@ static inline rp_texture_point rp_place_of(const rp_textures* t, uint number, co
         map->kind == RP_MAP_SPHERE ? (float2)(2.0f * rp_turns_of(p.z, across), turns) : (float2)(turns < 0.5f ? turns + 0.5f : turns - 0.5f, p.z);
     const float2 st = map->swapped != 0u ? on.yx : on;
     place.at = (float3)(rp_add(rp_mul(st.x, map->scale[0]), map->offset[0]), rp_add(rp_mul(st.y, map->scale[1]), map->offset[1]), 0.0f);
-    // A turn is 2 pi times as long as the distance from the axis.
-    place.width = far > 0.0f ? place.width / (4.5f * far) : 0.0f;
+    // The geometric mean of both axes. A turn is 2 pi times as long as the distance from the axis, half a turn on a sphere pi times as long as that
+    // from its middle; along a cylinder lengths stay as they are.
+    const float by = map->kind == RP_MAP_SPHERE ? 4.4428829f * far : sqrt(6.2831853f * across);
+    place.width = by > 0.0f ? place.width * sqrt(fabs(map->scale[0] * map->scale[1])) / by : 0.0f;
     return place;
 }
 

@@ -204,6 +204,49 @@ TEST_F(TextureNumbersOnDevice, DotsAreWherePbrtHasThem) {
     EXPECT_GT(inside, items.size() / 20);
 }
 
+// As operations of programs, in coordinates of their own; b + (a - b) noise, for colours are no less than 0.
+TEST(NoisyPrograms, AreOfTheNoiseThatTheyName) {
+    constexpr uint32_t kinds[] = {RP_TEXTURE_FBM, RP_TEXTURE_WRINKLED, RP_TEXTURE_WINDY, RP_TEXTURE_MARBLE, RP_TEXTURE_DOTS};
+    constexpr float octaves = 5, omega = 0.6f, scale = 3, variation = 0.7f, size = 2;
+    Scene scene;
+    scene.texture_maps = {{RP_MAP_POINT, 0, {}, {size, 0, 0, 0.5f, 0, size, 0, 0, 0, 0, size, -0.25f}, {1, 1}, {0, 0}}};
+    for (const uint32_t kind : kinds) {
+        rp_material m = {};
+        m.flags = static_cast<uint32_t>(scene.texture_ops.size() + 1) << RP_MATERIAL_PROGRAM_SHIFT;
+        scene.materials.push_back(m);
+        scene.texture_ops.push_back({RP_TEXTURE_CONSTANT, 0, 0, RP_NONE, {0.5f, 0.5f, 0.5f, 0}, {}});
+        scene.texture_ops.push_back({RP_TEXTURE_CONSTANT, 0, 0, RP_NONE, {0.75f, 0.75f, 0.75f, 0}, {}});
+        scene.texture_ops.push_back({kind, 0, 0, 0, {octaves, omega, scale, 0}, {variation, 0, 0, 0}});
+        if (kind != RP_TEXTURE_DOTS) scene.texture_ops.push_back({RP_TEXTURE_MIX, 0, 0, RP_NONE, {}, {}});
+        scene.texture_ops.push_back({RP_TEXTURE_SET | RP_TEXTURE_LAST, RP_PARAMETER_COLOR, 0, RP_NONE, {}, {}});
+    }
+    support::TextureProbe probe(scene);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> any(-5, 5);
+    std::vector<support::ProgramSite> sites(2000);
+    for (uint32_t i = 0; i < sites.size(); i++) {
+        for (float& x : sites[i].position) x = any(random);
+        sites[i].width = std::exp2(any(random) - 5);
+        sites[i].material = i % 5;
+    }
+    std::vector<support::SlotTexels> texels;
+    std::vector<rp_material> found;
+    probe.run_programs(sites, texels, found);
+    for (size_t i = 0; i < sites.size(); i++) {
+        const float* const at = sites[i].position;
+        const NoisePoint p{size * at[0] + 0.5, size * at[1], size * at[2] - 0.25};
+        const double width = size * sites[i].width;
+        std::array<double, 3> v{};
+        if (sites[i].material < 2) v.fill(octaves_at(p, width, omega, 5, sites[i].material == 1));
+        if (sites[i].material == 2) v.fill(windy_at(p, width));
+        if (sites[i].material == 3) v = marble_at(p.times(scale), scale * width, omega, 5, variation);
+        const double depth = depth_in_dot(p.x, p.y);
+        if (sites[i].material == 4) v.fill(depth > 0 ? 0 : 1);
+        if (sites[i].material == 4 && std::abs(depth) < 1e-5) continue;
+        for (size_t k = 0; k < 3; k++) EXPECT_NEAR(found[i].color[k], std::min(0.5 + 0.25 * v[k], 1.0), 1e-4) << "kind " << kinds[i % 5];
+    }
+}
+
 // The bounds of the comments in angles.cl and texture.cl.
 TEST_F(TextureNumbersOnDevice, AnglesAndLogarithmsAreWithinTheirBounds) {
     std::vector<std::array<float, 2>> items = {{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1e-9f}, {1, 1e-9f}, {-1, -1e-9f}, {1e-30f, 1e-30f}};
