@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 
 namespace raypager {
@@ -37,10 +36,15 @@ float texels_along(const Texture& t) {
     return shape ? std::max({most, along_u * static_cast<float>(shape->width), along_v * static_cast<float>(shape->height)}) : most;
 }
 
+bool same_map(const rp_texture_map& a, const rp_texture_map& b) {
+    return a.kind == b.kind && a.swapped == b.swapped && std::ranges::equal(a.m, b.m) && std::ranges::equal(a.scale, b.scale) &&
+           std::ranges::equal(a.offset, b.offset);
+}
+
 bool same_lookup(const Scene& scene, const rp_texture_op& a, const rp_texture_op& b) {
     constexpr uint32_t wrap = 0xfu << RP_TEXTURE_WRAP_SHIFT;
     if (a.image != b.image || (a.op & wrap) != (b.op & wrap) || (a.map == RP_NONE) != (b.map == RP_NONE)) return false;
-    return a.map == RP_NONE || std::memcmp(&scene.texture_maps[a.map], &scene.texture_maps[b.map], sizeof(rp_texture_map)) == 0;
+    return a.map == RP_NONE || same_map(scene.texture_maps[a.map], scene.texture_maps[b.map]);
 }
 
 // Writes one program behind all others.

@@ -46,7 +46,7 @@ void add_grid_rows(TriangleMesh& mesh, const UvGrid& grid, uint64_t begin, uint6
 void divide_grid(UvGrid& grid, uint64_t triangles, double around, double up) {
     const double quads = std::max(1.0, static_cast<double>(triangles) / 2);
     grid.columns = std::max<uint64_t>(4, static_cast<uint64_t>(std::sqrt(quads * around / up)));
-    grid.rows = std::max<uint64_t>(2, static_cast<uint64_t>(quads / static_cast<double>(grid.columns) + 0.5));
+    grid.rows = std::max<uint64_t>(2, static_cast<uint64_t>(std::llround(static_cast<double>(quads) / static_cast<double>(grid.columns))));
 }
 
 Vector turned(const Vector& base, double radius, double turns, double height) {

@@ -94,7 +94,7 @@ Status check_ranges(const BakedScene& scene) {
         if (range.flags & ~known || (range.flags & RP_RANGE_POINT_COLOR && range.flags & (RP_RANGE_VERTEX_COLOR | RP_RANGE_UV)))
             return bad(ranges, fmt::format("range {} has unknown flags", i));
         if (may_be_nothing(scene.materials, range.material) != ((range.flags & RP_RANGE_CUTOUT) != 0))
-            return bad(ranges, fmt::format("range {} does not say what its material is", i));
+            return bad(ranges, fmt::format("range {} has the wrong flags for its material", i));
         if (range.first_light != RP_NONE && range.first_light + (end - range.first_primitive) > scene.lights.size())
             return bad(ranges, fmt::format("range {} has no lights", i));
         // What is met is weighted as what is seen.

@@ -11,6 +11,12 @@
 namespace raypager {
 namespace {
 
+// Of a value of 0 or more, in one instruction, which lround is not.
+int32_t nearest(float value) {
+    const float above = value + 0.5f;
+    return static_cast<int32_t>(above);
+}
+
 // In runs of a length that compilers know, which they make vectors of.
 template <class Code, class Convert>
 void decode_with(const Convert& convert, const std::byte* texels, size_t count, float* values) {
@@ -35,7 +41,7 @@ void decode_integers(const std::byte* texels, size_t count, float* values) {
 template <class Code>
 void encode_integers(const float* values, size_t count, std::byte* texels) {
     for (size_t i = 0; i < count; i++) {
-        const auto code = static_cast<Code>(static_cast<int32_t>(values[i] + 0.5f));
+        const auto code = static_cast<Code>(nearest(values[i]));
         std::memcpy(texels + i * sizeof code, &code, sizeof code);
     }
 }
@@ -101,7 +107,7 @@ void encode_srgb_rgba(const float* values, size_t count, std::byte* texels) {
     const SrgbEncoder& encode = srgb_encoder();
     for (size_t i = 0; i < 4 * count; i += 4) {
         for (size_t channel = 0; channel < 3; channel++) texels[i + channel] = std::byte{encode(values[i + channel])};
-        texels[i + 3] = static_cast<std::byte>(static_cast<int32_t>(values[i + 3] + 0.5f));
+        texels[i + 3] = static_cast<std::byte>(nearest(values[i + 3]));
     }
 }
 
