@@ -4,11 +4,11 @@
 #include <cstring>
 #include <random>
 
-#include "raypager/abi/path.h"
 #include "support/probe_kernels.hpp"
 #include "texture/layout.hpp"
 #include "texture/texture_words.hpp"
 #include "texture/tiler.hpp"
+#include "wavefront/path_state.hpp"
 
 namespace raypager::support {
 namespace {
@@ -76,11 +76,12 @@ std::vector<ProgramOutcome> TextureProbe::run_programs(const std::vector<Program
     static_assert(sizeof(ProgramSite) == 7 * 16);
     texels.resize(sites.size());
     materials.resize(sites.size());
-    // Runs of words of a slot: two that all scenes have, the cone, the texels.
-    const size_t slots = RP_STATUS_WORDS(sites.size());
-    const Buffer given = buffer(bytes_of(scene_.materials)), status = buffer(std::vector<std::byte>(slots * (3 + RP_TEXEL_WORDS) * sizeof(uint32_t))),
-                 words = buffer(bytes_of(texels)), own = buffer(bytes_of(materials));
-    auto results = run_with<ProgramOutcome>("rp_probe_programs", sites, sites.size(), given, status, words, own);
+    SlotFields fields;
+    fields.texture_words = 1 + RP_TEXEL_WORDS;
+    const auto slots = PathSlots::create(*device_, static_cast<uint32_t>(sites.size()), BlockForm::stored, fields);
+    require(slots.ok(), "there are no slots");
+    const Buffer given = buffer(bytes_of(scene_.materials)), words = buffer(bytes_of(texels)), own = buffer(bytes_of(materials));
+    auto results = run_with<ProgramOutcome>("rp_probe_programs", sites, sites.size(), given, slots->status(), words, own);
     require(device_->kernels().read_now(words, 0, std::as_writable_bytes(std::span(texels))).ok() &&
                 device_->kernels().read_now(own, 0, std::as_writable_bytes(std::span(materials))).ok(),
             "results cannot be read");
