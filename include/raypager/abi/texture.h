@@ -93,10 +93,9 @@ typedef struct rp_image_level {
 #define RP_PARAMETER_ALPHA 5u  // GGX roughness: a[0] 0, as it is; 1, of pbrt-v4's roughness; 2, of pbrt-v3's
 #define RP_PARAMETER_BASE_ALPHA 6u
 #define RP_PARAMETER_AMOUNT 7u  // of a mix
-#define RP_PARAMETER_METALNESS 8u
-#define RP_PARAMETER_METAL 9u    // the reflectance of a conductor, straight on: eta is 1
-#define RP_PARAMETER_NORMAL 10u  // of a tangent frame, each channel from 0 for -1 to 1 for 1
-#define RP_PARAMETERS 11u
+#define RP_PARAMETER_METAL 8u   // the reflectance of a conductor, straight on: eta is 1
+#define RP_PARAMETER_NORMAL 9u  // of a tangent frame, each channel from 0 for -1 to 1 for 1
+#define RP_PARAMETERS 10u
 
 typedef struct rp_texture_op {
     rp_u32 op;
