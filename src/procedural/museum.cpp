@@ -179,8 +179,8 @@ private:
         const uint64_t triangles = share(0.15, counts_.columns, MuseumCounts::least_column, 3000);
         for (uint32_t i = 0; i < counts_.columns; i++) {
             const double side = i % 2 == 0 ? -1 : 1;
-            add_grid(mesh, column_grid({side * (plan_.half_width() - 0.28), 0, -MuseumPlan::bay * static_cast<double>(i / 2)}, 0.17,
-                                       MuseumPlan::storey - 0.16, triangles));
+            const uint32_t bay = i / 2;
+            add_grid(mesh, column_grid({side * (plan_.half_width() - 0.28), 0, -MuseumPlan::bay * bay}, 0.17, MuseumPlan::storey - 0.16, triangles));
         }
         return scene_.textured_mesh("columns", "column", mesh);
     }

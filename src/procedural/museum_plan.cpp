@@ -189,8 +189,8 @@ void fit_images(std::vector<MuseumImage>& images, uint64_t bytes, bool odd_only)
 }  // namespace
 
 Vector MuseumPlan::site(uint32_t index) const {
-    const uint32_t at = index % sites_a_bay(), row = at / 4;
-    const double side = at % 2 == 0 ? -1 : 1, z = -bay * static_cast<double>(index / sites_a_bay()) - (at % 4 < 2 ? 0.3 : 0.8) * bay;
+    const uint32_t at = index % sites_a_bay(), row = at / 4, bays = index / sites_a_bay();
+    const double side = at % 2 == 0 ? -1 : 1, z = -bay * bays - (at % 4 < 2 ? 0.3 : 0.8) * bay;
     return {side * (half_width() - 2.1 - 2 * row), 0, z};
 }
 
