@@ -87,7 +87,7 @@ file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/src/*.cpp ${ROOT}/src/*.hpp $
      ${ROOT}/tests/*.hpp ${ROOT}/tests/*.cl)
 foreach(file ${sources})
     file(STRINGS ${ROOT}/${file} found REGEX "RP_(PLANE|STATUS)_[A-Z]" LIMIT_COUNT 1)
-    if(found AND NOT file MATCHES "^(include/raypager/abi/path[.]h|kernels/(common|stream)/path_state8?[.]cl|kernels/common/path_runs[.]cl|src/wavefront/path_state[.][ch]pp|tests/kernel/wake(_stream)?[.]cpp|tests/support/texture_probe[.]cpp)$")
+    if(found AND NOT file MATCHES "^(include/raypager/abi/path[.]h|kernels/(common|stream)/path_state8?[.]cl|kernels/common/path_(runs|arrival)[.]cl|src/wavefront/path_state[.][ch]pp|tests/kernel/wake(_stream)?[.]cpp|tests/support/texture_probe[.]cpp)$")
         list(APPEND errors "${file}: knows planes or status bits of path slots, which only path_state.cl and path_state.cpp do")
     endif()
 endforeach()
