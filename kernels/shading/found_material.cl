@@ -7,7 +7,6 @@
 static inline rp_texture_site rp_texture_site_of(__constant rp_render_params* params, const rp_arrival* a, uint depth, rp_cone cone, uint flips) {
     rp_texture_site site;
     site.position = a->position;
-    site.direction = a->direction;
     site.normal = rp_decode_normal(a->geometric_normal);
 #ifdef RP_UVS
     site.uv = a->uv;

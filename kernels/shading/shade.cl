@@ -105,7 +105,7 @@ static inline void rp_end_path(__constant rp_render_params* params, const rp_pat
 typedef struct rp_reached_vertex {
     uint slot, status;
 #ifdef RP_TEXTURES
-    rp_material own;  // as its textures have it here; of a diffuse one the kind alone
+    rp_material own;  // as its textures have it here; of a diffuse one no more than kind, flags and colour
 #endif
     RP_MATERIAL_SPACE const rp_material* material;
     float3 radiance;

@@ -32,7 +32,7 @@ typedef struct rp_textures {
 
 // A hit, as textures see it.
 typedef struct rp_texture_site {
-    float3 position, direction, normal;  // normal: geometric, unit; direction: of the ray
+    float3 position, normal;  // normal: geometric, unit
     float2 uv;
     float density;                    // of uv: their change per unit length
     float width;                      // of what one path stands for, on the surface

@@ -98,7 +98,6 @@ __kernel void rp_probe_programs(RP_PROBE_TABLES, const __global float4* restrict
     rp_texture_site site;
     site.position = s[0].xyz;
     site.normal = s[1].xyz;
-    site.direction = -site.normal;
     site.uv = (float2)(s[0].w, s[1].w);
     site.tangent = s[2].xyz;
     site.density = s[2].w;
