@@ -12,6 +12,7 @@
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/textured_scene.hpp"
 
 namespace raypager {
 namespace {
@@ -21,12 +22,7 @@ using reference::Vec3;
 // painted_small with coordinates at its vertices and a texture program, which says no more than the material itself, in every other material.
 Scene textured_small(bool with_uvs = true) {
     Scene scene = reference::painted_small(24, {16, 16});
-    scene.texture_ops.resize(2);
-    scene.texture_ops[0].op = RP_TEXTURE_CONSTANT;
-    std::fill_n(scene.texture_ops[0].a, 3, 0.5f);
-    scene.texture_ops[1].op = RP_TEXTURE_SET | RP_TEXTURE_LAST;
-    scene.texture_ops[1].image = RP_PARAMETER_COLOR;
-    for (rp_texture_op& op : scene.texture_ops) op.map = RP_NONE;
+    support::set_grey_program(scene);
     for (Shape& shape : scene.shapes) {
         const auto* source = dynamic_cast<const MeshInMemory*>(shape.mesh.get());
         if (!source) continue;

@@ -15,6 +15,7 @@
 #include "support/interrupted_render.hpp"
 #include "support/small_scene.hpp"
 #include "support/test_options.hpp"
+#include "support/textured_scene.hpp"
 #include "support/thorough.hpp"
 #include "unit/bake_scenes.hpp"
 
@@ -61,12 +62,7 @@ TEST(SmallRender, pages_meshes_with_colors_as_well) { draw_paged(small_scene(40,
 
 TEST(SmallRender, pages_meshes_with_coordinates_of_textures_as_well) {
     Scene scene = small_scene(40, true);
-    scene.texture_ops.resize(2);
-    scene.texture_ops[0].op = RP_TEXTURE_CONSTANT;
-    std::fill_n(scene.texture_ops[0].a, 3, 0.5f);
-    scene.texture_ops[1].op = RP_TEXTURE_SET | RP_TEXTURE_LAST;
-    scene.texture_ops[1].image = RP_PARAMETER_COLOR;
-    for (rp_texture_op& op : scene.texture_ops) op.map = RP_NONE;
+    support::set_grey_program(scene);
     scene.materials[0].flags |= 1u << RP_MATERIAL_PROGRAM_SHIFT;
     draw_paged(scene);
 }

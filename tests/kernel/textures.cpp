@@ -155,16 +155,6 @@ std::set<uint32_t> levels_for(const TexelLookup& l, uint32_t most, uint32_t coun
     return levels;
 }
 
-std::vector<ImageShape> shapes_of_all_formats(uint32_t width, uint32_t height) {
-    std::vector<ImageShape> shapes;
-    for (const uint32_t channels : {1u, 4u}) {
-        for (const TexelKind kind : {TexelKind::unsigned_8, TexelKind::unsigned_16, TexelKind::half})
-            shapes.push_back({width, height, channels, kind, false});
-        shapes.push_back({width, height, channels, TexelKind::unsigned_8, true});
-    }
-    return shapes;
-}
-
 class LookupMaker {
 public:
     explicit LookupMaker(uint32_t seed) : random_(seed) {}
@@ -254,7 +244,7 @@ private:
 TEST(TexturesOnDevice, EachLookupIsTheTexelOfTheModel) {
     Scene scene;
     for (const auto& [width, height] : {std::pair{1u, 1u}, {1u, 100u}, {3u, 5u}, {64u, 64u}, {65u, 64u}, {300u, 200u}, {129u, 257u}, {270u, 300u}})
-        for (const ImageShape& shape : shapes_of_all_formats(width, height))
+        for (const ImageShape& shape : support::shapes_of_all_formats(width, height))
             scene.images.push_back(support::random_image(shape, static_cast<uint32_t>(scene.images.size())));
     support::TextureProbe probe(scene);
     LookupMaker maker(21);
@@ -352,7 +342,7 @@ TEST(TexturesOnDevice, TheMeanOfLookupsIsATrilinearFilter) {
     constexpr uint32_t samples = 4096;
     Scene scene;
     for (const auto& [width, height] : {std::pair{5u, 3u}, {129u, 67u}, {300u, 200u}})
-        for (const ImageShape& shape : shapes_of_all_formats(width, height)) scene.images.push_back(smooth_image(shape));
+        for (const ImageShape& shape : support::shapes_of_all_formats(width, height)) scene.images.push_back(smooth_image(shape));
     support::TextureProbe probe(scene);
     const auto model = model_levels(scene, probe);
     std::mt19937 random(5);

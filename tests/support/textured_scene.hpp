@@ -1,6 +1,7 @@
 // Scenes whose materials read images, for tests of what carries these.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 #include <string>
@@ -34,6 +35,27 @@ inline void add_image_program(Scene& scene, const std::vector<uint32_t>& images)
         if (image != images.front()) scene.texture_ops.push_back({RP_TEXTURE_SCALE, 0, 0, 0, {1, 1, 1, 1}, {}});
     }
     scene.texture_ops.push_back({RP_TEXTURE_SET | RP_TEXTURE_LAST, RP_PARAMETER_COLOR, 0, 0, {}, {}});
+}
+
+// Every format of texels, 8 bits also as sRGB.
+inline std::vector<ImageShape> shapes_of_all_formats(uint32_t width, uint32_t height) {
+    std::vector<ImageShape> shapes;
+    for (const uint32_t channels : {1u, 4u}) {
+        for (const TexelKind kind : {TexelKind::unsigned_8, TexelKind::unsigned_16, TexelKind::half})
+            shapes.push_back({width, height, channels, kind, false});
+        shapes.push_back({width, height, channels, TexelKind::unsigned_8, true});
+    }
+    return shapes;
+}
+
+// A program that makes a material grey, as the scene's only one.
+inline void set_grey_program(Scene& scene) {
+    scene.texture_ops.resize(2);
+    scene.texture_ops[0].op = RP_TEXTURE_CONSTANT;
+    std::fill_n(scene.texture_ops[0].a, 3, 0.5f);
+    scene.texture_ops[1].op = RP_TEXTURE_SET | RP_TEXTURE_LAST;
+    scene.texture_ops[1].image = RP_PARAMETER_COLOR;
+    for (rp_texture_op& op : scene.texture_ops) op.map = RP_NONE;
 }
 
 // Six images of all sizes and formats, of which the third is not used: some are tails alone, some have levels of several tiles.

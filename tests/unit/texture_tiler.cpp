@@ -9,6 +9,7 @@
 #include "base/half.hpp"
 #include "image/formats.hpp"
 #include "raypager/image_source.hpp"
+#include "support/textured_scene.hpp"
 #include "texture/layout.hpp"
 #include "texture/texel_codec.hpp"
 #include "texture/tiler.hpp"
@@ -164,20 +165,10 @@ void expect_levels(const Tiled& tiled, size_t index, const ImageShape& shape, co
     EXPECT_EQ(height, 1u);
 }
 
-std::vector<ImageShape> all_formats(uint32_t width, uint32_t height) {
-    std::vector<ImageShape> shapes;
-    for (const uint32_t channels : {1u, 4u}) {
-        for (const TexelKind kind : {TexelKind::unsigned_8, TexelKind::unsigned_16, TexelKind::half})
-            shapes.push_back({width, height, channels, kind, false});
-        shapes.push_back({width, height, channels, TexelKind::unsigned_8, true});
-    }
-    return shapes;
-}
-
 TEST(TextureTiler, LevelsAreMeansOfAreas) {
     uint32_t seed = 0;
     for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 2u}, {64u, 64u}, {65u, 1u}, {1u, 300u}, {129u, 67u}, {255u, 257u}, {301u, 130u}})
-        for (const ImageShape& shape : all_formats(width, height)) {
+        for (const ImageShape& shape : support::shapes_of_all_formats(width, height)) {
             SCOPED_TRACE(std::to_string(width) + " x " + std::to_string(height) + ", format " + std::to_string(format_of(shape)));
             const auto texels = random_texels(shape, ++seed);
             expect_levels(tile_all({{shape, texels}}), 0, shape, texels);
@@ -186,7 +177,7 @@ TEST(TextureTiler, LevelsAreMeansOfAreas) {
 }
 
 TEST(TextureTiler, OutsideOfTheImageTheNearestTexelIsRepeated) {
-    for (const ImageShape& shape : all_formats(300, 70)) {
+    for (const ImageShape& shape : support::shapes_of_all_formats(300, 70)) {
         const auto texels = random_texels(shape, 5);
         const Tiled tiled = tile_all({{shape, texels}});
         const rp_image& image = tiled.layout.images[0];
@@ -222,7 +213,7 @@ TEST(TextureTiler, TailsShareAPage) {
 }
 
 TEST(TextureTiler, ColoursOfOneKindStayTheSame) {
-    for (const ImageShape& shape : all_formats(257, 131)) {
+    for (const ImageShape& shape : support::shapes_of_all_formats(257, 131)) {
         std::vector<std::byte> texels = random_texels(shape, 3);
         const uint32_t bytes = texel_bytes(format_of(shape));
         for (size_t at = bytes; at < texels.size(); at++) texels[at] = texels[at - bytes];
