@@ -136,9 +136,9 @@ Result<PrimitiveRefs> sample_bucket(const Bucket& bucket, uint64_t count) {
         uint64_t place = one_of_stretch(i, count, all);
         uint32_t kind = 0;
         while (place >= bucket.lists[kind].count) place -= bucket.lists[kind++].count;
-        std::byte record[sizeof(ColoredTriangleRecord)];
-        RAYPAGER_TRY(bucket.read(static_cast<RecordKind>(kind), place, std::span(record, record_bytes[kind])));
-        sample[i] = make_ref(static_cast<RecordKind>(kind), record);
+        AnyRecord record;
+        RAYPAGER_TRY(bucket.read(static_cast<RecordKind>(kind), place, std::span(record).first(record_bytes[kind])));
+        sample[i] = make_ref(static_cast<RecordKind>(kind), record.data());
         return {};
     };
     const auto take_some = [&](size_t begin, size_t end) -> Status {

@@ -1,6 +1,7 @@
 // Primitives on their way over the disk, when a scene is baked that does not fit into memory: records of fixed size, in world space.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -52,6 +53,7 @@ inline constexpr size_t record_bytes[record_kinds] = {sizeof(TexturedTriangleRec
                                                       sizeof(ColoredTriangleRecord),  sizeof(SphereRecord),   sizeof(PointRecord)};
 static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52 && sizeof(ColoredTriangleRecord) == 64 &&
               sizeof(TexturedTriangleRecord) == 88 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
+using AnyRecord = std::array<std::byte, *std::max_element(record_bytes, record_bytes + record_kinds)>;  // room for one of any kind
 
 // What a primitive takes in memory while its bucket is built: its place in World, and what the cut needs.
 inline constexpr uint64_t record_memory[record_kinds] = {3 * 28 + 12 + 4 + cut_memory,
