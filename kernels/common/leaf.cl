@@ -4,6 +4,9 @@
 
 #include "common/bits.cl"
 #include "common/geometry.cl"
+#ifdef RP_CUTOUTS
+#include "common/primitive_ranges.cl"
+#endif
 
 // The closest hit so far.
 typedef struct rp_hit {
@@ -129,10 +132,32 @@ static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, con
     }
 }
 
-static inline bool rp_strip_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, float t_limit) {
+// What is asked of a leaf for a shadow ray.
+typedef struct rp_any_search {
+    float t_limit;
+#ifdef RP_CUTOUTS
+    const __global rp_primitive_range* ranges;
+    uint range_count;
+    bool met_cutout;  // it has met something that may be nothing, and passed that
+#endif
+} rp_any_search;
+
+// Whether a primitive that is hit stops the ray. ref: as in rp_hit.
+static inline bool rp_stops(rp_any_search* search, const rp_block_view* block, uint ref) {
+#ifdef RP_CUTOUTS
+    if (rp_may_be_nothing(search->ranges, search->range_count, rp_primitive_id(rp_block_of_nodes(block->nodes), ref))) {
+        search->met_cutout = true;
+        return false;
+    }
+#endif
+    return true;
+}
+
+static inline bool rp_strip_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, rp_any_search* search) {
     for (uint left = rp_strip_candidates(ray, shear, block, ref); left != 0u; left &= left - 1u) {
-        const float t = rp_strip_hit(ray, shear, block, ref, rp_lowest_bit(left));
-        if (t > 0.0f && t <= t_limit) return true;
+        const uint k = rp_lowest_bit(left);
+        const float t = rp_strip_hit(ray, shear, block, ref, k);
+        if (t > 0.0f && t <= search->t_limit && rp_stops(search, block, (ref & ~3u) | k)) return true;
     }
     return false;
 }
@@ -155,12 +180,12 @@ static inline void rp_spheres_closest(const rp_geometry* g, const rp_ray* ray, c
     }
 }
 
-static inline bool rp_spheres_any(const rp_ray* ray, const rp_block_view* block, uint ref, float t_limit) {
+static inline bool rp_spheres_any(const rp_ray* ray, const rp_block_view* block, uint ref, rp_any_search* search) {
     const uint first = rp_leaf_index(ref), end = first + rp_sphere_count(ref);
     const __global uint4* spheres = rp_spheres(rp_block_of_nodes(block->nodes));
     for (uint i = first; i < end; i++) {
         const float t = rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref));
-        if (t > 0.0f && t <= t_limit) return true;
+        if (t > 0.0f && t <= search->t_limit && rp_stops(search, block, rp_sphere_ref(ref, i))) return true;
     }
     return false;
 }
@@ -175,11 +200,11 @@ static inline void rp_leaf_closest(const rp_geometry* g, const rp_ray* ray, cons
         rp_strip_closest(g, ray, shear, block, block_index, ref, best);
 }
 
-static inline bool rp_leaf_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, float t_limit) {
+static inline bool rp_leaf_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, rp_any_search* search) {
 #ifndef RP_ONLY_TRIANGLES
-    if (ref & RP_LEAF_SPHERES) return rp_spheres_any(ray, block, ref, t_limit);
+    if (ref & RP_LEAF_SPHERES) return rp_spheres_any(ray, block, ref, search);
 #endif
-    return rp_strip_any(ray, shear, block, ref, t_limit);
+    return rp_strip_any(ray, shear, block, ref, search);
 }
 
 #endif

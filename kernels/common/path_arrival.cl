@@ -48,7 +48,7 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
     a.offset_exponent = rp_offset_exponent_of(status);
 #ifdef RP_CUTOUTS
     a.shadow = (a.flags & RP_PATH_SHADOW) != 0u;
-    a.passed = as_float(RP_PLANE(paths, RP_PLANE_NEXT, slot).w);
+    a.passed = status & RP_STATUS_CONNECTED ? 0.0f : as_float(RP_PLANE(paths, RP_PLANE_NEXT, slot).w);
 #ifdef RP_SHORT_STATES
     if (status & RP_STATUS_CAMERA) a.passed = 0.0f;
 #endif

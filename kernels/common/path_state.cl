@@ -100,7 +100,7 @@ static inline void rp_set_block_entry(const rp_paths* paths, uint slot, uint blo
 static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
     return RP_PHASE_EXTEND_WAITS | offset_exponent << RP_STATUS_OFFSET_SHIFT | kept;
 }
-static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | (status & RP_STATUS_ENDS); }
+static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | (status & (RP_STATUS_ENDS | RP_STATUS_MET_CUTOUT)); }
 
 // The ray of a slot waits for a block. waiting_status: one of the two above. requests: of all blocks.
 static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* requests) {
@@ -219,6 +219,9 @@ static inline void rp_unfold_connected(const rp_paths* paths, uint slot, uint st
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(RP_PLANE(paths, RP_PLANE_HIT, slot).xyz, density);
     RP_PLANE(paths, RP_PLANE_HIT, slot).w = RP_NONE;
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot).w = as_uint(INFINITY);
+#ifdef RP_CUTOUTS
+    rp_set_passed(paths, slot, 0.0f);
+#endif
 }
 
 // The same of any extension ray: what follows does not have to know in which form it was.
@@ -337,15 +340,17 @@ static inline void rp_begin_extension(const rp_paths* paths, uint slot, uint sta
 }
 
 #ifdef RP_CUTOUTS
-// As rp_begin_shadow below, where shadow rays are traced as extension rays. The path's flags are to be of the extension ray. In the queue shadow rays
-// come before others, as if they left the first vertex: work-items that shade together then do the same.
-static inline void rp_begin_shadow_as_extension(const rp_paths* paths, uint slot, uint status, float3 origin, float3 direction, float reach,
-                                                float3 light, bool ends, float3 next_direction, float density, uint sample) {
-    rp_begin_extension(paths, slot, status, 0u, origin, direction, 0.0f, sample);
-    ((__global float*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot))[3] = reach;
+// A shadow ray has met nothing that stops it for certain, but something that may: it is traced anew as an extension ray, whose path has its flags. In
+// the queue it comes before others, as if it left the first vertex: work-items that shade together then do the same.
+static inline void rp_trace_shadow_as_extension(const rp_paths* paths, uint slot, uint status) {
+    const uint4 origin = RP_PLANE(paths, RP_PLANE_ORIGIN, slot), direction = RP_PLANE(paths, RP_PLANE_DIRECTION, slot);
+    const uint4 hit = RP_PLANE(paths, RP_PLANE_HIT, slot), surface = RP_PLANE(paths, RP_PLANE_SURFACE, slot);
+    const float3 light = rp_light_in(hit, surface);
+    rp_begin_extension(paths, slot, status, 0u, as_float3(origin.xyz), as_float3(direction.xyz), 0.0f, surface.z);
+    ((__global uint*)&RP_PLANE(paths, RP_PLANE_ORIGIN, slot))[3] = origin.w;
     ((__global uint*)&RP_PLANE(paths, RP_PLANE_THROUGHPUT, slot))[3] |= RP_PATH_SHADOW;
-    RP_PLANE(paths, RP_PLANE_NEXT, slot) = (uint4)(as_uint3(next_direction), as_uint(reach));
-    RP_PLANE(paths, RP_PLANE_NEXT_START, slot) = (uint4)(as_uint3(origin), as_uint(ends ? -1.0f : density));
+    RP_PLANE(paths, RP_PLANE_NEXT, slot) = (uint4)(hit.xyz, origin.w);
+    RP_PLANE(paths, RP_PLANE_NEXT_START, slot) = (uint4)(origin.xyz, status & RP_STATUS_ENDS ? as_uint(-1.0f) : direction.w);
     RP_SLOT_WORD(paths, RP_RUN_LIGHT, slot) = as_uint(light.x);
     RP_SLOT_WORD(paths, RP_RUN_LIGHT + 1u, slot) = as_uint(light.y);
     RP_SLOT_WORD(paths, RP_RUN_LIGHT + 2u, slot) = as_uint(light.z);

@@ -3,25 +3,13 @@
 #include "common/noinline.cl"
 #include "common/film.cl"
 #include "common/path_state.cl"
+#include "common/primitive_ranges.cl"
 #include "common/queue.cl"
 #include "shading/scatter.cl"
 #include "shading/surface.cl"
 #ifdef RP_TEXTURES
 #include "shading/texture.cl"
 #endif
-
-// The range that primitive belongs to.
-static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint count, uint primitive) {
-    uint low = 0u, high = count - 1u;
-    while (low < high) {
-        const uint middle = (low + high + 1u) >> 1u;
-        if (ranges[middle].first_primitive <= primitive)
-            low = middle;
-        else
-            high = middle - 1u;
-    }
-    return low;
-}
 
 static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
                                    float3 direction, float bsdf_density, bool full) {
@@ -193,7 +181,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         a.primitive = rp_hit_primitive(RP_SHADE_GEOMETRY_OF, &hit);
 #ifdef RP_CUTOUTS
         // Of what stops a shadow ray for good nothing else is asked.
-        if (!a.shadow || (ranges[rp_find_range(ranges, params->range_count, a.primitive)].flags & RP_RANGE_CUTOUT) != 0u)
+        if (!a.shadow || rp_may_be_nothing(ranges, params->range_count, a.primitive))
 #endif
             rp_find_surface(RP_SHADE_GEOMETRY_OF, &a);
     }
@@ -311,19 +299,13 @@ static inline void rp_depart(__constant rp_render_params* params, const rp_paths
     rp_store_throughput_and_radiance(paths, slot, rp_float3(out->throughput), rp_path_flags(depth + 1u, specular, out->go_on ? out->refraction : 0),
                                      radiance, pixel);
 #ifdef RP_CUTOUTS
-    if (out->shadow)
-        rp_begin_shadow_as_extension(paths, slot, status, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach,
-                                     rp_float3(out->light), !out->go_on, direction, density, sample);
-    else
-        rp_set_passed(paths, slot, 0.0f);
-    if (!out->shadow) rp_begin_extension(paths, slot, status, 1u, rp_float3(out->start), direction, density, sample);
-#else
+    if (!out->shadow) rp_set_passed(paths, slot, 0.0f);
+#endif
     if (out->shadow)
         rp_begin_shadow(paths, slot, status, depth, rp_float3(out->start), rp_float3(out->light_direction), out->light_reach, rp_float3(out->light),
                         !out->go_on, direction, density, sample);
     else
         rp_begin_extension(paths, slot, status, depth, rp_float3(out->start), direction, density, sample);
-#endif
     mine[0] += out->go_on ? 1u : 0u;
     mine[1] += out->shadow ? 1u : 0u;
 }

@@ -9,16 +9,22 @@
 #undef RP_ANY_HIT
 
 static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* requests, uint round, const rp_paths* paths, uint slot,
+                                  __constant rp_render_params* params, const __global rp_primitive_range* ranges,
                                   __global uint* film RP_VISIT_PARAMETER) {
     const uint status = rp_status_of(paths, slot);
     const rp_shadow_ray ray = rp_shadow_of(paths, slot, status);
     rp_any_walk walk;
     uint stack[RP_STACK_SIZE];
     walk.ray = rp_make_ray(ray.origin, ray.direction);
-    walk.t_max = ray.t_max;
+    walk.search.t_limit = ray.t_max;
+#ifdef RP_CUTOUTS
+    walk.search.ranges = ranges;
+    walk.search.range_count = params->range_count;
+    walk.search.met_cutout = (status & RP_STATUS_MET_CUTOUT) != 0u;
+#endif
 #ifdef RP_RECORD
     if (!rp_visit_begin(&walk.visits, geometry, visit_words, requests, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
-    if (walk.visits.on && ray.block_entry == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, walk.t_max)) {
+    if (walk.visits.on && ray.block_entry == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, ray.t_max)) {
         rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
         return;  // begins anew in the next round
     }
@@ -31,20 +37,31 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     const uint block_entry = rp_any_block_entry(&walk);
     if (block_entry != RP_NONE) {
         rp_set_block_entry(paths, slot, block_entry);
-        rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_shadow_waits(status), requests);
+        uint seen = status;
+#ifdef RP_CUTOUTS
+        if (walk.search.met_cutout) seen |= RP_STATUS_MET_CUTOUT;
+#endif
+        rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_shadow_waits(seen), requests);
         return;
     }
+#ifdef RP_CUTOUTS
+    if (!walk.hit && walk.search.met_cutout) {
+        rp_trace_shadow_as_extension(paths, slot, status);
+        return;
+    }
+#endif
     const rp_path_end end = rp_finish_shadow(paths, slot, status, walk.hit);
-    if (end.ended) rp_film_add(film, end.pixel, end.radiance);
+    if (end.ended) rp_film_add(film, end.pixel, rp_film_limit(end.radiance, params->max_luminance, params->max_xyz));
 }
 
 __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
                          __global uint* restrict status, __global uint4* restrict planes, const __global uint* restrict counters,
+                         __constant rp_render_params* restrict params, const __global rp_primitive_range* restrict ranges,
                          __global uint* restrict film RP_VISIT_PARAMETER) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_connect_ray(&geometry, demand + RP_DEMAND_REQUESTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i),
-                       film RP_VISIT_ARGUMENT);
+        rp_connect_ray(&geometry, demand + RP_DEMAND_REQUESTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i), params,
+                       ranges, film RP_VISIT_ARGUMENT);
 }

@@ -62,7 +62,7 @@
         RP_STACK_DROP();             \
         w->current = RP_STACK_GET(); \
     } while (0)
-#define RP_END w->t_max
+#define RP_END w->search.t_limit
 #else
 #define RP_WALK rp_closest_walk
 #define RP_BEGIN rp_begin_closest
@@ -107,7 +107,7 @@ typedef struct RP_WALK {
     RP_STACK_ENTRY* top;  // where the next entry goes: NVIDIA's compiler makes two instructions less of it than of a depth
 #endif
 #if RP_ANY_HIT
-    float t_max;
+    rp_any_search search;
     bool hit;
 #else
     rp_hit best;
@@ -128,7 +128,7 @@ static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
 // At the end: the block entry to wait at, or RP_NONE if the walk is complete.
 static inline uint RP_STOPPED_AT(const RP_WALK* w) { return w->current == RP_REF_STOPPED ? w->block.leaves_at : RP_NONE; }
 
-// Puts the walk at block entry `start`, or at the beginning (RP_NONE). REQUIRES: ray, and t_max or best, are set.
+// Puts the walk at block entry `start`, or at the beginning (RP_NONE). REQUIRES: ray, and search or best, are set.
 static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
     w->shear = rp_make_shear(&w->ray);
     RP_TO_TOP(g, w);
@@ -196,7 +196,7 @@ static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
 // At a leaf.
 static inline void RP_LEAF(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack) {
 #if RP_ANY_HIT
-    if (!rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, w->t_max)) {
+    if (!rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, &w->search)) {
         RP_POP();
         return;
     }

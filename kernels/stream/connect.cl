@@ -7,6 +7,13 @@
 #include "stream/traverse.cl"
 #include "common/waiting_lists.cl"
 
+// What the shadow rays of a scene need beside its geometry.
+typedef struct rp_connect_scene {
+    __constant rp_render_params* params;
+    const __global rp_primitive_range* ranges;
+    __global uint* film;
+} rp_connect_scene;
+
 typedef struct rp_connect_rays {
     uint first, count;  // in the queue
     uint slot[RP_STREAM_RAYS], status[RP_STREAM_RAYS];
@@ -33,30 +40,43 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
         const uint r = rp_lowest(resumed);
         rp_resume_ray(s, r, g->block_entries, rp_block_entry_of(paths, c->slot[r]));
     }
+#ifdef RP_CUTOUTS
+    s->met_cutout = 0ul;
+    for (uint r = 0u; r < count; r++) s->met_cutout |= (c->status[r] & RP_STATUS_MET_CUTOUT) != 0u ? 1ul << r : 0ul;
+#endif
 }
 
 // Returns whether the ray waits from now on.
 static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint block_count,
-                                        volatile __global uint* demand, const rp_paths* paths, __global uint* film, rp_chains* chains) {
+                                        volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene, rp_chains* chains) {
     const bool occluded = !(s->active >> r & 1ul);
     const uint block_entry = occluded ? RP_NONE : rp_waits_at(s, r);
+    uint status = c->status[r];
+#ifdef RP_CUTOUTS
+    const bool met_cutout = (s->met_cutout >> r & 1ul) != 0ul;
+    if (!occluded && block_entry == RP_NONE && met_cutout) {
+        rp_trace_shadow_as_extension(paths, c->slot[r], status);
+        return false;
+    }
+    if (met_cutout) status |= RP_STATUS_MET_CUTOUT;
+#endif
     if (block_entry == RP_NONE) {
-        const rp_path_end end = rp_finish_shadow(paths, c->slot[r], c->status[r], occluded);
-        if (end.ended) rp_film_add(film, end.pixel, end.radiance);
+        const rp_path_end end = rp_finish_shadow(paths, c->slot[r], status, occluded);
+        if (end.ended) rp_film_add(scene->film, end.pixel, rp_film_limit(end.radiance, scene->params->max_luminance, scene->params->max_xyz));
         return false;
     }
     rp_set_block_entry(paths, c->slot[r], block_entry);
-    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_block_entry_block(g, block_entry), rp_shadow_waits(c->status[r]), demand, block_count);
+    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_block_entry_block(g, block_entry), rp_shadow_waits(status), demand, block_count);
     return true;
 }
 
 // Returns how many of them wait from now on.
 static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint block_count,
-                                           volatile __global uint* demand, const rp_paths* paths, __global uint* film) {
+                                           volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene) {
     rp_chains chains;
     rp_begin_chains(&chains, c->first / RP_STREAM_RAYS, true);
     uint waiting = 0u;
-    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, s, c, r, block_count, demand, paths, film, &chains) ? 1u : 0u;
+    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, s, c, r, block_count, demand, paths, scene, &chains) ? 1u : 0u;
     rp_end_chains(&chains, paths, demand, block_count);
     return waiting;
 }
@@ -64,7 +84,7 @@ static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream
 // As rp_extend_streams.
 static RP_NOINLINE void rp_connect_streams(const rp_geometry* g, rp_share share, const __global uchar* restrict wide_top, uint block_count,
                                            uint round, const __global uint* restrict queue, volatile __global uint* demand, rp_paths all_paths,
-                                           volatile __global uint* restrict counters, __global uint* restrict film) {
+                                           volatile __global uint* restrict counters, rp_connect_scene scene) {
     const rp_paths* const paths = &all_paths;
     rp_walk walks[RP_WALKS];
     rp_connect_rays rays[RP_WALKS];
@@ -76,13 +96,17 @@ static RP_NOINLINE void rp_connect_streams(const rp_geometry* g, rp_share share,
             rp_step(g, &walks[w], round, true);
             continue;
         }
-        if (rays[w].count != 0u) waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, film);
+        if (rays[w].count != 0u) waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &scene);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
             rp_load_connect_stream(g, paths, queue, &walks[w].stream, &rays[w], &share);
             rp_begin_walk(&walks[w], wide_top);
+#ifdef RP_CUTOUTS
+            walks[w].ranges = scene.ranges;
+            walks[w].range_count = scene.params->range_count;
+#endif
         }
     }
     if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);
@@ -91,9 +115,11 @@ static RP_NOINLINE void rp_connect_streams(const rp_geometry* g, rp_share share,
 #ifndef RP_WITHOUT_KERNELS
 __kernel void rp_connect_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                 const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
-                                volatile __global uint* restrict counters, __global uint* restrict film) {
+                                volatile __global uint* restrict counters, __constant rp_render_params* restrict params,
+                                const __global rp_primitive_range* restrict ranges, __global uint* restrict film) {
     const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
     const rp_paths paths = {slot_count, status, planes};
-    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, paths, counters, film);
+    const rp_connect_scene scene = {params, ranges, film};
+    rp_connect_streams(&geometry, rp_share_of(counters[RP_COUNT_SHADOW]), wide_top, block_count, round, queue, demand, paths, counters, scene);
 }
 #endif

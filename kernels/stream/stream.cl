@@ -43,6 +43,9 @@ typedef struct rp_stream {
     ulong active;   // rays that are still to be traced
     ulong resumed;  // rays that had waited at a block entry: they go on from there
     ulong stopped;  // rays that met an absent block
+#ifdef RP_CUTOUTS
+    ulong met_cutout;  // shadow rays that met something that may be nothing, and nothing else so far
+#endif
     // Places in a ray's order of visits: the distance at which it enters a block entry's bounds, and the block entry. See stream/traverse.cl.
     float16 from[RP_PACKETS], wait[RP_PACKETS];
     uint16 from_block_entry[RP_PACKETS], wait_block_entry[RP_PACKETS];

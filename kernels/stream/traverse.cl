@@ -11,6 +11,9 @@
 
 #include "common/geometry.cl"
 #include "common/prefetch.cl"
+#ifdef RP_CUTOUTS
+#include "common/primitive_ranges.cl"
+#endif
 #include "stream/wide_leaf.cl"
 #include "stream/wide_node.cl"
 
@@ -176,6 +179,10 @@ typedef struct rp_walk {
     bool leaf;
     const __global uchar *top, *top_end;
     float16 until[RP_PACKETS];
+#ifdef RP_CUTOUTS
+    const __global rp_primitive_range* ranges;  // of walks of shadow rays
+    uint range_count;
+#endif
 } rp_walk;
 
 static inline bool rp_in_top(const rp_walk* walk) { return walk->record >= walk->top && walk->record < walk->top_end; }
@@ -258,7 +265,14 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
                 }
             }
         } else {
-            const ulong hit = kind == RP_WIDE_TRIANGLES ? rp_hit_triangles(s, rays, content, any_hit) : rp_hit_spheres(s, rays, content, any_hit);
+            ulong hit = kind == RP_WIDE_TRIANGLES ? rp_hit_triangles(s, rays, content, any_hit) : rp_hit_spheres(s, rays, content, any_hit);
+#ifdef RP_CUTOUTS
+            // Which of the leaf's primitives a ray has hit is not known here. What is taken for a cut-out and is none only takes longer.
+            if (any_hit && hit != 0ul && rp_one_may_be_nothing(walk->ranges, walk->range_count, rp_ids_of_leaf(content), content->count)) {
+                s->met_cutout |= hit;
+                hit = 0ul;
+            }
+#endif
             if (any_hit) s->active &= ~hit;
         }
     }

@@ -325,10 +325,16 @@ static inline rp_ray rp_ray_of_stream(const rp_stream* s, uint r) {
 
 // rp_sphere.
 static inline const __global uint4* rp_leaf_spheres(const __global rp_wide_leaf* leaf) { return (const __global uint4*)(leaf + 2); }
+static inline const __global uint* rp_leaf_sphere_ids(const __global rp_wide_leaf* leaf) {
+    return (const __global uint*)(rp_leaf_spheres(leaf) + leaf->count);
+}
+static inline const __global uint* rp_ids_of_leaf(const __global rp_wide_leaf* leaf) {
+    return leaf->kind == RP_WIDE_TRIANGLES ? rp_leaf_ids(leaf) : rp_leaf_sphere_ids(leaf);
+}
 
 static inline ulong rp_hit_spheres(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
     const __global uint4* spheres = rp_leaf_spheres(leaf);
-    const __global uint* ids = (const __global uint*)(spheres + leaf->count);
+    const __global uint* ids = rp_leaf_sphere_ids(leaf);
     const uint kind = leaf->flags & RP_WIDE_POINTS ? RP_LEAF_POINTS : 0u;
     ulong hit = 0ul;
     do {

@@ -27,7 +27,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     if (!residency) return residency.status();
     tracer->residency_ = std::move(*residency);
     RAYPAGER_TRY(tracer->residency_->load_all(tracer->device_->kernels()));
-    auto geometry = GeometryBuffers::create(*tracer->device_, file.scene(), form, tracer->residency_->slabs(), tracer->residency_->page_table());
+    auto geometry = GeometryBuffers::create(*tracer->device_, file.scene(), form, tracer->residency_->slabs(), tracer->residency_->page_table(), false);
     if (!geometry) return geometry.status();
     tracer->geometry_ = std::make_unique<GeometryBuffers>(std::move(*geometry));
     struct Part {
@@ -68,12 +68,18 @@ Status StageTracer::make_slots(uint32_t count) {
     const Part parts[] = {{queue_, uint64_t{count} * sizeof(uint32_t)},
                           {counters_, RP_COUNTER_WORDS * sizeof(uint32_t)},
                           {film_, RP_FILM_WORDS * sizeof(uint32_t)},
-                          {kept_counters_, RP_COUNTER_WORDS * sizeof(uint32_t)}};
+                          {kept_counters_, RP_COUNTER_WORDS * sizeof(uint32_t)},
+                          {ranges_, sizeof(rp_primitive_range)}};
     for (const Part& part : parts) {
         auto buffer = device_->allocate(part.bytes, "rays to be measured");
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
+    rp_render_params params = {};
+    params.max_luminance = params.max_xyz = INFINITY;
+    auto uploaded = device_->upload(std::as_bytes(std::span(&params, 1)), "rays to be measured");
+    if (!uploaded) return uploaded.status();
+    params_ = std::move(*uploaded);
     return {};
 }
 
@@ -116,7 +122,7 @@ Result<double> StageTracer::trace() {
                      : persistent && purpose_ == RayPurpose::bounce ? extend_bounces_
                                                                     : extend_;
     round_++;
-    RAYPAGER_TRY(shadow ? geometry_->set(kernel, round_, slots, queue_, slots_.status(), slots_.planes(), counters_, film_)
+    RAYPAGER_TRY(shadow ? geometry_->set(kernel, round_, slots, queue_, slots_.status(), slots_.planes(), counters_, params_, ranges_, film_)
                         : geometry_->set(kernel, round_, slots, queue_, slots_.status(), slots_.planes(), counters_));
     Event event;
     if (persistent)

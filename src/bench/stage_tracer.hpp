@@ -52,7 +52,7 @@ private:
     std::unique_ptr<GeometryBuffers> geometry_;
     Kernel extend_, extend_bounces_, extend_surfaces_, connect_;
     PathSlots slots_, kept_slots_;
-    Buffer queue_, counters_, film_, kept_counters_;
+    Buffer queue_, counters_, film_, kept_counters_, params_, ranges_;
     size_t count_ = 0;
     RayPurpose purpose_ = RayPurpose::camera;
     uint32_t round_ = 0;

@@ -73,7 +73,7 @@ uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
-                                                const Buffer& page_table) {
+                                                const Buffer& page_table, bool cutouts) {
     GeometryBuffers result;
     result.form_ = form;
     result.slabs_ = &slabs;
@@ -84,7 +84,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
     if (scene.has_textures()) result.variants_ += "-DRP_TEXTURES ";
     if (scene.has_tangents()) result.variants_ += "-DRP_TANGENTS ";
-    if (scene.has_cutouts()) result.variants_ += "-DRP_CUTOUTS ";
+    if (cutouts && scene.has_cutouts()) result.variants_ += "-DRP_CUTOUTS ";
     if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();

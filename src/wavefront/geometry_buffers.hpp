@@ -24,9 +24,9 @@ constexpr uint64_t at_least_16(uint64_t bytes) { return bytes < 16 ? 16 : bytes;
 class GeometryBuffers {
 public:
     static uint64_t bytes(const BakedScene& scene, BlockForm form);
-    // slabs and page_table outlive this. form: of the blocks in the slabs.
+    // slabs and page_table outlive this. form: of the blocks in the slabs. cutouts: false for who measures rays alone, and nothing has to be cut out.
     static Result<GeometryBuffers> create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
-                                          const Buffer& page_table);
+                                          const Buffer& page_table, bool cutouts = true);
 
     const Buffer& pages() const { return *page_table_; }
     const Buffer& demand() const { return demand_; }       // arrays of abi/path.h

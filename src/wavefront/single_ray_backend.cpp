@@ -90,11 +90,11 @@ Status SingleRayBackend::set_tracing_arguments(Kernel& extend, uint32_t round) {
     const uint32_t slots = params_.slot_count;
     if (visit_settings_.capacity == 0) {
         RAYPAGER_TRY(geometry_.set(extend, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters));
-        return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film);
+        return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.params, b.ranges, b.film);
     }
     RAYPAGER_TRY(device_.kernels().fill_zero(visits_, RP_VISIT_RESERVED * sizeof(uint32_t), sizeof(uint32_t)));
     RAYPAGER_TRY(geometry_.set(extend, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, visits_));
-    return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film, visits_);
+    return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.params, b.ranges, b.film, visits_);
 }
 
 Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {

@@ -59,7 +59,7 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     const uint32_t group = device_.group_size();
     RAYPAGER_TRY(set_generate(generate_, round));
     RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * device_.profile().generate_groups * group, group, &events.generate));
-    RAYPAGER_TRY(geometry_.set(trace_, round.number, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.film));
+    RAYPAGER_TRY(geometry_.set(trace_, round.number, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.params, b.ranges, b.film));
     RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &events.extend));
     if (textures_)
         RAYPAGER_TRY(geometry_.set(shade_, round.number, b.textures, b.free_list, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue,

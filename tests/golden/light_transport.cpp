@@ -195,6 +195,19 @@ TEST(FilmResponse, limits_and_exposure_are_seen_in_the_picture) {
     }
 }
 
+// Paths that end behind a shadow ray are samples as others are. They were not limited.
+TEST(FilmResponse, limits_hold_for_paths_that_end_with_a_shadow_ray) {
+    Scene scene = reference::two_lights_plane(reference::PlaneLights::both).scene;
+    scene.film.max_luminance = 0.01f;
+    const Image image = render_scene(scene, 4, 1, Connection::queue, 0);
+    EXPECT_GT(mean_of(image), 0.005);
+    for (size_t i = 0; i < image.values.size(); i += 3) {
+        const float* const pixel = &image.values[i];
+        const auto limited = limit_sample({pixel[0], pixel[1], pixel[2]}, scene.film);
+        for (int c = 0; c < 3; c++) ASSERT_NEAR(pixel[c], limited[c], 1e-5) << "pixel " << i / 3;
+    }
+}
+
 TEST(LitPlane, point_and_distant_light_have_known_irradiance) {
     for (const auto lights : {reference::PlaneLights::point, reference::PlaneLights::distant, reference::PlaneLights::both}) {
         const reference::LitPlane plane = reference::two_lights_plane(lights);

@@ -21,7 +21,7 @@
 #define RP_PLANE_RADIANCE 3u
 #define RP_PLANE_HIT 4u
 #define RP_PLANE_SURFACE 5u
-// In scenes with cut-outs (RP_CUTOUTS), where shadow rays are traced as extension rays are, there are two more:
+// In scenes with cut-outs (RP_CUTOUTS), where shadow rays that meet some are traced as extension rays are, there are two more:
 //   RP_PLANE_NEXT        shadow: direction of the next extension ray xyz | how far the ray still has to go; extension: nothing | how far it has come
 //                        before its origin, which is behind the last thing that it has passed
 //   RP_PLANE_NEXT_START  shadow: where the next extension ray begins xyz | its density; less than 0: there is none
@@ -86,6 +86,7 @@
 #define RP_STATUS_CONNECTED 0x800u
 #define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
 #define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
+#define RP_STATUS_MET_CUTOUT 0x8u  // shadow ray: something on its way may be nothing, and nothing has stopped it so far
 #define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its block entry, or from the texels that it has
 // With single rays (stages built with RP_SHORT_STATES):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
