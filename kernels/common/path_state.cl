@@ -59,6 +59,10 @@ static inline uint rp_last_block_of(uint status) { return status >> RP_STATUS_BL
 static inline uint rp_last_block_bits(uint block) { return min(block, ~0u >> RP_STATUS_BLOCK_SHIFT) << RP_STATUS_BLOCK_SHIFT; }
 static inline uint rp_offset_exponent_of(uint status) { return status >> RP_STATUS_OFFSET_SHIFT & RP_STATUS_OFFSET_MASK; }
 
+// Of a shadow ray: whether something on its way may be nothing, and nothing has stopped it.
+static inline bool rp_has_met_cutout(uint status) { return (status & RP_STATUS_MET_CUTOUT) != 0u; }
+static inline uint rp_with_cutout_met(uint status, bool met) { return met ? status | RP_STATUS_MET_CUTOUT : status; }
+
 // With streams: what becomes of the status word of a ray whose block has come. shadow: whether it is a shadow ray.
 static inline uint rp_woken_status(uint status, bool shadow, uint block) {
 #ifdef RP_TEXTURES

@@ -20,17 +20,20 @@ static inline uint rp_find_range(const __global rp_primitive_range* ranges, uint
 static inline bool rp_may_be_nothing(const __global rp_primitive_range* ranges, uint count, uint primitive) {
     return (ranges[rp_find_range(ranges, count, primitive)].flags & RP_RANGE_CUTOUT) != 0u;
 }
-// The same of any of several primitives, which are mostly of one range.
-static inline bool rp_one_may_be_nothing(const __global rp_primitive_range* ranges, uint range_count, const __global uint* primitives, uint count) {
-    uint first = 0u, end = 0u;  // primitives of the range looked at last
+// The same of several primitives, which are mostly of one range: a bit of each.
+static inline uint rp_which_may_be_nothing(const __global rp_primitive_range* ranges, uint range_count, const __global uint* primitives, uint count) {
+    uint first = 0u, end = 0u, found = 0u;  // primitives of the range looked at last
+    bool nothing = false;
     for (uint i = 0u; i < count; i++) {
-        if (primitives[i] >= first && primitives[i] < end) continue;
-        const uint range = rp_find_range(ranges, range_count, primitives[i]);
-        if (ranges[range].flags & RP_RANGE_CUTOUT) return true;
-        first = ranges[range].first_primitive;
-        end = range + 1u < range_count ? ranges[range + 1u].first_primitive : ~0u;
+        if (primitives[i] < first || primitives[i] >= end) {
+            const uint range = rp_find_range(ranges, range_count, primitives[i]);
+            nothing = (ranges[range].flags & RP_RANGE_CUTOUT) != 0u;
+            first = ranges[range].first_primitive;
+            end = range + 1u < range_count ? ranges[range + 1u].first_primitive : ~0u;
+        }
+        found |= (nothing ? 1u : 0u) << i;
     }
-    return false;
+    return found;
 }
 #endif
 

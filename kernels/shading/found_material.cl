@@ -68,10 +68,10 @@ static inline int rp_find_material(const rp_textures* t, __constant rp_render_pa
 #ifdef RP_CUTOUTS
     if (depth != 0u || a->passed != 0.0f) cone = rp_cone_of(paths, slot);
     // Numbers of their own for each place: a ray may pass many, and a sphere twice.
-    const uint purpose = a->shadow ? RP_RANDOM_SHADOW : RP_RANDOM_MIX, flips = rp_flips_at(a);
+    const uint flips = rp_flips_at(a);
 #else
     if (depth != 0u) cone = rp_cone_of(paths, slot);
-    const uint purpose = RP_RANDOM_MIX, flips = 0u;
+    const uint flips = 0u;
 #endif
     cone.width += cone.spread * a->distance;
     uint have = resumed ? rp_texels_had(paths, slot) : 0u;
@@ -104,7 +104,8 @@ static inline int rp_find_material(const rp_textures* t, __constant rp_render_pa
         }
 #ifdef RP_LAYERED
         if (own->kind == RP_MATERIAL_MIX && i < RP_MAX_MIXES) {
-            number = rp_chosen_of_mix(own, rp_mix_numbers(params, a->pixel, a->sample, depth, purpose) ^ flips, i);
+            number = rp_chosen_of_mix(
+                own, rp_mix_numbers(params, a->pixel, a->sample, depth, RP_IS_SHADOW(a) ? RP_RANDOM_SHADOW : RP_RANDOM_MIX) ^ flips, i);
             if (number != RP_NONE) continue;
             if (!RP_IS_SHADOW(a)) rp_set_cone(paths, slot, cone);
             return RP_FOUND_NOTHING;

@@ -20,7 +20,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 #ifdef RP_CUTOUTS
     walk.search.ranges = ranges;
     walk.search.range_count = params->range_count;
-    walk.search.met_cutout = (status & RP_STATUS_MET_CUTOUT) != 0u;
+    walk.search.met_cutout = rp_has_met_cutout(status);
 #endif
 #ifdef RP_RECORD
     if (!rp_visit_begin(&walk.visits, geometry, visit_words, requests, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
@@ -39,7 +39,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
         rp_set_block_entry(paths, slot, block_entry);
         uint seen = status;
 #ifdef RP_CUTOUTS
-        if (walk.search.met_cutout) seen |= RP_STATUS_MET_CUTOUT;
+        seen = rp_with_cutout_met(seen, walk.search.met_cutout);
 #endif
         rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_shadow_waits(seen), requests);
         return;
@@ -62,6 +62,6 @@ __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, u
     const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_connect_ray(&geometry, demand + RP_DEMAND_REQUESTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i), params,
-                       ranges, film RP_VISIT_ARGUMENT);
+        rp_connect_ray(&geometry, demand + RP_DEMAND_REQUESTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i), params, ranges,
+                       film RP_VISIT_ARGUMENT);
 }

@@ -42,7 +42,7 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
     }
 #ifdef RP_CUTOUTS
     s->met_cutout = 0ul;
-    for (uint r = 0u; r < count; r++) s->met_cutout |= (c->status[r] & RP_STATUS_MET_CUTOUT) != 0u ? 1ul << r : 0ul;
+    for (uint r = 0u; r < count; r++) s->met_cutout |= rp_has_met_cutout(c->status[r]) ? 1ul << r : 0ul;
 #endif
 }
 
@@ -58,7 +58,7 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
         rp_trace_shadow_as_extension(paths, c->slot[r], status);
         return false;
     }
-    if (met_cutout) status |= RP_STATUS_MET_CUTOUT;
+    status = rp_with_cutout_met(status, met_cutout);
 #endif
     if (block_entry == RP_NONE) {
         const rp_path_end end = rp_finish_shadow(paths, c->slot[r], status, occluded);

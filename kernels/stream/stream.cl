@@ -45,6 +45,7 @@ typedef struct rp_stream {
     ulong stopped;  // rays that met an absent block
 #ifdef RP_CUTOUTS
     ulong met_cutout;  // shadow rays that met something that may be nothing, and nothing else so far
+    uint tested;       // of the leaf that is visited, the primitives that are looked at, as bits
 #endif
     // Places in a ray's order of visits: the distance at which it enters a block entry's bounds, and the block entry. See stream/traverse.cl.
     float16 from[RP_PACKETS], wait[RP_PACKETS];

@@ -224,6 +224,28 @@ static inline const float16* rp_until(rp_walk* walk) {
     return walk->until;
 }
 
+static inline ulong rp_hit_primitives(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
+    return leaf->kind == RP_WIDE_TRIANGLES ? rp_hit_triangles(s, rays, leaf, any_hit) : rp_hit_spheres(s, rays, leaf, any_hit);
+}
+
+// The rays against all primitives of a leaf. Returns those that are stopped by one, if any_hit is set.
+static inline ulong rp_visit_leaf(rp_walk* walk, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
+    rp_stream* s = &walk->stream;
+#ifdef RP_CUTOUTS
+    const uint all = (1u << leaf->count) - 1u;
+    const uint passed = any_hit ? rp_which_may_be_nothing(walk->ranges, walk->range_count, rp_ids_of_leaf(leaf), leaf->count) : 0u;
+    ulong stopped = 0ul;
+    s->tested = all & ~passed;
+    if (s->tested != 0u) stopped = rp_hit_primitives(s, rays, leaf, any_hit);
+    s->tested = passed;
+    rays &= ~(stopped | s->met_cutout);
+    if (passed != 0u && rays != 0ul) s->met_cutout |= rp_hit_primitives(s, rays, leaf, any_hit);
+    return stopped;
+#else
+    return rp_hit_primitives(s, rays, leaf, any_hit);
+#endif
+}
+
 // Visits a record and finds the next one. When the walk has ended, the stream's t, primitive and hit_* tell the closest hits, or, if any_hit
 // is set, rays that hit something are not active any more; rp_waits_at: where they wait.
 static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, const bool any_hit) {
@@ -265,14 +287,7 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
                 }
             }
         } else {
-            ulong hit = kind == RP_WIDE_TRIANGLES ? rp_hit_triangles(s, rays, content, any_hit) : rp_hit_spheres(s, rays, content, any_hit);
-#ifdef RP_CUTOUTS
-            // Which of the leaf's primitives a ray has hit is not known here. What is taken for a cut-out and is none only takes longer.
-            if (any_hit && hit != 0ul && rp_one_may_be_nothing(walk->ranges, walk->range_count, rp_ids_of_leaf(content), content->count)) {
-                s->met_cutout |= hit;
-                hit = 0ul;
-            }
-#endif
+            const ulong hit = rp_visit_leaf(walk, rays, content, any_hit);
             if (any_hit) s->active &= ~hit;
         }
     }

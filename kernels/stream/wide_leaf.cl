@@ -29,6 +29,13 @@
 #endif
 #endif
 
+// Which primitives of a leaf are tested, as bits.
+#ifdef RP_CUTOUTS
+#define RP_TESTED(stream, leaf) ((stream)->tested)
+#else
+#define RP_TESTED(stream, leaf) ((1u << (leaf)->count) - 1u)
+#endif
+
 // Where the parts of a leaf of triangles are.
 static inline const __global float* rp_leaf_coordinates(const __global rp_wide_leaf* leaf) { return (const __global float*)(leaf + 1); }
 static inline const __global uchar* rp_leaf_corners(const __global rp_wide_leaf* leaf) {
@@ -128,7 +135,7 @@ static inline ulong rp_rays_hit_triangles(rp_stream* s, ulong rays, const __glob
             rp_gather_corners_of_few(leaf, corners + first, &eight);
         else
             rp_gather_corners(leaf, corners + first, &eight);
-        const uint lanes = ((1u << count) - 1u) >> first & 255u;
+        const uint lanes = RP_TESTED(s, leaf) >> first & 255u;
         for (ulong left = rays; left != 0ul; left &= left - 1ul) {
             const uint r = rp_lowest(left);
             if (rp_ray_hits_eight(s, r, leaf, &eight, lanes, first, ids, any_hit)) hit |= 1ul << r;
@@ -150,7 +157,7 @@ static inline bool rp_ray_hits_triangles(rp_stream* s, uint r, const __global rp
     const float16 x = rx - RP_OF_RAY(s->shear[0], r) * rz, y = ry - RP_OF_RAY(s->shear[1], r) * rz;
     rp_edges_16 edges;
     const uint inside = rp_inside_16(rp_pick16(x, a), rp_pick16(y, a), rp_pick16(x, b), rp_pick16(y, b), rp_pick16(x, c), rp_pick16(y, c),
-                                     (1u << leaf->count) - 1u, &edges);
+                                     RP_TESTED(s, leaf), &edges);
     if (inside == 0u) return false;
     const rp_vector_16 pa = {rp_pick16(rx, a), rp_pick16(ry, a), rp_pick16(rz, a)}, pb = {rp_pick16(rx, b), rp_pick16(ry, b), rp_pick16(rz, b)};
     const rp_vector_16 pc = {rp_pick16(rx, c), rp_pick16(ry, c), rp_pick16(rz, c)};
@@ -194,7 +201,7 @@ static inline float16 rp_two8(float first, float second) { return (float16)((flo
 static inline uint rp_two_rays_hit_triangles(rp_stream* s, uint r, uint q, const __global rp_wide_leaf* leaf, uint16 a, uint16 b, uint16 c,
                                              const __global uint* ids, const bool any_hit) {
     const rp_seen_vertices v = rp_see_vertices(s, r, leaf), w = rp_see_vertices(s, q, leaf);
-    const uint lanes = (1u << leaf->count) - 1u;
+    const uint lanes = RP_TESTED(s, leaf);
     rp_edges_16 edges;
     const uint inside = rp_inside_16(RP_PICK_OF_BOTH(x, a), RP_PICK_OF_BOTH(y, a), RP_PICK_OF_BOTH(x, b), RP_PICK_OF_BOTH(y, b),
                                      RP_PICK_OF_BOTH(x, c), RP_PICK_OF_BOTH(y, c), lanes | lanes << 8, &edges);
@@ -276,6 +283,9 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
         inside_of[k] = rp_inside_16(x[a], y[a], x[b], y[b], x[c], y[c], lanes, &edges[k]);
         candidates |= (inside_of[k] != 0u ? 1u : 0u) << k;
     }
+#ifdef RP_CUTOUTS
+    candidates &= RP_TESTED(s, leaf);
+#endif
     uint hit_any = 0u;
     for (; candidates != 0u; candidates &= candidates - 1u) {
         const uint k = rp_lowest(candidates), inside = inside_of[k] & lanes;
@@ -347,6 +357,9 @@ static inline ulong rp_hit_spheres(rp_stream* s, ulong rays, const __global rp_w
             distance[k] = rp_hit_sphere(&ray, rp_decode_sphere(spheres[k], kind));
             if (distance[k] > 0.0f && distance[k] <= RP_OF_RAY(s->t, r)) hits |= 1u << k;
         }
+#ifdef RP_CUTOUTS
+        hits &= RP_TESTED(s, leaf);
+#endif
         if (hits == 0u) continue;
         if (any_hit)
             hit |= 1ul << r;

@@ -27,7 +27,8 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     if (!residency) return residency.status();
     tracer->residency_ = std::move(*residency);
     RAYPAGER_TRY(tracer->residency_->load_all(tracer->device_->kernels()));
-    auto geometry = GeometryBuffers::create(*tracer->device_, file.scene(), form, tracer->residency_->slabs(), tracer->residency_->page_table(), false);
+    auto geometry =
+        GeometryBuffers::create(*tracer->device_, file.scene(), form, tracer->residency_->slabs(), tracer->residency_->page_table(), false);
     if (!geometry) return geometry.status();
     tracer->geometry_ = std::make_unique<GeometryBuffers>(std::move(*geometry));
     struct Part {

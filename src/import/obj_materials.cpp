@@ -18,6 +18,24 @@ constexpr size_t max_materials = size_t{1} << 20;
 
 float largest(const Float3& c) { return std::max({c.x, c.y, c.z}); }
 
+// Whether an image is of normals, by the colour of its upper rows: nearly all that it says is "along the surface's own". Exporters write such images
+// as map_Bump, which is for heights.
+bool shows_normals(const ImageSource& image) {
+    const auto shape = image.shape();
+    if (!shape || shape->channels < 3 || (shape->kind != TexelKind::unsigned_8 && shape->kind != TexelKind::unsigned_16)) return false;
+    std::array<double, 3> sum = {};
+    size_t texels = 0;
+    const size_t value_bytes = shape->kind == TexelKind::unsigned_8 ? 1 : 2;
+    const auto add_rows = [&](std::span<const std::byte> rows) {
+        for (size_t at = 0; at + shape->channels * value_bytes <= rows.size(); at += shape->channels * value_bytes, texels++)
+            for (size_t c = 0; c < 3; c++) sum[c] += std::to_integer<int>(rows[at + (c + 1) * value_bytes - 1]) / 255.0;  // its high byte
+        return Status::failed("enough was seen");
+    };
+    (void)image.read(add_rows);
+    const auto mean = [&](size_t c) { return sum[c] / static_cast<double>(texels); };
+    return texels > 0 && mean(2) > 0.75 && std::abs(mean(0) - 0.5) < 0.15 && std::abs(mean(1) - 0.5) < 0.15;
+}
+
 class LibraryReader {
 public:
     LibraryReader(const InputFile& file, ObjLibraries& out)
@@ -81,9 +99,25 @@ private:
         if (key == "map_ks") return image(line, m.specular_map);
         if (key == "map_pr") return image(line, m.roughness_map);
         if (key == "map_d") return image(line, m.opacity_map);
-        if (key.starts_with("map_") || key == "bump" || key == "disp" || key == "decal" || key == "refl" || key == "norm")
-            if (images_++ == 0) first_image_ = fmt::format("\"{}\" {}", key, clipped(words_.back()));
+        if (key == "norm") return image(line, m.normal_map);
+        if (key == "map_bump" || key == "bump") return bump(line, m);
+        if (key.starts_with("map_") || key == "disp" || key == "decal" || key == "refl") leave_out_image();
         // All others say nothing that is used.
+    }
+
+    void leave_out_image() {
+        if (images_++ == 0) first_image_ = fmt::format("\"{}\" {}", words_[0], clipped(words_.back()));
+    }
+
+    // Heights are left out: how much they are in the units of the model is not said.
+    void bump(std::string_view line, ObjMaterial& m) {
+        std::optional<ObjImage> found;
+        image(line, found);
+        if (!found) return;
+        if (shows_normals(*image_file_source(found->path, {ImageEncoding::Kind::linear, 1})))
+            m.normal_map = found;
+        else
+            leave_out_image();
     }
 
     void bad() {
@@ -251,7 +285,9 @@ Texture texture_of(const ObjImage& image, const Float3& factor, ImageEncoding::K
 
 }  // namespace
 
-TexturedMaterial engine_material(const ObjMaterial& m) {
+namespace {
+
+TexturedMaterial smooth_material(const ObjMaterial& m) {
     // By the number of the illumination model, or by what can be seen through: glass.
     const bool glass_model = m.illumination == 4 || m.illumination == 6 || m.illumination == 7 || m.illumination == 9;
     if ((glass_model && (m.opacity < 1 || m.ior > 1)) || (m.opacity < 1 && m.ior > 1))
@@ -284,6 +320,17 @@ TexturedMaterial engine_material(const ObjMaterial& m) {
         result.textures.push_back({RP_PARAMETER_ALPHA, roughness * roughness});
     }
     if (result.textures.empty()) result.material = with_opacity(result.material, static_cast<float>(m.opacity));
+    return result;
+}
+
+}  // namespace
+
+TexturedMaterial engine_material(const ObjMaterial& m) {
+    TexturedMaterial result = smooth_material(m);
+    if (!m.normal_map || result.material.kind == RP_MATERIAL_MIX) return result;
+    ObjImage normals = *m.normal_map;
+    normals.base = 0, normals.gain = 1;
+    result.textures.push_back({RP_PARAMETER_NORMAL, texture_of(normals, {1, 1, 1}, ImageEncoding::Kind::linear)});
     return result;
 }
 

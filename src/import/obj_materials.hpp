@@ -31,6 +31,7 @@ struct ObjMaterial {
     int illumination = -1;                                                          // illum; -1: not said
     std::optional<double> roughness, metallic;                                      // Pr, Pm
     std::optional<ObjImage> diffuse_map, specular_map, roughness_map, opacity_map;  // map_Kd, map_Ks, map_Pr, map_d
+    std::optional<ObjImage> normal_map;                                             // norm, and map_Bump where that is one
     bool names_image = false;                                                       // map_Kd, found or not
 };
 

@@ -78,8 +78,8 @@ const PictureCase picture_cases[] = {
      }},  // images in pages, of which a path looks up several
     {"cutouts",
      [] {
-         return reference::hedge(60, {48, 36});
-     }},  // rays of all kinds pass what images cut away
+         return reference::hedge(60, {48, 36}, true);
+     }},  // rays of all kinds pass what images cut away, also just before what stops them
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }
@@ -108,6 +108,9 @@ protected:
 
     // Whether this scene is to be drawn with the next combination of options: a third of them, so that all come with some of the scenes.
     bool is_its_turn() { return turns_.take(); }
+    // The same where each combination takes kernels of its own: every other scene has those of one test, the rest those of the other.
+    static bool has_slabs() { return number_of_scene() % 2 == 1 || support::thorough(); }
+    static bool has_persistent_threads() { return number_of_scene() % 2 == 0 || support::thorough(); }
 
     static uint64_t number_of_scene() {
         return static_cast<uint64_t>(std::find_if(std::begin(picture_cases), std::end(picture_cases),
@@ -202,7 +205,7 @@ TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
     const uint64_t small = std::max<uint64_t>(40 << 10, file_->scene().largest_pageable(support::default_form()));
     for (const uint64_t slab : {uint64_t{0}, small})
         for (const uint32_t loads : {1u, 4u}) {
-            if (!is_its_turn()) continue;
+            if (!is_its_turn() || (slab != 0 && !has_slabs())) continue;
             support::TestOptions options = base_;
             options.geometry_limit_percent = 30;
             options.instruments.slab_bytes = slab;
@@ -255,6 +258,7 @@ TEST_P(SamePicture, ray_by_ray_and_in_streams) {
 
 // As on devices whose lanes can vote, with vectors of one lane, and the lowest entries of stacks in local memory.
 TEST_P(SamePicture, by_persistent_threads) {
+    if (!has_persistent_threads()) GTEST_SKIP() << "other scenes are traced so, and all with RAYPAGER_THOROUGH";
     for (const double percent : {100.0, 20.0, 0.001}) {
         if (!is_its_turn()) continue;
         support::TestOptions options = base_;

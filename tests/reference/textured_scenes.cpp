@@ -182,7 +182,7 @@ Scene textured_hills(uint32_t n, PictureSize size) {
     return builder.finish();
 }
 
-Scene hedge(uint32_t n, PictureSize size) {
+Scene hedge(uint32_t n, PictureSize size, bool decals) {
     SceneBuilder builder(size);
     builder.camera({0, 1, 4}, {0, 0.9, 0}, {0, 1, 0}, 40);
     const uint32_t green = painted(builder, Texture::image(colored_tiles("leaves", 200, 5), image_op(), std::nullopt));
@@ -200,6 +200,10 @@ Scene hedge(uint32_t n, PictureSize size) {
     }
     builder.add("wall", quad({-2, 0, -1}, {4, 0, 0}, {0, 2, 0}, 8), builder.material(diffuse({0.7, 0.7, 0.7})));
     builder.add("leaves", std::move(leaves), leaf);
+    if (decals) {
+        builder.add("sheet", quad({-0.4, 2.2, 0.8}, {0.8, 0, 0}, {0, 0, 0.6}), builder.material(diffuse({0.5, 0.5, 0.5})));
+        builder.add("decals", mapped_quad({-0.4, 2.1999995, 0.8}, {0.8, 0, 0}, {0, 0, 0.6}), leaf);
+    }
     builder.shine(builder.add("lamp", quad({-0.5, 2.5, 1}, {1, 0, 0}, {0, 0, 1}), builder.material(absorber())), {6, 6, 5});
     builder.infinite_light({0.3, 0.35, 0.4});
     return builder.finish();

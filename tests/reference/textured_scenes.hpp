@@ -11,7 +11,8 @@ namespace raypager::reference {
 Scene textured_room(bool with_cutouts, PictureSize size = {});
 // Hills of 2 n^2 triangles under images of several pages, with their levels: of bytes, of halves and of grey.
 Scene textured_hills(uint32_t n, PictureSize size = {});
-// A hedge of n x n leaves, which are squares of which an image cuts the shapes, before a wall.
-Scene hedge(uint32_t n, PictureSize size = {});
+// A hedge of n x n leaves, which are squares of which an image cuts the shapes, before a wall. decals: also a sheet under the lamp, and
+// another with holes right before it, closer than rays that pass the one begin behind it.
+Scene hedge(uint32_t n, PictureSize size = {}, bool decals = false);
 
 }  // namespace raypager::reference

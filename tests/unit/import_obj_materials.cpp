@@ -128,10 +128,29 @@ TEST(ImportObjMaterials, WhatIsMissingIsSaidOnce) {
     folder.write("c.mtl", "newmtl a\nKd 0.1 0.2\nmap_Kd bricks.png\nbump dents.png\nnonsense\nNs x\n");
     const auto odd = import_scene({folder.write("c.obj", "mtllib c.mtl\nusemtl a\n" + two_triangles + "f 1 2 3\n")});
     ASSERT_TRUE(odd.ok());
-    ASSERT_EQ(odd->warnings.size(), 3u) << joined(odd->warnings);
+    ASSERT_EQ(odd->warnings.size(), 2u) << joined(odd->warnings);
     EXPECT_NE(odd->warnings[0].find("c.mtl:6: \"Ns\" cannot be understood; 1 such line is skipped"), std::string::npos) << odd->warnings[0];
-    EXPECT_NE(odd->warnings[2].find("an image map is left out: 1 cannot be found, e.g. bricks.png"), std::string::npos) << odd->warnings[2];
-    EXPECT_NE(odd->warnings[1].find("1 of a kind that is not supported, e.g. \"bump\" dents.png"), std::string::npos) << odd->warnings[1];
+    EXPECT_NE(odd->warnings[1].find("image maps are left out: 2 cannot be found, e.g. bricks.png"), std::string::npos) << odd->warnings[1];
+}
+
+// Exporters write normal maps as bump maps. Heights in unknown units are left out.
+TEST(ImportObjMaterials, BumpMapsThatAreOfNormalsTurnThem) {
+    const auto parameters = [](const std::string& statement, const std::string& pixels) {
+        const TemporaryFolder folder;
+        folder.write("a.ppm", "P6 2 1 255\n" + pixels + pixels);
+        folder.write("a.mtl", "newmtl m\nKd 1 1 1\n" + statement + " a.ppm\n");
+        const ObjLibraries libraries = read_obj_libraries(folder / "a.obj", {"a.mtl"});
+        std::string found = std::to_string(libraries.warnings.size());
+        for (const auto& p : engine_material(libraries.materials.at(0)).textures) found += p.parameter == RP_PARAMETER_NORMAL ? " normal" : " other";
+        return found;
+    };
+    const std::string flat = "\x80\x80\xff", grey = "\xc0\xc0\xc0", dim = "\x40\x40\xff";
+    EXPECT_EQ(parameters("map_Bump -bm 0.3", flat), "0 normal");
+    EXPECT_EQ(parameters("bump", flat), "0 normal");
+    EXPECT_EQ(parameters("norm", dim), "0 normal");
+    EXPECT_EQ(parameters("map_bump", grey), "1");
+    EXPECT_EQ(parameters("map_bump", dim), "1");
+    EXPECT_EQ(parameters("disp", flat), "1");
 }
 
 ObjMaterial material(const std::string& text) {
