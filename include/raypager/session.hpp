@@ -116,8 +116,10 @@ struct RenderReport {
         uint64_t total() const { return camera + bounce + shadow; }
     } rays;
     struct Paging {
-        uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, requests_without_hit = 0;
-    } paging;  // requests_without_hit: rays that waited for a block and hit nothing in it
+        uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0;
+        uint64_t requests_without_hit = 0;  // rays that waited for a block and hit nothing in it
+        uint64_t texture_waits = 0;         // times that a path waited for a page of a texture, of this run alone
+    } paging;
     uint64_t clamped_samples = 0;
     uint64_t recorded_paths = 0;  // in the file of RecordOptions
 };

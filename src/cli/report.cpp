@@ -208,7 +208,8 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"evictions", paging.evictions},
               {"bytes_loaded", paging.bytes_loaded},
               {"rounds", paging.rounds},
-              {"wants_without_hit", paging.requests_without_hit}}},
+              {"wants_without_hit", paging.requests_without_hit},
+              {"texture_waits", paging.texture_waits}}},
             {"checkpoint", {{"runs", report.checkpoint.runs}, {"written", report.checkpoint.written}}},
             {"settings", settings_json(settings, effective, scene, report)}};
 }

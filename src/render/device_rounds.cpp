@@ -70,6 +70,7 @@ Status DeviceRounds::start() {
 Status DeviceRounds::finish() {
     ended_++;
     RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
+    texture_waits_ += counters_.textured_slots();
     fill_by_waits();
     return {};
 }

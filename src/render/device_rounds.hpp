@@ -36,6 +36,7 @@ public:
     Status wait_for_block();
 
     const RoundCounters& counters() const { return counters_; }
+    uint64_t texture_waits() const { return texture_waits_; }  // that have ended
     uint32_t slots() const { return plan_.params.slot_count; }
     uint32_t ready_rays() const { return counters_.extend_rays() + counters_.shadow_rays() + counters_.textured_slots(); }
     bool all_idle() const { return counters_.idle_slots() == slots(); }
@@ -66,6 +67,7 @@ private:
     std::unique_ptr<Residency> residency_;
     std::unique_ptr<Wavefront> wavefront_;
     RoundCounters counters_;
+    uint64_t texture_waits_ = 0;
     std::span<const uint32_t> demand_;
     uint32_t started_ = 0, ended_ = 0;
     double stall_seconds_ = 0;

@@ -279,7 +279,7 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
     report.seconds.snapshots = snapshot_seconds_;
     report.seconds.build = rounds_->device().build_seconds();
     report.rays = {done.camera_rays, done.bounce_rays, done.shadow_rays};
-    report.paging = {done.loads, done.evictions, done.bytes_loaded, done.rounds, done.requests_without_hit};
+    report.paging = {done.loads, done.evictions, done.bytes_loaded, done.rounds, done.requests_without_hit, rounds_->texture_waits()};
     return report;
 }
 

@@ -1,7 +1,6 @@
 // The mean of many lookups on the device against what OpenImageIO's texture system filters: bilinear within a level, on the levels that a filter as
-// wide as one of their texels takes. The images are
-// squares of a power of two: of other sizes OpenImageIO makes levels from other areas, and it takes the width along each axis for a filter of its
-// own. Between levels it blends by the width itself, not by its logarithm, so that is compared nowhere.
+// wide as one of their texels takes. The images are squares of a power of two: of other sizes OpenImageIO makes levels from other areas, and it takes
+// the width along each axis for a filter of its own. Between levels it blends by the width itself, not by its logarithm, so that is compared nowhere.
 #include <OpenImageIO/imageio.h>
 #include <OpenImageIO/texture.h>
 #include <gtest/gtest.h>

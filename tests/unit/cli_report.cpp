@@ -58,7 +58,7 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     EXPECT_EQ(keys_of(json["seconds"]), (Keys{"total", "bake", "render", "trace", "stall", "kernel_build", "checkpoints", "stages"}));
     EXPECT_EQ(keys_of(json["checkpoint"]), (Keys{"runs", "written"}));
     EXPECT_EQ(keys_of(json["rays"]), (Keys{"camera", "bounce", "shadow", "total", "per_second"}));
-    EXPECT_EQ(keys_of(json["paging"]), (Keys{"policy", "loads", "evictions", "bytes_loaded", "rounds", "wants_without_hit"}));
+    EXPECT_EQ(keys_of(json["paging"]), (Keys{"policy", "loads", "evictions", "bytes_loaded", "rounds", "wants_without_hit", "texture_waits"}));
     for (const char* option :
          {"device",         "memory_limit", "geometry_limit",   "host_limit", "spp",       "time",      "size",         "max_depth",
           "seed",           "paths",        "policy",           "connection", "traversal", "camera",    "point_radius", "point_scale",
