@@ -35,7 +35,7 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     rp_run_closest(&geometry, &walk, stack, 1u);
     rp_any_walk any;
     any.ray = walk.ray;
-    any.t_max = origin.w;
+    any.search.t_limit = origin.w;
     rp_begin_any(&geometry, &any, any_stack, RP_NONE);
     rp_run_any(&geometry, &any, any_stack, 1u);
     uint3 position = (uint3)(0u);
