@@ -25,6 +25,9 @@ rp_material coated_diffuse_material(const Float3& reflectance, float ior, float 
 rp_material coated_conductor_material(const Float3& eta, const Float3& k, float base_alpha, float ior, float alpha);
 // Diffuse and glossy, as glTF 2.0 has it: normal_incidence is what the glossy part reflects of light that falls on it straight.
 rp_material glossy_material(const Float3& reflectance, const Float3& normal_incidence, float alpha);
+// The same, where alpha is the roughness along the direction in which u grows: across is that across it, base_across that of a metallic base. 0: the
+// same as along it.
+rp_material anisotropic(rp_material material, float across, float base_across = 0);
 // One of two materials of the scene, by their numbers: `second` as often as amount (0 to 1) says. It has to come behind both.
 rp_material mix_material(uint32_t first, uint32_t second, float amount);
 // What reflects, less the share 1 - opacity that passes straight through. For diffuse and glossy materials; others stay as they are.

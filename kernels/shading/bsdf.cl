@@ -4,14 +4,8 @@
 
 #include "common/normal.cl"
 #include "shading/light.cl"
+#include "shading/ggx.cl"
 #include "raypager/abi/scene.h"
-
-// Where materials lie: with textures each vertex has one of its own.
-#ifdef RP_TEXTURES
-#define RP_MATERIAL_SPACE __private
-#else
-#define RP_MATERIAL_SPACE __global
-#endif
 
 #define RP_LANES 1
 #include "shading/frame_lanes.cl"
@@ -23,13 +17,6 @@ static inline float3 rp_to_local(const rp_frame_1* f, float3 v) {
 // Not rp_to_world_1: what compilers of GPUs fuse in one expression they may not fuse there, and the picture would be another one.
 static inline float3 rp_to_world(const rp_frame_1* f, float3 v) {
     return v.x * rp_float3(f->tangent) + v.y * rp_float3(f->bitangent) + v.z * rp_float3(f->normal);
-}
-
-static inline float2 rp_sample_disk(float u, float v) {
-    float sine, cosine;
-    const float r = sqrt(u);
-    rp_sincos_turns_1(v, &sine, &cosine);
-    return (float2)(r * cosine, r * sine);
 }
 
 // Fresnel reflectance of a conductor for unpolarised light, one channel; cosine of the angle of incidence > 0.
@@ -57,28 +44,6 @@ static inline float rp_fresnel_dielectric(float cosine, float eta, float* cosine
     return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// GGX (Walter et al. 2007; Heitz 2014, 2018), isotropic, local frame with z = normal.
-static inline float rp_ggx_d(float3 h, float alpha) {
-    const float a2 = alpha * alpha, t = h.z * h.z * (a2 - 1.0f) + 1.0f;
-    return a2 / (RP_PI * t * t);
-}
-static inline float rp_ggx_lambda(float3 w, float alpha) {
-    const float c2 = w.z * w.z;
-    return 0.5f * (sqrt(1.0f + alpha * alpha * fmax(0.0f, 1.0f - c2) / c2) - 1.0f);
-}
-// Heitz 2018, "Sampling the GGX Distribution of Visible Normals".
-static inline float3 rp_ggx_sample_normal(float3 v, float alpha, float u0, float u1) {
-    const float3 s = normalize((float3)(alpha * v.x, alpha * v.y, v.z));
-    const float length2 = s.x * s.x + s.y * s.y;
-    const float3 t1 = length2 > 0.0f ? (float3)(-s.y, s.x, 0.0f) * rsqrt(length2) : (float3)(1.0f, 0.0f, 0.0f);
-    const float3 t2 = cross(s, t1);
-    float2 p = rp_sample_disk(u0, u1);
-    const float blend = 0.5f * (1.0f + s.z);
-    p.y = (1.0f - blend) * sqrt(fmax(0.0f, 1.0f - p.x * p.x)) + blend * p.y;
-    const float3 n = p.x * t1 + p.y * t2 + sqrt(fmax(0.0f, 1.0f - p.x * p.x - p.y * p.y)) * s;
-    return normalize((float3)(alpha * n.x, alpha * n.y, fmax(1e-6f, n.z)));
-}
-
 static inline bool rp_is_specular(RP_MATERIAL_SPACE const rp_material* m) {
     return m->kind == RP_MATERIAL_DIELECTRIC || m->kind == RP_MATERIAL_NONE || (m->kind == RP_MATERIAL_CONDUCTOR && m->alpha <= 0.0f);
 }
@@ -89,7 +54,8 @@ static inline float3 rp_bsdf_evaluate(RP_MATERIAL_SPACE const rp_material* m, co
     const float3 v = rp_to_local(f, rp_float3(f->view)), l = rp_to_local(f, direction);
     if (rp_is_specular(m) || l.z <= 0.0f || v.z <= 0.0f || dot(direction, rp_float3(f->geometric_normal)) <= 0.0f) return (float3)(0.0f);
     const float3 h = normalize(v + l);
-    const float d = rp_ggx_d(h, m->alpha), lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
+    const rp_roughness alpha = rp_roughness_of(m);
+    const float d = rp_ggx_d(h, alpha), lambda_v = rp_ggx_lambda(v, alpha), lambda_l = rp_ggx_lambda(l, alpha);
     *density = d / ((1.0f + lambda_v) * 4.0f * v.z);
     return rp_fresnel_metal(m, fmin(1.0f, dot(v, h))) * (d / ((1.0f + lambda_v + lambda_l) * 4.0f * v.z));
 }
@@ -111,15 +77,16 @@ static inline rp_scatter rp_bsdf_sample(RP_MATERIAL_SPACE const rp_material* m, 
     if (m->kind == RP_MATERIAL_NONE || v.z <= 0.0f) return r;
     if (m->kind == RP_MATERIAL_CONDUCTOR) {
         const bool mirror = m->alpha <= 0.0f;
-        const float3 h = mirror ? (float3)(0.0f, 0.0f, 1.0f) : rp_ggx_sample_normal(v, m->alpha, u.x, u.y);
+        const rp_roughness alpha = rp_roughness_of(m);
+        const float3 h = mirror ? (float3)(0.0f, 0.0f, 1.0f) : rp_ggx_sample_normal(v, alpha, u.x, u.y);
         const float3 l = 2.0f * dot(v, h) * h - v;
         r.direction = rp_to_world(f, l);
         if (l.z <= 0.0f || dot(r.direction, rp_float3(f->geometric_normal)) <= 0.0f) return r;
         r.weight = rp_fresnel_metal(m, clamp(dot(v, h), 0.0f, 1.0f));
         if (!mirror) {
-            const float lambda_v = rp_ggx_lambda(v, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha);
+            const float lambda_v = rp_ggx_lambda(v, alpha), lambda_l = rp_ggx_lambda(l, alpha);
             r.weight *= (1.0f + lambda_v) / (1.0f + lambda_v + lambda_l);
-            r.density = rp_ggx_d(h, m->alpha) / ((1.0f + lambda_v) * 4.0f * v.z);
+            r.density = rp_ggx_d(h, alpha) / ((1.0f + lambda_v) * 4.0f * v.z);
         }
     } else {
         const float eta = f->inside ? 1.0f / m->ior : m->ior;

@@ -30,12 +30,6 @@ static inline float rp_reflected(float cosine, float eta) {
 }
 static inline float3 rp_schlick(float3 specular, float cosine) { return specular + (1.0f - specular) * rp_pow5(clamp(1.0f - cosine, 0.0f, 1.0f)); }
 
-// As rp_ggx_d, in a form that rounding does not hurt where alpha is small.
-static inline float rp_facets(float3 h, float alpha) {
-    const float a2 = alpha * alpha, t = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
-    return a2 / (RP_PI * t * t);
-}
-
 // The random number u: true with this probability; what is left of it is a random number again.
 static inline bool rp_take(float probability, float* u) {
     const bool taken = *u < probability;
@@ -90,7 +84,8 @@ static inline float3 rp_beyond(float3 w, float eta) {
 // the metal were smooth.
 static inline float3 rp_metal_base(RP_MATERIAL_SPACE const rp_material* m, const rp_layers* r, float3 l, float* density) {
     const float3 v = rp_beyond(r->view, r->eta), w = rp_beyond(l, r->eta), h = normalize(v + w);
-    const float d = rp_facets(h, m->base_alpha), lambda_v = rp_ggx_lambda(v, m->base_alpha), lambda_l = rp_ggx_lambda(w, m->base_alpha);
+    const rp_roughness alpha = rp_base_roughness_of(m);
+    const float d = rp_facets(h, alpha), lambda_v = rp_ggx_lambda(v, alpha), lambda_l = rp_ggx_lambda(w, alpha);
     const float spread = l.z / (r->eta * r->eta * w.z);  // solid angle there over that here
     const float back = rp_reflected(l.z, r->eta);
     const float3 metal = rp_fresnel_metal(m, fmin(1.0f, dot(v, h)));
@@ -124,13 +119,14 @@ static inline float3 rp_layers_above(RP_MATERIAL_SPACE const rp_material* m, con
     float3 value = m->flags & RP_MATERIAL_METAL_BASE ? rp_metal_base(m, r, l, &base) : rp_diffuse_base(m, r, l, h);
     float glossy = 0.0f;
     if (m->alpha > 0.0f) {
-        const float d = rp_facets(h, m->alpha), lambda_v = rp_ggx_lambda(v, m->alpha), cosine = dot(v, h);
+        const rp_roughness alpha = rp_roughness_of(m);
+        const float d = rp_facets(h, alpha), lambda_v = rp_ggx_lambda(v, alpha), cosine = dot(v, h);
         glossy = d / ((1.0f + lambda_v) * 4.0f * v.z);
         const float3 specular = rp_rgb(m->specular);
         if (m->flags & RP_MATERIAL_BLEND)
             value += rp_schlick(specular, cosine) * (d * l.z / (4.0f * cosine * fmax(v.z, l.z)));
         else {
-            const float spread = d / ((1.0f + lambda_v + rp_ggx_lambda(l, m->alpha)) * 4.0f * v.z);
+            const float spread = d / ((1.0f + lambda_v + rp_ggx_lambda(l, alpha)) * 4.0f * v.z);
             value += (m->flags & RP_MATERIAL_SCHLICK ? rp_schlick(specular, cosine) : specular * rp_reflected(cosine, r->eta)) * spread;
         }
     }
@@ -148,8 +144,9 @@ static inline float3 rp_layers_below(RP_MATERIAL_SPACE const rp_material* m, con
         if (h.z < 0.0f) h = -h;
         const float v_h = dot(r->view, h), l_h = dot(l, h);
         if (v_h > 0.0f && l_h < 0.0f) {
-            const float lambda_v = rp_ggx_lambda(r->view, m->alpha), lambda_l = rp_ggx_lambda(l, m->alpha), sum = v_h + r->eta * l_h;
-            const float common = rp_facets(h, m->alpha) * v_h * -l_h / (r->view.z * sum * sum);
+            const rp_roughness alpha = rp_roughness_of(m);
+            const float lambda_v = rp_ggx_lambda(r->view, alpha), lambda_l = rp_ggx_lambda(l, alpha), sum = v_h + r->eta * l_h;
+            const float common = rp_facets(h, alpha) * v_h * -l_h / (r->view.z * sum * sum);
             glossy = common * r->eta * r->eta / (1.0f + lambda_v);
             value += rp_rgb(m->refracted) * ((1.0f - rp_reflected(v_h, r->eta)) * common / (1.0f + lambda_v + lambda_l));
         }
@@ -200,7 +197,7 @@ static inline float3 rp_layers_direction(RP_MATERIAL_SPACE const rp_material* m,
         return (float3)(p.x, p.y, r->below ? -z : z);
     }
     const float3 from = glossy ? v : rp_beyond(v, r->eta);
-    const float3 h = rp_ggx_sample_normal(from, glossy ? m->alpha : m->base_alpha, u.x, u.y);
+    const float3 h = rp_ggx_sample_normal(from, glossy ? rp_roughness_of(m) : rp_base_roughness_of(m), u.x, u.y);
     const float cosine = dot(from, h);
     if (glossy && r->below) {
         const float beyond2 = 1.0f - (1.0f - cosine * cosine) / (r->eta * r->eta);

@@ -41,12 +41,36 @@ static inline void rp_connect_to_light(const rp_light_sample_1* light, float3 sc
     out->shadow = out->light.x > 0.0f || out->light.y > 0.0f || out->light.z > 0.0f;
 }
 
+// The frame at a vertex. Where roughness has a direction, that is the way in which u grows, made perpendicular to the normal (as in pbrt, Pharr,
+// Jakob, Humphreys 2023, chapter 3.10); on a sphere it is around its axis. Where neither says anything, the geometric normal decides.
+static inline rp_frame_1 rp_frame_at(RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex) {
+    rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
+#ifdef RP_ANISOTROPIC
+    if (!rp_is_anisotropic(material)) return frame;
+    const float3 n = rp_float3(frame.normal);
+    float3 along;
+    if (vertex->tangent != RP_NONE)
+        along = rp_decode_normal(vertex->tangent);
+    else if (RP_SPHERE_AXIS(*material) != 0u)
+        along = cross(rp_decode_normal(~RP_SPHERE_AXIS(*material)), rp_float3(frame.geometric_normal));
+    else
+        along = rp_float3(rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->geometric_normal).tangent);
+    along -= dot(along, n) * n;
+    const float length2 = dot(along, along);
+    if (length2 < 1e-12f) return frame;
+    along /= sqrt(length2);
+    frame.tangent = rp_vector_of(along);
+    frame.bitangent = rp_vector_of(cross(n, along));
+#endif
+    return frame;
+}
+
 // As rp_scatter_diffuse_1, at surfaces of other materials.
 static inline void rp_scatter_special(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
                                       RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
     const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
+    const rp_frame_1 frame = rp_frame_at(material, vertex);
     const rp_vector_1 away = rp_times_1(frame.geometric_normal, vertex->offset);
     out->start = rp_plus_1(vertex->position, away);
     out->throughput = vertex->throughput;
@@ -83,7 +107,7 @@ static RP_NOINLINE void rp_scatter_layered(__constant rp_render_params* params, 
                                            RP_MATERIAL_SPACE const rp_material* material, const rp_vertex_1* vertex, rp_departure_1* out) {
     const rp_numbers_1 light_bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_LIGHT, params->seed);
     const rp_numbers_1 bits = rp_random_bits_1(vertex->pixel, vertex->sample, vertex->depth + 1u, RP_RANDOM_BSDF, params->seed);
-    const rp_frame_1 frame = rp_make_frame_1(vertex->direction, vertex->geometric_normal, vertex->shading_normal);
+    const rp_frame_1 frame = rp_frame_at(material, vertex);
     const rp_layers layers = rp_choose_layers(material, &frame, rp_float3(vertex->reflectance), rp_unit_1(bits.z));
     const rp_vector_1 away = rp_times_1(frame.geometric_normal, layers.below ? -vertex->offset : vertex->offset);
     out->start = rp_plus_1(vertex->position, away);

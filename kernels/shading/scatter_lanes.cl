@@ -11,6 +11,9 @@ typedef struct RP_NAME(rp_vertex_) {
     RP_UINTS geometric_normal, shading_normal;  // octahedral
     RP_UINTS pixel, sample, depth;              // depth: scattering events before this one
     RP_INTS refraction;                         // abi/path.h
+#ifdef RP_ANISOTROPIC
+    RP_UINTS tangent;  // as rp_texture_place has it
+#endif
 } RP_NAME(rp_vertex_);
 
 // The rays that leave it: a shadow ray, an extension ray, both or none.

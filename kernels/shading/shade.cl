@@ -275,6 +275,13 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     vertex->sample = a.sample;
     vertex->depth = depth;
     vertex->refraction = rp_refraction_of(a.flags);
+#ifdef RP_ANISOTROPIC
+#ifdef RP_TANGENTS
+    vertex->tangent = a.tangent;
+#else
+    vertex->tangent = RP_NONE;
+#endif
+#endif
     return true;
 }
 

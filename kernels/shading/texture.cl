@@ -304,6 +304,12 @@ static inline void rp_set_parameter(rp_material* m, uint parameter, float3 v, fl
         m->alpha = clamp(rp_alpha_of(v.x, remap), 1e-3f, 1.0f);
     } else if (parameter == RP_PARAMETER_BASE_ALPHA) {
         m->base_alpha = clamp(rp_alpha_of(v.x, remap), 1e-3f, 1.0f);
+#ifdef RP_ANISOTROPIC
+    } else if (parameter == RP_PARAMETER_ALPHA_ACROSS) {
+        RP_ALPHA_ACROSS(*m) = clamp(rp_alpha_of(v.x, remap), 1e-3f, 1.0f);
+    } else if (parameter == RP_PARAMETER_BASE_ALPHA_ACROSS) {
+        RP_BASE_ALPHA_ACROSS(*m) = clamp(rp_alpha_of(v.x, remap), 1e-3f, 1.0f);
+#endif
     } else if (parameter == RP_PARAMETER_AMOUNT) {
         m->amount = share.x;
     } else if (parameter == RP_PARAMETER_METAL) {

@@ -7,8 +7,8 @@
 
 #include "base/files.hpp"
 #include "bench/export_groups.hpp"
-#include "block/octahedral.hpp"
 #include "block/point_code.hpp"
+#include "scene/octahedral.hpp"
 #include "scene/projection.hpp"
 
 namespace raypager::bench {

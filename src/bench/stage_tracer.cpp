@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "base/check.hpp"
-#include "block/octahedral.hpp"
 #include "raypager/abi/film.h"
 #include "raypager/abi/path.h"
+#include "scene/octahedral.hpp"
 
 namespace raypager::bench {
 Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, const std::string& device_name, uint64_t memory_limit,

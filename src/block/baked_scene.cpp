@@ -7,6 +7,7 @@
 
 #include "base/hash.hpp"
 #include "scene/image_levels.hpp"
+#include "scene/texture_use.hpp"
 
 namespace raypager {
 namespace {
@@ -47,6 +48,8 @@ bool BakedScene::has_bumps() const {
         return kind == RP_TEXTURE_BUMP || (kind == RP_TEXTURE_SET && op.image == RP_PARAMETER_NORMAL);
     });
 }
+
+bool BakedScene::is_anisotropic() const { return std::any_of(materials.begin(), materials.end(), raypager::is_anisotropic); }
 
 bool BakedScene::has_cutouts() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_CUTOUT; });

@@ -80,7 +80,8 @@ struct BakedScene {
     bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
     bool has_uvs() const;            // likewise
     bool has_bumps() const;          // textures that change normals
-    bool has_tangents() const { return has_bumps() && has_uvs(); }
+    bool is_anisotropic() const;     // any material
+    bool has_tangents() const { return (has_bumps() || is_anisotropic()) && has_uvs(); }
     bool has_cutouts() const;                                                    // surfaces of which parts are not there
     bool has_textures() const { return has_cutouts() || !texture_ops.empty(); }  // what kernels have to do for either is the same
     uint64_t identity() const;                                                   // hash of everything that decides the picture, blocks included

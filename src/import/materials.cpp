@@ -136,6 +136,12 @@ rp_material glossy_material(const Float3& reflectance, const Float3& normal_inci
     return material;
 }
 
+rp_material anisotropic(rp_material material, float across, float base_across) {
+    RP_ALPHA_ACROSS(material) = across;
+    if (material.flags & RP_MATERIAL_METAL_BASE) RP_BASE_ALPHA_ACROSS(material) = base_across;
+    return material;
+}
+
 rp_material mix_material(uint32_t first, uint32_t second, float amount) {
     rp_material material{};
     material.kind = RP_MATERIAL_MIX;

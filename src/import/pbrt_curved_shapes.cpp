@@ -107,7 +107,7 @@ void PbrtReader::make_ellipsoid(Shape& shape, double radius, bool uvs) {
 }
 
 // Whether what the shape at hand is made of reads textures.
-bool PbrtReader::wants_uvs() const { return textured_alpha_ || has_texture_program(scene_, state_.material); }
+bool PbrtReader::wants_uvs() const { return textured_alpha_ || uses_uvs(scene_, state_.material); }
 
 // How far a shape goes around z.
 Status PbrtReader::sweep(const Directive& directive, const PbrtParameters& parameters, double& radians) {

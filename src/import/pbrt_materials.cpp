@@ -9,6 +9,7 @@
 #include "import/text.hpp"
 #include "raypager/materials.hpp"
 #include "scene/check_material.hpp"
+#include "scene/texture_use.hpp"
 
 namespace raypager {
 namespace {
@@ -28,44 +29,7 @@ constexpr std::array version_3_materials = {"matte",       "metal",   "mirror", 
 constexpr std::array version_4_materials = {"diffuse",       "conductor",       "dielectric",          "thindielectric",
                                             "coateddiffuse", "coatedconductor", "diffusetransmission", "measured"};
 
-// GGX alpha of a roughness: pbrt-v4's square root, or the polynomial of pbrt-v3 (its TrowbridgeReitzDistribution).
-double alpha_of_roughness(double roughness, bool version_3) {
-    if (!version_3) return std::sqrt(std::max(roughness, 0.0));
-    const double x = std::log(std::max(roughness, 1e-3));
-    return 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)));
-}
-
 }  // namespace
-
-// least: the roughness that a material is made with whose own is a texture, or where smooth ones are another kind.
-void PbrtReader::PbrtRoughness::set(uint32_t parameter, float least, TexturedMaterial& material) const {
-    float& out = parameter == RP_PARAMETER_ALPHA ? material.material.alpha : material.material.base_alpha;
-    out = std::max(alpha, texture ? std::max(least, 1e-3f) : least);
-    if (texture) material.textures.push_back({parameter, *texture, remap});
-}
-
-// Anisotropy is averaged away. usual: where no roughness is given.
-Status PbrtReader::roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, PbrtRoughness& result) {
-    const std::string u = prefix + "uroughness", v = prefix + "vroughness", both = prefix + "roughness";
-    Texture u_roughness, v_roughness;
-    RAYPAGER_TRY(number_texture(parameters, {u, both}, usual, u_roughness));
-    RAYPAGER_TRY(number_texture(parameters, {v, both}, usual, v_roughness));
-    const bool remap = parameters.boolean("remaproughness", true);
-    RAYPAGER_TRY(parameters.status());
-    const bool same =
-        u_roughness.is_constant() && v_roughness.is_constant() ? u_roughness.mean() == v_roughness.mean() : u_roughness.node() == v_roughness.node();
-    if (!same) warn(parameters.find({u, v})->location, "anisotropic roughness is not supported; the mean of both directions is used");
-    const Texture texture = same ? u_roughness : mixed(u_roughness, v_roughness, Texture(0.5));
-    double roughness = texture.mean().x;
-    // Glass of version 3 is smooth where it says so, whatever its polynomial makes of that.
-    const bool remapped = remap && !(texture.is_constant() && roughness == 0 && usual == 0);
-    if (remapped) roughness = alpha_of_roughness(roughness, version_3);
-    constexpr double smooth = 1e-3;  // what pbrt-v4 takes for a mirror
-    result.alpha = static_cast<float>(roughness < smooth ? 0 : std::min(roughness, 1.0));
-    if (!texture.is_constant()) result.texture = texture;
-    result.remap = !remapped ? 0.0f : version_3 ? 2.0f : 1.0f;
-    return {};
-}
 
 Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, TexturedMaterial& material) {
     PbrtRoughness rough;
@@ -74,16 +38,16 @@ Status PbrtReader::conductor(const PbrtParameters& parameters, const std::string
     if (parameters.find(reflectance)) {
         Texture value;
         RAYPAGER_TRY(color_texture(parameters, {reflectance}, white_surface, value));
-        material.material = conductor_of_reflectance(value.mean(), rough.alpha);
+        material.material = conductor_of_reflectance(value.mean(), rough.along.alpha);
         if (!value.is_constant()) material.textures.push_back({RP_PARAMETER_METAL, value});
-        rough.set(RP_PARAMETER_ALPHA, 0, material);
+        rough.set(0, material);
         return parameters.status();
     }
     Float3 eta, k;
     RAYPAGER_TRY(color(parameters, {prefix + "eta"}, *named_spectrum("metal-Cu-eta"), eta));
     RAYPAGER_TRY(color(parameters, {prefix + "k"}, *named_spectrum("metal-Cu-k"), k));
-    material.material = conductor_material(eta, k, rough.alpha);
-    rough.set(RP_PARAMETER_ALPHA, 0, material);
+    material.material = conductor_material(eta, k, rough.along.alpha);
+    rough.set(0, material);
     return parameters.status();
 }
 
@@ -110,14 +74,14 @@ Status PbrtReader::dielectric(const Directive& directive, const PbrtParameters& 
     RAYPAGER_TRY(roughness(parameters, "", version_3, 0, rough));
     RAYPAGER_TRY(color_texture(parameters, {"Kr"}, white_surface, reflected));
     RAYPAGER_TRY(color_texture(parameters, {"Kt"}, white_surface, refracted));
-    if (rough.texture || !reflected.is_constant() || !refracted.is_constant()) {
-        material.material = dielectric_material(ior, std::max(rough.alpha, rough.texture ? 1e-3f : 0), mid_grey, mid_grey);
+    if (rough.is_textured() || !reflected.is_constant() || !refracted.is_constant()) {
+        material.material = dielectric_material(ior, std::max(rough.along.alpha, rough.is_textured() ? 1e-3f : 0), mid_grey, mid_grey);
         material.set(RP_PARAMETER_SPECULAR, reflected, material.material.specular);
         material.set(RP_PARAMETER_REFRACTED, refracted, material.material.refracted);
-        rough.set(RP_PARAMETER_ALPHA, 0, material);
     } else {
-        material.material = dielectric_material(ior, rough.alpha, reflected.mean(), refracted.mean());
+        material.material = dielectric_material(ior, rough.along.alpha, reflected.mean(), refracted.mean());
     }
+    rough.set(0, material);
     return parameters.status();
 }
 
@@ -154,7 +118,7 @@ Status PbrtReader::glossy(const Directive& directive, const std::string& type, c
     m = rp_material{};
     m.kind = RP_MATERIAL_LAYERED;
     m.ior = 1.5f;
-    rough.set(RP_PARAMETER_ALPHA, 1e-3f, material);
+    rough.set(1e-3f, material);
     if (substrate) {
         m.flags = RP_MATERIAL_BLEND;
     } else if (type == "translucent") {
@@ -198,9 +162,9 @@ Status PbrtReader::coated(const Directive& directive, const std::string& type, c
     if (!metal) {
         Texture reflectance;
         RAYPAGER_TRY(color_texture(parameters, {"reflectance"}, mid_grey, reflectance));
-        material.material = coated_diffuse_material(reflectance.mean(), ior, rough.alpha);
+        material.material = coated_diffuse_material(reflectance.mean(), ior, rough.along.alpha);
         material.set(RP_PARAMETER_COLOR, reflectance, material.material.color);
-        rough.set(RP_PARAMETER_ALPHA, 0, material);
+        rough.set(0, material);
         return parameters.status();
     }
     TexturedMaterial metal_base;
@@ -209,17 +173,21 @@ Status PbrtReader::coated(const Directive& directive, const std::string& type, c
     if (parameters.find("reflectance")) {
         Float3 reflectance;
         RAYPAGER_TRY(color(parameters, {"reflectance"}, white_surface, reflectance));
-        base = conductor_of_reflectance(reflectance, base.alpha);
+        base = anisotropic(conductor_of_reflectance(reflectance, base.alpha), RP_ALPHA_ACROSS(base));
     }
     material.material =
-        coated_conductor_material({base.eta[0], base.eta[1], base.eta[2]}, {base.k[0], base.k[1], base.k[2]}, base.alpha, ior, rough.alpha);
-    rough.set(RP_PARAMETER_ALPHA, 0, material);
+        coated_conductor_material({base.eta[0], base.eta[1], base.eta[2]}, {base.k[0], base.k[1], base.k[2]}, base.alpha, ior, rough.along.alpha);
+    if (is_anisotropic(base)) {
+        material.material.base_alpha = base.alpha;
+        RP_BASE_ALPHA_ACROSS(material.material) = RP_ALPHA_ACROSS(base);
+    }
+    rough.set(0, material);
     for (TexturedMaterial::Parameter p : metal_base.textures) {
         if (p.parameter == RP_PARAMETER_METAL) {
             warn(directive.location, "a texture of a coated conductor's reflectance is not supported; one mid value is used");
             continue;
         }
-        p.parameter = RP_PARAMETER_BASE_ALPHA;
+        p.parameter = p.parameter == RP_PARAMETER_ALPHA_ACROSS ? RP_PARAMETER_BASE_ALPHA_ACROSS : RP_PARAMETER_BASE_ALPHA;
         material.textures.push_back(p);
     }
     return parameters.status();
@@ -309,9 +277,9 @@ Status PbrtReader::approximate_material(const Directive& directive, const std::s
         RAYPAGER_TRY(roughness(parameters, "", type == "kdsubsurface", 0, rough));
         warn(directive.location,
              fmt::format("Material \"{}\" is not supported: no light passes below its surface; a coated diffuse one is used", type));
-        material.material = coated_diffuse_material(reflectance.mean(), std::max(ior, 1.0f), rough.alpha);
+        material.material = coated_diffuse_material(reflectance.mean(), std::max(ior, 1.0f), rough.along.alpha);
         material.set(RP_PARAMETER_COLOR, reflectance, material.material.color);
-        rough.set(RP_PARAMETER_ALPHA, 0, material);
+        rough.set(0, material);
         return {};
     }
     RAYPAGER_TRY(color_texture(parameters, {"color", "reflectance", "Kd"}, mid_grey, reflectance));

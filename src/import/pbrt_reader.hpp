@@ -152,21 +152,27 @@ private:
     Status place_camera();
     void crop_camera();
 
-    // pbrt_materials.cpp
-    // GGX alpha, or a texture of roughness that becomes one as `remap` says (RP_TEXTURE_SET).
+    // pbrt_roughness.cpp
+    // GGX alpha, or a texture of roughness that becomes one as `remap` says (RP_TEXTURE_SET), along the tangent and across it.
     struct PbrtRoughness {
-        float alpha = 0;
-        std::optional<Texture> texture;
+        struct Axis {
+            float alpha = 0;
+            std::optional<Texture> texture;
+        };
+        Axis along, across;  // across: 0 where both are the same
         float remap = 0;
-        void set(uint32_t parameter, float least, TexturedMaterial& material) const;
+        bool is_textured() const { return along.texture || across.texture; }
+        void set(float least, TexturedMaterial& material) const;
     };
+    Status roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, PbrtRoughness& roughness);
+
+    // pbrt_materials.cpp
     Status material(const Directive& directive);
     Status make_named_material(const Directive& directive);
     Status named_material(const Directive& directive);
     Status make_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, uint32_t& index);
     Status describe_material(const Directive& directive, const std::string& type, const PbrtParameters& parameters, TexturedMaterial& material);
     Status conductor(const PbrtParameters& parameters, const std::string& prefix, bool version_3, TexturedMaterial& material);
-    Status roughness(const PbrtParameters& parameters, const std::string& prefix, bool version_3, double usual, PbrtRoughness& roughness);
     Status index_of_refraction(const Directive& directive, const PbrtParameters& parameters, const std::string& prefix, float& ior);
     Status dielectric(const Directive& directive, const PbrtParameters& parameters, bool version_3, TexturedMaterial& material);
     void make_translucent(const Directive& directive, const Texture& opacity, TexturedMaterial& material);

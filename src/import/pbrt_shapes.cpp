@@ -315,7 +315,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
     for (Shape shape : found->second) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
         if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
-            make_ellipsoid(shape, shape.sphere.radius, has_texture_program(scene_, shape.material));
+            make_ellipsoid(shape, shape.sphere.radius, uses_uvs(scene_, shape.material));
         }
         shape.to_world = state_.transform * shape.to_world;
         RAYPAGER_TRY(add_shape(directive, std::move(shape)));

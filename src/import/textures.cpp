@@ -4,6 +4,9 @@
 #include <cmath>
 #include <map>
 
+#include "scene/octahedral.hpp"
+#include "scene/texture_use.hpp"
+
 namespace raypager {
 namespace {
 
@@ -248,7 +251,10 @@ rp_texture_map around_sphere(const Scene& scene, const rp_texture_op& op, const 
     return map;
 }
 
-// The material with this number, or one like it with textures around this sphere.
+// The axis about which u grows: a sphere is turned and scaled, but not stretched.
+uint32_t axis_code(const Transform& to_object) { return encode_octahedral(to_object.m[2][0], to_object.m[2][1], to_object.m[2][2]); }
+
+// The material with this number, or one like it with textures and tangents around this sphere.
 uint32_t material_around(Scene& scene, uint32_t number, const Transform& to_object) {
     rp_material material = scene.materials[number];
     bool changed = false;
@@ -280,6 +286,10 @@ uint32_t material_around(Scene& scene, uint32_t number, const Transform& to_obje
             scene.texture_ops.resize(begin);
         changed = changed || around;
     }
+    if (is_anisotropic(material)) {
+        RP_SPHERE_AXIS(material) = ~axis_code(to_object);
+        changed = true;
+    }
     if (!changed) return number;
     scene.materials.push_back(material);
     return static_cast<uint32_t>(scene.materials.size() - 1);
@@ -288,9 +298,19 @@ uint32_t material_around(Scene& scene, uint32_t number, const Transform& to_obje
 }  // namespace
 
 void map_textures_around_spheres(Scene& scene) {
+    std::map<std::pair<uint32_t, uint32_t>, uint32_t> known;  // by material and axis, where nothing else counts
     for (Shape& shape : scene.shapes) {
         if (shape.mesh || shape.points) continue;
-        if (const auto to_object = shape.to_world.inverse()) shape.material = material_around(scene, shape.material, *to_object);
+        const auto to_object = shape.to_world.inverse();
+        if (!to_object) continue;
+        const std::pair key(shape.material, axis_code(*to_object));
+        if (const auto found = known.find(key); found != known.end()) {
+            shape.material = found->second;
+            continue;
+        }
+        const size_t ops = scene.texture_ops.size();
+        shape.material = material_around(scene, shape.material, *to_object);
+        if (scene.texture_ops.size() == ops) known.emplace(key, shape.material);
     }
 }
 

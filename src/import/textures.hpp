@@ -61,7 +61,8 @@ struct TexturedMaterial {
 // is: then the material is there with the means of its textures.
 bool add_material(Scene& scene, const TexturedMaterial& material);
 
-// Whole spheres have no coordinates of their own: their materials are given textures that are mapped around them, as pbrt does.
+// Whole spheres have no coordinates of their own: their materials are given textures that are mapped around them, and the axis about which u grows,
+// as pbrt does.
 void map_textures_around_spheres(Scene& scene);
 
 }  // namespace raypager

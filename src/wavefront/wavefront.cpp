@@ -76,6 +76,7 @@ std::string shading_definitions(const BakedScene& scene) {
         }))
         result += " -DRP_NOISE";
     if (scene.has_bumps()) result += " -DRP_BUMPS";
+    if (scene.is_anisotropic()) result += " -DRP_ANISOTROPIC";
     return result;
 }
 

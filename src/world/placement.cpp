@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "block/octahedral.hpp"
+#include "scene/octahedral.hpp"
 
 namespace raypager {
 namespace {

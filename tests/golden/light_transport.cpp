@@ -122,6 +122,13 @@ TEST(Furnace, layered_materials_give_back_what_they_get) {
         {"rough paint", {rough_diffuse_material(white, 40)}, 0.6, 1, 1},
         {"translucent", {translucent_material({0.3f, 0.3f, 0.3f}, {0.7f, 0.7f, 0.7f})}, 1, 1},
         {"clear", {clear_material()}, 1, 1},
+        {"brushed metal", {clear_material(), anisotropic(conductor_of_reflectance(white, 0.3f), 0.05f)}, 0.9, 1},
+        {"brushed metal under a brushed coat",
+         {anisotropic(coated_conductor_material(white, {1e5f, 1e5f, 1e5f}, 0.05f, 1.5f, 0.05f), 0.2f, 0.1f)},
+         0.85,
+         1.02,
+         1},
+        {"brushed glass", {anisotropic(dielectric_material(1.5f, 0.05f, white, white), 0.3f)}, 0.85, 1},
         {"mix",
          {clear_material(), diffuse_material(white), mix_material(0, 1, 0.5f), thin_dielectric_material(1.2f), mix_material(2, 3, 0.3f)},
          1,
@@ -282,6 +289,11 @@ INSTANTIATE_TEST_SUITE_P(
         TransportCase{"cutouts",
                       [] {
                           return reference::textured_room(true, {48, 36});
+                      },
+                      Connection::queue},
+        TransportCase{"brushed",
+                      [] {
+                          return reference::brushed_small(24, {64, 48});
                       },
                       Connection::queue},
         TransportCase{"clear_balls_roulette", [] { return reference::clear_balls(); }, Connection::roulette},

@@ -182,10 +182,11 @@ TEST(ReferenceBsdf, SamplingFitsEvaluation) {
     Random random(17);
     const Vec3 normal = normalized(Vec3(0.3, -0.5, 0.8));
     const Frame frame(normal);
-    for (const double alpha : {0.1, 0.4, 0.9}) {
-        const rp_material metal = conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, alpha);
+    for (const double alpha : {0.1, 0.4, 0.9, -0.2}) {  // the last: in two directions
+        rp_material metal = conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, std::abs(alpha));
+        if (alpha < 0) RP_ALPHA_ACROSS(metal) = 0.6f;
         for (const double cosine : {0.95, 0.5, 0.1}) {
-            const ScatterPoint point{frame.to_world({std::sqrt(1 - cosine * cosine), 0, cosine}), normal, normal};
+            const ScatterPoint point{frame.to_world({std::sqrt(1 - cosine * cosine), 0, cosine}), normal, normal, true, {1, 2, 3}};
             constexpr int n = 400000;
             double sampled = 0, sampled2 = 0, integrated = 0, integrated2 = 0, density = 0, density2 = 0;
             for (int i = 0; i < n; i++) {

@@ -80,6 +80,10 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::hedge(60, {48, 36}, true);
      }},  // rays of all kinds pass what images cut away, also just before what stops them
+    {"brushed",
+     [] {
+         return reference::brushed_small(90, {48, 36});
+     }},  // roughness that goes along u, which no texture reads
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <map>
 
-#include "block/octahedral.hpp"
 #include "gather/gather.hpp"
 #include "reference/geometry.hpp"
 #include "reference/rays.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
+#include "scene/octahedral.hpp"
 #include "support/device_scene.hpp"
 #include "support/textured_scene.hpp"
 

@@ -1,4 +1,5 @@
-// Layered materials (kernels/shading/layers.cl): directions come with the density that is told for them, and BSDFs are reciprocal.
+// Layered materials (kernels/shading/layers.cl) and metals (bsdf.cl): directions come with the density that is told for them, and BSDFs are
+// reciprocal.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "raypager/materials.hpp"
+#include "scene/texture_use.hpp"
 #include "support/device_scene.hpp"
 #include "support/probe_kernels.hpp"
 
@@ -41,7 +43,15 @@ std::vector<LayerCase> layer_cases() {
             {"translucent", translucent_material({0.2f, 0.1f, 0.1f}, third)},
             {"leaf", leaf},
             {"rough glass", dielectric_material(1.5f, 0.3f, white, third)},
-            {"rough glass from inside", dielectric_material(1.5f, 0.3f, white, third), true}};
+            {"rough glass from inside", dielectric_material(1.5f, 0.3f, white, third), true},
+            {"rough metal", conductor_of_reflectance(third, 0.3f)},
+            {"brushed metal", anisotropic(conductor_of_reflectance(third, 0.2f), 0.6f)},
+            {"brushed substrate", anisotropic(substrate, 0.5f)},
+            {"brushed coat", anisotropic(coated_diffuse_material({0.7f, 0.3f, 0.1f}, 1.5f, 0.5f), 0.2f)},
+            {"brushed metal under a brushed coat",
+             anisotropic(coated_conductor_material({0.2f, 0.9f, 1.1f}, {3.9f, 2.5f, 2.4f}, 0.2f, 1.5f, 0.5f), 0.2f, 0.5f)},
+            {"brushed glass", anisotropic(dielectric_material(1.5f, 0.2f, white, third), 0.5f)},
+            {"brushed glass from inside", anisotropic(dielectric_material(1.5f, 0.5f, white, third), 0.2f), true}};
 }
 
 class LayeredMaterials : public testing::Test {
@@ -55,7 +65,7 @@ protected:
     // results: of each element so many vectors.
     std::vector<LayerFloat4> run(const char* name, const rp_material& material, const std::vector<LayerFloat4>& views,
                                  const std::vector<LayerFloat4>& others, size_t results_each) {
-        auto kernel = support::probe_kernel(*device_, "shading/probe", name, "");
+        auto kernel = support::probe_kernel(*device_, "shading/probe", name, is_anisotropic(material) ? "-DRP_ANISOTROPIC" : "");
         if (!kernel.ok()) throw std::runtime_error(kernel.status().message());
         std::vector<LayerFloat4> results(views.size() * results_each);
         auto one = device_->upload(std::as_bytes(std::span(&material, 1)), "material"), from = device_->upload(bytes_of(views), "views"),

@@ -29,7 +29,7 @@ std::optional<ScatterSample> sample_diffuse(const rp_material& material, const S
 }
 
 std::optional<ScatterSample> sample_layered(const rp_material& material, const ScatterPoint& point, Random& random) {
-    const Frame frame(point.shading_normal);
+    const Frame frame = point.frame();
     const auto sampled = sample_layers(material, point.outside, frame.to_local(point.wo), random);
     if (!sampled) return {};
     const Vec3 wi = frame.to_world(sampled->wi);
@@ -47,11 +47,11 @@ std::optional<ScatterSample> sample_mirror(const rp_material& material, const Sc
 }
 
 std::optional<ScatterSample> sample_rough_conductor(const rp_material& material, const ScatterPoint& point, Random& random) {
-    const Frame frame(point.shading_normal);
+    const Frame frame = point.frame();
     const Vec3 wo = frame.to_local(point.wo);
     if (wo.z <= 0) return {};
     const double u = random.uniform(), v = random.uniform();
-    const Vec3 wi = frame.to_world(mirrored(wo, sample_visible_normal(wo, double{material.alpha}, u, v)));
+    const Vec3 wi = frame.to_world(mirrored(wo, sample_visible_normal(wo, roughness_of(material), u, v)));
     const double density = pdf(material, point, wi);
     if (!(density > 0)) return {};
     return ScatterSample{.wi = wi, .weight = evaluate(material, point, wi) / density, .pdf = density};
@@ -76,6 +76,11 @@ std::optional<ScatterSample> sample_dielectric(const rp_material& material, cons
 
 }  // namespace
 
+Frame ScatterPoint::frame() const {
+    const bool turned = length(cross(tangent, shading_normal)) > 1e-9 * length(tangent);
+    return turned ? Frame(shading_normal, tangent) : Frame(shading_normal);
+}
+
 Vec3 cosine_hemisphere(double u, double v) {
     const double radius = std::sqrt(u), phi = 2 * pi * v;
     return {radius * std::cos(phi), radius * std::sin(phi), std::sqrt(std::max(0.0, 1 - u))};
@@ -93,17 +98,17 @@ bool is_specular(const rp_material& material) {
 Vec3 evaluate(const rp_material& material, const ScatterPoint& point, const Vec3& wi) {
     const double cosine = dot(point.shading_normal, wi);
     if (material.kind == RP_MATERIAL_LAYERED) {
-        const Frame frame(point.shading_normal);
+        const Frame frame = point.frame();
         return same_side(point, wi) == (cosine > 0) ? evaluate_layers(material, point.outside, frame.to_local(point.wo), frame.to_local(wi)) : Vec3();
     }
     if (cosine <= 0 || !same_side(point, wi)) return {};
     if (material.kind == RP_MATERIAL_DIFFUSE) return Vec3(material.color) * (cosine / pi);
     if (material.kind != RP_MATERIAL_CONDUCTOR || is_specular(material)) return {};
-    const Frame frame(point.shading_normal);
+    const Frame frame = point.frame();
     const Vec3 o = frame.to_local(point.wo), i = frame.to_local(wi);
     if (o.z <= 0) return {};
     const Vec3 half = normalized(o + i);
-    const double alpha{material.alpha};
+    const Roughness alpha = roughness_of(material);
     return conductor_fresnel(material, dot(o, half)) * (ggx_density(half, alpha) * masking_shadowing(o, i, alpha) / (4 * o.z));
 }
 
@@ -112,10 +117,10 @@ double pdf(const rp_material& material, const ScatterPoint& point, const Vec3& w
     if (cosine <= 0 || !same_side(point, wi)) return 0;
     if (material.kind == RP_MATERIAL_DIFFUSE) return cosine / pi;
     if (material.kind != RP_MATERIAL_CONDUCTOR || is_specular(material)) return 0;
-    const Frame frame(point.shading_normal);
+    const Frame frame = point.frame();
     const Vec3 o = frame.to_local(point.wo), i = frame.to_local(wi);
     if (o.z <= 0) return 0;
-    const double alpha{material.alpha};
+    const Roughness alpha = roughness_of(material);
     // The density of visible normals, over the 4 (o.m) by which mirroring spreads directions.
     return masking(o, alpha) * ggx_density(normalized(o + i), alpha) / (4 * o.z);
 }

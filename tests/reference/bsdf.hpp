@@ -27,6 +27,9 @@ struct ScatterPoint {
     Vec3 geometric_normal;  // on the side of wo
     Vec3 shading_normal;    // on the side of geometric_normal and of wo
     bool outside = true;    // wo lies on the side that the surface's own normal points to
+    // Where roughness along the tangent goes, of any length and not quite perpendicular to the normals; zero: of no interest.
+    Vec3 tangent{};
+    Frame frame() const;  // about the shading normal
 };
 
 struct ScatterSample {

@@ -236,6 +236,27 @@ Float2 ReferenceGeometry::uv(const Hit& hit) const {
             static_cast<float>(w * uvs_[t[0]].y + hit.u * uvs_[t[1]].y + hit.v * uvs_[t[2]].y)};
 }
 
+namespace {
+
+// Where a mesh says nothing: Duff et al., Building an Orthonormal Basis, Revisited, JCGT 6(1), 2017.
+Vec3 any_tangent(const Vec3& n) {
+    const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z);
+    return {1 + sign * n.x * n.x * a, sign * n.x * n.y * a, -sign * n.x};
+}
+
+}  // namespace
+
+// position = p0 + u dp/du + v dp/dv, solved for the edges.
+Vec3 ReferenceGeometry::tangent(const Hit& hit) const {
+    if (is_sphere(hit.primitive)) return any_tangent(hit.normal);
+    const Corners p = corners(hit.primitive);
+    const Triangle& t = triangle(hit.primitive);
+    const auto& [a, b, c] = std::array{uvs_[t[0]], uvs_[t[1]], uvs_[t[2]]};
+    const double u1{b.x - a.x}, v1{b.y - a.y}, u2{c.x - a.x}, v2{c.y - a.y}, determinant = u1 * v2 - u2 * v1;
+    if (determinant == 0) return any_tangent(hit.normal);
+    return ((p[1] - p[0]) * v2 - (p[2] - p[0]) * v1) / determinant;
+}
+
 Hit ReferenceGeometry::closest(const Ray& ray) const {
     Hit hit = embree_->closest(ray);
     if (!hit.found()) return hit;

@@ -67,6 +67,7 @@ public:
     Vec3 position(const Hit& hit) const;        // on the primitive, whatever the precision of hit.t
     Vec3 shading_normal(const Hit& hit) const;  // unit; hit.normal where the mesh has none; on either side
     Float2 uv(const Hit& hit) const;            // (0, 0) where the mesh has none, and on spheres
+    Vec3 tangent(const Hit& hit) const;         // of a triangle: where u grows while v stays, as pbrt has it; of any length
     Vec3 lower() const { return lower_; }       // bounds of all that can be hit
     Vec3 upper() const { return upper_; }
 

@@ -21,7 +21,7 @@ public:
     Layers(const rp_material& m, bool outside, const Vec3& wo) : m_(m), wo_(wo) {
         const double ior{m.ior};
         eta_ = has(RP_MATERIAL_SOLID) && !outside ? 1 / ior : ior;
-        alpha_ = double{m.alpha};
+        alpha_ = roughness_of(m);
         fresnel_ = fresnel_dielectric(wo.z, eta_);
     }
 
@@ -33,7 +33,7 @@ public:
         const Vec3 reflects = mirror_weight(), passes = window_weight();
         if (!is_black(reflects)) lobes.push_back(mirror);
         if (!is_black(passes)) lobes.push_back(window);
-        if (!is_black(Vec3(m_.color)) || has(RP_MATERIAL_METAL_BASE) || (alpha_ > 0 && !is_black(Vec3(m_.specular)))) lobes.push_back(above);
+        if (!is_black(Vec3(m_.color)) || has(RP_MATERIAL_METAL_BASE) || (!alpha_.none() && !is_black(Vec3(m_.specular)))) lobes.push_back(above);
         if (!is_black(Vec3(m_.transmittance)) || refracts_roughly()) lobes.push_back(beneath);
         if (lobes.empty()) return {};
         const double choices = static_cast<double>(lobes.size());
@@ -52,18 +52,18 @@ public:
 
 private:
     bool has(uint32_t flag) const { return (m_.flags & flag) != 0; }
-    bool refracts_roughly() const { return alpha_ > 0 && !has(RP_MATERIAL_CLEAR) && !is_black(Vec3(m_.refracted)); }
+    bool refracts_roughly() const { return !alpha_.none() && !has(RP_MATERIAL_CLEAR) && !is_black(Vec3(m_.refracted)); }
     double reflected_share() const { return has(RP_MATERIAL_THIN) ? 2 * fresnel_ / (1 + fresnel_) : fresnel_; }
 
-    Vec3 mirror_weight() const { return (Vec3(m_.mirror) + (alpha_ > 0 ? Vec3() : Vec3(m_.specular))) * reflected_share(); }
+    Vec3 mirror_weight() const { return (Vec3(m_.mirror) + (!alpha_.none() ? Vec3() : Vec3(m_.specular))) * reflected_share(); }
     Vec3 window_weight() const {
-        if (alpha_ > 0 && !has(RP_MATERIAL_CLEAR)) return {};
+        if (!alpha_.none() && !has(RP_MATERIAL_CLEAR)) return {};
         const double passes = 1 - reflected_share();
         return Vec3(m_.refracted) * (has(RP_MATERIAL_THIN) ? passes : passes / (eta_ * eta_));
     }
 
     Vec3 interface(const Vec3& wi) const {
-        if (alpha_ <= 0) return {};
+        if (alpha_.none()) return {};
         const Vec3 h = normalized(wo_ + wi);
         const double d = ggx_density(h, alpha_), cosine = dot(wi, h);
         if (has(RP_MATERIAL_BLEND)) return schlick(Vec3(m_.specular), cosine) * (d * wi.z / (4 * cosine * std::max(wo_.z, wi.z)));
@@ -95,7 +95,8 @@ private:
         const auto o = refracted(wo_, eta_), i = refracted(wi, eta_);
         if (!o || !i) return {};
         const Vec3 h = normalized(*o + *i);
-        const double alpha{m_.base_alpha}, cosine = dot(*o, h), back = fresnel_dielectric(wi.z, eta_);
+        const Roughness alpha = base_roughness_of(m_);
+        const double cosine = dot(*o, h), back = fresnel_dielectric(wi.z, eta_);
         const double f = ggx_density(h, alpha) * masking_shadowing(*o, *i, alpha) / (4 * o->z * i->z);
         Vec3 result;
         double* const out[] = {&result.x, &result.y, &result.z};
@@ -127,9 +128,9 @@ private:
     }
 
     // What is tried above: half by the cosine, half by the microfacets that there are.
-    double facet_alpha() const { return alpha_ > 0 ? alpha_ : has(RP_MATERIAL_METAL_BASE) ? double{m_.base_alpha} : 0; }
+    Roughness facet_alpha() const { return !alpha_.none() ? alpha_ : has(RP_MATERIAL_METAL_BASE) ? base_roughness_of(m_) : Roughness(); }
     Vec3 sample_above(Random& random) const {
-        const bool facets = facet_alpha() > 0 && random.uniform() < 0.5;
+        const bool facets = !facet_alpha().none() && random.uniform() < 0.5;
         const double u = random.uniform(), v = random.uniform();
         if (!facets) return cosine_hemisphere(u, v);
         const Vec3 h = sample_visible_normal(wo_, facet_alpha(), u, v);
@@ -137,8 +138,8 @@ private:
     }
     static double above_density(const Layers& l, const Vec3& wi) {
         if (wi.z <= 0) return 0;
-        const double alpha = l.facet_alpha();
-        if (alpha <= 0) return wi.z / pi;
+        const Roughness alpha = l.facet_alpha();
+        if (alpha.none()) return wi.z / pi;
         return (wi.z / pi + masking(l.wo_, alpha) * ggx_density(normalized(l.wo_ + wi), alpha) / (4 * l.wo_.z)) / 2;
     }
     Vec3 sample_below(Random& random) const {
@@ -169,7 +170,8 @@ private:
 
     const rp_material& m_;
     const Vec3 wo_;
-    double eta_, alpha_, fresnel_;
+    double eta_, fresnel_;
+    Roughness alpha_;
 };
 
 }  // namespace

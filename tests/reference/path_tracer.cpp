@@ -35,7 +35,8 @@ private:
         bool specular = true;  // also for the camera: no light was sampled there
     };
 
-    ScatterPoint scatter_point(const Hit& hit, const Vec3& direction) const;
+    ScatterPoint scatter_point(const Hit& hit, const Vec3& direction, const rp_material& material) const;
+    Vec3 tangent_at(const Hit& hit, const rp_material& material) const;
     Vec3 lifted(const Vec3& position, const Vec3& normal, const Vec3& towards) const;
     Vec3 direct_light(const rp_material& material, const ScatterPoint& point, const Vec3& position, Random& random) const;
     bool visible(const LightSample& light, const Vec3& position, const Vec3& normal, Random& random) const;
@@ -71,7 +72,7 @@ Vec3 PathTracer::radiance(const Vec3& eye, const Vec3& towards, Random& random) 
         if (depth == max_depth_) return light;
 
         const rp_material& material = *found;
-        const ScatterPoint point = scatter_point(hit, direction);
+        const ScatterPoint point = scatter_point(hit, direction, material);
         if (!is_specular(material)) light += throughput * direct_light(material, point, position, random);
 
         const std::optional<ScatterSample> next = sample(material, point, random);
@@ -117,8 +118,15 @@ Hit PathTracer::closest(Ray ray, std::optional<rp_material>& material, Random& r
     }
 }
 
-ScatterPoint PathTracer::scatter_point(const Hit& hit, const Vec3& direction) const {
+// Around a sphere u grows about the z axis of its shape, if its material is meant for that.
+Vec3 PathTracer::tangent_at(const Hit& hit, const rp_material& material) const {
+    if (!geometry_.is_sphere(hit.primitive) || RP_SPHERE_AXIS(material) == 0) return geometry_.tangent(hit);
+    return cross(Vec3(scene_.shapes[geometry_.shape_of(hit.primitive)].to_world.vector(0, 0, 1)), hit.normal);
+}
+
+ScatterPoint PathTracer::scatter_point(const Hit& hit, const Vec3& direction, const rp_material& material) const {
     ScatterPoint point{.wo = -direction, .geometric_normal = hit.normal, .shading_normal = geometry_.shading_normal(hit)};
+    point.tangent = tangent_at(hit, material);
     point.outside = dot(hit.normal, point.wo) > 0;
     if (!point.outside) point.geometric_normal = -hit.normal;
     if (dot(point.shading_normal, point.geometric_normal) < 0) point.shading_normal = -point.shading_normal;

@@ -152,6 +152,11 @@ Scene textured_room(bool with_cutouts, PictureSize size) {
         builder.add("leaf below", mapped_quad({-1, 1.2, -0.8}, {2, 0, 0}, {0, 0.1, 1.6}), leaf);
         builder.add("veil", mapped_quad({0.4, 0, 1.4}, {1.2, 0, 0}, {0, 1.2, 0}), veil);
         builder.add_sphere("veiled ball", {-1.3, 0.3, 1.2}, 0.3, veil);
+        // Not of images: a path sees the roughness of one texel, the reference that between some.
+        TexturedMaterial brushed{anisotropic(conductor_of_reflectance({0.8f, 0.7f, 0.5f}, 0.3f), 0.3f), {}};
+        brushed.textures = {{RP_PARAMETER_ALPHA, checks(Texture(0.1), Texture(0.4), uv_map(4, 4, 0, 0))},
+                            {RP_PARAMETER_ALPHA_ACROSS, checks(Texture(0.2), Texture(0.01), uv_map(2, 3, 0, 0)), 1}};
+        builder.add("brushed", mapped_quad({-0.3, 0.02, 1.9}, {1.1, 0.3, 0}, {0, 0.1, -0.8}), add(builder, brushed));
     }
     return builder.finish();
 }
@@ -180,6 +185,52 @@ Scene textured_hills(uint32_t n, PictureSize size) {
     builder.distant_light({1, 2, 1}, {2, 1.9, 1.7});
     builder.infinite_light({0.4, 0.45, 0.6});
     return builder.finish();
+}
+
+namespace {
+
+// About z; u around it, v around the tube.
+TriangleMesh mapped_torus(double radius, double tube, uint32_t n) {
+    TriangleMesh mesh = torus(radius, tube, n, n, true);
+    for (uint32_t row = 0; row <= n; row++)
+        for (uint32_t column = 0; column <= n; column++)
+            mesh.uvs.push_back({static_cast<float>(column) / static_cast<float>(n), static_cast<float>(row) / static_cast<float>(n)});
+    return mesh;
+}
+
+}  // namespace
+
+Scene brushed_small(uint32_t n, PictureSize size) {
+    SceneBuilder builder(size);
+    builder.camera({0, 2.2, 5}, {0, 0.6, 0}, {0, 1, 0}, 42);
+    const auto brushed = [&](const rp_material& m, float across, float base_across = 0) {
+        return builder.material(anisotropic(m, across, base_across));
+    };
+    constexpr Float3 white{1, 1, 1}, eta{0.2f, 0.9f, 1.1f}, k{3.9f, 2.5f, 2.4f};
+    const uint32_t metal = brushed(conductor_material(eta, k, 0.35f), 0.08f),
+                   floor = brushed(conductor_of_reflectance({0.6f, 0.7f, 0.8f}, 0.1f), 0.4f),
+                   paint = brushed(coated_diffuse_material({0.7f, 0.3f, 0.1f}, 1.5f, 0.1f), 0.3f),
+                   coated = brushed(coated_conductor_material(eta, k, 0.3f, 1.5f, 0.1f), 0.25f, 0.1f),
+                   glass = brushed(dielectric_material(1.5f, 0.3f, white, white), 0.08f),
+                   gloss = brushed(glossy_material({0.1f, 0.4f, 0.2f}, {0.2f, 0.2f, 0.2f}, 0.1f), 0.4f),
+                   dull = builder.material(conductor_material(eta, k, 0.3f));
+    builder.add("floor", mapped_quad({-3, 0, 3}, {6, 0, 0}, {1, 0, -6}, 8), floor);
+    builder.add("torus", mapped_torus(0.6, 0.25, n), paint, Transform::translate(-1.5, 0.9, 0) * Transform::rotate(20, 0, 1, 0));
+    builder.add("coated torus", mapped_torus(0.6, 0.25, n), coated, Transform::translate(1.5, 0.3, 0.9) * Transform::rotate(-80, 1, 0, 0));
+    const Transform turned = Transform::rotate(25, 1, 2, 3);  // no triangle with a normal next to z = 0, where what counts without uv leaps
+    builder.add("no uv", icosphere(0.5, 3, true), metal, Transform::translate(0, 0.5, 1.2) * turned);
+    builder.add("flat, no uv", icosphere(0.4, 1), gloss, Transform::translate(-1.2, 0.4, 1.6) * turned);
+    builder.add_sphere("metal ball", {0, 1.4, -1}, 0.6, metal).to_world = Transform::rotate(10, 1, 0, 0);
+    builder.add_sphere("another axis", {1.6, 1.4, -1}, 0.5, metal).to_world = Transform::rotate(10, 1, 0, 0) * Transform::rotate(-20, 0, 0, 1);
+    builder.add_sphere("glass ball", {0.5, 0.4, 2}, 0.4, glass);
+    builder.add_sphere("as rough in both directions", {-1.9, 0.4, -1.3}, 0.4, dull);
+    map_textures_around_spheres(builder.scene());
+    builder.shine(builder.add("lamp", quad({-0.6, 3.4, -0.6}, {1.2, 0, 0}, {0, 0, 1.2}), builder.material(absorber())), {12, 11, 10});
+    builder.point_light({-2, 3, 3}, Vec3(6));
+    builder.infinite_light({0.25, 0.3, 0.4});
+    Scene scene = builder.finish();
+    scene.max_depth = 6;
+    return scene;
 }
 
 Scene hedge(uint32_t n, PictureSize size, bool decals) {

@@ -62,6 +62,12 @@ void set(rp_material& m, const rp_texture_op& op, const Vec3& v) {
         case RP_PARAMETER_BASE_ALPHA:
             m.base_alpha = static_cast<float>(clamped(alpha_of(v.x, op.a[0]), 1e-3, 1));
             return;
+        case RP_PARAMETER_ALPHA_ACROSS:
+            RP_ALPHA_ACROSS(m) = static_cast<float>(clamped(alpha_of(v.x, op.a[0]), 1e-3, 1));
+            return;
+        case RP_PARAMETER_BASE_ALPHA_ACROSS:
+            RP_BASE_ALPHA_ACROSS(m) = static_cast<float>(clamped(alpha_of(v.x, op.a[0]), 1e-3, 1));
+            return;
         case RP_PARAMETER_AMOUNT:
             m.amount = static_cast<float>(clamped(v.x, 0, 1));
             return;

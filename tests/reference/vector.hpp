@@ -52,6 +52,8 @@ struct Frame {
         x = normalized(cross(std::abs(z.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0), z));
         y = cross(z, x);
     }
+    // x as near to `along` as it can be. REQUIRES: that is no multiple of the axis.
+    Frame(const Vec3& axis, const Vec3& along) : x(normalized(along - dot(along, axis) * axis)), y(cross(axis, x)), z(axis) {}
     Vec3 to_world(const Vec3& v) const { return v.x * x + v.y * y + v.z * z; }
     Vec3 to_local(const Vec3& v) const { return {dot(v, x), dot(v, y), dot(v, z)}; }
 };

@@ -89,7 +89,8 @@ std::vector<ProgramOutcome> TextureProbe::run_programs(const std::vector<Program
 }
 
 Kernel TextureProbe::kernel(const char* name) {
-    auto probe = probe_kernel(*device_, "shading/texture_probe", name, "-DRP_SLABS=1 -DRP_SHORT_STATES -DRP_TEXTURES -DRP_NOISE -DRP_BUMPS");
+    auto probe =
+        probe_kernel(*device_, "shading/texture_probe", name, "-DRP_SLABS=1 -DRP_SHORT_STATES -DRP_TEXTURES -DRP_NOISE -DRP_BUMPS -DRP_ANISOTROPIC");
     if (!probe.ok()) throw std::runtime_error(probe.status().message());
     return std::move(*probe);
 }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
-#include "block/octahedral.hpp"
 #include "gather/gather.hpp"
 #include "gather/lights.hpp"
+#include "scene/octahedral.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager {

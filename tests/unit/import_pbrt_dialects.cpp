@@ -164,7 +164,6 @@ TEST_F(ImportPbrtDialects, RoughnessAsEachVersionMapsIt) {
     EXPECT_FLOAT_EQ(alpha("\"metal\" \"float roughness\" .1 \"string remaproughness\" \"false\""), 0.1f);
     EXPECT_FLOAT_EQ(alpha("\"conductor\" \"float roughness\" .01"), 0.1f);
     EXPECT_FLOAT_EQ(alpha("\"metal\" \"float uroughness\" .1 \"float vroughness\" .1 \"bool remaproughness\" [\"false\"]"), 0.1f);
-    expect_warning("WorldBegin Material \"metal\" \"float uroughness\" .1 \"float vroughness\" .2" + std::string(ball), "anisotropic");
 }
 
 TEST_F(ImportPbrtDialects, ColoursComeFromTheRightParameter) {

@@ -1,9 +1,16 @@
 // What the materials of pbrt's scenes become.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "pbrt_fixture.hpp"
+#include "raypager/materials.hpp"
+#include "scene/check_material.hpp"
+#include "scene/octahedral.hpp"
+#include "scene/texture_use.hpp"
 
 namespace raypager {
 namespace {
@@ -70,6 +77,93 @@ TEST_F(ImportPbrtMaterials, GlassAndLayersOfVersion4) {
     expect_error("WorldBegin Material \"coateddiffuse\" \"float eta\" .5" + ball, "at least 1");
     expect_error("WorldBegin\nMaterial \"thindielectric\" \"float eta\" 1000" + ball,
                  "scene.pbrt:2:1: Material: material 1: the index of refraction must be");
+}
+
+TEST_F(ImportPbrtMaterials, RoughnessInTwoDirections) {
+    const rp_material metal = of("\"conductor\" \"float uroughness\" .16 \"float vroughness\" .01");
+    EXPECT_FLOAT_EQ(metal.alpha, 0.4f);
+    EXPECT_FLOAT_EQ(RP_ALPHA_ACROSS(metal), 0.1f);
+    const rp_material same = of("\"conductor\" \"float uroughness\" .16 \"float vroughness\" .16");
+    EXPECT_FLOAT_EQ(same.alpha, 0.4f);
+    EXPECT_EQ(RP_ALPHA_ACROSS(same), 0);
+    // Where one is not given, it is `roughness`; and a smooth direction is not quite.
+    const rp_material one = of("\"dielectric\" \"float uroughness\" .04");
+    EXPECT_EQ(one.kind, RP_MATERIAL_LAYERED);
+    EXPECT_FLOAT_EQ(one.alpha, 0.2f);
+    EXPECT_FLOAT_EQ(RP_ALPHA_ACROSS(one), 1e-4f);
+    const rp_material other = of("\"dielectric\" \"float roughness\" .01 \"float vroughness\" .04");
+    EXPECT_FLOAT_EQ(other.alpha, 0.1f);
+    EXPECT_FLOAT_EQ(RP_ALPHA_ACROSS(other), 0.2f);
+    EXPECT_EQ(of("\"dielectric\" \"float uroughness\" 1e-8 \"float vroughness\" 0").kind, RP_MATERIAL_DIELECTRIC);
+    const rp_material substrate = of("\"substrate\" \"float uroughness\" .3 \"float vroughness\" .2 \"bool remaproughness\" \"false\"");
+    EXPECT_FLOAT_EQ(substrate.alpha, 0.3f);
+    EXPECT_FLOAT_EQ(RP_ALPHA_ACROSS(substrate), 0.2f);
+    const rp_material coat = of("\"coateddiffuse\" \"float uroughness\" .01 \"float vroughness\" .04");
+    EXPECT_FLOAT_EQ(coat.alpha, 0.1f);
+    EXPECT_FLOAT_EQ(RP_ALPHA_ACROSS(coat), 0.2f);
+    for (const char* reflectance : {"", "\"rgb reflectance\" [.5 .5 .5] "}) {
+        const rp_material both =
+            of("\"coatedconductor\" \"float interface.uroughness\" .01 \"float interface.vroughness\" .04 \"float conductor.uroughness\" .09 "
+               "\"float conductor.vroughness\" .16 " +
+               std::string(reflectance));
+        EXPECT_FLOAT_EQ(both.alpha, 0.1f);
+        EXPECT_FLOAT_EQ(RP_ALPHA_ACROSS(both), 0.2f);
+        EXPECT_FLOAT_EQ(both.base_alpha, 0.3f);
+        EXPECT_FLOAT_EQ(RP_BASE_ALPHA_ACROSS(both), 0.4f);
+    }
+}
+
+TEST_F(ImportPbrtMaterials, TexturesOfRoughnessInTwoDirections) {
+    const std::string textures =
+        "Texture \"a\" \"float\" \"checkerboard\" \"float tex1\" .1 \"float tex2\" .3 Texture \"b\" \"float\" \"checkerboard\" \"float tex1\" .2 ";
+    const auto parameters = [&](const std::string& material) {
+        const Scene s = silent(textures + "Material " + material);
+        std::vector<uint32_t> set;
+        for (size_t i = (last(s).flags >> RP_MATERIAL_PROGRAM_SHIFT) - 1; i < s.texture_ops.size(); ++i) {
+            const rp_texture_op& op = s.texture_ops[i];
+            if ((op.op & RP_TEXTURE_OPERATION_MASK) == RP_TEXTURE_SET) set.push_back(op.image);
+            if (op.op & RP_TEXTURE_LAST) break;
+        }
+        return set;
+    };
+    using Parameters = std::vector<uint32_t>;
+    EXPECT_EQ(parameters("\"conductor\" \"texture roughness\" \"a\""), Parameters{RP_PARAMETER_ALPHA});
+    EXPECT_EQ(parameters("\"conductor\" \"texture uroughness\" \"a\" \"texture vroughness\" \"a\""), Parameters{RP_PARAMETER_ALPHA});
+    EXPECT_EQ(parameters("\"conductor\" \"texture uroughness\" \"a\" \"texture vroughness\" \"b\""),
+              (Parameters{RP_PARAMETER_ALPHA, RP_PARAMETER_ALPHA_ACROSS}));
+    EXPECT_EQ(parameters("\"dielectric\" \"texture vroughness\" \"a\""), Parameters{RP_PARAMETER_ALPHA_ACROSS});
+    EXPECT_EQ(parameters("\"coatedconductor\" \"texture conductor.uroughness\" \"a\" \"texture conductor.vroughness\" \"b\""),
+              (Parameters{RP_PARAMETER_BASE_ALPHA, RP_PARAMETER_BASE_ALPHA_ACROSS}));
+    const rp_material glass = last(silent(textures + "Material \"dielectric\" \"texture vroughness\" \"a\""));
+    EXPECT_FLOAT_EQ(glass.alpha, 1e-4f);
+    EXPECT_NEAR(RP_ALPHA_ACROSS(glass), std::sqrt(0.2f), 1e-6);
+}
+
+// Spheres about one axis share a material; it says which axis that is.
+TEST_F(ImportPbrtMaterials, BrushedSpheresHaveAnAxis) {
+    const Scene s = expect_silence("WorldBegin Material \"conductor\" \"float uroughness\" .1" + ball + "Translate 3 0 0 Scale 2 2 2" + ball +
+                                   "Rotate 90 1 0 0" + ball + "Scale 1 2 1" + ball);
+    ASSERT_EQ(s.shapes.size(), 4u);
+    const auto axis = [&](size_t shape) { return decode_octahedral(~RP_SPHERE_AXIS(s.materials[s.shapes[shape].material])); };
+    EXPECT_EQ(s.shapes[0].material, s.shapes[1].material);
+    EXPECT_EQ(axis(0), (Float3{0, 0, 1}));
+    EXPECT_EQ(axis(2), (Float3{0, -1, 0}));
+    EXPECT_EQ(RP_SPHERE_AXIS(s.materials[s.shapes[3].material]), 0u) << "a mesh, which has uv";
+    EXPECT_TRUE(wants_uvs(s, s.shapes[3]));
+    EXPECT_FALSE(wants_uvs(silent("Material \"conductor\" \"float roughness\" .1 Scale 1 2 1"), s.shapes[3]));
+}
+
+// One that no surface can have is found, wherever it comes from.
+TEST_F(ImportPbrtMaterials, RoughnessIsChecked) {
+    const auto fault = [](const rp_material& m) { return check_material(std::span(&m, 1), 0).message(); };
+    const rp_material metal = conductor_of_reflectance({0.5f, 0.5f, 0.5f}, 0.2f),
+                      coat = coated_conductor_material({1, 1, 1}, {1, 1, 1}, 0.2f, 1.5f, 0.1f);
+    EXPECT_EQ(fault(anisotropic(metal, 1)), "");
+    EXPECT_EQ(fault(anisotropic(coat, 0.3f, 1)), "");
+    EXPECT_NE(fault(anisotropic(metal, 1.1f)), "");
+    EXPECT_NE(fault(anisotropic(coat, 0, -0.1f)), "");
+    EXPECT_NE(fault(anisotropic(coat, NAN)), "");
+    EXPECT_NE(fault(anisotropic(conductor_of_reflectance({1, 1, 1}, 0), 0.2f)), "");
 }
 
 TEST_F(ImportPbrtMaterials, Mixes) {

@@ -217,7 +217,7 @@ TEST_F(PbrtUvs, RoundShapesHaveThemWhereTheyAreOfUse) {
             TriangleMesh found;
             MeshIssues issues;
             ASSERT_TRUE(s.shapes[0].mesh->load(found, issues).ok());
-            EXPECT_EQ(found.uvs.size(), has_texture_program(s, s.shapes[0].material) ? found.positions.size() : 0u) << text;
+            EXPECT_EQ(found.uvs.size(), uses_uvs(s, s.shapes[0].material) ? found.positions.size() : 0u) << text;
         }
     }
 }

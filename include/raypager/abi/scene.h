@@ -29,6 +29,10 @@
 // A layered material reflects `mirror` and refracts `refracted` times what the Fresnel equations for ior say. `specular` is the same for
 // the interface of GGX roughness alpha (0: smooth); with BLEND and SCHLICK, whose alpha is more than 0, it is what is reflected at normal incidence.
 // Below the interface are a diffuse reflection `color`, rough by Oren and Nayar's terms a (less 1) and b, and a diffuse transmission.
+//
+// Roughness may have a direction: with RP_ALPHA_ACROSS, 0 or more than 0, of a conductor or an interface that is rough, alpha is the roughness along
+// the tangent, in which u grows, and that the one across it; 0: both are the same. RP_BASE_ALPHA_ACROSS is likewise of a metallic base. Spheres have
+// no u: RP_SPHERE_AXIS is ~ the octahedral code of the axis about which it grows on those of this material, or 0, if these have none.
 typedef struct rp_material {
     rp_u32 kind;
     rp_u32 flags;
@@ -49,6 +53,10 @@ typedef struct rp_material {
     float mirror[3];
     rp_u32 second;
 } rp_material;
+// Fields that only mixes, or coats over a diffuse base, need for what their names say.
+#define RP_ALPHA_ACROSS(m) ((m).amount)
+#define RP_BASE_ALPHA_ACROSS(m) ((m).internal)
+#define RP_SPHERE_AXIS(m) ((m).first)
 
 #define RP_LIGHT_TRIANGLE 0u  // p = vertex 0, e1, e2 = edges to vertices 1 and 2; emits on the side of cross(e1, e2)
 #define RP_LIGHT_SPHERE 1u    // p = centre, e1[0] = radius; emits outwards

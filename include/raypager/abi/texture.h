@@ -95,7 +95,10 @@ typedef struct rp_image_level {
 #define RP_PARAMETER_AMOUNT 7u  // of a mix
 #define RP_PARAMETER_METAL 8u   // the reflectance of a conductor, straight on: eta is 1
 #define RP_PARAMETER_NORMAL 9u  // of a tangent frame, each channel from 0 for -1 to 1 for 1
-#define RP_PARAMETERS 10u
+// Of anisotropic materials, the roughness across the tangent, for which the material has some value already.
+#define RP_PARAMETER_ALPHA_ACROSS 10u
+#define RP_PARAMETER_BASE_ALPHA_ACROSS 11u
+#define RP_PARAMETERS 12u
 
 typedef struct rp_texture_op {
     rp_u32 op;

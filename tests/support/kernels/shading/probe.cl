@@ -1,4 +1,4 @@
-// For tests: layered materials outside a path, in a frame whose normal is z.
+// For tests: layered materials and metals outside a path, in a frame whose normal is z.
 #define RP_LAYERED
 #include "shading/layers.cl"
 
@@ -21,6 +21,12 @@ __kernel void rp_probe_sample_layers(const __global rp_material* m, const __glob
     const uint i = get_global_id(0);
     if (i >= count) return;
     const rp_frame_1 f = rp_probe_frame(views[i]);
+    if (m->kind == RP_MATERIAL_CONDUCTOR) {
+        const rp_scatter of_metal = rp_bsdf_sample(m, &f, (float4)(numbers[i].y, numbers[i].z, 0.0f, 0.0f));
+        results[2u * i] = (float4)(of_metal.direction, of_metal.density);
+        results[2u * i + 1u] = (float4)(of_metal.weight, 1.0f);
+        return;
+    }
     const rp_layers layers = rp_choose_layers(m, &f, rp_probe_color(m), numbers[i].x);
     const rp_scatter s = rp_layers_sample(m, &f, &layers, (float4)(numbers[i].y, numbers[i].z, 0.0f, 0.0f));
     results[2u * i] = (float4)(s.direction, s.density);
@@ -37,6 +43,11 @@ __kernel void rp_probe_evaluate_layers(const __global rp_material* m, const __gl
     rp_layers layers = rp_choose_layers(m, &f, rp_probe_color(m), below ? 0x1.fffffep-1f : 0.0f);
     float density = 0.0f;
     float3 value = (float3)(0.0f);
+    if (m->kind == RP_MATERIAL_CONDUCTOR) {
+        value = rp_bsdf_evaluate(m, &f, directions[i].xyz, &density);
+        results[i] = (float4)(value, density);
+        return;
+    }
     if (layers.below == below) value = rp_layers_evaluate(m, &f, &layers, directions[i].xyz, &density) * layers.side;
     results[i] = (float4)(value, density * layers.side);
 }

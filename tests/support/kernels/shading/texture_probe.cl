@@ -1,4 +1,4 @@
-// For tests: textures outside a path. Built with RP_TEXTURES, RP_SHORT_STATES, RP_NOISE, RP_BUMPS and one slab.
+// For tests: textures outside a path. Built with RP_TEXTURES, RP_SHORT_STATES, RP_NOISE, RP_BUMPS, RP_ANISOTROPIC and one slab.
 #include "shading/texture.cl"
 
 #define RP_PROBE_TABLES                                                                                             \
