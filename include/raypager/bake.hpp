@@ -1,5 +1,5 @@
 // Scene -> blocks and pages: meshes are loaded, all primitives are cut together in world space into blocks, and each block gets its bounding volume
-// hierarchy. What does not fit into host_limit goes over the disk. Images that programs of materials read are cut into pages.
+// hierarchy. What does not fit into host_limit goes over the disk. Images that programs of materials read are cut into pages, and large skies.
 #pragma once
 
 #include <atomic>
@@ -36,6 +36,11 @@ struct BakeOptions {
     // Vertices of meshes may move by so much along each axis, and by the rounding to floats, onto a grid that all share, so that they take fewer
     // bytes; 0: they stay where they are. min_position_error .. max_position_error
     float position_error = 0;
+    // Of skies that are images. The pixels of larger ones than this (8 bytes each) are paged.
+    uint64_t resident_sky_bytes = uint64_t{4} << 20;
+    // Camera rays and mirrors see such a sky as it is, surfaces that scatter light its largest level of at most so many pixels a side: that of 2048
+    // has one for each tenth of a degree.
+    uint32_t scattered_sky_size = 2048;
     uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what there is
     const std::atomic<bool>* stop = nullptr;  // the bake ends soon after it becomes true
     std::function<void(const char* stage, double fraction)> progress;  // may be empty; called from any thread
@@ -66,8 +71,8 @@ struct BakedInMemory {
 Result<BakedInMemory> bake(const Scene& scene, const BakeOptions& options);
 
 // Fingerprint of a scene's geometry (shapes and their places, paths, sizes and times of files with meshes and clouds), of the images that its
-// programs read, and of the options that decide how it is cut. Scenes that differ only in materials and their programs, lights, camera or settings
-// have the same.
+// programs read, of its sky if that is paged, and of the options that decide how it is cut. Scenes that differ only in materials and their programs,
+// other lights, camera or settings have the same.
 Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options);
 // A block file that was baked from a scene with this fingerprint, with the materials, lights, camera and settings of `scene`: what baking it anew
 // would make, to the bit. Nothing if the file has another fingerprint, or its lights cannot be replaced.

@@ -12,6 +12,7 @@
 #define RP_RANDOM_MIX 3u      // which of the materials that are mixed; one number for each mix within another
 #define RP_RANDOM_TEXTURE 4u  // of images: xy texel, z level
 #define RP_RANDOM_SHADOW 5u   // as RP_RANDOM_MIX, for what a shadow ray meets
+#define RP_RANDOM_SKY 6u      // xy texel of a sky that is in pages
 
 #define RP_LANES 1
 #include "common/random_lanes.cl"

@@ -61,6 +61,9 @@ static inline uint rp_flips_at(const rp_arrival* a) {
 // The material with this number where the path has arrived, mixes resolved and textures looked up. resumed: it had waited for a page.
 static inline int rp_find_material(const rp_textures* t, __constant rp_render_params* params, const __global rp_material* materials, uint number,
                                    const rp_arrival* a, const rp_paths* paths, uint slot, uint status, bool resumed, rp_material* own,
+#ifdef RP_SKY_PAGED
+                                   rp_vector_1* sky,
+#endif
                                    uint* shading_normal) {
     const uint depth = rp_depth_of(a->flags);
     *shading_normal = a->shading_normal;
@@ -113,6 +116,14 @@ static inline int rp_find_material(const rp_textures* t, __constant rp_render_pa
 #endif
         break;
     }
+#ifdef RP_SKY_PAGED
+    // Last, so that this texel need not be kept while the path waits, and before the cone goes on.
+    uint absent;
+    if (!RP_IS_SHADOW(a) && depth < params->max_depth && !rp_connect_to_sky(t, params, a, own, sky, &absent)) {
+        rp_await_page(t, paths, slot, rp_wait_to_shade(paths, slot, status, a, have), absent);
+        return RP_FOUND_WAIT;
+    }
+#endif
     if (!RP_IS_SHADOW(a)) rp_set_cone(paths, slot, cone);
     return RP_FOUND_MATERIAL;
 }

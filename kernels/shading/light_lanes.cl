@@ -91,7 +91,12 @@ static inline RP_NAME(rp_light_sample_)
         if (light->kind == RP_LIGHT_INFINITE) {
             const __global uint* sky = rp_sky_words(light, steps);
             const float2 place = rp_sample_sky(sky, across[k], along[k], digits[k], of_sky + k);
-            const float3 towards = rp_sky_to_world(light, rp_sky_direction(place)), shines = rp_sky_radiance(sky, place);
+            const float3 towards = rp_sky_to_world(light, rp_sky_direction(place));
+#ifdef RP_SKY_PAGED
+            const float3 shines = (float3)(1.0f);  // what else it is has been looked up for the vertex (paged_sky.cl)
+#else
+            const float3 shines = rp_sky_radiance(sky, place);
+#endif
             word[0][k] = as_uint(towards.x);
             word[1][k] = as_uint(towards.y);
             word[2][k] = as_uint(towards.z);

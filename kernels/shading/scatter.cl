@@ -33,9 +33,13 @@
 static inline int rp_refraction(float ior) { return clamp((as_int(ior * ior) - 0x3f800000) >> 15, -2048, 2048); }
 
 // The shadow ray to a light. scattered: BSDF * cosine towards it; density: of sampling that direction by the BSDF.
-static inline void rp_connect_to_light(const rp_light_sample_1* light, float3 scattered, float density, rp_departure_1* out) {
+static inline void rp_connect_to_light(const rp_vertex_1* vertex, const rp_light_sample_1* light, float3 scattered, float density,
+                                       rp_departure_1* out) {
     const float weight = light->density > 0.0f ? rp_mis_weight_1(light->density, density) : 1.0f;
     out->light = rp_times_1(rp_product_1(rp_product_1(out->throughput, rp_vector_of(scattered)), light->radiance), weight);
+#ifdef RP_SKY_PAGED
+    out->light = rp_product_1(out->light, vertex->sky);
+#endif
     out->light_direction = light->direction;
     out->light_reach = light->reach;
     out->shadow = out->light.x > 0.0f || out->light.y > 0.0f || out->light.z > 0.0f;
@@ -79,7 +83,7 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
         const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
         float density;
         const float3 reflected = rp_bsdf_evaluate(material, &frame, rp_float3(light.direction), &density);
-        rp_connect_to_light(&light, reflected, density, out);
+        rp_connect_to_light(vertex, &light, reflected, density, out);
     }
     if (!out->go_on) return;
     const float4 numbers = (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), rp_unit_1(bits.z), rp_unit_1(bits.w));
@@ -117,7 +121,7 @@ static RP_NOINLINE void rp_scatter_layered(__constant rp_render_params* params, 
         const rp_light_sample_1 light = rp_sample_light_1(lights, light_steps, params->light_count, out->start, light_bits);
         float density;
         const float3 scattered = rp_layers_evaluate(material, &frame, &layers, rp_float3(light.direction), &density);
-        rp_connect_to_light(&light, scattered, density, out);
+        rp_connect_to_light(vertex, &light, scattered, density, out);
     }
     if (!out->go_on) return;
     const rp_scatter scatter = rp_layers_sample(material, &frame, &layers, (float4)(rp_unit_1(bits.x), rp_unit_1(bits.y), 0.0f, 0.0f));

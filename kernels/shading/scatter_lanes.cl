@@ -14,6 +14,9 @@ typedef struct RP_NAME(rp_vertex_) {
 #ifdef RP_ANISOTROPIC
     RP_UINTS tangent;  // as rp_texture_place has it
 #endif
+#ifdef RP_SKY_PAGED
+    RP_NAME(rp_vector_) sky;  // of the light that it connects to: what is to be multiplied to its radiance
+#endif
 } RP_NAME(rp_vertex_);
 
 // The rays that leave it: a shadow ray, an extension ray, both or none.
@@ -70,6 +73,9 @@ static inline void RP_NAME(rp_scatter_diffuse_)(__constant rp_render_params* par
         const RP_INTS lit = faces & (cosine > 0.0f) & (RP_NAME(rp_dot_)(light.direction, frame.geometric_normal) > 0.0f);
         const RP_FLOATS weight = light.density > 0.0f ? RP_NAME(rp_mis_weight_)(light.density, density) : (RP_FLOATS)(1.0f);
         out->light = RP_NAME(rp_times_)(RP_NAME(rp_product_)(reflected, light.radiance), density * weight);
+#ifdef RP_SKY_PAGED
+        out->light = RP_NAME(rp_product_)(out->light, vertex->sky);
+#endif
         out->light_direction = light.direction;
         out->light_reach = light.reach;
         out->shadow &= lit & ((out->light.x > 0.0f) | (out->light.y > 0.0f) | (out->light.z > 0.0f));

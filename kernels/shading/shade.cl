@@ -10,6 +10,9 @@
 #ifdef RP_TEXTURES
 #include "shading/texture.cl"
 #endif
+#ifdef RP_SKY_PAGED
+#include "shading/paged_sky.cl"
+#endif
 
 static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
                                    float3 direction, float bsdf_density, bool full) {
@@ -207,7 +210,16 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
             rp_end_path(params, paths, slot, film, pixel, (float3)(params->background[0], params->background[1], params->background[2]));
             return false;
         }
+#ifdef RP_SKY_PAGED
+        float3 seen;
+        uint absent;
+        if (!rp_see_sky(textures, params, &a, &seen, &absent)) {
+            rp_await_page(textures, paths, slot, rp_wait_to_shade(paths, slot, status, &a, 0u), absent);
+            return false;
+        }
+#else
         const float3 seen = rp_background(params, lights, light_steps, a.direction, a.bsdf_density, full_emission);
+#endif
         rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * seen);
         return false;
     }
@@ -218,8 +230,11 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     look = look || cut_out;
 #endif
     if (look) {
-        const int found =
-            rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own, &shading_normal);
+        const int found = rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own,
+#ifdef RP_SKY_PAGED
+                                           &reached->vertex.sky,
+#endif
+                                           &shading_normal);
 #ifdef RP_CUTOUTS
         if (found == RP_FOUND_NOTHING) rp_pass(paths, slot, status, &a);
 #endif
@@ -348,7 +363,11 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     const rp_geometry* const geometry = &geometry_of_scene;
 #endif
 #ifdef RP_TEXTURES
-    const rp_textures all_textures = {geometry, texture_words, &params->textures, demand, counters, block_count, round};
+    const rp_textures all_textures = {geometry, texture_words, &params->textures, demand, counters, block_count, round,
+#ifdef RP_SKY_PAGED
+                                      lights,   light_steps
+#endif
+    };
     const rp_textures* const textures = &all_textures;
     const rp_shade_queue all = {queue, free_list, counters[RP_COUNT_EXTEND], params->slot_count};
     const uint count = counters[RP_COUNT_EXTEND] + counters[RP_COUNT_TEXTURED];

@@ -9,6 +9,9 @@ typedef struct rp_gathered {
     uint count;
     uint slot[16], status[16], normal[2][16], path[4][16];  // geometric, shading; pixel, sample, depth, refraction
     float radiance[3][16], vertex[13][16];                  // direction, throughput, position, reflectance, offset
+#ifdef RP_SKY_PAGED
+    float sky[3][16];
+#endif
 } rp_gathered;
 
 static inline void rp_gather(rp_gathered* g, const rp_reached_vertex* reached) {
@@ -32,6 +35,11 @@ static inline void rp_gather(rp_gathered* g, const rp_reached_vertex* reached) {
         g->vertex[3u * i + 2u][k] = of[i].z;
     }
     g->vertex[12][k] = v->offset;
+#ifdef RP_SKY_PAGED
+    g->sky[0][k] = v->sky.x;
+    g->sky[1][k] = v->sky.y;
+    g->sky[2][k] = v->sky.z;
+#endif
 }
 
 static inline rp_vector_16 rp_load_vector(float (*rows)[16]) {
@@ -62,6 +70,9 @@ static inline void rp_shade_gathered(__constant rp_render_params* params, const 
     vertex.sample = vload16(0, g->path[1]);
     vertex.depth = vload16(0, g->path[2]);
     vertex.refraction = as_int16(vload16(0, g->path[3]));
+#ifdef RP_SKY_PAGED
+    vertex.sky = rp_load_vector(g->sky);
+#endif
     rp_departure_16 all;
     rp_scatter_diffuse_16(params, lights, light_steps, &vertex, &all);
     float rows[17][16];  // start, light direction, light, direction, throughput, reach, density
@@ -123,6 +134,9 @@ static RP_NOINLINE void rp_shade_runs(RP_SHADE_GEOMETRY uint item, uint step, ui
         // The lanes that are empty do what the first does, to no effect.
         for (uint k = gathered.count; k < 16u; k++) {
             for (uint i = 0u; i < 13u; i++) gathered.vertex[i][k] = gathered.vertex[i][0];
+#ifdef RP_SKY_PAGED
+            for (uint i = 0u; i < 3u; i++) gathered.sky[i][k] = gathered.sky[i][0];
+#endif
             for (uint i = 0u; i < 4u; i++) gathered.path[i][k] = gathered.path[i][0];
             for (uint i = 0u; i < 2u; i++) gathered.normal[i][k] = gathered.normal[i][0];
         }

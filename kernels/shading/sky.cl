@@ -37,16 +37,20 @@ static inline float3 rp_sky_direction(float2 place) {
     return (float3)(copysign(cosine * across, u), copysign(sine * across, v), copysign(1.0f - r * r, to_horizon));
 }
 
-// The one place that knows where texels are.
+static inline float3 rp_texel_color(uint2 words, uint exponent) {
+    return (float3)((float)(words.x & 0xffffu), (float)(words.x >> 16), (float)(words.y & 0xffffu)) * as_float(exponent << 23);
+}
+
+// The one place that knows where texels are, but for those in pages (paged_sky.cl).
 static inline float3 rp_image_texel(const __global uint* image, int x, int y) {
     const uint cells = image[RP_IMAGE_CELLS], texel = (uint)y * image[RP_IMAGE_WIDTH] + (uint)x;
     const uint2 words = vload2(texel, image + RP_IMAGE_HEAD + cells + cells * cells);
-    return (float3)((float)(words.x & 0xffffu), (float)(words.x >> 16), (float)(words.y & 0xffffu)) * as_float(words.y >> 16 << 23);
+    return rp_texel_color(words, words.y >> 16);
 }
 
 // x, y: from -1 to the number of texels a side. Each edge meets itself, halves swapped.
-static inline float3 rp_sky_texel(const __global uint* sky, int x, int y) {
-    const int size = (int)sky[RP_IMAGE_WIDTH], last = size - 1;
+static inline int2 rp_sky_folded(int x, int y, int size) {
+    const int last = size - 1;
     if (x < 0 || x > last) {
         x = x < 0 ? 0 : last;
         y = last - y;
@@ -55,7 +59,11 @@ static inline float3 rp_sky_texel(const __global uint* sky, int x, int y) {
         y = y < 0 ? 0 : last;
         x = last - x;
     }
-    return rp_image_texel(sky, x, y);
+    return (int2)(x, y);
+}
+static inline float3 rp_sky_texel(const __global uint* sky, int x, int y) {
+    const int2 texel = rp_sky_folded(x, y, (int)sky[RP_IMAGE_WIDTH]);
+    return rp_image_texel(sky, texel.x, texel.y);
 }
 
 // What shines at a place of the image.

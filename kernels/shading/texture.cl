@@ -28,6 +28,10 @@ typedef struct rp_textures {
     volatile __global uint* demand;
     volatile __global uint* counters;
     uint page_count, round;  // pages: of geometry and of images
+#ifdef RP_SKY_PAGED
+    const __global rp_light* lights;
+    const __global uint* light_steps;
+#endif
 } rp_textures;
 
 // A hit, as textures see it.
@@ -145,6 +149,20 @@ typedef struct rp_texel_address {
     uint page, at;  // of the images; byte in it. page: RP_NONE, the texel is black
 } rp_texel_address;
 
+// Of a level (rp_image_level).
+static inline rp_texel_address rp_texel_of_level(uint4 level, uint log_bytes, uint x, uint y) {
+    rp_texel_address address = {level.x, 0u};
+    if (level.w != RP_NONE) {
+        address.at = level.w + ((y * level.y + x) << log_bytes);
+        return address;
+    }
+    const uint log_width = RP_TILE_LOG_WIDTH(log_bytes), log_height = RP_TILE_LOG_HEIGHT(log_bytes);
+    const uint tiles_along = (level.y + (1u << log_width) - 1u) >> log_width;
+    address.page += (y >> log_height) * tiles_along + (x >> log_width);
+    address.at = rp_in_tile(x & ((1u << log_width) - 1u), y & ((1u << log_height) - 1u), log_height) << log_bytes;
+    return address;
+}
+
 static inline rp_texel_address rp_find_texel(const rp_textures* t, const __global rp_image* image, uint op, const rp_texture_point* place,
                                              const rp_numbers_1* bits) {
     const __global uint4* levels = (const __global uint4*)(t->words + t->at->image_levels) + image->first_level;
@@ -156,19 +174,8 @@ static inline rp_texel_address rp_find_texel(const rp_textures* t, const __globa
     const uint4 record = chosen == 0u ? whole : levels[chosen];  // rp_image_level
     const int x = rp_texel_along(place->at.x, (int)record.y, rp_unit_1(bits->x), wrap);
     const int y = rp_texel_along(place->at.y, (int)record.z, rp_unit_1(bits->y), wrap_across);
-    rp_texel_address address = {RP_NONE, 0u};
-    if (x < 0 || y < 0) return address;
-    const uint log_bytes = RP_TEXEL_LOG_BYTES(image->format);
-    address.page = record.x;
-    if (record.w != RP_NONE) {
-        address.at = record.w + (((uint)y * record.y + (uint)x) << log_bytes);
-        return address;
-    }
-    const uint log_width = RP_TILE_LOG_WIDTH(log_bytes), log_height = RP_TILE_LOG_HEIGHT(log_bytes);
-    const uint tiles_along = (record.y + (1u << log_width) - 1u) >> log_width;
-    address.page += ((uint)y >> log_height) * tiles_along + ((uint)x >> log_width);
-    address.at = rp_in_tile((uint)x & ((1u << log_width) - 1u), (uint)y & ((1u << log_height) - 1u), log_height) << log_bytes;
-    return address;
+    const rp_texel_address none = {RP_NONE, 0u};
+    return x < 0 || y < 0 ? none : rp_texel_of_level(record, RP_TEXEL_LOG_BYTES(image->format), (uint)x, (uint)y);
 }
 
 // The words of a texel in memory, the lower ones first.

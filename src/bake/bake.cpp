@@ -79,7 +79,7 @@ public:
         if (!fingerprint) return fingerprint.status();
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes ? options_.block_bytes : min_automatic);
         if (!memory) return memory.status();
-        auto images = plan_images(scene_, options_.host_limit);
+        auto images = plan_images(scene_, options_);
         if (!images) return images.status();
         const Result<BlockSink*> sink = open();
         if (!sink) return sink.status();

@@ -62,14 +62,18 @@ public:
     ImageBake(const Scene& scene, const ImagePlan& plan, const ImageBaking& settings, BlockSink& sink, std::vector<PageRecord>& pages)
         : scene_(scene), plan_(plan), settings_(settings), sink_(sink), pages_(pages), memory_(settings.host_limit) {
         for (const ImageShape& shape : plan.shapes) all_texels_ += uint64_t{shape.width} * shape.height;
+        if (plan.sky) sky_level_.emplace(*plan.sky);
     }
 
     Status run() {
-        return parallel_try(plan_.used.size(), 1, [this](size_t first, size_t end) -> Status {
+        return parallel_try(plan_.shapes.size(), 1, [this](size_t first, size_t end) -> Status {
             for (size_t i = first; i < end; i++) RAYPAGER_TRY(bake(i));
             return {};
         });
     }
+
+    // After run().
+    std::vector<rp_u32> sky_words() const { return sky_level_ ? sky_level_->words(static_cast<uint32_t>(plan_.used.size())) : std::vector<rp_u32>(); }
 
 private:
     struct Tails {
@@ -89,7 +93,10 @@ private:
             tell(uint64_t{rows - std::exchange(rows_told, rows)} * shape.width);
             return is_stopped() ? Status::interrupted("stopped by a signal; nothing was written") : Status();
         };
-        RAYPAGER_TRY(tile_image(*scene_.images[plan_.used[index]], image, levels, {page, tail}, before_rows));
+        const bool is_sky = index == plan_.used.size();
+        PageTakers takers = {page, tail};
+        if (is_sky) takers.row = [this](uint32_t level, std::span<const std::byte> texels) { sky_level_->take(level, texels); };
+        RAYPAGER_TRY(tile_image(*(is_sky ? sky_source(*plan_.sky) : scene_.images[plan_.used[index]]), image, levels, takers, before_rows));
         tell(uint64_t{shape.height - rows_told} * shape.width);
         return {};
     }
@@ -123,6 +130,7 @@ private:
     BlockSink& sink_;
     std::vector<PageRecord>& pages_;
     SharedMemory memory_;
+    std::optional<SkyLevel> sky_level_;
     uint64_t all_texels_ = 0;
     std::mutex mutex_;  // of what follows
     uint64_t texels_ = 0;
@@ -131,22 +139,26 @@ private:
 
 }  // namespace
 
-Result<ImagePlan> plan_images(const Scene& scene, uint64_t host_limit) {
+Result<ImagePlan> plan_images(const Scene& scene, const BakeOptions& options) {
     ImagePlan plan;
     plan.used = used_images(scene);
-    for (const uint32_t image : plan.used) {
-        const ImageSource& source = *scene.images[image];
+    plan.sky = paged_sky(scene, options);
+    const auto add = [&](const ImageSource& source) -> Status {
         const auto shape = source.shape();
         if (!shape) return shape.status();
         RAYPAGER_TRY(check_image_shape(*shape, source.name()));
-        if (memory_of(*shape) > host_limit)
+        if (memory_of(*shape) > options.host_limit)
             return Status::failed(fmt::format("{}: an image of {} x {} texels takes {} of memory to bake; give a larger --host-limit", source.name(),
                                               shape->width, shape->height, format_exact_bytes(memory_of(*shape))));
         plan.shapes.push_back(*shape);
-    }
+        return {};
+    };
+    for (const uint32_t image : plan.used) RAYPAGER_TRY(add(*scene.images[image]));
+    if (plan.sky) RAYPAGER_TRY(add(*sky_source(*plan.sky)));
     auto layout = lay_out_images(plan.shapes);
     if (!layout) return layout.status();
     plan.layout = std::move(*layout);
+    if (plan.sky) plan.layout.images.back().format = RP_TEXEL_SKY;
     BakedScene textured;
     take_settings(scene, textured);
     textured.images = plan.layout.images;
@@ -155,10 +167,13 @@ Result<ImagePlan> plan_images(const Scene& scene, uint64_t host_limit) {
 }
 
 Status bake_images(const Scene& scene, ImagePlan plan, const ImageBaking& settings, BlockSink& sink, BakedScene& baked) {
-    if (plan.used.empty()) return {};
+    if (plan.shapes.empty()) return {};
     baked.pages.resize(plan.layout.pages);
     RAYPAGER_TRY(sink.reserve_pages(plan.layout.pages));
-    RAYPAGER_TRY(ImageBake(scene, plan, settings, sink, baked.pages).run());
+    ImageBake bake(scene, plan, settings, sink, baked.pages);
+    RAYPAGER_TRY(bake.run());
+    baked.sky_words = bake.sky_words();
+    if (plan.sky) leave_out_sky(baked.light_images, plan.sky->number);
     baked.images = std::move(plan.layout.images);
     baked.image_levels = std::move(plan.layout.levels);
     return {};

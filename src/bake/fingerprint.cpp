@@ -1,6 +1,6 @@
 // Tells whether a cached block file still has the geometry of a scene, cut as the options say. What the scene looks like does not count: it is set
 // when the file is opened (restyle.hpp). A scene file counts by what it says of geometry, meshes and clouds by size and time of their files. So do
-// images that programs read; the programs themselves are set anew.
+// images that programs read, and the texels of a sky that is paged; the programs themselves are set anew.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 #include <system_error>
 #include <type_traits>
 
+#include "bake/paged_sky.hpp"
 #include "bake/used_images.hpp"
 #include "base/hash.hpp"
 #include "gather/lights.hpp"
@@ -117,6 +118,17 @@ Status add_images(Fingerprint& f, const Scene& scene) {
     return {};
 }
 
+// That of a sky that is resident does not count.
+Status add_sky(Fingerprint& f, const Scene& scene, const BakeOptions& options) {
+    const auto sky = paged_sky(scene, options);
+    if (!sky) return {};
+    const auto fingerprint = sky_source(*sky)->fingerprint();
+    if (!fingerprint) return fingerprint.status();
+    f.add(*fingerprint);
+    f.add(sky->level);
+    return {};
+}
+
 }  // namespace
 
 Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options) {
@@ -138,6 +150,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
     for (const Shape& shape : scene.shapes)
         if (auto status = add_shape(f, scene, shape); !status.ok()) return status;
     if (auto status = add_images(f, scene); !status.ok()) return status;
+    if (auto status = add_sky(f, scene, options); !status.ok()) return status;
     return f.value();
 }
 

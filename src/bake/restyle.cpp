@@ -5,8 +5,10 @@
 #include <bit>
 #include <cstddef>
 
+#include "bake/paged_sky.hpp"
 #include "bake/used_images.hpp"
 #include "gather/lights.hpp"
+#include "scene/light_images.hpp"
 #include "store/check_images.hpp"
 
 namespace raypager {
@@ -73,7 +75,11 @@ Result<bool> restyle(const Scene& scene, BakedScene& baked) {
     textured.images = baked.images;
     take_settings(scene, textured);
     RAYPAGER_TRY(check_programs(textured).at("textures"));
+    const std::optional<uint32_t> sky = sky_image(scene.lights);
+    const bool same_sky = sky && baked.has_paged_sky() && scene.light_images[*sky]->width == baked.sky_words[RP_IMAGE_WIDTH];
+    if (baked.has_paged_sky() && !same_sky) return false;
     take_settings(scene, baked);
+    if (baked.has_paged_sky()) leave_out_sky(baked.light_images, *sky);
     if (same_lights(*lights, baked.lights)) return true;
     baked.lights = std::move(*lights);
     const bool empty = baked.triangles + baked.spheres == 0;

@@ -114,7 +114,8 @@ uint64_t BakedScene::identity() const {
         hasher.add(block.checksum);
         hasher.add(block.stored_bytes);
     }
-    if (texture_ops.empty()) return hasher.value;
+    if (texture_ops.empty() && !has_paged_sky()) return hasher.value;
+    if (has_paged_sky()) hasher.add_all(sky_words);
     hasher.add_all(images);
     hasher.add_all(image_levels);
     hasher.add_all(texture_ops);

@@ -46,7 +46,8 @@ struct BakedScene {
     PixelFilter filter;
     std::vector<rp_material> materials;
     std::vector<rp_light> lights;            // all, emissive primitives included; probabilities filled in
-    LightImages light_images;                // as in Scene
+    LightImages light_images;                // as in Scene, but that of a sky whose texels are in pages has none
+    std::vector<rp_u32> sky_words;           // of such a sky: what kernels have of it (abi/light_image.h); empty: there is none
     std::vector<rp_primitive_range> ranges;  // sorted by first_primitive, starting at 0
     float lower[3] = {}, upper[3] = {};      // bounds of all geometry but backdrops; zeros for an empty scene
     rp_top_grid top_grid = {};
@@ -55,7 +56,7 @@ struct BakedScene {
     std::vector<uint64_t> block_entry_paths;  // see abi/block.h
     std::vector<rp_u32> wide_roots;           // of the block entries, in the wide form of their blocks (abi/wide.h)
     std::vector<BlockRecord> blocks;
-    std::vector<rp_image> images;
+    std::vector<rp_image> images;  // of textures, then of the sky
     std::vector<rp_image_level> image_levels;
     std::vector<PageRecord> pages;  // of the images; in the page table they follow the blocks
     std::vector<rp_texture_op> texture_ops;
@@ -82,9 +83,11 @@ struct BakedScene {
     bool has_bumps() const;          // textures that change normals
     bool is_anisotropic() const;     // any material
     bool has_tangents() const { return (has_bumps() || is_anisotropic()) && has_uvs(); }
-    bool has_cutouts() const;                                                    // surfaces of which parts are not there
-    bool has_textures() const { return has_cutouts() || !texture_ops.empty(); }  // what kernels have to do for either is the same
-    uint64_t identity() const;                                                   // hash of everything that decides the picture, blocks included
+    bool has_cutouts() const;  // surfaces of which parts are not there
+    bool has_paged_sky() const { return !sky_words.empty(); }
+    // What kernels have to do for any of these is the same: paths may wait where they have arrived.
+    bool has_textures() const { return has_cutouts() || has_paged_sky() || !texture_ops.empty(); }
+    uint64_t identity() const;  // hash of everything that decides the picture, blocks included
 };
 
 }  // namespace raypager

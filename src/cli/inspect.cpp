@@ -128,6 +128,11 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     if (!scene.images.empty())
         line("images", fmt::format("{} in {}, {}", format_count(scene.images.size()), counted(scene.pages.size(), "page"),
                                    format_bytes(scene.texture_bytes())));
+    if (scene.has_paged_sky()) {
+        const rp_image& sky = scene.images[scene.sky_words[RP_IMAGE_IN_PAGES]];
+        const uint32_t whole = scene.sky_words[RP_IMAGE_WIDTH], level = scene.image_levels[sky.first_level + scene.sky_words[RP_IMAGE_LEVEL]].width;
+        line("sky", fmt::format("{0} x {0} pixels, the last of the images; {1} x {1} where light is scattered", whole, level));
+    }
     if (scene.position_cell > 0)
         line("positions", fmt::format("multiples of {:.6g}: moved by {:.6g} at most along each axis, beyond rounding", scene.position_cell,
                                       scene.position_cell / 2));

@@ -18,7 +18,7 @@ bool is_sky(const rp_light& light, size_t number) { return light.kind == RP_LIGH
 
 uint32_t cells_of(const LightImage& image, std::span<const rp_light> lights, size_t number) {
     const bool drawn_from = std::ranges::any_of(lights, [&](const rp_light& light) { return is_sky(light, number); });
-    return drawn_from ? std::min(image.width, max_cells) : 0;
+    return drawn_from ? sky_cells(image.width) : 0;
 }
 
 uint64_t head_words(uint64_t cells) { return RP_IMAGE_HEAD + cells + cells * cells; }
@@ -111,22 +111,41 @@ std::vector<double> cell_weights(const LightImage& image, uint32_t cells) {
     return weights;
 }
 
-uint64_t image_words_bytes(const LightImages& images, std::span<const rp_light> lights) {
-    uint64_t words = 0;
-    for (size_t i = 0; i < images.size(); i++) words += head_words(cells_of(*images[i], lights, i)) + 2 * images[i]->texels.size();
+uint64_t image_words_bytes(const LightImages& images, std::span<const rp_light> lights, std::span<const uint32_t> sky_in_pages) {
+    uint64_t words = sky_in_pages.size();
+    for (size_t i = 0; i < images.size(); i++)
+        if (!images[i]->texels.empty()) words += head_words(cells_of(*images[i], lights, i)) + 2 * images[i]->texels.size();
     return words * sizeof(uint32_t);
 }
 
 Status for_image_words(const LightImages& images, std::vector<rp_light>& lights, uint64_t first_word,
-                       const std::function<Status(std::span<const uint32_t> head, std::span<const rp_texel> texels)>& take) {
+                       const std::function<Status(std::span<const uint32_t> head, std::span<const rp_texel> texels)>& take,
+                       std::span<const uint32_t> sky_in_pages) {
     for (size_t i = 0; i < images.size(); i++) {
-        const std::vector<uint32_t> head = head_of(*images[i], cells_of(*images[i], lights, i));
+        const bool in_pages = images[i]->texels.empty();
+        const std::vector<uint32_t> head =
+            in_pages ? std::vector(sky_in_pages.begin(), sky_in_pages.end()) : head_of(*images[i], cells_of(*images[i], lights, i));
         for (rp_light& light : lights)
             if (light.flags >> RP_LIGHT_IMAGE_SHIFT == i + 1) light.area = std::bit_cast<float>(static_cast<uint32_t>(first_word));
         if (Status status = take(head, images[i]->texels); !status.ok()) return status;
         first_word += head.size() + 2 * images[i]->texels.size();
     }
     return {};
+}
+
+uint32_t sky_cells(uint32_t size) { return std::min(size, max_cells); }
+
+std::vector<uint32_t> sky_head(const LightImage& image) { return head_of(image, sky_cells(image.width)); }
+
+bool are_sky_words(std::span<const uint32_t> words) {
+    if (words.size() < RP_IMAGE_HEAD) return false;
+    const uint32_t cells = words[RP_IMAGE_CELLS];
+    if (cells == 0 || cells > max_cells || words.size() != head_words(cells)) return false;
+    for (auto steps = words.subspan(RP_IMAGE_HEAD); !steps.empty(); steps = steps.subspan(cells)) {
+        const auto some = steps.first(cells);
+        if (some.back() != UINT32_MAX || std::ranges::adjacent_find(some, std::greater_equal()) != some.end()) return false;
+    }
+    return true;
 }
 
 }  // namespace raypager

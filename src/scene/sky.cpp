@@ -168,6 +168,11 @@ std::optional<uint32_t> image_of(const rp_light& light) {
     return number > 0 ? std::optional(number - 1) : std::nullopt;
 }
 
+std::optional<uint32_t> sky_image(std::span<const rp_light> lights) {
+    const auto sky = std::ranges::find(lights, rp_u32{RP_LIGHT_INFINITE}, &rp_light::kind);
+    return sky != lights.end() ? image_of(*sky) : std::nullopt;
+}
+
 namespace {
 
 bool are_axes(std::initializer_list<Vector> axes) {
@@ -201,21 +206,26 @@ Status check_lamp(const rp_light& light, const LightImage* image) {
 
 }  // namespace
 
-Status check_light_images(const LightImages& images, std::span<const rp_light> lights) {
+Status check_light_images(const LightImages& images, std::span<const rp_light> lights, bool sky_in_pages) {
     for (const rp_light& light : lights) {
         const auto number = image_of(light);
         if (number && *number >= images.size()) return Status::failed("a light's image does not exist");
         RAYPAGER_TRY(check_lamp(light, number ? images[*number].get() : nullptr));
+        if (sky_in_pages && light.kind != RP_LIGHT_INFINITE && number && number == sky_image(lights))
+            return Status::failed("a lamp has the image of the sky, which is in pages");
     }
+    const std::optional<uint32_t> in_pages = sky_in_pages ? sky_image(lights) : std::nullopt;
+    if (sky_in_pages && !in_pages) return Status::failed("the sky that is in pages does not exist");
     uint64_t all = 0;
-    for (const auto& image : images) {
-        const uint64_t texels = image->texels.size();
+    for (size_t i = 0; i < images.size(); i++) {
+        const LightImage& image = *images[i];
+        const uint64_t texels = uint64_t{image.width} * image.height;
         all += texels;
-        if (texels == 0 || all > max_light_texels || image->width > max_sky_size || image->height > max_sky_size ||
-            texels != uint64_t{image->width} * image->height)
+        if (texels == 0 || image.width > max_sky_size || image.height > max_sky_size || all > max_light_texels ||
+            image.texels.size() != (i == in_pages ? 0 : texels))
             return Status::failed(
                 fmt::format("images are empty or larger than {0} x {0}, or have more than {1} pixels in all", max_sky_size, max_light_texels));
-        for (const rp_texel& texel : image->texels)
+        for (const rp_texel& texel : image.texels)
             if (const uint32_t exponent = texel.blue_exponent >> 16; exponent < 1 || exponent > RP_TEXEL_MAX_EXPONENT)
                 return Status::failed("a colour is not finite");
     }

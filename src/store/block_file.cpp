@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/hash.hpp"
+#include "scene/light_images.hpp"
 #include "store/check_scene.hpp"
 #include "store/format.hpp"
 
@@ -92,9 +93,11 @@ Status read_light_images(const InputFile& file, const Header& header, BakedScene
     std::vector<rp_texel> all;
     RAYPAGER_TRY(read_section(file, header, light_images, sizes));
     RAYPAGER_TRY(read_section(file, header, texels, all));
+    RAYPAGER_TRY(read_section(file, header, sky_words, scene.sky_words));
+    const auto in_pages = scene.has_paged_sky() ? sky_image(scene.lights) : std::nullopt;
     size_t first = 0;
     for (const auto& [width, height] : sizes) {
-        const uint64_t count = uint64_t{width} * height;
+        const uint64_t count = scene.light_images.size() == in_pages ? 0 : uint64_t{width} * height;
         if (count > all.size() - first)
             return Status::failed(file.path().string() +
                                   ": section \"texels\": has too few for the images; the file is damaged, bake the scene again");

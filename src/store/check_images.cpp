@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "lights/image_words.hpp"
 #include "scene/check_texture.hpp"
 #include "scene/image_levels.hpp"
+#include "scene/light_images.hpp"
 #include "store/format.hpp"
 #include "store/section_status.hpp"
 
@@ -44,6 +46,22 @@ Status check_levels(const BakedScene& scene, const rp_image& image) {
     return {};
 }
 
+// What is said of a sky in pages is so of its image.
+Status check_sky(const BakedScene& scene) {
+    if (!scene.has_paged_sky()) return {};
+    const auto bad = [](const char* what) { return bad_section(format::sky_words, what); };
+    if (!are_sky_words(scene.sky_words)) return bad("directions cannot be drawn by them");
+    const auto word = [&](uint32_t at) { return scene.sky_words[at]; };
+    if (scene.images.empty() || word(RP_IMAGE_IN_PAGES) != scene.images.size() - 1) return bad("its image is not the last one");
+    const rp_image& image = scene.images.back();
+    const rp_image_level& whole = scene.image_levels[image.first_level];
+    const LightImage& sky = *scene.light_images[*sky_image(scene.lights)];
+    for (const uint32_t size : {word(RP_IMAGE_WIDTH), word(RP_IMAGE_HEIGHT), whole.width, whole.height})
+        if (size != sky.width) return bad("its image has another size");
+    if (word(RP_IMAGE_LEVEL) >= image.levels) return bad("it has no such level");
+    return {};
+}
+
 Status check_pages(const BakedScene& scene, uint64_t file_bytes) {
     if (scene.blocks.size() > max_pageables || scene.pages.size() > max_pageables - scene.blocks.size())
         return bad_section(format::pages, "there are too many");
@@ -57,8 +75,10 @@ Status check_pages(const BakedScene& scene, uint64_t file_bytes) {
 
 }  // namespace
 
+// The image of a sky in pages is the last one, and for programs there is none.
 Status check_programs(const BakedScene& scene) {
-    return check_textures({scene.texture_ops, scene.texture_maps, scene.materials, scene.images.size(),
+    const size_t images = scene.images.size() - (!scene.images.empty() && scene.images.back().format == RP_TEXEL_SKY ? 1 : 0);
+    return check_textures({scene.texture_ops, scene.texture_maps, scene.materials, images,
                            [&scene](uint32_t image) { return texel_words(scene.images[image].format); }});
 }
 
@@ -68,7 +88,8 @@ Status check_images(const BakedScene& scene, uint64_t file_bytes) {
     for (size_t i = 0; i < scene.images.size(); i++) {
         const rp_image& image = scene.images[i];
         const auto bad = [i](const char* what) { return bad_section(format::images, fmt::format("image {} {}", i, what)); };
-        if (image.format >= RP_TEXEL_FORMATS) return bad("has texels of an unknown format");
+        const bool of_sky = scene.has_paged_sky() && i + 1 == scene.images.size();
+        if (of_sky ? image.format != RP_TEXEL_SKY : image.format >= RP_TEXEL_FORMATS) return bad("has texels of an unknown format");
         if (image.srgb > 1 || (image.srgb && image.format != RP_TEXEL_GRAY8 && image.format != RP_TEXEL_RGBA8)) return bad("cannot be sRGB");
         if (image.levels == 0 || image.levels > RP_IMAGE_MAX_LEVELS || image.first_level != levels ||
             image.levels > scene.image_levels.size() - levels)
@@ -77,6 +98,7 @@ Status check_images(const BakedScene& scene, uint64_t file_bytes) {
         RAYPAGER_TRY(check_levels(scene, image));
     }
     if (levels != scene.image_levels.size()) return bad_section(format::image_levels, "there are more than the images have");
+    RAYPAGER_TRY(check_sky(scene));
     const Status programs = check_programs(scene);
     return programs.ok() ? programs : bad_section(format::texture_ops, programs.message());
 }

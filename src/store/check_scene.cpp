@@ -77,7 +77,8 @@ Status check_lights(const BakedScene& scene) {
     if (infinite > 1) return bad(lights, "there is more than one infinite light");
     // Single-precision roundings are far smaller, on average, than this.
     if (!scene.lights.empty() && std::abs(sum - 1) > 1e-4) return bad(lights, fmt::format("the probabilities sum up to {}", sum));
-    if (const Status status = check_light_images(scene.light_images, scene.lights); !status.ok()) return bad(light_images, status.message());
+    if (const Status status = check_light_images(scene.light_images, scene.lights, scene.has_paged_sky()); !status.ok())
+        return bad(light_images, status.message());
     return {};
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/half.hpp"
 #include "image/formats.hpp"
+#include "raypager/sky.hpp"
 
 namespace raypager {
 namespace {
@@ -111,6 +112,23 @@ void encode_srgb_rgba(const float* values, size_t count, std::byte* texels) {
     }
 }
 
+// Three colours and nothing.
+void decode_sky(const std::byte* texels, size_t count, float* values) {
+    for (size_t i = 0; i < count; i++, values += 4) {
+        rp_texel texel;
+        std::memcpy(&texel, texels + i * sizeof texel, sizeof texel);
+        const Float3 color = texel_color(texel);
+        values[0] = color.x, values[1] = color.y, values[2] = color.z, values[3] = 0;
+    }
+}
+
+void encode_sky(const float* values, size_t count, std::byte* texels) {
+    for (size_t i = 0; i < count; i++, values += 4) {
+        const rp_texel texel = texel_of({values[0], values[1], values[2]});
+        std::memcpy(texels + i * sizeof texel, &texel, sizeof texel);
+    }
+}
+
 template <auto function>
 void of_four(const std::byte* texels, size_t count, float* values) {
     function(texels, 4 * count, values);
@@ -145,6 +163,8 @@ TexelCodec texel_codec(uint32_t format, bool srgb) {
             return {4, of_four<decode_integers<uint8_t>>, to_four<encode_integers<uint8_t>>};
         case RP_TEXEL_RGBA16:
             return {4, of_four<decode_integers<uint16_t>>, to_four<encode_integers<uint16_t>>};
+        case RP_TEXEL_SKY:
+            return {4, decode_sky, encode_sky};
         default:
             return {4, of_four<decode_halves>, to_four<encode_halves>};
     }

@@ -146,6 +146,7 @@ Status ImageTiler::put_row(size_t index, const std::byte* texels) {
     Level& level = levels_[index];
     const rp_image_level& record = level.record;
     const uint32_t row = level.rows++, bytes = texel_bytes(image_.format);
+    if (takers_.row) takers_.row(static_cast<uint32_t>(index), std::span(texels, size_t{record.width} * bytes));
     if (record.at != RP_NONE) {
         std::memcpy(level.band.data() + size_t{row} * record.width * bytes, texels, size_t{record.width} * bytes);
         return {};

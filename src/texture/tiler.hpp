@@ -21,6 +21,8 @@ struct PageTakers {
     std::function<Status(uint32_t page, std::span<const std::byte> bytes)> page;
     // All small levels of an image: a part of a page, which begins at the byte `at`.
     std::function<Status(uint32_t page, uint32_t at, std::span<const std::byte> bytes)> tail;
+    // Each row of each level, as it is stored; may be empty.
+    std::function<void(uint32_t level, std::span<const std::byte> texels)> row = {};
 };
 
 // A texel of a level is the mean of the area that it covers of the level before, n texels along an axis becoming m = (n + 1) / 2: texel i

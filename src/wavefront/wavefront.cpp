@@ -55,7 +55,9 @@ std::span<const std::byte> bytes_of_one(const T& value) {
 
 namespace {
 
-uint64_t light_words_bytes(const BakedScene& scene) { return light_choice_bytes(scene.lights) + image_words_bytes(scene.light_images, scene.lights); }
+uint64_t light_words_bytes(const BakedScene& scene) {
+    return light_choice_bytes(scene.lights) + image_words_bytes(scene.light_images, scene.lights, scene.sky_words);
+}
 
 uint64_t texture_bytes(const BakedScene& scene) { return scene.has_textures() ? at_least_16(texture_words_bytes(scene)) : 0; }
 
@@ -68,6 +70,7 @@ std::string shading_definitions(const BakedScene& scene) {
         if (any([](const rp_light& l) { return l.kind == RP_LIGHT_POINT || l.kind >= RP_LIGHT_SPOT; })) result += " -DRP_LIGHT_CLOSE";
     }
     if (any([](const rp_light& light) { return light.kind == RP_LIGHT_INFINITE && image_of(light); })) result += " -DRP_SKY";
+    if (scene.has_paged_sky()) result += " -DRP_SKY_PAGED";
     if (any([](const rp_light& l) { return l.kind >= RP_LIGHT_SPOT || (l.kind == RP_LIGHT_POINT && image_of(l)); })) result += " -DRP_LAMPS";
     if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) result += " -DRP_LAYERED";
     if (std::ranges::any_of(scene.texture_ops, [](const rp_texture_op& op) {
@@ -181,11 +184,13 @@ Status Wavefront::upload_light_words(const BakedScene& scene, std::vector<rp_lig
         return {};
     };
     RAYPAGER_TRY(write(bytes_of(choice)));
-    return for_image_words(scene.light_images, lights, choice.size(),
-                           [&](std::span<const uint32_t> head, std::span<const rp_texel> texels) -> Status {
-                               RAYPAGER_TRY(write(std::as_bytes(head)));
-                               return write(std::as_bytes(texels));
-                           });
+    return for_image_words(
+        scene.light_images, lights, choice.size(),
+        [&](std::span<const uint32_t> head, std::span<const rp_texel> texels) -> Status {
+            RAYPAGER_TRY(write(std::as_bytes(head)));
+            return write(std::as_bytes(texels));
+        },
+        scene.sky_words);
 }
 
 Status Wavefront::allocate_state(const SlotFields& fields) {

@@ -7,6 +7,7 @@
 
 #include "base/files.hpp"
 #include "base/hash.hpp"
+#include "raypager/sky.hpp"
 #include "render/render.hpp"
 #include "store/block_file.hpp"
 #include "store/format.hpp"
@@ -146,6 +147,50 @@ TEST_F(DamagedPages, RandomChangesUnderRightChecksums) {
 TEST_F(DamagedPages, SqueezedAndSpreadItIsTheSame) {
     std::string spread = support::spread_pages(support::squeeze_pages(good_));
     EXPECT_EQ(spread, good_);
+}
+
+// Where the texels of a sky are in pages, what kernels read of it must lead nowhere else.
+TEST_F(DamagedPages, NonsenseAboutASkyIsRefused) {
+    Scene scene = support::with_images(scene_of({mesh_shape(terrain(6))}));
+    ASSERT_TRUE(set_sky(scene, {70, 70, 1, std::vector<float>(4900, 0.5f)}).ok());
+    BakeOptions options;
+    options.resident_sky_bytes = 0;
+    ASSERT_TRUE(bake(scene, options, folder_ / "sky.rpb").ok());
+    good_ = support::read_file(folder_ / "sky.rpb");
+    std::memcpy(&header_, good_.data(), sizeof header_);
+    ASSERT_TRUE(open(good_).ok());
+    const auto bad_word = [&](size_t index, const auto& change, const char* words) {
+        expect_refused(changed<rp_u32>(format::sky_words, index, change), words);
+    };
+    bad_word(
+        RP_IMAGE_WIDTH, [](rp_u32& w) { w = 71; }, "another size");
+    bad_word(
+        RP_IMAGE_CELLS, [](rp_u32& w) { w = 0; }, "cannot be drawn");
+    bad_word(
+        RP_IMAGE_CELLS, [](rp_u32& w) { w = 1u << 20; }, "cannot be drawn");
+    bad_word(
+        RP_IMAGE_IN_PAGES, [](rp_u32& w) { w--; }, "not the last one");
+    bad_word(
+        RP_IMAGE_LEVEL, [](rp_u32& w) { w = 8; }, "no such level");
+    bad_word(
+        RP_IMAGE_HEAD + 5, [](rp_u32& w) { w = 0; }, "cannot be drawn");
+    bad_word(
+        RP_IMAGE_HEAD + 69, [](rp_u32& w) { w--; }, "cannot be drawn");
+    const size_t last = header_.sections[format::images].count - 1;
+    const auto sky_format = [](rp_image& i) { i.format = RP_TEXEL_SKY; };
+    expect_refused(changed<rp_image>(format::images, last, [](rp_image& i) { i.format = RP_TEXEL_RGBA_HALF; }), "unknown format");
+    expect_refused(changed<rp_image>(format::images, 0, sky_format), "unknown format");
+    // Programs do not read it.
+    expect_refused(changed<rp_texture_op>(format::texture_ops, 0, [&](rp_texture_op& op) { op.image = static_cast<rp_u32>(last); }),
+                   "does not exist");
+    // Without these words its texels are missing.
+    std::string without = good_;
+    std::memcpy(&header_, without.data(), sizeof header_);
+    header_.sections[format::sky_words].count = 0;
+    header_.sections[format::sky_words].checksum = hash64(std::string_view());
+    std::memcpy(without.data(), &header_, sizeof header_);
+    support::seal_block_file(without);
+    expect_refused(without, "texels");
 }
 
 }  // namespace

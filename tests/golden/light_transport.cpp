@@ -17,9 +17,10 @@
 namespace raypager {
 namespace {
 
-MeasuredRender render_with_report(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
+MeasuredRender render_with_report(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent,
+                                  const BakeOptions& baked_so = {}) {
     const support::TemporaryFolder folder;
-    BakeOptions bake_options;
+    BakeOptions bake_options = baked_so;
     bake_options.block_bytes = 16 << 10;
     auto file = support::bake_and_open(scene, bake_options, folder.path(), "scene");
     if (!file.ok()) throw std::runtime_error(file.status().message());
@@ -33,8 +34,9 @@ MeasuredRender render_with_report(const Scene& scene, uint32_t spp, uint32_t see
     return std::move(*result);
 }
 
-Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent) {
-    return render_with_report(scene, spp, seed, connection, geometry_percent).image;
+Image render_scene(const Scene& scene, uint32_t spp, uint32_t seed, Connection connection, double geometry_percent,
+                   const BakeOptions& baked_so = {}) {
+    return render_with_report(scene, spp, seed, connection, geometry_percent, baked_so).image;
 }
 
 double mean_of(const Image& image) {
@@ -155,6 +157,17 @@ TEST(Furnace, an_even_image_is_an_even_sky) {
     }
 }
 
+// What is scattered sees a coarser level of a large sky, which sheds as much light.
+TEST(Furnace, a_coarse_level_of_a_sky_sheds_what_the_sky_does) {
+    Scene scene = reference::furnace(reference::FurnaceKind::diffuse, 0.7, 0.3, 3).scene;
+    ASSERT_TRUE(set_sky(scene, reference::spotted_sky(128)).ok());
+    BakeOptions paged;
+    paged.resident_sky_bytes = 0;
+    paged.scattered_sky_size = 40;
+    const Image whole = render_scene(scene, 256, 1, Connection::queue, 0), coarse = render_scene(scene, 256, 1, Connection::queue, 20, paged);
+    EXPECT_NEAR(mean_of(coarse), mean_of(whole), 0.006 * mean_of(whole));  // 262144 samples each
+}
+
 // What only shines reflects nothing, so no path goes on from it.
 TEST(Furnace, no_ray_leaves_a_surface_that_absorbs_everything) {
     Scene scene = reference::furnace(reference::FurnaceKind::diffuse, 0.5, 0.3, 3).scene;
@@ -239,6 +252,7 @@ struct TransportCase {
     const char* name;
     Scene (*make)();
     Connection connection;
+    bool paged_sky = false;  // although it is small
 };
 void PrintTo(const TransportCase& c, std::ostream* out) { *out << c.name; }
 
@@ -258,8 +272,10 @@ TEST_P(Transport, agrees_with_the_reference_tracer) {
     settings.seed = 2;
     expected.second = reference::trace_reference(scene, **geometry, settings);
     // Out of core, so that what is compared is what users see.
-    candidate.first = render_scene(scene, spp, 11, GetParam().connection, 25);
-    candidate.second = render_scene(scene, spp, 12, GetParam().connection, 25);
+    BakeOptions options;
+    if (GetParam().paged_sky) options.resident_sky_bytes = 0;
+    candidate.first = render_scene(scene, spp, 11, GetParam().connection, 25, options);
+    candidate.second = render_scene(scene, spp, 12, GetParam().connection, 25, options);
     // Normals are stored with 3e-5 radians: their effect on radiance stays below this share.
     const auto comparison = reference::compare_statistically(candidate, expected, {.relative_tolerance = 0.002});
     EXPECT_TRUE(comparison.agrees()) << comparison.describe();
@@ -312,6 +328,11 @@ INSTANTIATE_TEST_SUITE_P(
                           return reference::sky_small(48, {64, 48});
                       },
                       Connection::roulette},
+        TransportCase{"paged_sky",
+                      [] {
+                          return reference::sky_small(48, {64, 48}, 150);
+                      },
+                      Connection::queue, true},
         TransportCase{"lamps",
                       [] {
                           return reference::lamps_small({48, 48});

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "raypager/sky.hpp"
 #include "reference/scenes.hpp"
 #include "reference/textured_scenes.hpp"
 #include "render/render.hpp"
@@ -20,6 +21,7 @@ namespace {
 struct PictureCase {
     const char* name;
     Scene (*make)();
+    bool paged_sky = false;  // although it is small
 };
 
 const PictureCase picture_cases[] = {
@@ -84,6 +86,13 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::brushed_small(90, {48, 36});
      }},  // roughness that goes along u, which no texture reads
+    {"paged_sky",
+     [] {
+         Scene scene = reference::hedge(40, {48, 36});
+         if (!set_sky(scene, reference::spotted_sky(200)).ok()) scene.shapes.clear();
+         return scene;
+     },
+     true},  // and paths wait for the sky as well
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }
@@ -92,9 +101,18 @@ class SamePicture : public testing::TestWithParam<PictureCase> {
 protected:
     static constexpr uint64_t block_bytes = 16 << 10;
 
-    void SetUp() override {
+    static BakeOptions bake_options(uint64_t bytes) {
         BakeOptions options;
-        options.block_bytes = block_bytes;
+        options.block_bytes = bytes;
+        if (GetParam().paged_sky) {
+            options.resident_sky_bytes = 0;
+            options.scattered_sky_size = 100;
+        }
+        return options;
+    }
+
+    void SetUp() override {
+        const BakeOptions options = bake_options(block_bytes);
         auto file = support::bake_and_open(GetParam().make(), options, folder_.path(), "scene");
         ASSERT_TRUE(file.ok()) << file.status().message();
         file_ = *file;
@@ -276,9 +294,7 @@ TEST_P(SamePicture, by_persistent_threads) {
 
 TEST_P(SamePicture, for_other_block_sizes) {
     for (const uint64_t bytes : {uint64_t{40} << 10, uint64_t{4} << 20}) {
-        BakeOptions options;
-        options.block_bytes = bytes;
-        auto file = support::bake_and_open(GetParam().make(), options, folder_.path(), "other");
+        auto file = support::bake_and_open(GetParam().make(), bake_options(bytes), folder_.path(), "other");
         ASSERT_TRUE(file.ok()) << file.status().message();
         EXPECT_LT((*file)->scene().blocks.size(), file_->scene().blocks.size());
         const auto result = render(**file, base_, {});

@@ -122,7 +122,9 @@ void put(float (&to)[3], const Vec3& from) { to[0] = float(from.x), to[1] = floa
 
 }  // namespace
 
-Scene sky_small(uint32_t n, PictureSize size) {
+Image spotted_sky(uint32_t pixels) { return spotted_image(pixels, pixels, pixels / 2.0); }
+
+Scene sky_small(uint32_t n, PictureSize size, uint32_t pixels) {
     SceneBuilder scene(size);
     TriangleMesh mesh = patch(n, n, [](double s, double t) { return Vec3(8 * (s - 0.5), 8 * (t - 0.5), 0.3 * std::sin(9 * s) * std::cos(7 * t)); });
     add_normals(mesh);
@@ -132,7 +134,7 @@ Scene sky_small(uint32_t n, PictureSize size) {
     scene.add_sphere("glass", {1.6, -1, 0.9}, 0.6, scene.material(glass(1.5)));
     scene.camera({0, -6, 2.2}, {0, 0, 0.5}, {0, 0, 1}, 45);
     const Frame frame(normalized({0.3, -0.5, 0.8}));
-    scene.sky(spotted_image(24, 24, 12), {frame.x.to_float(), (-frame.y).to_float(), frame.z.to_float()});
+    scene.sky(spotted_sky(pixels), {frame.x.to_float(), (-frame.y).to_float(), frame.z.to_float()});
     return scene.finish();
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 #include "reference/vector.hpp"
 
@@ -29,8 +30,10 @@ Scene cornell_unseen(PictureSize size = {64, 64});
 // Balls and a checkered floor in an even light, near and far, seen by another camera than a pinhole and through a pixel filter.
 enum class ViewKind { lens, orthographic, orthographic_lens, equirectangular, equal_area, shifted };
 Scene balls_on_a_floor(ViewKind view, const PixelFilter& filter = {}, PictureSize size = {64, 48});
-// Hills, a mirror, rough metal and glass under a sky that is an image, turned and mirrored, with a bright spot.
-Scene sky_small(uint32_t n = 48, PictureSize size = {});
+// Hills, a mirror, rough metal and glass under a sky that is an image of so many pixels a side, turned and mirrored, with a bright spot.
+Scene sky_small(uint32_t n = 48, PictureSize size = {}, uint32_t pixels = 24);
+// Such an image.
+Image spotted_sky(uint32_t pixels);
 // A room lit by a spot light, a lamp that shines through an image of all directions, and the projection of an image.
 Scene lamps_small(PictureSize size = {});
 

@@ -1,4 +1,4 @@
-// Images that lights shine as or through: of a sky, or in a lamp. Always resident.
+// Images that lights shine as or through: of a sky, or in a lamp. Always resident, but for the texels of large skies.
 #ifndef RAYPAGER_ABI_LIGHT_IMAGE_H
 #define RAYPAGER_ABI_LIGHT_IMAGE_H
 
@@ -25,6 +25,10 @@ typedef struct rp_light_image {
 #define RP_IMAGE_WIDTH 0u  // words of the head: texels
 #define RP_IMAGE_HEIGHT 1u
 #define RP_IMAGE_CELLS 2u  // a side; 0: directions are not drawn from this image
+// Of a sky whose texels are not here but in pages: which image of abi/texture.h has them, and the level of it that surfaces see which scatter light.
+// Cells are in proportion to what shines from that level.
+#define RP_IMAGE_IN_PAGES 3u
+#define RP_IMAGE_LEVEL 4u
 #define RP_IMAGE_HEAD 16u
 
 #endif

@@ -70,7 +70,7 @@
 #define RP_PHASE_IDLE 4u          // free, and no samples are left
 #define RP_PHASE_EXTEND_WAITS 5u  // extension ray that came to an absent block
 #define RP_PHASE_SHADOW_WAITS 6u  // the same of a shadow ray
-#define RP_PHASE_SHADE_WAITS 7u   // extension ray done, at a surface that has a texture of which a page is absent
+#define RP_PHASE_SHADE_WAITS 7u   // extension ray done, and a page is absent of a texture there, or of the sky
 #define RP_PHASE_MASK 7u
 #define RP_STATUS_OFFSET_SHIFT 3
 #define RP_STATUS_OFFSET_MASK 0xffu

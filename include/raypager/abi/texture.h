@@ -23,6 +23,8 @@
 #define RP_TEXEL_RGBA16 4u
 #define RP_TEXEL_RGBA_HALF 5u
 #define RP_TEXEL_FORMATS 6u
+// Of the image that a sky has in pages (abi/light_image.h): rp_texel, which programs do not read.
+#define RP_TEXEL_SKY 6u
 // clang-format off
 // Binary logarithms: of bytes per texel, of the texels along a tile, and across it.
 #define RP_TEXEL_LOG_BYTES(format) ((format) == RP_TEXEL_GRAY8 ? 0u : (format) <= RP_TEXEL_GRAY_HALF ? 1u : (format) == RP_TEXEL_RGBA8 ? 2u : 3u)
