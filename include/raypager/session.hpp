@@ -118,7 +118,7 @@ struct RenderReport {
     struct Paging {
         uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0;
         uint64_t requests_without_hit = 0;  // rays that waited for a block and hit nothing in it
-        uint64_t texture_waits = 0;         // times that a path waited for a page of a texture, of this run alone
+        uint64_t texture_waits = 0;         // times that a path waited for a page of a texture or of the sky, of this run alone
     } paging;
     uint64_t clamped_samples = 0;
     uint64_t recorded_paths = 0;  // in the file of RecordOptions

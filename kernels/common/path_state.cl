@@ -68,7 +68,7 @@ static inline uint rp_woken_status(uint status, bool shadow, uint block) {
 #ifdef RP_TEXTURES
     if (rp_waits_to_shade(status)) return (status & ~RP_PHASE_MASK) | RP_PHASE_SHADE | RP_STATUS_RESUMED;
 #endif
-    const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS;
+    const uint kept = RP_STATUS_OFFSET_MASK << RP_STATUS_OFFSET_SHIFT | RP_STATUS_CONNECTED | RP_STATUS_LIT | RP_STATUS_ENDS | RP_STATUS_MET_CUTOUT;
     return (status & kept) | (shadow ? RP_PHASE_SHADOW : RP_PHASE_EXTEND) | RP_STATUS_RESUMED | rp_last_block_bits(block);
 }
 

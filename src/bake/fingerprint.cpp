@@ -13,6 +13,7 @@
 #include "base/hash.hpp"
 #include "gather/lights.hpp"
 #include "raypager/bake.hpp"
+#include "scene/check_material.hpp"
 #include "scene/texture_use.hpp"
 
 namespace raypager {
@@ -73,6 +74,8 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     f.add(shape.reverse_orientation);
     f.add(shape.material);
     f.add(shape.backdrop);
+    // Its range says so, whatever else the material is.
+    if (may_be_nothing(scene.materials, shape.material)) f.add(true);
     // Which light it is counts, not how it shines; but whether it does at all decides what is in the list of lights.
     f.add(shape.area_light.value_or(RP_NONE));
     f.add(shape.area_light && is_black(scene.area_lights[*shape.area_light]));

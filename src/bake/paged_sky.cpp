@@ -50,6 +50,7 @@ SkyLevel::SkyLevel(const PagedSky& sky) : sky_(sky) {
     gathered_.width = sky.image->width;
     for (uint32_t level = 0; level < sky.level; level++) gathered_.width = next_level_size(gathered_.width);
     gathered_.height = gathered_.width;
+    gathered_.texels.reserve(size_t{gathered_.width} * gathered_.width);
 }
 
 void SkyLevel::take(uint32_t level, std::span<const std::byte> texels) {

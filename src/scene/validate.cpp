@@ -78,6 +78,7 @@ Status check_shape(const Scene& scene, const Shape& shape) {
     const auto bad = [&](const std::string& what) { return Status::failed(shape.name + ": " + what); };
     if (shape.material >= scene.materials.size()) return bad(fmt::format("material {} does not exist", shape.material));
     if (shape.area_light && *shape.area_light >= scene.area_lights.size()) return bad(fmt::format("area light {} does not exist", *shape.area_light));
+    if (shape.area_light && may_be_nothing(scene.materials, shape.material)) return bad("what shines cannot be cut out; give it another material");
     const auto& m = shape.to_world.m;
     for (const auto& row : m)
         for (const double x : row)

@@ -96,6 +96,7 @@ Status check_ranges(const BakedScene& scene) {
             return bad(ranges, fmt::format("range {} has unknown flags", i));
         if (may_be_nothing(scene.materials, range.material) != ((range.flags & RP_RANGE_CUTOUT) != 0))
             return bad(ranges, fmt::format("range {} has the wrong flags for its material", i));
+        if (range.first_light != RP_NONE && (range.flags & RP_RANGE_CUTOUT)) return bad(ranges, fmt::format("range {} shines and is cut out", i));
         if (range.first_light != RP_NONE && range.first_light + (end - range.first_primitive) > scene.lights.size())
             return bad(ranges, fmt::format("range {} has no lights", i));
         // What is met is weighted as what is seen.
