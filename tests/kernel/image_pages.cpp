@@ -78,7 +78,12 @@ protected:
     uint32_t round_ = 0;
 };
 
-Scene textured_terrain_of(uint32_t n) { return support::with_images(n ? scene_of({mesh_shape(terrain(n))}) : scene_of({})); }
+Scene textured_terrain_of(uint32_t n) {
+    Scene scene = support::with_images(n ? scene_of({mesh_shape(terrain(n))}) : scene_of({}));
+    scene.width = 64;
+    scene.height = 36;
+    return scene;
+}
 
 TEST_P(ImagePagesOnDevice, ComeWhenTheyAreWantedAndGoForOthers) {
     bake_scene(textured_terrain_of(40));
