@@ -77,6 +77,8 @@
 #define RP_STATUS_BLOCK_SHIFT 15
 #define RP_STATUS_BLOCK_MASK (~0u << RP_STATUS_BLOCK_SHIFT)
 #define RP_STATUS_WORDS(slot_count) (((slot_count) + (RP_SLEEP_GROUP - 1u)) / RP_SLEEP_GROUP * RP_SLEEP_GROUP)
+// Shadow ray: something on its way may be nothing, and nothing has stopped it so far. A bit of the offset exponent, which only extension rays have.
+#define RP_STATUS_MET_CUTOUT 0x8u
 
 // The planes are not always as said above, since most of what would be written is only read again by the stage that comes next. The status word says
 // so:
@@ -84,10 +86,8 @@
 // they are until they have a hit and wait, and keep their block entry in its place; and once they are done ORIGIN is hit point xyz, primitive
 // (RP_NONE: no hit, and then this is all that holds), and DIRECTION geometric normal, shading normal, distance, density.
 #define RP_STATUS_CONNECTED 0x800u
-#define RP_STATUS_LIT 0x1000u   // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
-#define RP_STATUS_ENDS 0x2000u  // shadow ray: the path ends behind it
-// Shadow ray: something on its way may be nothing, and nothing has stopped it so far. A bit of the offset exponent, which only extension rays have.
-#define RP_STATUS_MET_CUTOUT 0x8u
+#define RP_STATUS_LIT 0x1000u      // CONNECTED, and the light of the shadow ray has arrived, but is not added to the radiance yet
+#define RP_STATUS_ENDS 0x2000u     // shadow ray: the path ends behind it
 #define RP_STATUS_RESUMED 0x4000u  // with streams: ray that had waited, and goes on from its block entry, or from the texels that it has
 // With single rays (stages built with RP_SHORT_STATES):
 // Camera ray: throughput 1, radiance 0, specular. Only ORIGIN and DIRECTION hold anything, and in their last words stand pixel and sample.
@@ -120,8 +120,8 @@ typedef struct rp_path_sample {
 // In the end it is more than there were, by what was asked for in vain.
 #define RP_COUNT_EXTEND_TAKEN 7u
 #define RP_MAX_PARTS 256u
-#define RP_COUNT_TEXTURED \
-    (RP_COUNT_EXTEND_TAKEN + RP_MAX_PARTS)  // slots whose page of a texture, or of the sky, has come: listed from the end of the free list on
+// Slots whose page of a texture, or of the sky, has come: listed from the end of the free list on.
+#define RP_COUNT_TEXTURED (RP_COUNT_EXTEND_TAKEN + RP_MAX_PARTS)
 #define RP_COUNTERS_PER_ROUND (RP_COUNT_TEXTURED + 1u)
 #define RP_COUNT_NEXT_SAMPLE (RP_COUNTERS_PER_ROUND + 0u)  // 64 bits: low, high
 #define RP_COUNT_CAMERA_RAYS (RP_COUNTERS_PER_ROUND + 2u)  // 64 bits each from here on
