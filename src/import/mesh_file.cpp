@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "image/ptex_atlas.hpp"
 #include "import/endings.hpp"
 #include "import/mesh_colors.hpp"
 #include "import/obj_reader.hpp"
@@ -100,8 +101,7 @@ Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
         if (format_ == MeshFormat::ply) {
             const auto header = read_ply_header(*file);
             if (!header) return header.status();
-            if (view.uvs) warn_of_wedge_uvs(*header, found);
-            if (header->encoding != PlyEncoding::ascii) {
+            if (header->encoding != PlyEncoding::ascii && !faces_) {
                 for (const std::string& warning : header->warnings) found.warn("ply header", warning);
                 const Status status = stream_ply_binary(*file, *header, view, sink, found);
                 warn(found);
@@ -119,13 +119,17 @@ Status MeshFile::stream(MeshSink& sink, MeshIssues& issues) const {
     }
 }
 
-void MeshFile::warn_of_wedge_uvs(const PlyHeader& header, MeshIssues& issues) const {
-    const auto layout = find_ply_layout(header, path_.string(), true);
-    if (!layout || layout->uv || !layout->wedge_uvs) return;
-    issues.warn("ply wedge uvs",
-                fmt::format("{}: its coordinates of textures are those of corners of faces, which are not read; its textures are seen at "
-                            "(0, 0) alone; write it with one pair for each vertex",
-                            path_.string()));
+std::shared_ptr<const MeshFile> MeshFile::with_faces(std::shared_ptr<const PtexAtlas> faces) const {
+    const std::shared_ptr<MeshFile> file(new MeshFile(path_, format_, look_, bytes_));
+    file->faces_ = std::move(faces);
+    file->look_.view.faces = file->faces_.get();
+    return file;
+}
+
+std::vector<std::string> MeshFile::files() const {
+    std::vector<std::string> files = {path_.string()};
+    if (faces_) files.push_back(faces_->name());
+    return files;
 }
 
 void MeshFile::warn(MeshIssues& issues) const {

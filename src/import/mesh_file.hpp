@@ -21,10 +21,12 @@ public:
     Status load(TriangleMesh& mesh, MeshIssues& issues) const override { return load(mesh, issues, true); }
     // uvs: whether coordinates of textures are wanted.
     Status load(TriangleMesh& mesh, MeshIssues& issues, bool uvs) const;
+    // The same mesh, of which the faces have places on the image of a Ptex file. REQUIRES: this is a PLY file.
+    std::shared_ptr<const MeshFile> with_faces(std::shared_ptr<const PtexAtlas> faces) const;
     // In pieces from most binary PLY files; of others the whole is read first.
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return path_.string(); }
-    std::vector<std::string> files() const override { return {path_.string()}; }
+    std::vector<std::string> files() const override;
     uint64_t bytes_to_read() const override { return bytes_; }  // once unpacked
     // What the file's header declares; 0 where only reading it tells.
     uint64_t declared_triangles() const { return look_.in_pieces ? look_.declared_triangles : 0; }
@@ -43,13 +45,13 @@ private:
     std::optional<Kept> take_kept() const;
     MeshFile(std::filesystem::path path, MeshFormat format, const MeshLook& look, uint64_t bytes)
         : path_(std::move(path)), format_(format), look_(look), bytes_(bytes) {}
-    void warn_of_wedge_uvs(const PlyHeader& header, MeshIssues& issues) const;
     void warn(MeshIssues& issues) const;  // of what the first look has found
 
     std::filesystem::path path_;
     MeshFormat format_;
     MeshLook look_;
     uint64_t bytes_;
+    std::shared_ptr<const PtexAtlas> faces_;
     mutable std::mutex mutex_;
     mutable std::optional<Kept> kept_;
 };

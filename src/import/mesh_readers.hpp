@@ -12,11 +12,16 @@ namespace raypager {
 
 enum class MeshFormat { ply, obj, stl, off };
 
+class PtexAtlas;
+
 // How the numbers in a file are to be taken.
 struct MeshView {
     std::array<double, 3> origin = {0, 0, 0};  // taken off all positions, before these are rounded to single precision
     double color_scale = 1;                    // of the colours of PLY vertices: the number that stands for all of a primary
     bool uvs = true;                           // coordinates of textures are wanted
+    // Of PLY: coordinates of textures are those of places on this image, by the number that a face has in the Ptex file, and a corner's place on the
+    // face: what it has for u and v, or else the corners of the unit square in their order.
+    const PtexAtlas* faces = nullptr;
 };
 
 // PLY in either byte order, with any layout of properties; other elements are skipped.

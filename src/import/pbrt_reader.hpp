@@ -191,6 +191,8 @@ private:
                         std::shared_ptr<const ImageSource>& source);
     Status image_encoding(const Directive& directive, const PbrtParameters& parameters, ImageEncoding& encoding);
     Status image_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, PbrtTexture& made);
+    Status ptex_texture(const Directive& directive, const PbrtParameters& parameters, bool is_float, PbrtTexture& made);
+    void give_faces(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape);
     Status noise_texture(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Texture& texture);
     Status surface_map(const Directive& directive, const PbrtParameters& parameters, bool flipped, std::optional<rp_texture_map>& map);
     rp_texture_map point_map(const Directive& directive);
@@ -292,6 +294,9 @@ private:
     std::map<std::tuple<uint32_t, const void*, float>, uint32_t> cut_outs_;  // by material and alpha
     PbrtTextures textures_;
     std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const ImageSource>> image_sources_;  // by name and encoding
+    std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const PtexAtlas>> ptex_files_;       // likewise
+    std::map<std::pair<const MeshFile*, const PtexAtlas*>, std::shared_ptr<const MeshFile>> meshes_with_faces_;
+    std::map<uint32_t, std::optional<uint32_t>> without_textures_;  // by material: that with mid values
     std::map<std::string, std::vector<Shape>> objects_;
     std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
     PbrtLocation object_location_;

@@ -83,6 +83,7 @@ Status PbrtReader::shape(const Directive& directive) {
         scene_.materials.push_back(clear_material());
     }
     if (alpha && !unseen && !opaque) RAYPAGER_TRY(cut_out(directive, parameters, shape));
+    give_faces(directive, type, parameters, shape);
     if (!shape.to_world.inverse()) {
         leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");
         return {};

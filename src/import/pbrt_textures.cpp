@@ -232,6 +232,8 @@ Status PbrtReader::make_texture(const Directive& directive, const std::string& t
         value = Texture::operation(texture_op(RP_TEXTURE_BILERP), std::move(corners), map, mean);
     } else if (type == "imagemap") {
         RAYPAGER_TRY(image_texture(directive, parameters, is_float, made));
+    } else if (type == "ptex") {
+        RAYPAGER_TRY(ptex_texture(directive, parameters, is_float, made));
     } else if (type == "fbm" || type == "wrinkled" || type == "windy" || type == "marble") {
         RAYPAGER_TRY(noise_texture(directive, type, parameters, value));
     } else if (type == "uv") {

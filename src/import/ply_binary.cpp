@@ -102,7 +102,7 @@ public:
         for (const PlyElement& element : header_.elements) {
             if (&element == layout_.vertices && !element.has_list())
                 RAYPAGER_TRY(plain_vertices(element));
-            else if (&element == layout_.faces && is_index_list(element))
+            else if (&element == layout_.faces && is_index_list(element) && !view_.faces)
                 RAYPAGER_TRY(plain_faces(element));
             else
                 for (uint64_t i = 0; i < element.count; ++i) RAYPAGER_TRY(item(element));

@@ -171,7 +171,7 @@ const PlyElement* PlyHeader::find(std::string_view element) const {
 }
 
 bool PlyLayout::in_pieces() const {
-    return !vertices->has_list() && (!faces || vertices < faces) && (!strips || vertices < strips) && !face_color && !wedge_colors;
+    return !vertices->has_list() && (!faces || vertices < faces) && (!strips || vertices < strips) && !face_color && !wedge_colors && !wedge_uvs;
 }
 
 Result<PlyHeader> read_ply_header(const InputFile& file) {
@@ -257,7 +257,9 @@ Result<PlyLayout> find_ply_layout(const PlyHeader& header, const std::string& na
         const auto wedges = layout.faces->find("color");
         if (wedges && layout.faces->properties[*wedges].count_type) layout.wedge_colors = wedges;
         const auto uvs_of_corners = layout.faces->find("texcoord");
-        layout.wedge_uvs = uvs_of_corners && layout.faces->properties[*uvs_of_corners].count_type;
+        if (uvs && !layout.uv && uvs_of_corners && layout.faces->properties[*uvs_of_corners].count_type) layout.wedge_uvs = uvs_of_corners;
+        layout.face_number = layout.faces->find("face_indices");
+        if (layout.face_number && layout.faces->properties[*layout.face_number].count_type) layout.face_number.reset();
     }
     if (layout.strips) {
         const auto indices = find_indices(*layout.strips);

@@ -88,7 +88,8 @@ struct PlyLayout {
     Triple normal, vertex_color, face_color;
     std::optional<std::array<size_t, 2>> uv;  // of vertices
     std::optional<size_t> wedge_colors;       // of faces: a list of red, green and blue for each corner
-    bool wedge_uvs = false;                   // faces have coordinates of textures for each corner, which are not read
+    std::optional<size_t> wedge_uvs;          // of faces: a list of u and v for each corner, where vertices have none
+    std::optional<size_t> face_number;        // of faces: the number of the face of a Ptex file
     size_t indices = 0, strip_indices = 0;
 
     // Vertices come before all that uses them, and have a fixed size, and nothing about faces makes new vertices of them: so that a mesh can be

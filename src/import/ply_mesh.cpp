@@ -1,5 +1,10 @@
 #include "import/ply_mesh.hpp"
 
+#include <bit>
+#include <utility>
+
+#include "image/ptex_atlas.hpp"
+
 namespace raypager {
 
 double ply_color_scale(PlyType type, double largest) {
@@ -31,7 +36,63 @@ void PlyMesh::add_face() {
         const double color[3] = {numbers_[properties[0]], numbers_[properties[1]], numbers_[properties[2]]};
         colors_.assign(vertices_.size(), of_faces_.add(color) | face_bit);
     }
+    if (has_corner_uvs()) add_corner_uvs();
     polygons_.add(vertices_, colors_);
+}
+
+size_t PlyMesh::HashOfCorner::operator()(const Corner& corner) const {
+    const uint64_t bits = uint64_t{std::bit_cast<uint32_t>(corner.uv.x)} << 32 | std::bit_cast<uint32_t>(corner.uv.y);
+    return (bits ^ corner.face * 0x9e3779b97f4a7c15ull ^ corner.color * 0xbf58476d1ce4e5b9ull) * 0xff51afd7ed558ccdull >> 16;
+}
+
+uint32_t PlyMesh::corner_number(const Corner& corner) {
+    const auto [known, is_new] = numbers_of_corners_.try_emplace(corner, static_cast<uint32_t>(corners_with_uvs_.size()));
+    if (is_new) corners_with_uvs_.push_back(corner);
+    return known->second;
+}
+
+// What were colours of corners become numbers among corners_with_uvs_.
+void PlyMesh::add_corner_uvs() {
+    constexpr Float2 square[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, middle = {0.5f, 0.5f};
+    colors_.resize(vertices_.size(), RP_NONE);
+    const double number = layout_.face_number ? numbers_[*layout_.face_number] : static_cast<double>(faces_);
+    const uint64_t face = view_.faces && number >= 0 && number < RP_NONE ? static_cast<uint64_t>(number) : 0;
+    faces_++;
+    for (size_t i = 0; i < vertices_.size(); ++i) {
+        Float2 uv;
+        if (view_.faces) {
+            const bool has_own = layout_.uv && vertices_[i] < mesh_.uvs.size();
+            uv = has_own ? mesh_.uvs[vertices_[i]] : vertices_.size() <= 4 ? square[i] : middle;
+        } else if (wedge_uvs_.size() >= 2 * vertices_.size()) {
+            uv = {static_cast<float>(wedge_uvs_[2 * i]), static_cast<float>(wedge_uvs_[2 * i + 1])};
+        }
+        colors_[i] = corner_number({face, uv, colors_[i]});
+    }
+}
+
+// Vertices are split where corners differ in colours or coordinates. Which colours are equal is known only now, when all have been seen.
+void PlyMesh::place_corners() {
+    const std::vector<Corner> found = std::exchange(corners_with_uvs_, {});
+    numbers_of_corners_.clear();
+    std::vector<uint32_t> numbers;
+    for (Corner corner : found) {
+        if (corner.color != RP_NONE) corner.color = packed(corner.color);
+        numbers.push_back(corner_number(corner));
+    }
+    for (Triangle& corners : polygons_.attributes())
+        for (uint32_t& number : corners) number = number == RP_NONE ? RP_NONE : numbers[number];
+    const SplitVertices split = split_vertices(mesh_.triangles, polygons_.attributes(), mesh_.positions.size());
+    append_copies(mesh_.positions, split);
+    if (!mesh_.normals.empty()) append_copies(mesh_.normals, split);
+    if (!mesh_.colors.empty()) append_copies(mesh_.colors, split);
+    if (mesh_.colors.empty() && (layout_.face_color || layout_.wedge_colors)) mesh_.colors.assign(mesh_.positions.size(), 0xffffffu);
+    mesh_.uvs.assign(mesh_.positions.size(), Float2{});
+    for (size_t i = 0; i < mesh_.uvs.size(); ++i) {
+        if (split.attribute[i] == RP_NONE) continue;
+        const auto& [face, uv, color] = corners_with_uvs_[split.attribute[i]];
+        mesh_.uvs[i] = view_.faces ? view_.faces->place(face, uv.x, uv.y) : uv;
+        if (color != RP_NONE) mesh_.colors[i] = color;
+    }
 }
 
 // -1 ends a strip and begins another. In types that have no -1 it looks like their largest number.
@@ -67,15 +128,21 @@ uint32_t PlyMesh::Colors::packed(uint32_t index, PlyType type) const {
     return pack_color(c[0] / scale, c[1] / scale, c[2] / scale);
 }
 
+// Of the number of a colour of a face or corner.
+uint32_t PlyMesh::packed(uint32_t color) const {
+    const auto type = [&](size_t property) { return layout_.faces->properties[property].type; };
+    return color & face_bit ? of_faces_.packed(color & ~face_bit, type((*layout_.face_color)[0]))
+                            : of_wedges_.packed(color, type(*layout_.wedge_colors));
+}
+
 void PlyMesh::finish() {
     polygons_.cut_concave();
-    const auto type = [&](size_t property) { return layout_.faces->properties[property].type; };
+    if (has_corner_uvs()) {
+        if (!polygons_.attributes().empty()) place_corners();
+        return;
+    }
     for (Triangle& corners : polygons_.attributes())
-        for (uint32_t& color : corners) {
-            if (color == RP_NONE) continue;
-            color = color & face_bit ? of_faces_.packed(color & ~face_bit, type((*layout_.face_color)[0]))
-                                     : of_wedges_.packed(color, type(*layout_.wedge_colors));
-        }
+        for (uint32_t& color : corners) color = color == RP_NONE ? RP_NONE : packed(color);
     color_corners(mesh_, polygons_);
 }
 

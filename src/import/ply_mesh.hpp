@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "import/mesh_colors.hpp"
@@ -32,6 +33,7 @@ public:
         numbers_.assign(element.properties.size(), 0.0);
         corners_.clear();
         wedges_.clear();
+        wedge_uvs_.clear();
         for (size_t p = 0; p < element.properties.size(); ++p) {
             const PlyProperty& property = element.properties[p];
             if (!property.count_type) {
@@ -50,6 +52,9 @@ public:
             } else if (face && p == layout_.wedge_colors) {
                 wedges_.resize(count);
                 for (double& number : wedges_) RAYPAGER_TRY(values.number(property.type, number));
+            } else if (face && p == layout_.wedge_uvs) {
+                wedge_uvs_.resize(count);
+                for (double& number : wedge_uvs_) RAYPAGER_TRY(values.number(property.type, number));
             } else {
                 RAYPAGER_TRY(values.skip(property.type, count));
             }
@@ -70,13 +75,17 @@ private:
     void add_vertex();
     void add_face();
     void add_strip();
+    // Corners have coordinates of textures of their own.
+    bool has_corner_uvs() const { return layout_.wedge_uvs || (view_.faces && view_.uvs); }
+    void add_corner_uvs();
+    void place_corners();
     uint32_t vertex_number(int64_t index) const { return index < 0 || index >= RP_NONE ? RP_NONE : static_cast<uint32_t>(index); }
 
     const PlyLayout& layout_;
     const MeshView view_;
     TriangleMesh mesh_;
     PolygonBuilder polygons_;
-    std::vector<double> numbers_, wedges_;  // of an item
+    std::vector<double> numbers_, wedges_, wedge_uvs_;  // of an item
     std::vector<int64_t> corners_;
     PlyType last_type_ = PlyType::int32;
     std::vector<uint32_t> vertices_, colors_;
@@ -90,6 +99,21 @@ private:
     };
     static constexpr uint32_t face_bit = 0x80000000u;
     Colors of_faces_, of_wedges_;
+    uint32_t packed(uint32_t color) const;
+    // What corners have, each once. With the faces of a Ptex file: u and v on the face. Colours: a number, in the end packed; RP_NONE: none.
+    struct Corner {
+        uint64_t face;
+        Float2 uv;
+        uint32_t color;
+        bool operator==(const Corner&) const = default;
+    };
+    struct HashOfCorner {
+        size_t operator()(const Corner& corner) const;
+    };
+    uint32_t corner_number(const Corner& corner);
+    std::vector<Corner> corners_with_uvs_;
+    std::unordered_map<Corner, uint32_t, HashOfCorner> numbers_of_corners_;
+    uint64_t faces_ = 0;  // that came
 };
 
 }  // namespace raypager

@@ -30,7 +30,7 @@ set(owners
     "boost/|^src/cli/"
     "nlohmann/|^src/(cli|render)/"
     "xxhash|^src/base/hash"
-    "zlib|^src/base/gzip"
+    "zlib|^src/(base/gzip|image/ptex_file)"
     "embree|^NEVER"
     "store/block_file|^src/(store|bake|bench|cli)/")
 

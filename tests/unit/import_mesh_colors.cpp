@@ -93,6 +93,7 @@ TEST(ImportMeshColors, PlyFacesAndWedges) {
                                                  "3 0 1 2 6 0 0 0 0 0 0 9 1 0 0 0 1 0 0 0 1\n3 0 2 3 6 0 0 0 0 0 0 9 1 0 0 0 0 1 0 1 0\n");
     ASSERT_TRUE(wedges.status.ok()) << wedges.status.message();
     EXPECT_EQ(wedges.mesh.colors, (Colors{red, green, blue, green}));
+    EXPECT_EQ(wedges.mesh.uvs.size(), 4u);
     // In types wider than a byte, colours may be those of bytes all the same.
     for (const char* type : {"ushort", "int", "float"}) {
         const std::string t = type;

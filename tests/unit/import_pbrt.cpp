@@ -323,8 +323,8 @@ TEST_F(ImportPbrt, UnsupportedThingsWarnOnceWithTheirPlace) {
     expect_error("WorldBegin LightSource \"infinite\" \"string filename\" \"sky.exr\"\n" + one_triangle, "sky.exr");
     expect_warning("WorldBegin LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]\n" + one_triangle,
                    "parameter \"portal\" is not supported; light comes from everywhere");
-    expect_warning("WorldBegin\nTexture \"t\" \"spectrum\" \"ptex\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\" " + one_triangle,
-                   "scene.pbrt:2: Texture \"ptex\" is not supported for \"reflectance\"; one mid value is used");
+    expect_warning("WorldBegin\nTexture \"t\" \"spectrum\" \"weave\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\" " + one_triangle,
+                   "scene.pbrt:2: Texture \"weave\" is not supported for \"reflectance\"; one mid value is used");
     expect_silence("WorldBegin Texture \"unused\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"\n" + one_triangle);
     expect_warning("WorldBegin LightSource \"point\" \"blackbody I\" 3000\n" + one_triangle, "approximated");
     expect_warning("WorldBegin " + one_triangle + "Scale 0 1 1 " + one_triangle, "left out");

@@ -85,14 +85,16 @@ TEST(ImportUvs, PlyVertices) {
     EXPECT_TRUE(load_text("a.ply", ply_with_uvs("property float u\n", "", "ascii", "0 0 0 0\n1 0 0 1\n0 1 0 1\n3 0 1 2\n")).mesh.uvs.empty());
 }
 
-TEST(ImportUvs, PlyCornersAreLeftOutWithAWarning) {
+// As MeshLab writes them. They count where they are wanted and vertices have none.
+TEST(ImportUvs, PlyCorners) {
     const std::string file = ply_with_uvs("", "property list uchar float texcoord\n", "ascii", "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1\n");
-    MeshIssues wanted, unwanted;
-    EXPECT_TRUE(stream_text("a.ply", file, true, wanted).uvs.empty());
-    ASSERT_EQ(wanted.warnings.size(), 1u);
-    EXPECT_NE(wanted.warnings[0].text.find("corners"), std::string::npos);
-    stream_text("a.ply", file, false, unwanted);
-    EXPECT_TRUE(unwanted.warnings.empty()) << "nobody would look at them";
+    MeshIssues issues;
+    EXPECT_EQ(stream_text("a.ply", file, true, issues).uvs, (Uvs{{0, 0}, {1, 0}, {0, 1}}));
+    EXPECT_TRUE(stream_text("a.ply", file, false, issues).uvs.empty()) << "nobody would look at them";
+    EXPECT_TRUE(issues.warnings.empty());
+    const std::string both = ply_with_uvs("property float u\nproperty float v\n", "property list uchar float texcoord\n", "ascii",
+                                          "0 0 0 5 6\n1 0 0 5 6\n0 1 0 5 7\n3 0 1 2 6 0 0 1 0 0 1\n");
+    EXPECT_EQ(stream_text("a.ply", both, true, issues).uvs, (Uvs{{5, 6}, {5, 6}, {5, 7}}));
 }
 
 // Vertices that share a position but not their coordinates are split; those that agree are not.
