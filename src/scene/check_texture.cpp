@@ -114,6 +114,18 @@ Status check_maps(std::span<const rp_texture_map> maps) {
     return {};
 }
 
+// A parameter that the material does not have would be written over another.
+const char* fault_of_parameter(const rp_material& material, uint32_t parameter) {
+    const bool may_be_brushed = material.kind == RP_MATERIAL_CONDUCTOR || material.kind == RP_MATERIAL_LAYERED;
+    const bool metal_base = material.kind == RP_MATERIAL_LAYERED && (material.flags & RP_MATERIAL_METAL_BASE);
+    if ((parameter == RP_PARAMETER_AMOUNT) != (material.kind == RP_MATERIAL_MIX)) return "sets what only a mix has, or not even that";
+    if (parameter == RP_PARAMETER_ALPHA_ACROSS && !(may_be_brushed && RP_ALPHA_ACROSS(material) > 0))
+        return "gives roughness a direction that has none";
+    if (parameter == RP_PARAMETER_BASE_ALPHA_ACROSS && !(metal_base && RP_BASE_ALPHA_ACROSS(material) > 0))
+        return "gives the roughness of a base a direction that has none";
+    return nullptr;
+}
+
 }  // namespace
 
 Status check_textures(const TexturePrograms& programs) {
@@ -133,6 +145,13 @@ Status check_textures(const TexturePrograms& programs) {
         const uint32_t program = program_of(programs.materials[i]);
         if (program != RP_NONE && (program >= begins.size() || !begins[program]))
             return Status::failed(fmt::format("material {} names a program that does not exist", i));
+        for (size_t at = program; program != RP_NONE; at++) {
+            const rp_texture_op& op = programs.ops[at];
+            const bool sets = operation_of(op) == RP_TEXTURE_SET && op.image != RP_PARAMETER_NORMAL;
+            if (const char* fault = sets ? fault_of_parameter(programs.materials[i], op.image) : nullptr)
+                return Status::failed(fmt::format("in the program of material {} an operation {}", i, fault));
+            if (op.op & RP_TEXTURE_LAST) break;
+        }
     }
     return {};
 }

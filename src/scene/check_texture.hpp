@@ -26,7 +26,8 @@ struct TexturePrograms {
 };
 
 // Operations, their flags and what they name; numbers are finite; no stack has less than nothing on it, nor more than RP_TEXTURE_STACK; the texels of
-// a program lie beside each other, those of the same place of an image excepted; programs end, and materials name the beginning of one.
+// a program lie beside each other, those of the same place of an image excepted; programs end, and materials name the beginning of one that sets
+// what they have.
 Status check_textures(const TexturePrograms& programs);
 
 }  // namespace raypager

@@ -30,8 +30,12 @@ public:
     // deep: fills the stack first.
     void add_program(bool deep) {
         rp_material m = {};
-        m.kind = RP_MATERIAL_LAYERED;
+        m.kind = random_() % 8 == 0 ? RP_MATERIAL_MIX : RP_MATERIAL_LAYERED;
         m.flags = static_cast<uint32_t>(scene_.texture_ops.size() + 1) << RP_MATERIAL_PROGRAM_SHIFT;
+        if (m.kind == RP_MATERIAL_LAYERED) {
+            m.flags |= RP_MATERIAL_METAL_BASE;
+            RP_ALPHA_ACROSS(m) = RP_BASE_ALPHA_ACROSS(m) = 0.5f;
+        }
         scene_.materials.push_back(m);
         lookup_ = size_ = 0;
         while (deep && size_ < RP_TEXTURE_STACK) add_leaf();
@@ -74,11 +78,12 @@ private:
         size_++;
     }
     void add_set() {
-        constexpr uint32_t parameters[] = {RP_PARAMETER_COLOR,     RP_PARAMETER_SPECULAR,     RP_PARAMETER_TRANSMITTANCE,    RP_PARAMETER_MIRROR,
-                                           RP_PARAMETER_REFRACTED, RP_PARAMETER_ALPHA,        RP_PARAMETER_BASE_ALPHA,       RP_PARAMETER_AMOUNT,
-                                           RP_PARAMETER_METAL,     RP_PARAMETER_ALPHA_ACROSS, RP_PARAMETER_BASE_ALPHA_ACROSS};
+        constexpr uint32_t parameters[] = {
+            RP_PARAMETER_COLOR, RP_PARAMETER_SPECULAR,   RP_PARAMETER_TRANSMITTANCE, RP_PARAMETER_MIRROR,       RP_PARAMETER_REFRACTED,
+            RP_PARAMETER_ALPHA, RP_PARAMETER_BASE_ALPHA, RP_PARAMETER_METAL,         RP_PARAMETER_ALPHA_ACROSS, RP_PARAMETER_BASE_ALPHA_ACROSS};
         rp_texture_op& op = add(RP_TEXTURE_SET | (random_() % 2 ? RP_TEXTURE_INVERT : 0u));
-        op.image = parameters[random_() % std::size(parameters)];
+        const bool is_mix = scene_.materials.back().kind == RP_MATERIAL_MIX;
+        op.image = is_mix ? RP_PARAMETER_AMOUNT : parameters[random_() % std::size(parameters)];
         op.a[0] = static_cast<float>(random_() % 3);
         size_--;
     }

@@ -59,6 +59,30 @@ TEST_F(TextureProgramsCheck, GoodOnesMayRun) {
     EXPECT_TRUE(check().ok()) << check().message();
 }
 
+// Some lie in a field that means something else in other materials.
+TEST_F(TextureProgramsCheck, ParametersAreThoseOfTheMaterial) {
+    ops_[3].image = RP_PARAMETER_AMOUNT;
+    EXPECT_NE(check().message().find("material 1 an operation sets what only a mix has"), std::string::npos) << check().message();
+    materials_[1].kind = RP_MATERIAL_MIX;
+    expect_refused([&] { ops_[3].image = RP_PARAMETER_COLOR; }, "only a mix has");
+    ops_[5].image = RP_PARAMETER_AMOUNT;
+    EXPECT_TRUE(check().ok()) << check().message();
+    ops_[3].image = RP_PARAMETER_COLOR, ops_[5].image = RP_PARAMETER_ALPHA_ACROSS;
+    for (const uint32_t kind : {RP_MATERIAL_DIFFUSE, RP_MATERIAL_CONDUCTOR, RP_MATERIAL_LAYERED}) {
+        materials_[1].kind = kind;
+        RP_ALPHA_ACROSS(materials_[1]) = 0;
+        EXPECT_NE(check().message().find("has none"), std::string::npos) << kind;
+        RP_ALPHA_ACROSS(materials_[1]) = 0.5f;
+        EXPECT_EQ(check().ok(), kind != RP_MATERIAL_DIFFUSE) << kind;
+    }
+    ops_[5].image = RP_PARAMETER_BASE_ALPHA_ACROSS;
+    EXPECT_FALSE(check().ok());
+    RP_BASE_ALPHA_ACROSS(materials_[1]) = 0.5f;
+    EXPECT_TRUE(check().ok()) << check().message();
+    materials_[1].flags &= ~RP_MATERIAL_METAL_BASE;
+    EXPECT_FALSE(check().ok());
+}
+
 TEST_F(TextureProgramsCheck, OthersMayNot) {
     expect_refused([&] { ops_[4].op = RP_TEXTURE_OPERATIONS; }, "unknown");
     expect_refused([&] { ops_[4].op |= RP_TEXTURE_INVERT; }, "unknown flags");
