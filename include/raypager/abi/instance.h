@@ -1,0 +1,21 @@
+// Instances: objects that are placed in the world by affine transforms.
+#ifndef RAYPAGER_ABI_INSTANCE_H
+#define RAYPAGER_ABI_INSTANCE_H
+
+#include "raypager/abi/types.h"
+
+// Where an object is, seen from a ray: object = base + to_object (world - center), where base is the middle of the object's box, in its own space,
+// and center the place in the world where that has come to. Both are floats, and what they say is the placement: the other way is their exact
+// inverse.
+typedef struct rp_instance {
+    float to_object[9];  // linear part, rows
+    float center[3];
+    float reach;                 // of the placed object around center, rounded up
+    rp_u32 object;               // its number
+    rp_u32 path_low, path_high;  // from the root of its block to the leaf, as of block entries (abi/block.h), in the 41 low bits; above, the override
+} rp_instance;
+// A placed object reaches beyond the box of its placed corners by this share of its extent and of its coordinates: so rays that meet it by the
+// arithmetic of kernels/common/instance.cl meet its box in the world, too.
+#define RP_INSTANCE_SLACK 0x1p-20f
+
+#endif

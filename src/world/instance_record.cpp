@@ -1,0 +1,94 @@
+#include "world/instance_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raypager {
+namespace {
+
+std::array<double, 3> middle_of(const Box& box) {
+    std::array<double, 3> middle = {};
+    // As kernels have it: a float.
+    for (size_t a = 0; a < 3; a++) middle[a] = static_cast<float>((double{box.lower[a]} + box.upper[a]) / 2);
+    return middle;
+}
+
+template <class Take>
+void for_each_corner(const Box& box, const Take& take) {
+    for (unsigned corner = 0; corner < 8; corner++)
+        take(corner & 1 ? box.upper[0] : box.lower[0], corner & 2 ? box.upper[1] : box.lower[1], corner & 4 ? box.upper[2] : box.lower[2]);
+}
+
+}  // namespace
+
+Transform placement_of(const rp_instance& instance, const Box& object_box) {
+    Transform to_object;
+    const auto base = middle_of(object_box);
+    for (size_t i = 0; i < 3; i++) {
+        to_object.m[i][3] = base[i];
+        for (size_t j = 0; j < 3; j++) {
+            to_object.m[i][j] = instance.to_object[3 * i + j];
+            to_object.m[i][3] -= to_object.m[i][j] * instance.center[j];
+        }
+    }
+    return to_object.inverse().value_or(Transform());
+}
+
+std::optional<rp_instance> make_instance(const Transform& to_world, const Box& object_box) {
+    const auto to_object = to_world.inverse();
+    const auto& last = to_world.m[3];
+    if (!to_object || object_box.empty() || last[0] != 0 || last[1] != 0 || last[2] != 0 || last[3] != 1) return std::nullopt;
+    rp_instance instance = {};
+    const auto base = middle_of(object_box), center = to_world.point(base[0], base[1], base[2]);
+    bool sound = true;
+    for (size_t i = 0; i < 3; i++) {
+        instance.center[i] = static_cast<float>(center[i]);
+        sound = sound && std::isfinite(instance.center[i]);
+        for (size_t j = 0; j < 3; j++) {
+            instance.to_object[3 * i + j] = static_cast<float>(to_object->m[i][j]);
+            sound = sound && std::isfinite(instance.to_object[3 * i + j]);
+        }
+    }
+    if (!sound) return std::nullopt;
+    Transform rounded;
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++) rounded.m[i][j] = instance.to_object[3 * i + j];
+    if (!rounded.inverse()) return std::nullopt;
+    const Transform placement = placement_of(instance, object_box);
+    double reach = 0;
+    for_each_corner(object_box, [&](double x, double y, double z) {
+        const auto p = placement.point(x, y, z);
+        reach = std::max(reach, std::hypot(p[0] - instance.center[0], p[1] - instance.center[1], p[2] - instance.center[2]));
+    });
+    instance.reach = static_cast<float>(reach * (1 + 1e-5));
+    if (!std::isfinite(instance.reach)) return std::nullopt;
+    return instance;
+}
+
+Box bounds_of(const rp_instance& instance, const Box& object_box) {
+    const Transform placement = placement_of(instance, object_box);
+    std::array<double, 3> lower, upper;
+    lower.fill(INFINITY);
+    upper.fill(-INFINITY);
+    for_each_corner(object_box, [&](double x, double y, double z) {
+        const auto p = placement.point(x, y, z);
+        for (size_t a = 0; a < 3; a++) {
+            lower[a] = std::min(lower[a], p[a]);
+            upper[a] = std::max(upper[a], p[a]);
+        }
+    });
+    double extent = 0, coordinate = 0;
+    for (size_t a = 0; a < 3; a++) {
+        extent = std::max(extent, upper[a] - lower[a]);
+        coordinate = std::max({coordinate, std::abs(lower[a]), std::abs(upper[a])});
+    }
+    const double slack = static_cast<double>(RP_INSTANCE_SLACK) * (extent + coordinate);
+    Box box;
+    for (size_t a = 0; a < 3; a++) {
+        box.lower[a] = std::nextafter(static_cast<float>(lower[a] - slack), -INFINITY);
+        box.upper[a] = std::nextafter(static_cast<float>(upper[a] + slack), INFINITY);
+    }
+    return box;
+}
+
+}  // namespace raypager
