@@ -203,6 +203,44 @@ struct Shape {
     bool backdrop = false;  // such as the ground under a bare mesh: not what the scene shows, so its bounds do not count. Comes after all that is.
 };
 
+// Shapes that are placed in the world by instances, as often as these say. Their to_world leads to the object's own space. They must not shine, and
+// none of them is a backdrop.
+struct Object {
+    std::string name;  // for messages
+    std::vector<Shape> shapes;
+};
+
+// Where an object is put: rows of an affine transform from its space to the world.
+struct Placement {
+    uint32_t object = 0;  // index into Scene::objects
+    std::array<std::array<double, 4>, 3> to_world = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+};
+
+// Something that can hand on placements piece by piece, in the same order each time.
+class InstanceSource {
+public:
+    virtual ~InstanceSource() = default;
+    // A status that take returns ends the stream and is passed on.
+    virtual Status stream(const std::function<Status(std::span<const Placement>)>& take) const = 0;
+    virtual uint64_t count() const = 0;
+    virtual std::string name() const = 0;  // for messages
+    // Tells whether they are still those of which a scene was baked.
+    virtual uint64_t fingerprint() const = 0;
+};
+
+class InstancesInMemory final : public InstanceSource {
+public:
+    InstancesInMemory(std::string name, std::vector<Placement> placements) : name_(std::move(name)), placements_(std::move(placements)) {}
+    Status stream(const std::function<Status(std::span<const Placement>)>& take) const override { return take(placements_); }
+    uint64_t count() const override { return placements_.size(); }
+    std::string name() const override { return name_; }
+    uint64_t fingerprint() const override;
+
+private:
+    std::string name_;
+    std::vector<Placement> placements_;
+};
+
 // How the places of a picture become rays. (x, y) of a picture, from (-1, -1) at the bottom left to (1, 1) at the top right:
 //   perspective      rays leave the eye towards eye + forward + x right + y up
 //   orthographic     rays leave eye + x right + y up, all of them along forward
@@ -326,9 +364,11 @@ struct Scene {
     std::vector<std::shared_ptr<const ImageSource>> images;  // none is null
     std::vector<rp_texture_op> texture_ops;
     std::vector<rp_texture_map> texture_maps;
-    std::vector<Shape> shapes;          // primitives are numbered through in this order
-    std::vector<std::string> files;     // the scene file and what it includes, meshes excepted
-    std::vector<std::string> warnings;  // one line each, with file:line where there is one
+    std::vector<Shape> shapes;                                     // primitives are numbered through in this order
+    std::vector<Object> objects;                                   // behind them their primitives, object by object
+    std::vector<std::shared_ptr<const InstanceSource>> instances;  // of objects; numbered through in this order. None is null
+    std::vector<std::string> files;                                // the scene file and what it includes, meshes excepted
+    std::vector<std::string> warnings;                             // one line each, with file:line where there is one
 };
 
 // Checks indices, finiteness and ranges. Importers and generators call it last.

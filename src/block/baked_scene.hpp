@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "raypager/abi/block.h"
+#include "raypager/abi/instance.h"
 #include "raypager/abi/scene.h"
 #include "raypager/abi/texture.h"
 #include "raypager/blocks.hpp"
@@ -20,6 +21,7 @@ struct BlockRecord {
     uint32_t wide_bytes = 0;  // in the form BlockForm::wide; like stored_bytes a multiple of RP_BLOCK_ALIGNMENT
     uint32_t triangles = 0;
     uint32_t spheres = 0;
+    uint32_t instances = 0;  // of a block that holds instances alone
     float lower[3] = {}, upper[3] = {};
     uint32_t bytes(BlockForm form) const { return form == BlockForm::wide ? wide_bytes : stored_bytes; }
 };
@@ -55,13 +57,16 @@ struct BakedScene {
     std::vector<rp_block_entry> block_entries;
     std::vector<uint64_t> block_entry_paths;  // see abi/block.h
     std::vector<rp_u32> wide_roots;           // of the block entries, in the wide form of their blocks (abi/wide.h)
-    std::vector<BlockRecord> blocks;
+    std::vector<BlockRecord> blocks;  // first those of objects, object by object, then those of what is in the world itself, then those of instances
+    // In top_nodes their trees come behind that of the world, object by object, and so do, in the order of their blocks, their block entries.
+    std::vector<rp_object> objects;
     std::vector<rp_image> images;  // of textures, then of the sky
     std::vector<rp_image_level> image_levels;
     std::vector<PageRecord> pages;  // of the images; in the page table they follow the blocks
     std::vector<rp_texture_op> texture_ops;
     std::vector<rp_texture_map> texture_maps;
-    uint64_t triangles = 0, spheres = 0;            // primitives in the blocks
+    uint64_t triangles = 0, spheres = 0;            // primitives in the blocks, those of objects once
+    uint64_t instances = 0;                         // in the blocks
     float position_cell = 0;                        // of which all coordinates of triangles are multiples; 0: they are as they were given
     uint64_t fingerprint = 0;                       // of the geometry and the bake options; tells whether a cached file is still good
     uint64_t geometry_bytes(BlockForm form) const;  // of all blocks in memory

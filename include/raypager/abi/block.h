@@ -12,6 +12,9 @@
 //   attributes with RP_BLOCK_NORMALS: rp_u32[vertex_count], octahedral shading normals (RP_NONE: this vertex has none); then, with
 //              RP_BLOCK_COLORS: rp_u32[vertex_count], red | green << 8 | blue << 16, each the square root of the linear reflectance * 255
 //              (RP_NONE: none); then, with RP_BLOCK_UVS: float[2 * vertex_count], u and v of each vertex (zeros: none)
+// A block with RP_BLOCK_INSTANCES holds instances alone, and has one block entry: after the nodes come, at leaves_at,
+//   instances  rp_instance[leaf_count]         abi/instance.h
+//              rp_u32[leaf_count]              right behind them: their scene-wide numbers
 #ifndef RAYPAGER_ABI_BLOCK_H
 #define RAYPAGER_ABI_BLOCK_H
 
@@ -29,6 +32,7 @@
 // Leaf in a block: bit 31 set, bit 30 clear, and
 //   a strip:  bits 0-1 triangles - 1 | bits 2-4 strip switches | bit 5 winding | bit 6 clear | bits 7-29 leaf index
 //   spheres:  bits 0-3 spheres - 1 | bit 4 clear | bit 5 they are points | bit 6 set | bits 7-29 index of the first sphere
+//   instance: bits 4 and 6 set | bits 0-3 and 5 clear | bits 7-29 its index
 // Leaf of the top tree: bits 31 and 30 set, bits 0-29 block entry index; on the device, with single rays, also rp_top_grid.block_entry_count + block
 // (see rp_block_entry).
 #define RP_REF_LEAF 0x80000000u
@@ -36,11 +40,15 @@
 #define RP_REF_EXIT 0xffffffffu     // bottom of a traversal stack; also the root of an empty scene
 #define RP_REF_STOPPED 0xfffffffeu  // of a walk: it has come to an absent block
 #define RP_REF_RETURN 0xfffffffdu   // on a traversal stack: leave the block, go on in the top tree
+#define RP_REF_LEAVE 0xfffffffcu    // on a traversal stack: leave the instance, go on in its block
+#define RP_REF_REENTER 0xfffffffbu  // on a traversal stack: leave the instance, and enter its block behind it
+#define RP_REF_END 0xfffffffau      // block entries have references below this
 #define RP_LEAF_MAX_PRIMITIVES 4u
 #define RP_LEAF_WINDING 0x20u
 #define RP_LEAF_MAX_SPHERES 16u
 #define RP_LEAF_POINTS 0x20u
 #define RP_LEAF_SPHERES 0x40u
+#define RP_LEAF_INSTANCE 0x50u
 #define RP_LEAF_INDEX_SHIFT 7
 #define RP_LEAF_INDEX_MASK 0x7fffffu
 
@@ -122,14 +130,15 @@ typedef struct rp_sphere {
 #define RP_BLOCK_COLORS (1u << 31)
 // No bits are left there: this one is of attributes_at, where the offset has none so low.
 #define RP_BLOCK_UVS 1u
-#define RP_BLOCK_ATTRIBUTES_AT(attributes_at) ((attributes_at) & ~RP_BLOCK_UVS)
+#define RP_BLOCK_INSTANCES 2u  // likewise
+#define RP_BLOCK_ATTRIBUTES_AT(attributes_at) ((attributes_at) & ~(RP_BLOCK_UVS | RP_BLOCK_INSTANCES))
 #define RP_BLOCK_HAS_UVS(attributes_at) (((attributes_at)&RP_BLOCK_UVS) != 0u)
 
 typedef struct rp_block_header {
     rp_u32 magic, block_index, bytes, flags;
     rp_u32 node_count, leaf_count, vertex_count, sphere_count;
     rp_u32 nodes_at, leaves_at, vertices_at, spheres_at;  // byte offsets from the start of the block
-    rp_u32 ids_at, attributes_at /* with RP_BLOCK_UVS; 0: none */, triangle_count, block_entry_count;
+    rp_u32 ids_at, attributes_at /* with RP_BLOCK_UVS, RP_BLOCK_INSTANCES; 0: none */, triangle_count, block_entry_count;
     float origin[4];           // grid: xyz; coded positions: base of x
     float cell[4];             // grid: xyz; base of y
     float lower[4], upper[4];  // exact bounds: xyz; base of z, cell
