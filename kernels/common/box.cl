@@ -11,6 +11,7 @@
 
 #include "common/arithmetic.cl"
 #include "raypager/abi/block.h"
+#include "raypager/abi/instance.h"
 
 #define RP_BOX_WIDEN 1.000002f  // above 1 + 32 u
 // So many floats farther along, which is between 1.000002 and 1.0000041 times as far.
@@ -20,6 +21,11 @@
 typedef struct rp_ray {
     float3 origin, direction, reciprocal;
     uint near_x, near_y, near_z;  // selectors: is the lower or the upper plane of an axis the near one
+#ifdef RP_INSTANCES
+    const __global rp_instance* inside;  // in whose space it is; 0: in the world
+    uint number;                         // its number + 1, or 0
+    float start;                         // how far along the ray in the world this one begins
+#endif
 } rp_ray;
 
 // A ray seen from a grid: t of a plane = fma(grid coordinate, scale, shift).
@@ -35,6 +41,11 @@ static inline rp_ray rp_make_ray(float3 origin, float3 direction) {
     ray.near_x = ray.reciprocal.x < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
     ray.near_y = ray.reciprocal.y < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
     ray.near_z = ray.reciprocal.z < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
+#ifdef RP_INSTANCES
+    ray.inside = 0;
+    ray.number = 0u;
+    ray.start = 0.0f;
+#endif
     return ray;
 }
 

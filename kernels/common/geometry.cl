@@ -14,9 +14,15 @@
         const __global uchar *restrict slab3, const __global uchar *restrict slab4, const __global uchar *restrict slab5, \
         const __global uchar *restrict slab6, const __global uchar *restrict slab7
 #endif
-#define RP_GEOMETRY_PARAMETERS                                                                                          \
-    const rp_top_grid top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict block_entries, \
-        const __global ulong *restrict block_entry_paths, const __global uint4 *restrict pages, __global uint *restrict demand, RP_SLAB_PARAMETERS
+#ifdef RP_INSTANCES
+#define RP_OBJECT_PARAMETER , const __global rp_object* restrict objects
+#else
+#define RP_OBJECT_PARAMETER
+#endif
+#define RP_GEOMETRY_PARAMETERS                                                                                                  \
+    const rp_top_grid top_grid, const __global uint4 *restrict top_nodes, const __global uint4 *restrict block_entries,         \
+        const __global ulong *restrict block_entry_paths, const __global uint4 *restrict pages, __global uint *restrict demand, \
+        RP_SLAB_PARAMETERS RP_OBJECT_PARAMETER
 
 typedef struct rp_geometry {
     rp_top_grid top_grid;
@@ -25,6 +31,9 @@ typedef struct rp_geometry {
     const __global ulong* block_entry_paths;
     const __global uint4* pages;   // rp_page
     volatile __global uint* used;  // RP_DEMAND_USED
+#ifdef RP_INSTANCES
+    const __global rp_object* objects;
+#endif
     const __global uchar* slab0;
 #if RP_SLABS > 1
     const __global uchar *slab1, *slab2, *slab3, *slab4, *slab5, *slab6, *slab7;
@@ -32,11 +41,16 @@ typedef struct rp_geometry {
 } rp_geometry;
 
 #if RP_SLABS == 1
+#define RP_SLAB_ARGUMENTS slab0
+#else
+#define RP_SLAB_ARGUMENTS slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7
+#endif
+#ifdef RP_INSTANCES
 #define RP_MAKE_GEOMETRY(used) \
-    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, slab0 }
+    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, objects, RP_SLAB_ARGUMENTS }
 #else
 #define RP_MAKE_GEOMETRY(used) \
-    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7 }
+    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, RP_SLAB_ARGUMENTS }
 #endif
 
 // atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, work-items
@@ -126,6 +140,17 @@ static inline const __global uint4* rp_spheres(const __global uchar* block) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;
     return (const __global uint4*)(block + header->spheres_at);
 }
+#ifdef RP_INSTANCES
+// The instances of a block that holds such alone.
+static inline const __global rp_instance* rp_instances(const rp_block_view* block) {
+    return (const __global rp_instance*)((const __global uchar*)block->nodes + block->leaves_at);
+}
+static inline uint rp_instance_number(const rp_block_view* block, uint index) {
+    const __global rp_block_header* header = (const __global rp_block_header*)rp_block_of_nodes(block->nodes);
+    return ((const __global uint*)(rp_instances(block) + header->leaf_count))[index];
+}
+#endif
+
 static inline uint rp_sphere_id(const __global uchar* block, uint index) {
     const __global rp_block_header* header = (const __global rp_block_header*)block;
     return ((const __global uint*)(rp_spheres(block) + header->sphere_count))[index];

@@ -3,7 +3,16 @@
 #define RP_INSTANCE_CL
 
 #include "common/box.cl"
+#include "raypager/abi/path.h"
 #include "raypager/abi/instance.h"
+
+// Where a ray that waits stands, as far as instances are concerned.
+typedef struct rp_standing {
+    // Of the object, at which it waits; RP_NONE: it waits in the world; RP_STANDS_BEHIND: for the block of an instance, to go on behind that.
+    uint block_entry;
+    uint number;                           // of the instance, as rp_ray has it
+    const __global rp_instance* instance;  // a copy
+} rp_standing;
 
 // A ray in the space of an object. Its direction is as long as the transform makes it, so that distances along it are those in the world, from
 // `start` on.
@@ -29,5 +38,23 @@ static inline rp_placed_ray rp_place_ray(const __global rp_instance* instance, f
     placed.direction = (float3)(rp_dot_fused(x, direction), rp_dot_fused(y, direction), rp_dot_fused(z, direction));
     return placed;
 }
+
+#ifdef RP_INSTANCES
+// The ray in the world that goes into an instance. base: of its object. number: as rp_ray has it.
+static inline rp_ray rp_ray_inside(const __global rp_instance* instance, uint number, float3 base, float3 origin, float3 direction) {
+    const rp_placed_ray placed = rp_place_ray(instance, base, origin, direction);
+    rp_ray ray = rp_make_ray(placed.origin, placed.direction);
+    ray.inside = instance;
+    ray.number = number;
+    ray.start = placed.start;
+    return ray;
+}
+
+// Of a ray that has stopped at a block entry. world_entry: where it is in the world.
+static inline uint rp_stands_at(const rp_ray* ray, uint world_entry, uint block_entry) {
+    return !ray->inside ? RP_NONE : block_entry == world_entry ? RP_STANDS_BEHIND : block_entry;
+}
+static inline ulong rp_instance_path(const __global rp_instance* instance) { return (ulong)instance->path_high << 32 | instance->path_low; }
+#endif
 
 #endif

@@ -15,11 +15,40 @@ typedef struct rp_hit {
     // Of one that was found earlier its primitive's scene-wide id, which decides between equal distances; RP_NONE: no hit.
     uint what;
     uint found_in;  // the block in which this launch found the hit; RP_NONE: found earlier, or no hit
+#ifdef RP_INSTANCES
+    uint number;                           // of the instance in which it is + 1, or 0; decides between equal distances before the id does
+    const __global rp_instance* instance;  // of a hit that this launch found; 0: in the world
+#endif
 } rp_hit;
 
 // The id of the closest hit so far. To be looked up only where it matters: it costs two dependent loads.
 static inline uint rp_hit_primitive(const rp_geometry* g, const rp_hit* hit) {
     return hit->found_in == RP_NONE ? hit->what : rp_primitive_id(rp_block_address(g, g->pages[hit->found_in].x), hit->what);
+}
+
+// Whether the ray's hit on a primitive is the one that counts, at the distance of the closest so far.
+static inline bool rp_comes_first(const rp_geometry* g, const rp_ray* ray, uint id, const rp_hit* best) {
+#ifdef RP_INSTANCES
+    if (ray->number != best->number) return ray->number < best->number;
+#endif
+    return id < rp_hit_primitive(g, best);
+}
+static inline void rp_take_hit(rp_hit* best, const rp_ray* ray, float t, uint ref, uint block) {
+    best->t = t;
+    best->what = ref;
+    best->found_in = block;
+#ifdef RP_INSTANCES
+    best->number = ray->number;
+    best->instance = ray->inside;
+#endif
+}
+// Distance along the ray in the world. ahead: along this one, or -1.
+static inline float rp_distance(const rp_ray* ray, float ahead) {
+#ifdef RP_INSTANCES
+    return ahead > 0.0f ? rp_add(ray->start, ahead) : ahead;
+#else
+    return ahead;
+#endif
 }
 
 static inline float3 as_float3_xyz(uint4 v) { return as_float3(v.xyz); }
@@ -122,13 +151,10 @@ static inline void rp_strip_closest(const rp_geometry* g, const rp_ray* ray, con
                                     uint ref, rp_hit* best) {
     for (uint left = rp_strip_candidates(ray, shear, block, ref); left != 0u; left &= left - 1u) {
         const uint k = rp_lowest_bit(left);
-        const float t = rp_strip_hit(ray, shear, block, ref, k);
+        const float t = rp_distance(ray, rp_strip_hit(ray, shear, block, ref, k));
         if (!(t > 0.0f && t <= best->t)) continue;
-        if (t < best->t || rp_triangle_id(rp_block_of_nodes(block->nodes), (ref & ~3u) | k) < rp_hit_primitive(g, best)) {
-            best->t = t;
-            best->what = (ref & ~3u) | k;
-            best->found_in = block_index;
-        }
+        if (t < best->t || rp_comes_first(g, ray, rp_triangle_id(rp_block_of_nodes(block->nodes), (ref & ~3u) | k), best))
+            rp_take_hit(best, ray, t, (ref & ~3u) | k, block_index);
     }
 }
 
@@ -156,7 +182,7 @@ static inline bool rp_stops(rp_any_search* search, const rp_block_view* block, u
 static inline bool rp_strip_any(const rp_ray* ray, const rp_shear* shear, const rp_block_view* block, uint ref, rp_any_search* search) {
     for (uint left = rp_strip_candidates(ray, shear, block, ref); left != 0u; left &= left - 1u) {
         const uint k = rp_lowest_bit(left);
-        const float t = rp_strip_hit(ray, shear, block, ref, k);
+        const float t = rp_distance(ray, rp_strip_hit(ray, shear, block, ref, k));
         if (t > 0.0f && t <= search->t_limit && rp_stops(search, block, (ref & ~3u) | k)) return true;
     }
     return false;
@@ -170,13 +196,10 @@ static inline void rp_spheres_closest(const rp_geometry* g, const rp_ray* ray, c
     const uint first = rp_leaf_index(ref), end = first + rp_sphere_count(ref);
     const __global uint4* spheres = rp_spheres(rp_block_of_nodes(block->nodes));
     for (uint i = first; i < end; i++) {
-        const float t = rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref));
+        const float t = rp_distance(ray, rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref)));
         if (!(t > 0.0f && t <= best->t)) continue;
-        if (t < best->t || rp_sphere_id(rp_block_of_nodes(block->nodes), i) < rp_hit_primitive(g, best)) {
-            best->t = t;
-            best->what = rp_sphere_ref(ref, i);
-            best->found_in = block_index;
-        }
+        if (t < best->t || rp_comes_first(g, ray, rp_sphere_id(rp_block_of_nodes(block->nodes), i), best))
+            rp_take_hit(best, ray, t, rp_sphere_ref(ref, i), block_index);
     }
 }
 
@@ -184,7 +207,7 @@ static inline bool rp_spheres_any(const rp_ray* ray, const rp_block_view* block,
     const uint first = rp_leaf_index(ref), end = first + rp_sphere_count(ref);
     const __global uint4* spheres = rp_spheres(rp_block_of_nodes(block->nodes));
     for (uint i = first; i < end; i++) {
-        const float t = rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref));
+        const float t = rp_distance(ray, rp_hit_sphere(ray, rp_decode_sphere(spheres[i], ref)));
         if (t > 0.0f && t <= search->t_limit && rp_stops(search, block, rp_sphere_ref(ref, i))) return true;
     }
     return false;

@@ -119,6 +119,9 @@ static inline uint rp_awaited_address(const __global rp_page* pages, uint status
 }
 
 #include "common/path_runs.cl"
+#ifdef RP_INSTANCES
+#include "common/path_standing.cl"
+#endif
 
 #ifdef RP_CUTOUTS
 static inline void rp_set_passed(const rp_paths* paths, uint slot, float distance) {
@@ -174,6 +177,9 @@ typedef struct rp_extension_ray {
     float3 origin, direction;
     float t;
     uint primitive, block_entry;
+#ifdef RP_INSTANCES
+    uint number;  // of the instance of that hit, as rp_hit has it
+#endif
 } rp_extension_ray;
 
 static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot) {
@@ -183,6 +189,9 @@ static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot)
     rp_extension_ray ray;
     ray.t = INFINITY;
     ray.primitive = ray.block_entry = RP_NONE;
+#ifdef RP_INSTANCES
+    ray.number = rp_phase_of(status) == RP_PHASE_EXTEND_WAITS ? rp_number_of_hit(paths, slot) : 0u;
+#endif
     if (rp_phase_of(status) == RP_PHASE_EXTEND_WAITS) {
         ray.t = as_float(origin.w);
         ray.primitive = RP_PLANE(paths, RP_PLANE_HIT, slot).w;

@@ -3,6 +3,9 @@
 #define RP_SURFACE_CL
 
 #include "common/leaf.cl"
+#ifdef RP_INSTANCES
+#include "common/instance.cl"
+#endif
 #include "common/normal.cl"
 
 #ifdef RP_UVS
@@ -256,5 +259,9 @@ static inline rp_surface rp_hit_surface(const rp_geometry* g, const rp_ray* ray,
 #endif
     return rp_triangle_surface(ray, &block, hit->what);
 }
+
+#ifdef RP_INSTANCES
+#include "shading/instance_surface.cl"
+#endif
 
 #endif

@@ -29,14 +29,25 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
         return;  // begins anew in the next round
     }
 #endif
+#ifdef RP_INSTANCES
+    const rp_standing standing = rp_standing_of(paths, slot, ray.block_entry != RP_NONE);
+    rp_begin_any(geometry, &walk, stack, ray.block_entry, &standing);
+#else
     rp_begin_any(geometry, &walk, stack, ray.block_entry);
+#endif
     rp_run_any(geometry, &walk, stack, round);
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif
     const uint block_entry = rp_any_block_entry(&walk);
     if (block_entry != RP_NONE) {
+#ifdef RP_INSTANCES
+        const uint stands_at = rp_stands_at(&walk.ray, walk.world_entry, block_entry);
+        rp_set_block_entry(paths, slot, stands_at == RP_NONE ? block_entry : walk.world_entry);
+        rp_set_standing(paths, slot, &walk.ray, stands_at, 0u);
+#else
         rp_set_block_entry(paths, slot, block_entry);
+#endif
         uint seen = status;
 #ifdef RP_CUTOUTS
         seen = rp_with_cutout_met(seen, walk.search.met_cutout);

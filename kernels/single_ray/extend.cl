@@ -15,7 +15,14 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
     walk->best.what = ray.primitive;
     walk->best.found_in = RP_NONE;
     walk->ray = rp_make_ray(ray.origin, ray.direction);
+#ifdef RP_INSTANCES
+    walk->best.number = ray.number;
+    walk->best.instance = 0;
+    const rp_standing standing = rp_standing_of(paths, slot, ray.block_entry != RP_NONE);
+    rp_begin_closest(geometry, walk, stack, ray.block_entry, &standing);
+#else
     rp_begin_closest(geometry, walk, stack, ray.block_entry);
+#endif
 }
 
 // Puts down what became of it. mine: counts of requests served, and of those without a hit.
@@ -23,10 +30,21 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
                                const rp_paths* paths, uint slot, uint* mine) {
     const rp_hit* hit = &walk->best;
     const uint status = rp_status_of(paths, slot), block_entry = rp_closest_block_entry(walk);
+#ifdef RP_INSTANCES
+    const uint stands_at = rp_stands_at(&walk->ray, walk->world_entry, block_entry);
+    const uint world_entry = block_entry == RP_NONE || stands_at == RP_NONE ? block_entry : walk->world_entry;
+#else
+    const uint world_entry = block_entry;
+#endif
     mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
     mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
 #ifdef RP_SHORT_STATES
+#ifdef RP_INSTANCES
+    // Of an instance's surface what is there is found here: its block may be one of many.
+    if (block_entry == RP_NONE && !hit->instance) {
+#else
     if (block_entry == RP_NONE) {
+#endif
         // Shading, which comes next, finds the surface: there all work-items of a sub-group do so at once.
         rp_finish_extension_deferred(paths, slot, status, hit->what, hit->found_in, hit->t);
     } else
@@ -35,10 +53,14 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         uint offset_exponent = rp_offset_exponent_of(status);
         rp_unfold_extension(paths, slot, status);
         if (hit->found_in != RP_NONE) {
+#ifdef RP_INSTANCES
+            const rp_surface s = rp_surface_in_world(geometry, walk->origin, walk->direction, hit);
+#else
             // Read again, so that no register keeps it along the walk.
             rp_ray ray = walk->ray;
             ray.direction = rp_direction_of(paths, slot);
             const rp_surface s = rp_hit_surface(geometry, &ray, hit);
+#endif
             offset_exponent = s.offset_exponent;
 #ifdef RP_VERTEX_COLORS
             rp_set_color(paths, slot, s.color);
@@ -49,10 +71,13 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #ifdef RP_TANGENTS
             rp_set_tangent(paths, slot, s.tangent);
 #endif
-            rp_store_hit(paths, slot, hit->t, s.position, rp_hit_primitive(geometry, hit), s.geometric_normal, s.shading_normal, block_entry);
+            rp_store_hit(paths, slot, hit->t, s.position, rp_hit_primitive(geometry, hit), s.geometric_normal, s.shading_normal, world_entry);
         } else {
-            rp_set_block_entry(paths, slot, block_entry);
+            rp_set_block_entry(paths, slot, world_entry);
         }
+#ifdef RP_INSTANCES
+        if (block_entry != RP_NONE) rp_set_standing(paths, slot, &walk->ray, stands_at, hit->number);
+#endif
         if (block_entry == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);
         else

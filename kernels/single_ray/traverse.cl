@@ -10,8 +10,14 @@
 // (bench/journal/gpu-paging.md).
 //
 // With RP_RECORD, what rays enter is logged as well (single_ray/visits.cl).
+//
+// With RP_INSTANCES a leaf may be an instance: the ray goes on in the space of its object, through the tree above the object's blocks, and comes back
+// (kernels/single_ray/instances.cl). What it keeps where it stops in there is the block entry of the object, and the instance.
 #include "single_ray/persistent.cl"
 #include "single_ray/visits.cl"
+#ifdef RP_INSTANCES
+#include "common/instance.cl"
+#endif
 
 // The stack of a walk. With RP_SHARED_STACK its lowest entries lie in local memory, a column for each work-item: those of a sub-group that stand at
 // different depths reach theirs at once there, where private memory would be read line by line. Rays that scatter gain by that
@@ -21,6 +27,13 @@
 #undef RP_STACK_DROP
 #undef RP_STACK_GET
 #undef RP_BLOCK_IS_OPENED
+#undef RP_FAR
+#ifdef RP_INSTANCES
+// Inside an instance distances count from where the ray begins there. Twice as much wider: `start` is rounded, too.
+#define RP_FAR(end) (w->ray.inside ? (end) * (RP_BOX_WIDEN * RP_BOX_WIDEN) - w->ray.start : (end)*RP_BOX_WIDEN)
+#else
+#define RP_FAR(end) ((end)*RP_BOX_WIDEN)
+#endif
 // Whether a ray that comes to a block looks at its block entries one by one in the top tree. A recorded one always does: the log is of block entries.
 #ifdef RP_RECORD
 #define RP_BLOCK_IS_OPENED(page) true
@@ -55,6 +68,11 @@
 #define RP_TO_TOP rp_any_to_top
 #define RP_STOPPED_AT rp_any_block_entry
 #define RP_STEP rp_any_step
+#define RP_DESCEND rp_any_descend
+#define RP_GO_INSIDE rp_any_go_inside
+#define RP_GO_OUTSIDE rp_any_go_outside
+#define RP_LEAVE_INSTANCE rp_any_leave_instance
+#define RP_RESUME_INSIDE rp_any_resume_inside
 #define RP_STACK_ENTRY uint
 #define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
 #define RP_POP()                     \
@@ -72,6 +90,11 @@
 #define RP_TO_TOP rp_closest_to_top
 #define RP_STOPPED_AT rp_closest_block_entry
 #define RP_STEP rp_closest_step
+#define RP_DESCEND rp_closest_descend
+#define RP_GO_INSIDE rp_closest_go_inside
+#define RP_GO_OUTSIDE rp_closest_go_outside
+#define RP_LEAVE_INSTANCE rp_closest_leave_instance
+#define RP_RESUME_INSIDE rp_closest_resume_inside
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
@@ -84,11 +107,19 @@
 #define RP_END w->best.t
 #endif
 
+#undef RP_STANDING_PARAMETER
+#ifdef RP_INSTANCES
+#define RP_STANDING_PARAMETER , const rp_standing* standing
+#else
+#define RP_STANDING_PARAMETER
+#endif
+
 #ifndef RP_WALK_WAITS
 // What a walk has to remember shares a word with the axis of its shear, since registers are short.
 #define RP_WALK_WAITS 1u    // it is entering the block that it waited for
 #define RP_WALK_SERVED 2u   // a hit was found in the block that it had waited for
 #define RP_WALK_IN_VAIN 4u  // none was
+#define RP_WALK_NOTES 7u
 #endif
 
 // A ray on its way. It has ended when current is RP_REF_EXIT, or RP_REF_STOPPED where it has to wait.
@@ -100,6 +131,10 @@ typedef struct RP_WALK {
     rp_block_view block;
     uint current;
     float far;  // where the walk ends, times RP_BOX_WIDEN
+#ifdef RP_INSTANCES
+    float3 origin, direction;  // of the ray in the world
+    uint world_entry;          // the block entry at which the ray is there
+#endif
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
     uint depth;
     __local RP_STACK_ENTRY* shared;  // this work-item's column of the stack, set by the kernel
@@ -119,8 +154,15 @@ typedef struct RP_WALK {
 } RP_WALK;
 
 static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
-    const float3 origin = (float3)(g->top_grid.origin[0], g->top_grid.origin[1], g->top_grid.origin[2]);
-    const float3 cell = (float3)(g->top_grid.cell[0], g->top_grid.cell[1], g->top_grid.cell[2]);
+    float3 origin = (float3)(g->top_grid.origin[0], g->top_grid.origin[1], g->top_grid.origin[2]);
+    float3 cell = (float3)(g->top_grid.cell[0], g->top_grid.cell[1], g->top_grid.cell[2]);
+#ifdef RP_INSTANCES
+    if (w->ray.inside) {
+        const __global rp_top_grid* const top = &g->objects[w->ray.inside->object].top;
+        origin = rp_load3(top->origin);
+        cell = rp_load3(top->cell);
+    }
+#endif
     w->grid_ray = rp_make_grid_ray(&w->ray, origin, cell);
     w->block.nodes = g->top_nodes;
 }
@@ -128,23 +170,8 @@ static inline void RP_TO_TOP(const rp_geometry* g, RP_WALK* w) {
 // At the end: the block entry to wait at, or RP_NONE if the walk is complete.
 static inline uint RP_STOPPED_AT(const RP_WALK* w) { return w->current == RP_REF_STOPPED ? w->block.leaves_at : RP_NONE; }
 
-// Puts the walk at block entry `start`, or at the beginning (RP_NONE). REQUIRES: ray, and search or best, are set.
-static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start) {
-    w->shear = rp_make_shear(&w->ray);
-    RP_TO_TOP(g, w);
-    w->current = g->top_grid.root;
-    RP_STACK_CLEAR();
-    w->far = RP_END * RP_BOX_WIDEN;
-#if RP_ANY_HIT
-    w->hit = false;
-#else
-    if (start != RP_NONE) w->shear.axis |= RP_WALK_WAITS;
-    w->block_index = RP_NONE;
-#endif
-    RP_PUSH(RP_REF_EXIT, -1.0f);
-    if (start == RP_NONE) return;
-    // Walk down to where the ray stands.
-    const ulong path = g->block_entry_paths[start];
+// From `current` down to what a path leads to; what comes after that is put on the stack.
+static inline void RP_DESCEND(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, ulong path) {
     for (int level = 62 - (int)clz(path); level >= 0; level--) {
 #ifdef RP_RECORD
         // The ray may have stopped at any block entry of a block, where the log was full.
@@ -166,6 +193,35 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
         if (taken == first && rp_box_is_met(sibling_entry, rp_box_exit(sibling, &w->ray, &w->grid_ray, w->far))) RP_PUSH(sibling.w, sibling_entry);
         w->current = taken ? child1.w : child0.w;
     }
+}
+
+#ifdef RP_INSTANCES
+#include "single_ray/instances.cl"
+#endif
+
+// Puts the walk at block entry `start`, or at the beginning (RP_NONE). REQUIRES: ray, and search or best, are set.
+static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint start RP_STANDING_PARAMETER) {
+    w->shear = rp_make_shear(&w->ray);
+    RP_TO_TOP(g, w);
+    w->current = g->top_grid.root;
+    RP_STACK_CLEAR();
+    w->far = RP_FAR(RP_END);
+#ifdef RP_INSTANCES
+    w->origin = w->ray.origin;
+    w->direction = w->ray.direction;
+#endif
+#if RP_ANY_HIT
+    w->hit = false;
+#else
+    if (start != RP_NONE) w->shear.axis |= RP_WALK_WAITS;
+    w->block_index = RP_NONE;
+#endif
+    RP_PUSH(RP_REF_EXIT, -1.0f);
+    if (start == RP_NONE) return;
+    RP_DESCEND(g, w, stack, g->block_entry_paths[start]);
+#ifdef RP_INSTANCES
+    if (standing->block_entry != RP_NONE) RP_RESUME_INSIDE(g, w, stack, start, standing);
+#endif
 }
 
 // From an inner node to one of its children, or to what comes next on the stack.
@@ -195,6 +251,14 @@ static inline void RP_STEP(RP_WALK* w, RP_STACK_ENTRY* stack) {
 
 // At a leaf.
 static inline void RP_LEAF(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack) {
+#ifdef RP_INSTANCES
+    if ((w->current & RP_LEAF_INSTANCE) == RP_LEAF_INSTANCE) {
+        const uint index = rp_leaf_index(w->current);
+        RP_PUSH(RP_REF_LEAVE, -1.0f);
+        RP_GO_INSIDE(g, w, rp_instances(&w->block) + index, rp_instance_number(&w->block, index) + 1u);
+        return;
+    }
+#endif
 #if RP_ANY_HIT
     if (!rp_leaf_any(&w->ray, &w->shear, &w->block, w->current, &w->search)) {
         RP_POP();
@@ -213,7 +277,7 @@ static inline void RP_LEAF(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* sta
     w->current = RP_REF_EXIT;
 #else
     rp_leaf_closest(g, &w->ray, &w->shear, &w->block, w->block_index, w->current, &w->best);
-    w->far = RP_END * RP_BOX_WIDEN;
+    w->far = RP_FAR(RP_END);
     RP_POP();
 #endif
 }
@@ -253,6 +317,9 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #endif
 #endif
         rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
+#ifdef RP_INSTANCES
+    if (!w->ray.inside) w->world_entry = block_entry;
+#endif
     w->block = rp_view_block(g, page);
     w->grid_ray = rp_make_grid_ray(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
     RP_PUSH(RP_REF_RETURN, -1.0f);
@@ -281,7 +348,10 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #endif
             RP_POP();
         }
-        if (w->current >= RP_REF_BLOCK_ENTRY && w->current < RP_REF_RETURN) RP_ENTER(g, w, stack, round);
+#ifdef RP_INSTANCES
+        if (w->current == RP_REF_LEAVE || w->current == RP_REF_REENTER) RP_LEAVE_INSTANCE(g, w, stack);
+#endif
+        if (w->current >= RP_REF_BLOCK_ENTRY && w->current < RP_REF_END) RP_ENTER(g, w, stack, round);
     } while (RP_GOES_ON(w->current));
 #if defined(RP_RECORD) && RP_ANY_HIT
     if (w->hit) w->current = RP_REF_EXIT;
@@ -296,6 +366,11 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #undef RP_TO_TOP
 #undef RP_STOPPED_AT
 #undef RP_STEP
+#undef RP_DESCEND
+#undef RP_GO_INSIDE
+#undef RP_GO_OUTSIDE
+#undef RP_LEAVE_INSTANCE
+#undef RP_RESUME_INSIDE
 #undef RP_STACK_ENTRY
 #undef RP_PUSH
 #undef RP_POP

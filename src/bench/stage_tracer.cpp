@@ -16,8 +16,8 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     auto device = Device::open(device_name, memory_limit, tuning);
     if (!device) return device.status();
     tracer->device_ = std::move(*device);
-    RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info()));
-    const BlockForm form = tracer->form_ = block_form(traversal, tracer->device_->info());
+    RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info(), file.scene().instances > 0));
+    const BlockForm form = tracer->form_ = block_form(traversal, tracer->device_->info(), file.scene().instances > 0);
     ResidencySettings settings;
     settings.form = form;
     settings.pool_bytes =
@@ -58,7 +58,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
 
 Status StageTracer::make_slots(uint32_t count) {
     for (PathSlots* slots : {&slots_, &kept_slots_}) {
-        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true});
+        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true, .instances = true});
         if (!made) return made.status();
         *slots = std::move(*made);
     }

@@ -9,8 +9,10 @@
 namespace raypager {
 namespace {
 
-// A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree.
-constexpr uint32_t stack_size = 1 + RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
+// A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree; and with instances all but the
+// first again.
+constexpr uint32_t stack_in_world = RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
+uint32_t stack_size(const BakedScene& scene) { return 1 + (scene.instances > 0 ? 2 : 1) * stack_in_world; }
 
 uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
@@ -22,12 +24,13 @@ struct DeviceTop {
     rp_top_grid grid;
     std::vector<rp_node> nodes;
     std::vector<rp_block_entry> block_entries;
+    std::vector<rp_object> objects;
 };
 
 DeviceTop device_top(const BakedScene& scene) {
-    DeviceTop top{scene.top_grid, scene.top_nodes, scene.block_entries};
+    DeviceTop top{scene.top_grid, scene.top_nodes, scene.block_entries, scene.objects};
     const size_t block_entries = scene.block_entries.size();
-    if (block_entries + scene.blocks.size() >= (RP_REF_RETURN & ~RP_REF_BLOCK_ENTRY)) return top;  // more than references can tell apart
+    if (block_entries + scene.blocks.size() >= (RP_REF_END & ~RP_REF_BLOCK_ENTRY)) return top;  // more than references can tell apart
     top.block_entries.resize(block_entries + scene.blocks.size());
     std::vector<uint32_t> block_entries_of(scene.blocks.size());
     for (const rp_block_entry& block_entry : scene.block_entries) {
@@ -57,6 +60,7 @@ DeviceTop device_top(const BakedScene& scene) {
         for (rp_child& child : top.nodes[i].child) enter_whole(child.ref);
     }
     enter_whole(top.grid.root);
+    for (rp_object& object : top.objects) enter_whole(object.top.root);
     return top;
 }
 
@@ -69,7 +73,8 @@ uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
                                                   : at_least_16(scene.top_nodes.size() * sizeof(rp_node)) +
                                                         at_least_16(scene.block_entry_paths.size() * sizeof(uint64_t));
     const uint64_t block_entries = scene.block_entries.size() + (form == BlockForm::stored ? scene.blocks.size() : 0);
-    return tree + at_least_16(block_entries * sizeof(rp_block_entry)) + demand_bytes(scene, form);
+    const uint64_t objects = scene.instances > 0 ? scene.objects.size() * sizeof(rp_object) : 0;
+    return tree + at_least_16(block_entries * sizeof(rp_block_entry)) + objects + demand_bytes(scene, form);
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
@@ -79,6 +84,9 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;
     result.block_count_ = scene.pageable_count();
+    result.has_objects_ = scene.instances > 0;
+    if (result.has_objects_) result.variants_ += "-DRP_INSTANCES ";
+    result.stack_size_ = stack_size(scene);
     if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";
     if (scene.has_vertex_colors()) result.variants_ += "-DRP_VERTEX_COLORS ";
@@ -88,7 +96,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
-    const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}} : device_top(scene);
+    const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}, {}} : device_top(scene);
     result.top_grid_ = single.grid;
     struct Part {
         Buffer& buffer;
@@ -104,6 +112,11 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
         if (!buffer) return buffer.status();
         part.buffer = std::move(*buffer);
     }
+    if (result.has_objects_) {
+        auto objects = device.upload(bytes_of(single.objects), "objects");
+        if (!objects) return objects.status();
+        result.objects_ = std::move(*objects);
+    }
     if (wide) {
         auto tree = device.upload(top.bytes, "the wide top tree");
         if (!tree) return tree.status();
@@ -117,7 +130,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
 }
 
 std::string GeometryBuffers::definitions() const {
-    return variants_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size);
+    return variants_ + fmt::format("-DRP_SLABS={} -DRP_STACK_SIZE={}", slabs_->size() == 1 ? 1 : RP_MAX_SLABS, stack_size_);
 }
 
 Result<Kernel> GeometryBuffers::kernel(Device& device, const std::string& name, uint32_t registers, const std::string& more_definitions) const {

@@ -44,6 +44,7 @@ public:
     template <class... Rest>
     Status set(Kernel& kernel, const Rest&... rest) const {
         if (form_ == BlockForm::wide) return set_slabs(kernel, wide_top_, block_count_, rest...);
+        if (has_objects_) return set_slabs(kernel, objects_, block_count_, rest...);
         return set_slabs(kernel, block_count_, rest...);
     }
 
@@ -61,7 +62,9 @@ private:
     GeometryBuffers() = default;
     BlockForm form_ = BlockForm::stored;
     rp_top_grid top_grid_ = {};
-    Buffer wide_top_, top_nodes_, block_entries_, block_entry_paths_, demand_;
+    Buffer wide_top_, top_nodes_, block_entries_, block_entry_paths_, demand_, objects_;
+    bool has_objects_ = false;
+    uint32_t stack_size_ = 0;
     const std::vector<Buffer>* slabs_ = nullptr;
     const Buffer* page_table_ = nullptr;
     uint32_t block_count_ = 0;

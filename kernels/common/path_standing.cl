@@ -1,0 +1,38 @@
+// A part of path_state.cl: where a ray that waits stands with respect to instances (RP_STANDING_UNITS).
+#ifndef RP_PATH_STANDING_CL
+#define RP_PATH_STANDING_CL
+
+#include "common/instance.cl"
+
+#ifdef RP_CUTOUTS
+#define RP_STANDING_PLANES RP_PATH_PLANES_WITH_CUTOUTS
+#else
+#define RP_STANDING_PLANES RP_PATH_PLANES
+#endif
+
+static inline __global uint4* rp_standing_units(const rp_paths* paths, uint slot) {
+    return paths->planes + (size_t)paths->slot_count * RP_STANDING_PLANES + (size_t)slot * RP_STANDING_UNITS;
+}
+static inline uint rp_number_of_hit(const rp_paths* paths, uint slot) { return rp_standing_units(paths, slot)[RP_STANDING_AT].z; }
+
+// waited: whether the ray has. Else it stands nowhere.
+static inline rp_standing rp_standing_of(const rp_paths* paths, uint slot, bool waited) {
+    const __global uint4* const units = rp_standing_units(paths, slot);
+    rp_standing standing = {RP_NONE, 0u, 0};
+    if (!waited) return standing;
+    standing.block_entry = units[RP_STANDING_AT].x;
+    standing.number = units[RP_STANDING_AT].y;
+    standing.instance = (const __global rp_instance*)units;
+    return standing;
+}
+
+// Of a ray that is about to wait. ray: as it stopped; block_entry: as rp_stands_at has it. hit_number: as rp_hit has it.
+static inline void rp_set_standing(const rp_paths* paths, uint slot, const rp_ray* ray, uint block_entry, uint hit_number) {
+    __global uint4* const units = rp_standing_units(paths, slot);
+    units[RP_STANDING_AT] = (uint4)(block_entry, ray->number, hit_number, 0u);
+    const __global uint4* const instance = (const __global uint4*)ray->inside;
+    if (block_entry == RP_NONE || instance == units) return;
+    for (uint i = 0u; i < RP_STANDING_AT; i++) units[i] = instance[i];
+}
+
+#endif
