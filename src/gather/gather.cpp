@@ -104,7 +104,7 @@ private:
         const auto room = fits(MeshIntake::memory_bytes(mesh.positions.size(), mesh.triangles.size(), attributes));
         if (!room) return room.status();
         const uint64_t first = count();
-        RAYPAGER_TRY(add_whole(shape, Placement(shape, position_cell_), mesh, loaded->issues));
+        RAYPAGER_TRY(add_whole(shape, PlacedShape(shape, position_cell_), mesh, loaded->issues));
         if (spiller_) add_weight(count() - first, mesh.positions.size(), attributes);
         vertices_have_ = attributes;
         out_.issues.add(loaded->issues);
@@ -113,7 +113,7 @@ private:
 
     Status stream_mesh(const Shape& shape) {
         MeshIssues issues;
-        const Placement placement(shape, position_cell_);
+        const PlacedShape placement(shape, position_cell_);
         MeshIntake intake(placement, issues,
                           {[this](uint64_t bytes) { return fits(bytes); },
                            [&](std::span<const Triangle> indices, std::span<const VertexBits> corners, const VertexAttributes& attributes) {
@@ -155,7 +155,7 @@ private:
         return {};
     }
 
-    Status add_whole(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues) {
+    Status add_whole(const Shape& shape, const PlacedShape& placement, TriangleMesh& mesh, MeshIssues& issues) {
         if (out_.world.positions.size() + mesh.positions.size() >= index_limit || count() + mesh.triangles.size() >= index_limit)
             return too_many(shape);
         if (spiller_) return spill_whole(shape, placement, mesh, issues);
@@ -167,7 +167,7 @@ private:
         return {};
     }
 
-    Status spill_whole(const Shape& shape, const Placement& placement, const TriangleMesh& mesh, MeshIssues& issues) {
+    Status spill_whole(const Shape& shape, const PlacedShape& placement, const TriangleMesh& mesh, MeshIssues& issues) {
         const VertexAttributes attributes = attributes_of(mesh);
         std::vector<VertexBits> corners;
         for (size_t first = 0; first < mesh.triangles.size(); first += limits_.memory.chunk_triangles) {

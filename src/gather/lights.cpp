@@ -90,7 +90,7 @@ private:
     }
 
     const Shape& shape_;
-    const Placement placement_;
+    const PlacedShape placement_;
     const AreaLight& light_;
     std::vector<rp_light>& lights_;
     MeshIssues& issues_;

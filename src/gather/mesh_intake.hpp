@@ -25,7 +25,7 @@ public:
         bool colors = true, uvs = true;                 // of vertices are wanted
         uint64_t buffer_bytes = 0;                      // that the source may take beside, while the mesh is in memory
     };
-    MeshIntake(const Placement& placement, MeshIssues& issues, Hooks hooks) : placement_(placement), issues_(issues), hooks_(std::move(hooks)) {}
+    MeshIntake(const PlacedShape& placement, MeshIssues& issues, Hooks hooks) : placement_(placement), issues_(issues), hooks_(std::move(hooks)) {}
 
     Status expect(uint64_t vertices, uint64_t triangles) override;
     uint64_t buffer_bytes() const override { return file_ ? 0 : hooks_.buffer_bytes; }
@@ -49,7 +49,7 @@ private:
     Status append_to_file(const MeshVertices& vertices);
     Status take_chunk();
 
-    const Placement& placement_;
+    const PlacedShape& placement_;
     MeshIssues& issues_;
     Hooks hooks_;
     TriangleMesh mesh_;  // all of it, or the triangles of the chunk at hand

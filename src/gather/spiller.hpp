@@ -22,7 +22,7 @@ public:
     // in either space, are dropped and counted. light: what the others shine like; they become lights then.
     struct Triangles {
         const Shape& shape;
-        const Placement& placement;
+        const PlacedShape& placement;
         std::span<const Triangle> indices;  // for messages
         std::span<const VertexBits> corners;
         VertexAttributes attributes;

@@ -28,7 +28,7 @@ uint64_t WorldStore::memory_bytes(uint64_t more) const {
            std::max({moved(positions), moved(normals), moved(colors), moved(uvs), moved(primitives), moved(spheres), primitives.size() * cut_memory});
 }
 
-Status WorldStore::add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share) {
+Status WorldStore::add(const Shape& shape, const PlacedShape& placement, TriangleMesh& mesh, MeshIssues& issues, double share) {
     const auto base = static_cast<uint64_t>(world_.positions.size());
     grow_huge(world_.positions, base + mesh.positions.size(), expected(base + mesh.positions.size(), sizeof(Float3), share));
     place_positions(placement, mesh);
@@ -54,7 +54,7 @@ size_t WorldStore::expected(size_t count, size_t item_bytes, double share) const
     return static_cast<size_t>(std::min(static_cast<double>(count) / std::max(share, min_share) * reserve, most));
 }
 
-void WorldStore::place_positions(const Placement& placement, const TriangleMesh& mesh) {
+void WorldStore::place_positions(const PlacedShape& placement, const TriangleMesh& mesh) {
     const size_t base = world_.positions.size();
     world_.positions.resize(base + mesh.positions.size());
     all_in_range_ = true;
@@ -81,7 +81,7 @@ Status WorldStore::check_range(const Shape& shape, const TriangleMesh& mesh, uin
     return outside == SIZE_MAX ? Status() : out_of_range(shape, outside, world_.positions[base + outside]);
 }
 
-void WorldStore::place_normals(const Placement& placement, const TriangleMesh& mesh, uint64_t base) {
+void WorldStore::place_normals(const PlacedShape& placement, const TriangleMesh& mesh, uint64_t base) {
     if (mesh.normals.empty() && world_.normals.empty()) return;
     world_.normals.resize(world_.positions.size(), RP_NONE);
     parallel_for(mesh.normals.size(), items_at_once, [&](size_t begin, size_t end) {
@@ -121,7 +121,7 @@ void WorldStore::weld(TriangleMesh& mesh, uint64_t base) {
     }
 }
 
-void WorldStore::place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues, double share) {
+void WorldStore::place_triangles(const PlacedShape& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues, double share) {
     struct Piece {
         size_t kept = 0;  // that many lie at its front
         Box bounds;

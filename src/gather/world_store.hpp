@@ -27,7 +27,7 @@ public:
     bool can_number(uint64_t mesh_bytes) const { return world_.positions.size() + mesh_bytes / min_vertex_bytes < index_limit; }
 
     // share: of all meshes, what will be there with this one, by their bytes; 1 where that is unknown.
-    Status add(const Shape& shape, const Placement& placement, TriangleMesh& mesh, MeshIssues& issues, double share);
+    Status add(const Shape& shape, const PlacedShape& placement, TriangleMesh& mesh, MeshIssues& issues, double share);
 
     void add(const WorldSphere& sphere);
 
@@ -35,12 +35,12 @@ private:
     // How many items there will be at the end. Memory that nobody writes to costs nothing; moving what is there, again and again, does.
     size_t expected(size_t count, size_t item_bytes, double share) const;
 
-    void place_positions(const Placement& placement, const TriangleMesh& mesh);
+    void place_positions(const PlacedShape& placement, const TriangleMesh& mesh);
 
     // Only vertices that triangles use count: those of dropped triangles may be anything.
     Status check_range(const Shape& shape, const TriangleMesh& mesh, uint64_t base) const;
 
-    void place_normals(const Placement& placement, const TriangleMesh& mesh, uint64_t base);
+    void place_normals(const PlacedShape& placement, const TriangleMesh& mesh, uint64_t base);
 
     void place_colors(const TriangleMesh& mesh, uint64_t base);
 
@@ -51,7 +51,7 @@ private:
     void weld(TriangleMesh& mesh, uint64_t base);
 
     // Bounds are those of the triangles: a mesh may have vertices that none of them uses.
-    void place_triangles(const Placement& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues, double share);
+    void place_triangles(const PlacedShape& placement, TriangleMesh& mesh, uint32_t base, MeshIssues& issues, double share);
 
     static constexpr uint64_t min_vertex_bytes = 20;  // of a mesh in memory (mesh_intake.cpp)
 

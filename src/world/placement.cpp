@@ -27,7 +27,7 @@ bool has_no_area(const Float3& a, const Float3& b, const Float3& c) {
     return uy * vz == uz * vy && uz * vx == ux * vz && ux * vy == uy * vx;
 }
 
-Placement::Placement(const Shape& shape, float position_cell)
+PlacedShape::PlacedShape(const Shape& shape, float position_cell)
     : to_world_(shape.to_world),
       cell_(position_cell),
       identity_(shape.to_world.is_identity()),
@@ -35,7 +35,7 @@ Placement::Placement(const Shape& shape, float position_cell)
     if (const auto inverse = shape.to_world.inverse()) normals_ = inverse->transpose();
 }
 
-Float3 Placement::point(const Float3& p) const {
+Float3 PlacedShape::point(const Float3& p) const {
     if (cell_ == 0) return identity_ ? p : rounded(to_world_.point(p.x, p.y, p.z));
     std::array<double, 3> placed = {p.x, p.y, p.z};
     if (!identity_) placed = to_world_.point(p.x, p.y, p.z);
@@ -44,7 +44,7 @@ Float3 Placement::point(const Float3& p) const {
     return rounded(placed);
 }
 
-uint32_t Placement::normal(const Float3& n) const {
+uint32_t PlacedShape::normal(const Float3& n) const {
     if (!normals_) return RP_NONE;
     const auto placed = normals_->vector(n.x, n.y, n.z);
     return encode_octahedral(placed[0], placed[1], placed[2]);

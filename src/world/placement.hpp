@@ -23,10 +23,10 @@ Status out_of_range(const Shape& shape, uint64_t vertex, const Float3& position)
 bool has_no_area(const Float3& a, const Float3& b, const Float3& c);
 
 // How the vertices of a mesh are placed: transformed in double precision and rounded once.
-class Placement {
+class PlacedShape {
 public:
     // position_cell: vertices move to its nearest multiples along each axis; 0: they stay where they are.
-    explicit Placement(const Shape& shape, float position_cell);
+    explicit PlacedShape(const Shape& shape, float position_cell);
     Float3 point(const Float3& p) const;
     // Octahedral. Normals go with the inverse transpose. Which side a shading normal points to is looked at only where it is used.
     uint32_t normal(const Float3& n) const;
