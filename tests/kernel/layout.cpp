@@ -35,7 +35,9 @@ TEST(Layout, struct_sizes_agree) {
                                             sizeof(rp_wide_header),
                                             sizeof(rp_wide_block_entry),
                                             sizeof(rp_page_changes),
-                                            sizeof(rp_light_node)};
+                                            sizeof(rp_light_node),
+                                            sizeof(rp_instance),
+                                            sizeof(rp_object)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());

@@ -233,15 +233,13 @@ Scene brushed_small(uint32_t n, PictureSize size) {
     return scene;
 }
 
-Scene hedge(uint32_t n, PictureSize size, bool decals) {
-    SceneBuilder builder(size);
-    builder.camera({0, 1, 4}, {0, 0.9, 0}, {0, 1, 0}, 40);
-    const uint32_t green = painted(builder, Texture::image(colored_tiles("leaves", 200, 5), image_op(), std::nullopt));
-    const uint32_t leaf = cut_out(builder, green, Texture::image(ring_mask(150), image_op(), std::nullopt));
-    Dice dice(6);
+namespace {
+
+// n leaves at random places of a box.
+TriangleMesh many_leaves(Dice& dice, uint32_t n, const Vec3& lower, const Vec3& upper) {
     TriangleMesh leaves;
-    for (uint32_t i = 0; i < n * n; i++) {
-        const Vec3 corner(dice.between(-1.6, 1.3), dice.between(0, 1.7), dice.between(-0.8, 0.8));
+    for (uint32_t i = 0; i < n; i++) {
+        const Vec3 corner(dice.between(lower.x, upper.x), dice.between(lower.y, upper.y), dice.between(lower.z, upper.z));
         const Vec3 along = dice.point(-0.2, 0.2), across = dice.point(-0.2, 0.2);
         const TriangleMesh one = mapped_quad(corner, along, cross(along, normalized(across)));
         const auto base = static_cast<uint32_t>(leaves.positions.size());
@@ -249,6 +247,47 @@ Scene hedge(uint32_t n, PictureSize size, bool decals) {
         leaves.uvs.insert(leaves.uvs.end(), one.uvs.begin(), one.uvs.end());
         for (const Triangle& t : one.triangles) leaves.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
     }
+    return leaves;
+}
+
+}  // namespace
+
+Scene instanced_hedge(uint32_t instances, PictureSize size) {
+    SceneBuilder builder(size);
+    Scene& scene = builder.scene();
+    builder.camera({0, 1, 4}, {0, 0.9, 0}, {0, 1, 0}, 40);
+    const uint32_t green = painted(builder, Texture::image(colored_tiles("leaves", 200, 5), image_op(), std::nullopt));
+    const uint32_t leaf = cut_out(builder, green, Texture::image(ring_mask(150), image_op(), std::nullopt));
+    const uint32_t tiles = painted(builder, Texture::image(colored_tiles("tiles", 600, 8), image_op(), std::nullopt));
+    const uint32_t brushed = builder.material(anisotropic(conductor_of_reflectance({0.8f, 0.7f, 0.5f}, 0.4f), 0.1f));
+    Dice dice(6);
+    for (const char* name : {"twig", "another twig"})
+        scene.objects.push_back({name, {std::move(builder.add(name, many_leaves(dice, 300, {-0.4, -0.3, -0.3}, {0.4, 0.3, 0.3}), leaf))}});
+    scene.objects.push_back({"ring", {std::move(builder.add("ring", mapped_torus(0.25, 0.1, 24), brushed))}});
+    scene.shapes.clear();
+    std::vector<Placement> placements;
+    for (uint32_t i = 0; i < instances; i++) {
+        const Vec3 axis = normalized(dice.point(-1, 1) + Vec3(0, 1.1, 0));
+        const double grows = dice.between(0.4, 1.1);
+        const Transform t = Transform::translate(dice.between(-1.4, 1.4), dice.between(0.1, 1.7), dice.between(-0.8, 0.8)) *
+                            Transform::rotate(dice.between(0, 360), axis.x, axis.y, axis.z) *
+                            Transform::scale(i % 2 ? grows : -grows, dice.between(0.4, 1.1), grows);
+        placements.push_back({i % 3, {t.m[0], t.m[1], t.m[2]}});
+    }
+    scene.instances.push_back(std::make_shared<InstancesInMemory>("hedge", std::move(placements)));
+    builder.add("floor", mapped_quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -3}, 8), tiles);
+    builder.shine(builder.add("lamp", quad({-0.5, 2.5, 1}, {1, 0, 0}, {0, 0, 1}), builder.material(absorber())), {6, 6, 5});
+    builder.infinite_light({0.3, 0.35, 0.4});
+    return builder.finish();
+}
+
+Scene hedge(uint32_t n, PictureSize size, bool decals) {
+    SceneBuilder builder(size);
+    builder.camera({0, 1, 4}, {0, 0.9, 0}, {0, 1, 0}, 40);
+    const uint32_t green = painted(builder, Texture::image(colored_tiles("leaves", 200, 5), image_op(), std::nullopt));
+    const uint32_t leaf = cut_out(builder, green, Texture::image(ring_mask(150), image_op(), std::nullopt));
+    Dice dice(6);
+    TriangleMesh leaves = many_leaves(dice, n * n, {-1.6, 0, -0.8}, {1.3, 1.7, 0.8});
     builder.add("wall", quad({-2, 0, -1}, {4, 0, 0}, {0, 2, 0}, 8), builder.material(diffuse({0.7, 0.7, 0.7})));
     builder.add("leaves", std::move(leaves), leaf);
     if (decals) {

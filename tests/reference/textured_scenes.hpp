@@ -16,5 +16,7 @@ Scene brushed_small(uint32_t n, PictureSize size = {});
 // A hedge of n x n leaves, which are squares of which an image cuts the shapes, before a wall. decals: also a sheet under the lamp, and
 // another with holes right before it, closer than rays that pass the one begin behind it.
 Scene hedge(uint32_t n, PictureSize size = {}, bool decals = false);
+// A hedge of instances of a few twigs, whose leaves an image cuts out, on a floor under an image, beside brushed rings that are instances, too.
+Scene instanced_hedge(uint32_t instances, PictureSize size = {});
 
 }  // namespace raypager::reference

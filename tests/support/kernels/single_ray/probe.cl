@@ -6,6 +6,7 @@
 #include "common/sample_order.cl"
 #include "shading/surface.cl"
 #include "raypager/abi/film.h"
+#include "raypager/abi/instance.h"
 #include "raypager/abi/light_tree.h"
 #include "raypager/abi/wide.h"
 
@@ -31,17 +32,32 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     walk.best.t = origin.w;
     walk.best.what = RP_NONE;
     walk.best.found_in = RP_NONE;
+#ifdef RP_INSTANCES
+    walk.best.number = 0u;
+    walk.best.instance = 0;
+    const rp_standing standing = {RP_NONE, 0u, 0};
+    rp_begin_closest(&geometry, &walk, stack, RP_NONE, &standing);
+#else
     rp_begin_closest(&geometry, &walk, stack, RP_NONE);
+#endif
     rp_run_closest(&geometry, &walk, stack, 1u);
     rp_any_walk any;
-    any.ray = walk.ray;
+    any.ray = rp_make_ray(origin.xyz, direction.xyz);
     any.search.t_limit = origin.w;
+#ifdef RP_INSTANCES
+    rp_begin_any(&geometry, &any, any_stack, RP_NONE, &standing);
+#else
     rp_begin_any(&geometry, &any, any_stack, RP_NONE);
+#endif
     rp_run_any(&geometry, &any, any_stack, 1u);
     uint3 position = (uint3)(0u);
     uint normal = 0u;
     if (walk.best.found_in != RP_NONE) {
+#ifdef RP_INSTANCES
+        const rp_surface s = rp_surface_in_world(&geometry, origin.xyz, direction.xyz, &walk.best);
+#else
         const rp_surface s = rp_hit_surface(&geometry, &walk.ray, &walk.best);
+#endif
         position = as_uint3(s.position);
         normal = s.geometric_normal;
 #ifdef RP_PROBE_UVS
@@ -73,6 +89,8 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[15] = sizeof(rp_wide_block_entry);
     sizes[16] = sizeof(rp_page_changes);
     sizes[17] = sizeof(rp_light_node);
+    sizes[18] = sizeof(rp_instance);
+    sizes[19] = sizeof(rp_object);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.

@@ -1,0 +1,158 @@
+// Instances against the same scene in which each is written out as shapes of its own: hits, by Embree, and pictures. Both ways round differently: an
+// instance takes the ray into its object, a copy takes the object into the world.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "reference/geometry.hpp"
+#include "reference/instanced_scenes.hpp"
+#include "reference/rays.hpp"
+#include "reference/textured_scenes.hpp"
+#include "render/render.hpp"
+#include "scene/octahedral.hpp"
+#include "support/device_scene.hpp"
+#include "support/test_options.hpp"
+
+namespace raypager {
+namespace {
+
+using reference::RayKind;
+using reference::Vec3;
+
+BakeOptions small_blocks() {
+    BakeOptions options;
+    options.block_bytes = 16 << 10;
+    return options;
+}
+
+class Instances : public testing::Test {
+protected:
+    std::shared_ptr<const BlockFile> baked(const Scene& scene, const char* name) const {
+        auto file = support::bake_and_open(scene, small_blocks(), folder_.path(), name);
+        if (!file.ok()) throw std::runtime_error(file.status().message());
+        return *file;
+    }
+    const support::TemporaryFolder folder_;
+};
+
+TEST_F(Instances, rays_hit_what_embree_hits_of_copies) {
+    const Scene scene = reference::strewn(300);
+    const auto copies = reference::ReferenceGeometry::build(reference::written_out(scene));
+    ASSERT_TRUE(copies.ok()) << copies.status().message();
+    const auto file = baked(scene, "instances");
+    ASSERT_EQ(file->scene().instances, 302u);
+    auto device = support::DeviceScene::create(file);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    constexpr uint64_t seed = 20261128;
+    constexpr size_t rays_of_kind = 200000;
+    for (const RayKind kind : {RayKind::random, RayKind::edges, RayKind::vertices, RayKind::axis_parallel, RayKind::in_plane}) {
+        const std::vector<reference::Ray> rays = reference::make_rays(**copies, kind, rays_of_kind, seed);
+        std::vector<support::ProbeRay> probes;
+        for (const reference::Ray& ray : rays) probes.push_back({ray.origin, ray.tmax, ray.direction});
+        const auto hits = (*device)->trace(probes);
+        ASSERT_TRUE(hits.ok()) << hits.status().message();
+        size_t elsewhere = 0, turned = 0, found = 0;
+        for (size_t i = 0; i < rays.size(); i++) {
+            const support::ProbeHit& hit = (*hits)[i];
+            ASSERT_EQ(hit.occluded != 0, hit.primitive != RP_NONE) << reference::name(kind) << " ray " << i << ", seed " << seed;
+            const reference::Hit expected = (*copies)->closest(rays[i]);
+            const double length = reference::length(Vec3(rays[i].direction));
+            const bool same = expected.found() == (hit.primitive != RP_NONE) && (!expected.found() || std::abs(hit.t - expected.t) * length < 1e-4);
+            elsewhere += !same;
+            if (!same || !expected.found()) continue;
+            found++;
+            EXPECT_LT(reference::length(Vec3(hit.position) - (*copies)->position(expected)), 2e-3) << reference::name(kind) << " ray " << i;
+            turned += reference::dot(Vec3(decode_octahedral(hit.normal)), expected.normal) < 0.999;
+        }
+        std::printf("%s: %zu of %zu rays elsewhere, %zu of %zu normals turned\n", reference::name(kind), elsewhere, rays.size(), turned, found);
+        // Beside outlines, and where surfaces lie within each other, one is hit or the other. Rays along edges and planes ask for it.
+        EXPECT_LE(elsewhere, rays.size() / (kind == RayKind::random || kind == RayKind::axis_parallel ? 2000 : 100)) << reference::name(kind);
+        EXPECT_LE(turned, found / (kind == RayKind::random || kind == RayKind::axis_parallel ? 500 : 50)) << reference::name(kind);
+        EXPECT_GT(found, rays.size() / 10) << "most rays hit nothing";
+    }
+}
+
+// Rays from within a closed object that instances place cannot get out.
+TEST_F(Instances, closed_objects_have_no_gaps) {
+    Scene scene = reference::strewn(40, {}, false);
+    scene.shapes.resize(1);
+    const auto file = baked(scene, "closed");
+    auto device = support::DeviceScene::create(file);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    std::vector<support::ProbeRay> probes;
+    std::mt19937_64 random(3);
+    std::normal_distribution<float> along;
+    for (const auto& source : scene.instances) {
+        const Status status = source->stream([&](std::span<const Placement> placements) {
+            for (const Placement& p : placements) {
+                if (p.object != 0) continue;
+                // The middle of the ball.
+                Float3 middle;
+                float* const to[3] = {&middle.x, &middle.y, &middle.z};
+                for (size_t i = 0; i < 3; i++)
+                    *to[i] = static_cast<float>(p.to_world[i][0] * 3 - p.to_world[i][1] * 2 + p.to_world[i][2] + p.to_world[i][3]);
+                for (int i = 0; i < 20000; i++)
+                    probes.push_back({middle, std::numeric_limits<float>::infinity(), {along(random), along(random), along(random)}});
+            }
+            return Status();
+        });
+        ASSERT_TRUE(status.ok());
+    }
+    ASSERT_GT(probes.size(), 100000u);
+    const auto hits = (*device)->trace(probes);
+    ASSERT_TRUE(hits.ok()) << hits.status().message();
+    size_t out = 0;
+    for (const support::ProbeHit& hit : *hits) out += hit.primitive == RP_NONE;
+    EXPECT_EQ(out, 0u);
+}
+
+struct CopiesCase {
+    const char* name;
+    Scene (*make)();
+};
+const CopiesCase copies_cases[] = {
+    {"strewn",
+     [] {
+         return reference::strewn(120, {64, 48}, true);
+     }},
+    {"hedge",
+     [] {
+         return reference::instanced_hedge(60, {64, 48});
+     }},
+};
+void PrintTo(const CopiesCase& c, std::ostream* out) { *out << c.name; }
+
+class InstancePictures : public Instances, public testing::WithParamInterface<CopiesCase> {};
+
+// Random numbers are the same, so that nearly all paths are the same, too, but for last bits.
+TEST_P(InstancePictures, are_those_of_copies) {
+    const Scene scene = GetParam().make();
+    support::TestOptions options;
+    options.spp = 16;
+    options.tuning.traversal = Traversal::ray;
+    Image pictures[2];
+    for (const bool copies : {false, true}) {
+        const auto file = baked(copies ? reference::written_out(scene) : scene, copies ? "copies" : "instances");
+        const auto result = render(*file, options, {});
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        pictures[copies] = result->image;
+    }
+    double sum = 0, difference = 0;
+    size_t other = 0;
+    for (size_t i = 0; i < pictures[0].pixels.size(); i++) {
+        const double a = pictures[0].pixels[i], b = pictures[1].pixels[i];
+        sum += b;
+        difference += std::abs(a - b);
+        other += std::abs(a - b) > 0.02 * (0.05 + b);
+    }
+    std::printf("%s: differ by %.5f of what they show on average, %zu of %zu numbers by more than 2 %%\n", GetParam().name, difference / sum, other,
+                pictures[0].pixels.size());
+    EXPECT_LT(difference / sum, 0.02);
+    EXPECT_LT(other, pictures[0].pixels.size() / 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(scenes, InstancePictures, testing::ValuesIn(copies_cases), [](const auto& param) { return std::string(param.param.name); });
+
+}  // namespace
+}  // namespace raypager

@@ -1,0 +1,15 @@
+// Scenes with instances, for tests.
+#pragma once
+
+#include "raypager/scene.hpp"
+#include "reference/scenes.hpp"
+
+namespace raypager::reference {
+
+// So many instances of objects of all kinds of primitives and materials, strewn over a floor: turned, mirrored, uneven, sheared, far too large and
+// far too small, within each other and beside what is placed once. round: spheres, which are round in the scene that is written out as well, too.
+Scene strewn(uint32_t instances, PictureSize size = {}, bool round = true);
+// The same scene with a shape for each shape of each instance.
+Scene written_out(const Scene& scene);
+
+}  // namespace raypager::reference
