@@ -29,8 +29,9 @@
 #undef RP_BLOCK_IS_OPENED
 #undef RP_FAR
 #ifdef RP_INSTANCES
-// Inside an instance distances count from where the ray begins there. Twice as much wider: `start` is rounded, too.
-#define RP_FAR(end) (w->ray.inside ? (end) * (RP_BOX_WIDEN * RP_BOX_WIDEN) - w->ray.start : (end)*RP_BOX_WIDEN)
+// Inside an instance distances count from where the ray begins there. Twice as much wider: `start` is rounded, too. Never less than 0, which is more
+// than what marks on the stack have.
+#define RP_FAR(end) (w->ray.inside ? rp_max((end) * (RP_BOX_WIDEN * RP_BOX_WIDEN) - w->ray.start, 0.0f) : (end)*RP_BOX_WIDEN)
 #else
 #define RP_FAR(end) ((end)*RP_BOX_WIDEN)
 #endif
