@@ -48,6 +48,7 @@ struct BakeOptions {
 
 struct BakeSummary {
     uint64_t triangles = 0, spheres = 0, blocks = 0, stored_bytes = 0;  // of blocks
+    uint64_t objects = 0, instances = 0;                                // triangles and spheres of objects count once
     uint64_t images = 0, pages = 0, texture_bytes = 0;                  // of textures; bytes of the pages
     uint64_t points_culled = 0, points_merged = 0;
     uint64_t buckets = 0;  // that it was baked in, over the disk; 0: all in memory

@@ -102,6 +102,7 @@ Status BlockBuilder::append(PackedBlock& block) {
     record.wide_bytes = block.wide_bytes;
     record.triangles = block.triangles;
     record.spheres = block.spheres;
+    record.instances = block.instances;
     std::copy_n(block.bounds.lower, 3, record.lower);
     std::copy_n(block.bounds.upper, 3, record.upper);
     RAYPAGER_TRY(sink_.append(block.bytes, record));

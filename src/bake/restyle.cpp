@@ -82,7 +82,7 @@ Result<bool> restyle(const Scene& scene, BakedScene& baked) {
     if (baked.has_paged_sky()) leave_out_sky(baked.light_images, *sky);
     if (same_lights(*lights, baked.lights)) return true;
     baked.lights = std::move(*lights);
-    const bool empty = baked.triangles + baked.spheres == 0;
+    const bool empty = std::ranges::equal(baked.lower, baked.upper);
     set_probabilities(baked.lights, empty ? radius_of_nothing : radius_of(baked.lower, baked.upper));
     return true;
 }

@@ -34,6 +34,8 @@ uint32_t Groups::of_primitive(uint32_t id) const {
 }
 
 Status for_each_part(const BlockFile& file, const std::function<Status(const DecodedLeaf& primitives)>& take) {
+    if (!file.scene().objects.empty())
+        return Status::failed(file.path().string() + ": it has instances, which cannot be exported; bake the scene with all of its shapes in place");
     const auto& blocks = file.scene().blocks;
     // The block entries of a block share it out among them.
     std::vector<std::vector<rp_u32>> roots(blocks.size());

@@ -114,6 +114,11 @@ uint64_t BakedScene::identity() const {
         hasher.add(block.checksum);
         hasher.add(block.stored_bytes);
     }
+    // Other scenes have the identity that they had before there were instances.
+    if (!objects.empty()) {
+        hasher.add(instances);
+        hasher.add_all(objects);
+    }
     if (texture_ops.empty() && !has_paged_sky()) return hasher.value;
     if (has_paged_sky()) hasher.add_all(sky_words);
     hasher.add_all(images);

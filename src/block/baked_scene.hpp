@@ -18,10 +18,11 @@ struct BlockRecord {
     uint64_t offset = 0;    // in the file
     uint64_t checksum = 0;  // hash64 of the stored bytes
     uint32_t stored_bytes = 0;
-    uint32_t wide_bytes = 0;  // in the form BlockForm::wide; like stored_bytes a multiple of RP_BLOCK_ALIGNMENT
+    uint32_t wide_bytes = 0;  // in the form BlockForm::wide, of instances stored_bytes; like stored_bytes a multiple of RP_BLOCK_ALIGNMENT
     uint32_t triangles = 0;
     uint32_t spheres = 0;
     uint32_t instances = 0;  // of a block that holds instances alone
+    uint32_t unused = 0;
     float lower[3] = {}, upper[3] = {};
     uint32_t bytes(BlockForm form) const { return form == BlockForm::wide ? wide_bytes : stored_bytes; }
 };

@@ -59,8 +59,12 @@ uint64_t uvs_at(const rp_block_header& header) {
     return RP_BLOCK_ATTRIBUTES_AT(header.attributes_at) + words * sizeof(rp_u32) * header.vertex_count;
 }
 
+uint64_t leaf_bytes(const rp_block_header& header) {
+    return header.leaf_count * uint64_t{holds_instances(header) ? sizeof(rp_instance) + sizeof(rp_u32) : sizeof(rp_leaf)};
+}
+
 uint64_t id_bytes(const rp_block_header& header) {
-    const uint64_t leaves = header.leaf_count;
+    const uint64_t leaves = holds_instances(header) ? 0 : header.leaf_count;
     if (!(header.flags & RP_IDS_CODED)) return leaves * triangles * sizeof(rp_u32);
     return sizeof(rp_u32) * (2 + leaves * bits_of_leaf(header.flags) / 32 + 2);
 }

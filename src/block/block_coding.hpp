@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "raypager/abi/block.h"
+#include "raypager/abi/instance.h"
 #include "raypager/scene.hpp"
 
 namespace raypager {
@@ -18,8 +19,12 @@ float position_cell(float error);
 // Whether it is such a number, or 0, for positions that are not coded.
 bool good_position_cell(float cell);
 
+// Whether the block holds instances, and nothing else.
+inline bool holds_instances(const rp_block_header& header) { return header.attributes_at & RP_BLOCK_INSTANCES; }
+
 // Bytes of a block's sections. REQUIRES: good_coding(header).
 uint64_t position_bytes(const rp_block_header& header);
+uint64_t leaf_bytes(const rp_block_header& header);  // or instances with their numbers
 uint64_t id_bytes(const rp_block_header& header);
 uint64_t attribute_bytes(const rp_block_header& header);  // normals, colours and coordinates of textures of vertices
 uint64_t colors_at(const rp_block_header& header);        // byte offset; REQUIRES: RP_BLOCK_COLORS

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "block/block_coding.hpp"
+#include "block/check_instances.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {
@@ -26,15 +27,17 @@ public:
 
     Status run() {
         RAYPAGER_TRY(check_header());
-        RAYPAGER_TRY(check_numbers());
-        seen_leaves_.resize(header_.leaf_count);
         const auto& block_entries = scene_.block_entries;
         const auto first = std::partition_point(block_entries.begin(), block_entries.end(),
                                                 [&](const rp_block_entry& block_entry) { return block_entry.block < block_; });
         const auto end =
             std::partition_point(first, block_entries.end(), [&](const rp_block_entry& block_entry) { return block_entry.block == block_; });
         if (end - first != static_cast<ptrdiff_t>(header_.block_entry_count)) return bad("the number of block entries is wrong");
-        if (header_.block_entry_count == 0 || header_.node_count < header_.block_entry_count - 1) return bad("the number of block entries is wrong");
+        if (header_.block_entry_count == 0) return bad("the number of block entries is wrong");
+        if (holds_instances(header_)) return check_instances(scene_, header_, *first, bytes_);
+        if (header_.node_count < header_.block_entry_count - 1) return bad("the number of block entries is wrong");
+        RAYPAGER_TRY(check_numbers());
+        seen_leaves_.resize(header_.leaf_count);
         RAYPAGER_TRY(check_upper_tree(std::span(first, end)));
         for (size_t i = 0; i < header_.block_entry_count; i++)
             RAYPAGER_TRY(check_block_entry(first[static_cast<ptrdiff_t>(i)], block_entry_depths_[i]));
@@ -53,6 +56,7 @@ private:
         if (!good_coding(header_, scene_.position_cell)) return bad("how its positions and ids are coded makes no sense");
         if (header_.bytes != bytes_.size() || header_.bytes != record.stored_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
+        if ((record.instances > 0) != holds_instances(header_)) return bad("it holds instances where others are expected, or the other way about");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
         if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1 || header_.sphere_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
         // Kernels of a scene without any do not know of them.
@@ -68,7 +72,7 @@ private:
             uint64_t at, bytes;
         } const sections[] = {
             {"nodes", header_.nodes_at, header_.node_count * uint64_t{sizeof(rp_node)}},
-            {"leaves", header_.leaves_at, header_.leaf_count * uint64_t{sizeof(rp_leaf)}},
+            {"leaves", header_.leaves_at, leaf_bytes(header_)},
             {"vertices", header_.vertices_at, position_bytes(header_)},
             {"spheres", header_.spheres_at, header_.sphere_count * uint64_t{sizeof(rp_sphere) + sizeof(rp_u32)}},
             {"ids", header_.ids_at, id_bytes(header_)},
@@ -163,6 +167,7 @@ private:
     Status check_leaf(rp_u32 ref) {
         if (ref & (RP_REF_BLOCK_ENTRY ^ RP_REF_LEAF)) return bad(fmt::format("reference {:08x} leads out of it", ref));
         const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
+        if ((ref & RP_LEAF_INSTANCE) == RP_LEAF_INSTANCE) return bad(fmt::format("reference {:08x} is an instance among primitives", ref));
         return ref & RP_LEAF_SPHERES ? check_spheres(ref, index) : check_strip(ref, index);
     }
 

@@ -40,6 +40,7 @@ void decode_strip(const BlockView& block, rp_u32 ref, uint32_t index, DecodedLea
 BlockView::BlockView(std::span<const std::byte> bytes) {
     RAYPAGER_CHECK(bytes.size() >= sizeof header && reinterpret_cast<uintptr_t>(bytes.data()) % 8 == 0);
     std::memcpy(&header, bytes.data(), sizeof header);
+    RAYPAGER_CHECK(!holds_instances(header));
     nodes = section<rp_node>(bytes, header.nodes_at, header.node_count);
     leaves = section<rp_leaf>(bytes, header.leaves_at, header.leaf_count);
     const BlockPositions positions(header, section<std::byte>(bytes, header.vertices_at, position_bytes(header)).data());

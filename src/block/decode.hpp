@@ -26,7 +26,7 @@ struct DecodedSphere {
     uint32_t point_word = RP_NONE;  // of a point (abi/block.h); RP_NONE: a sphere
 };
 
-// Typed views of a block's sections. REQUIRES: bytes that BlockSource::check_block accepts, aligned to 8.
+// Typed views of the sections of a block of primitives. REQUIRES: bytes that BlockSource::check_block accepts, aligned to 8; no instances.
 struct BlockView {
     explicit BlockView(std::span<const std::byte> bytes);
     rp_block_header header;

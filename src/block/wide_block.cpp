@@ -1,11 +1,14 @@
 #include "block/wide_block.hpp"
 
+#include "base/check.hpp"
 #include "block/wide_tree_writer.hpp"
 
 namespace raypager {
 
 std::span<const std::byte> WideBlockMaker::make(std::span<const std::byte> stored, std::span<const rp_u32> roots) {
     const StoredBlock block(stored);
+    // Scenes with instances are traced in their stored form.
+    RAYPAGER_CHECK(!holds_instances(block.header));
     const Tree tree = {block};
     plan_.make(tree, roots);
     WideTreeWriter writer(plan_.nodes(), plan_.collapse(), bytes_, [&](const BinaryNode& node, std::vector<std::byte>& bytes) {

@@ -53,14 +53,29 @@ private:
         leaves_.clear();
         treelet_spheres_.clear();
         leaf_refs_.clear();
+        if (world_.instances.empty())
+            group_primitives(refs);
+        else
+            for (const PrimitiveRef& ref : refs) add_instance(ref);
+        splits_ = build_split_tree(leaf_refs_, RP_BLOCK_MAX_DEPTH - depth);
+        return add_split(0);
+    }
+
+    // An instance is a leaf for itself: a ray that meets its box walks a tree in another space, so boxes are as tight as they can be.
+    void add_instance(const PrimitiveRef& ref) {
+        Leaf leaf;
+        leaf.flags = RP_LEAF_INSTANCE;
+        leaf.ids[0] = ref.id;
+        add_leaf(leaf, ref.box);
+    }
+
+    void group_primitives(std::span<PrimitiveRef> refs) {
         const auto is = [&](PrimitiveKind kind) { return [this, kind](const PrimitiveRef& ref) { return world_.kind(ref.id) == kind; }; };
         const auto spheres = std::partition(refs.begin(), refs.end(), is(PrimitiveKind::triangle));
         const auto points = std::partition(spheres, refs.end(), is(PrimitiveKind::sphere));
         if (spheres != refs.begin()) group_triangles(std::span(refs.begin(), spheres));
         if (points != spheres) group_spheres(std::span(spheres, points), RP_LEAF_SPHERES);
         if (refs.end() != points) group_spheres(std::span(points, refs.end()), RP_LEAF_SPHERES | RP_LEAF_POINTS);
-        splits_ = build_split_tree(leaf_refs_, RP_BLOCK_MAX_DEPTH - depth);
-        return add_split(0);
     }
 
     void group_triangles(std::span<const PrimitiveRef> refs) {

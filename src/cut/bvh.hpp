@@ -18,7 +18,9 @@ struct Leaf {
     uint32_t vertices[RP_LEAF_MAX_PRIMITIVES + 2] = {};  // of the block
     // Spheres: the first one in Bvh::sphere_ids.
     uint32_t first_sphere = 0;
-    bool has_spheres() const { return flags & RP_LEAF_SPHERES; }
+    // An instance: ids[0].
+    bool is_instance() const { return (flags & RP_LEAF_INSTANCE) == RP_LEAF_INSTANCE; }
+    bool has_spheres() const { return (flags & RP_LEAF_INSTANCE) == RP_LEAF_SPHERES; }
     uint32_t count() const { return (flags & (has_spheres() ? RP_LEAF_MAX_SPHERES - 1 : RP_LEAF_MAX_PRIMITIVES - 1)) + 1; }
 };
 

@@ -21,7 +21,7 @@ constexpr size_t items_at_once = size_t{1} << 16;
 uint64_t WorldStore::memory_bytes(uint64_t more) const {
     const auto bytes = [](const auto& array) { return array.size() * sizeof array[0]; };
     const auto moved = [&](const auto& array) { return (array.capacity() - array.size()) * sizeof array[0] <= more ? bytes(array) : 0; };
-    const auto& [positions, normals, colors, uvs, primitives, spheres, ids, bounds] = world_;
+    const auto& [positions, normals, colors, uvs, primitives, spheres, instances, ids, first_id, bounds] = world_;
     // Of a vertex: its normal, which may be still to come, and how many triangles share it.
     const uint64_t others = positions.size() * (sizeof normals[0] + 1) + bytes(colors) + bytes(uvs);
     return bytes(positions) + others + bytes(primitives) + bytes(spheres) +

@@ -7,6 +7,7 @@
 #include "base/check.hpp"
 #include "block/block_coding.hpp"
 #include "block/grid.hpp"
+#include "pack/pack_instances.hpp"
 #include "pack/vertex_windows.hpp"
 #include "pack/wide_size.hpp"
 
@@ -196,6 +197,7 @@ private:
 }  // namespace
 
 bool pack(const World& world, const Bvh& bvh, uint64_t limit, float position_cell, PackedBlock& block) {
+    if (!world.instances.empty()) return pack_instances(world, bvh, limit, block);
     return Packer(world, bvh, position_cell).run(limit, block);
 }
 

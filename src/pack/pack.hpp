@@ -20,8 +20,8 @@ struct PackedBlock {
     std::vector<std::byte> bytes;  // a multiple of RP_BLOCK_ALIGNMENT
     std::vector<PackedBlockEntry> block_entries;
     Box bounds;
-    uint32_t triangles = 0, spheres = 0;
-    uint32_t wide_bytes = 0;  // in the form of abi/wide.h
+    uint32_t triangles = 0, spheres = 0, instances = 0;
+    uint32_t wide_bytes = 0;  // in the form of abi/wide.h; of instances, which have none: its size as it is
 };
 
 // header.block_index is left 0. Fails (returns false) if the block would exceed limit bytes or the reach of 16-bit vertex offsets:

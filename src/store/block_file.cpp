@@ -79,6 +79,7 @@ Status read_scalars(const InputFile& file, const Header& header, BakedScene& sce
     scene.top_grid = s.top_grid;
     scene.triangles = s.triangles;
     scene.spheres = s.spheres;
+    scene.instances = s.instances;
     scene.fingerprint = s.fingerprint;
     scene.position_cell = s.position_cell;
     scene.film.exposure = s.exposure;
@@ -134,6 +135,7 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, pages, scene.pages));
     RAYPAGER_TRY(read_section(*file, header, texture_ops, scene.texture_ops));
     RAYPAGER_TRY(read_section(*file, header, texture_maps, scene.texture_maps));
+    RAYPAGER_TRY(read_section(*file, header, objects, scene.objects));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
     if (change) change(scene);
     opened->file_ = std::move(*file);

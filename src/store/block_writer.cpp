@@ -42,6 +42,7 @@ Scalars make_scalars(const BakedScene& scene) {
     s.top_grid = scene.top_grid;
     s.triangles = scene.triangles;
     s.spheres = scene.spheres;
+    s.instances = scene.instances;
     s.fingerprint = scene.fingerprint;
     s.position_cell = scene.position_cell;
     s.exposure = scene.film.exposure;
@@ -133,6 +134,7 @@ Status BlockFileWriter::finish(const BakedScene& scene) {
     RAYPAGER_TRY(write_section<rp_texture_op>(file_, header, texture_ops, scene.texture_ops));
     RAYPAGER_TRY(write_section<rp_texture_map>(file_, header, texture_maps, scene.texture_maps));
     RAYPAGER_TRY(write_section<rp_u32>(file_, header, sky_words, scene.sky_words));
+    RAYPAGER_TRY(write_section<rp_object>(file_, header, objects, scene.objects));
     header.file_bytes = file_.position();
     header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
     RAYPAGER_TRY(file_.write_at(0, std::as_bytes(std::span(&header, 1))));

@@ -12,6 +12,7 @@
 #include "scene/pixel_filter.hpp"
 #include "scene/projection.hpp"
 #include "store/check_images.hpp"
+#include "store/check_trees.hpp"
 #include "store/format.hpp"
 #include "store/section_status.hpp"
 
@@ -50,6 +51,7 @@ Status check_scalars(const BakedScene& scene) {
     if (!good_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");
     if (scene.triangles >= RP_NONE || scene.spheres >= RP_NONE || scene.triangles + scene.spheres >= RP_NONE)
         return bad(scalars, "too many primitives");
+    if (scene.instances >= RP_NONE) return bad(scalars, "too many instances");
     return {};
 }
 
@@ -110,7 +112,7 @@ Status check_ranges(const BakedScene& scene) {
 }
 
 Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
-    uint64_t triangles = 0, spheres = 0;
+    uint64_t triangles = 0, spheres = 0, instances = 0;
     for (size_t i = 0; i < scene.blocks.size(); i++) {
         const BlockRecord& block = scene.blocks[i];
         if (block.offset % page != 0 || block.offset < page || block.offset > file_bytes || block.stored_bytes > file_bytes - block.offset)
@@ -119,10 +121,14 @@ Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
             block.wide_bytes < sizeof(rp_wide_header) || block.wide_bytes > RP_MAX_WIDE_BYTES || block.wide_bytes % RP_BLOCK_ALIGNMENT != 0)
             return bad(blocks, fmt::format("block {} has an impossible size", i));
         if (!good_bounds(block.lower, block.upper)) return bad(blocks, fmt::format("the bounds of block {} make no sense", i));
+        if (block.instances > 0 && (block.triangles > 0 || block.spheres > 0 || block.wide_bytes != block.stored_bytes))
+            return bad(blocks, fmt::format("block {} holds more than instances", i));
         triangles += block.triangles;
         spheres += block.spheres;
+        instances += block.instances;
     }
     if (triangles != scene.triangles || spheres != scene.spheres) return bad(blocks, "the blocks do not hold as many primitives as the scene");
+    if (instances != scene.instances) return bad(blocks, "the blocks do not hold as many instances as the scene");
     return {};
 }
 
@@ -141,48 +147,13 @@ Status check_block_entries(const BakedScene& scene) {
         if ((block_entry.root & RP_REF_BLOCK_ENTRY) == RP_REF_BLOCK_ENTRY || block_entry.root == RP_REF_EXIT ||
             (!(block_entry.root & RP_REF_LEAF) && uint64_t{block_entry.root} * sizeof(rp_node) >= scene.blocks[block_entry.block].stored_bytes))
             return bad(block_entries, fmt::format("block entry {} has no root", i));
-        if (uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[block_entry.block].wide_bytes)
+        const bool of_instances = scene.blocks[block_entry.block].instances > 0;
+        if (of_instances && of_block > 1) return bad(block_entries, fmt::format("block {} holds instances, and has two", block_entry.block));
+        if (of_instances ? scene.wide_roots[i] != block_entry.root
+                         : uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[block_entry.block].wide_bytes)
             return bad(wide_roots, fmt::format("block entry {} has no root", i));
     }
     if (next_block != scene.blocks.size()) return bad(block_entries, fmt::format("block {} has none", next_block));
-    return {};
-}
-
-// Walks the whole top tree: each node and each block entry is reached once, within the depth, and by the path that the block entry names.
-Status check_top_tree(const BakedScene& scene) {
-    if (scene.block_entries.empty()) {
-        const bool good = scene.top_grid.root == RP_REF_EXIT && scene.top_nodes.empty();
-        return good ? Status() : bad(top_nodes, "there is a tree but no block entry");
-    }
-    struct Entry {
-        rp_u32 ref;
-        int depth;
-        uint64_t path;
-    };
-    std::vector<Entry> stack = {{scene.top_grid.root, 0, 1}};
-    std::vector<bool> seen(scene.block_entries.size());
-    size_t nodes = 0, reached = 0;
-    while (!stack.empty()) {
-        const Entry entry = stack.back();
-        stack.pop_back();
-        if ((entry.ref & RP_REF_BLOCK_ENTRY) == RP_REF_BLOCK_ENTRY) {
-            const uint32_t block_entry = entry.ref & ~RP_REF_BLOCK_ENTRY;
-            if (block_entry >= scene.block_entries.size() || seen[block_entry])
-                return bad(top_nodes, fmt::format("block entry {} is absent or reached twice", block_entry));
-            if (scene.block_entry_paths[block_entry] != entry.path)
-                return bad(block_entry_paths, fmt::format("the path of block entry {} leads elsewhere", block_entry));
-            seen[block_entry] = true;
-            reached++;
-            continue;
-        }
-        // Depth-first order: a node's number is the number of nodes met before it. So there can be no cycle.
-        if (entry.ref != nodes || nodes >= scene.top_nodes.size()) return bad(top_nodes, fmt::format("node {} is absent or out of order", entry.ref));
-        if (entry.depth == RP_TOP_MAX_DEPTH) return bad(top_nodes, "the tree is too deep");
-        for (const uint64_t side : {1, 0}) stack.push_back({scene.top_nodes[nodes].child[side].ref, entry.depth + 1, entry.path << 1 | side});
-        nodes++;
-    }
-    if (nodes != scene.top_nodes.size() || reached != scene.block_entries.size())
-        return bad(top_nodes, "some nodes or block entries are never reached");
     return {};
 }
 
@@ -200,7 +171,7 @@ Status check_scene(const BakedScene& scene, uint64_t file_bytes) {
     RAYPAGER_TRY(check_blocks(scene, file_bytes));
     RAYPAGER_TRY(check_images(scene, file_bytes));
     RAYPAGER_TRY(check_block_entries(scene));
-    return check_top_tree(scene);
+    return check_trees(scene);
 }
 
 }  // namespace raypager

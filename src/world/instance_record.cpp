@@ -6,13 +6,6 @@
 namespace raypager {
 namespace {
 
-std::array<double, 3> middle_of(const Box& box) {
-    std::array<double, 3> middle = {};
-    // As kernels have it: a float.
-    for (size_t a = 0; a < 3; a++) middle[a] = static_cast<float>((double{box.lower[a]} + box.upper[a]) / 2);
-    return middle;
-}
-
 template <class Take>
 void for_each_corner(const Box& box, const Take& take) {
     for (unsigned corner = 0; corner < 8; corner++)
@@ -20,6 +13,12 @@ void for_each_corner(const Box& box, const Take& take) {
 }
 
 }  // namespace
+
+std::array<double, 3> middle_of(const Box& object_box) {
+    std::array<double, 3> middle = {};
+    for (size_t a = 0; a < 3; a++) middle[a] = static_cast<float>((double{object_box.lower[a]} + object_box.upper[a]) / 2);
+    return middle;
+}
 
 Transform placement_of(const rp_instance& instance, const Box& object_box) {
     Transform to_object;

@@ -1,6 +1,7 @@
 // Makes the records of instances, and says what they cover.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "raypager/abi/instance.h"
@@ -8,6 +9,9 @@
 #include "scene/box.hpp"
 
 namespace raypager {
+
+// The middle of an object's box, as kernels have it: floats.
+std::array<double, 3> middle_of(const Box& object_box);
 
 // object_box: of the object, in its own space. Nothing if the transform flattens the object, is not affine, or if its numbers are beyond what floats
 // hold exactly enough (1e-6 to 1e6 as scales are). path and object are left 0.

@@ -15,7 +15,7 @@ constexpr float single_leaf_bytes = 56;  // of a leaf with a single triangle: le
 std::vector<uint8_t> count_uses(const World& world) {
     std::vector<uint8_t> uses(world.positions.size());
     for (uint32_t i = 0; i < world.primitives.size(); i++) {
-        if (world.is_sphere(i)) continue;
+        if (!world.is_triangle(i)) continue;
         for (uint32_t v : world.primitives[i]) uses[v] += uses[v] < 255;
     }
     return uses;
@@ -27,6 +27,8 @@ float own_vertices(const Triangle& vertices, std::span<const uint8_t> uses) {
     for (const uint32_t v : vertices) sum += 1.0f / uses[v];
     return sum;
 }
+
+uint32_t weight_without_vertices(const World& world, uint32_t primitive) { return world.is_sphere(primitive) ? sphere_weight : instance_weight; }
 
 }  // namespace
 
@@ -66,12 +68,13 @@ void Weigher::weigh(std::span<PrimitiveRef> refs) const { sharing_ == Sharing::b
 void Weigher::guess(std::span<PrimitiveRef> refs) const {
     if (sharing_ == Sharing::by_index) return weigh_by_index(refs);
     const uint32_t weight = triangle_weight(0.5f, world_.attributes());
-    for (PrimitiveRef& ref : refs) ref.weight = world_.is_sphere(ref.id) ? sphere_weight : weight;
+    for (PrimitiveRef& ref : refs) ref.weight = world_.is_triangle(ref.id) ? weight : weight_without_vertices(world_, ref.id);
 }
 
 void Weigher::weigh_by_index(std::span<PrimitiveRef> refs) const {
     for (PrimitiveRef& ref : refs) {
-        ref.weight = world_.is_sphere(ref.id) ? sphere_weight : triangle_weight(own_vertices(world_.primitives[ref.id], uses_), world_.attributes());
+        ref.weight = world_.is_triangle(ref.id) ? triangle_weight(own_vertices(world_.primitives[ref.id], uses_), world_.attributes())
+                                                : weight_without_vertices(world_, ref.id);
     }
 }
 
@@ -80,7 +83,7 @@ void Weigher::weigh_by_value(std::span<PrimitiveRef> refs) const {
     std::vector<uint8_t> uses;
     std::vector<Triangle> numbers(refs.size());
     for (size_t i = 0; i < refs.size(); i++) {
-        if (world_.is_sphere(refs[i].id)) continue;
+        if (!world_.is_triangle(refs[i].id)) continue;
         for (int k = 0; k < 3; k++) {
             const uint32_t v = numbers[i][k] = table.number(world_.vertex(world_.primitives[refs[i].id][k]));
             if (v == uses.size()) uses.push_back(0);
@@ -88,8 +91,9 @@ void Weigher::weigh_by_value(std::span<PrimitiveRef> refs) const {
         }
     }
     for (size_t i = 0; i < refs.size(); i++) {
-        const bool is_sphere = world_.is_sphere(refs[i].id);
-        refs[i].weight = is_sphere ? sphere_weight : triangle_weight(own_vertices(numbers[i], uses), world_.attributes());
+        const bool is_triangle = world_.is_triangle(refs[i].id);
+        refs[i].weight =
+            is_triangle ? triangle_weight(own_vertices(numbers[i], uses), world_.attributes()) : weight_without_vertices(world_, refs[i].id);
     }
 }
 

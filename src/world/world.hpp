@@ -1,4 +1,4 @@
-// All primitives of a scene, in world space, as the cut and the builders of blocks see them.
+// All primitives of a scene, in world space, or of an object, in its own; or all instances: as the cut and the builders of blocks see them.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/huge_pages.hpp"
+#include "raypager/abi/instance.h"
 #include "raypager/abi/types.h"
 #include "raypager/scene.hpp"
 #include "scene/box4.hpp"
@@ -29,32 +30,45 @@ struct VertexAttributes {
     uint32_t vertex_bytes() const { return 12 + (normals ? 4 : 0) + (colors ? 4 : 0) + (uvs ? 8 : 0); }  // in a block, positions uncoded
 };
 
-// The kinds of leaves in blocks.
-enum class PrimitiveKind { triangle, sphere, point };
+struct WorldInstance {
+    rp_instance record;  // but for its path, which is known when its block is packed
+    Box box;
+    uint32_t number;  // in the scene
+};
 
+// The kinds of leaves in blocks.
+enum class PrimitiveKind { triangle, sphere, point, instance };
+
+// Instances are in worlds of their own: their blocks hold nothing else.
 struct World {
     UnwrittenVector<Float3> positions;
     std::vector<uint32_t> normals;  // octahedral, one per position, RP_NONE where there is none; empty: no shape has any
     std::vector<uint32_t> colors;   // likewise; as in abi/block.h
     std::vector<Float2> uvs;        // of the first so many vertices, zeros where there are none: the others have none
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
-    // A sphere or a point: sphere_entry.
+    // A sphere or a point: sphere_entry. An instance: instance_entry.
     std::vector<Triangle> primitives;
     std::vector<WorldSphere> spheres;
-    // Of the primitives, in the scene, where these are only some of the scene's; empty: primitive i has the id i.
+    std::vector<WorldInstance> instances;
+    // Of the primitives, where these are only some of those that were gathered; empty: primitive i has the id i.
     std::vector<uint32_t> ids;
+    uint32_t first_id = 0;  // in the scene, of what was gathered: comes on top
     Box bounds;
 
     // In the place of vertices: a sphere's number among the spheres, and what no vertex is called.
     static Triangle sphere_entry(size_t number) { return {static_cast<uint32_t>(number), RP_NONE, RP_NONE}; }
+    static Triangle instance_entry(size_t number) { return {static_cast<uint32_t>(number), RP_NONE, 0}; }
     // Points, too.
-    bool is_sphere(uint32_t primitive) const { return primitives[primitive][1] == RP_NONE; }
+    bool is_sphere(uint32_t primitive) const { return primitives[primitive][2] == RP_NONE; }
+    bool is_triangle(uint32_t primitive) const { return primitives[primitive][1] != RP_NONE; }
     PrimitiveKind kind(uint32_t primitive) const {
-        if (!is_sphere(primitive)) return PrimitiveKind::triangle;
+        if (is_triangle(primitive)) return PrimitiveKind::triangle;
+        if (!is_sphere(primitive)) return PrimitiveKind::instance;
         return sphere(primitive).is_point() ? PrimitiveKind::point : PrimitiveKind::sphere;
     }
     const WorldSphere& sphere(uint32_t primitive) const { return spheres[primitives[primitive][0]]; }
-    uint32_t id(uint32_t primitive) const { return ids.empty() ? primitive : ids[primitive]; }
+    const WorldInstance& instance(uint32_t primitive) const { return instances[primitives[primitive][0]]; }
+    uint32_t id(uint32_t primitive) const { return first_id + (ids.empty() ? primitive : ids[primitive]); }
     uint32_t normal(uint32_t vertex) const { return normals.empty() ? RP_NONE : normals[vertex]; }
     uint32_t color(uint32_t vertex) const { return colors.empty() ? RP_NONE : colors[vertex]; }
     Float2 uv(uint32_t vertex) const { return vertex < uvs.size() ? uvs[vertex] : Float2{}; }
@@ -64,11 +78,11 @@ struct World {
 
 // Centre +- radius, rounded outwards.
 Box sphere_bounds(const WorldSphere& sphere);
-// Exact bounds of a triangle, safe bounds of a sphere.
+// Exact bounds of a triangle, safe bounds of a sphere and of an instance.
 inline Box4 primitive_bounds(const World& world, uint32_t primitive) {
     Box4 box;
-    if (world.is_sphere(primitive)) {
-        const Box bounds = sphere_bounds(world.sphere(primitive));
+    if (!world.is_triangle(primitive)) {
+        const Box bounds = world.is_sphere(primitive) ? sphere_bounds(world.sphere(primitive)) : world.instance(primitive).box;
         box.lower = Float4{bounds.lower[0], bounds.lower[1], bounds.lower[2], 0};
         box.upper = Float4{bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
         return box;
@@ -134,7 +148,8 @@ private:
 };
 
 // The estimate itself, for a triangle that has this many vertices for itself: a half in a closed mesh, three if it stands alone.
-inline constexpr uint32_t sphere_weight = 16 + 4 + 6;  // record, id, share of nodes
+inline constexpr uint32_t sphere_weight = 16 + 4 + 6;                      // record, id, share of nodes
+inline constexpr uint32_t instance_weight = sizeof(rp_instance) + 4 + 24;  // record, number, share of nodes
 uint32_t triangle_weight(float own_vertices, const VertexAttributes& attributes);
 
 }  // namespace raypager

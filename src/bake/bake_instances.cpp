@@ -1,0 +1,104 @@
+#include "bake/bake_instances.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/words.hpp"
+#include "world/instance_record.hpp"
+#include "world/placement.hpp"
+
+namespace raypager {
+namespace {
+
+constexpr uint64_t instance_limit = RP_NONE;  // there are fewer
+// Placements that are looked at between two looks at whether to stop.
+constexpr size_t placements_at_once = size_t{1} << 14;
+
+class InstanceGatherer {
+public:
+    InstanceGatherer(std::span<const Box> boxes, const InstanceGathering& settings, uint64_t expected)
+        : boxes_(boxes), settings_(settings), expected_(expected) {}
+
+    Status check_room(uint64_t count) const {
+        if (count >= instance_limit) return Status::failed(fmt::format("the scene has more than {} instances; leave some out", instance_limit - 1));
+        if (count > settings_.memory_bytes / instance_memory)
+            return Status::failed(fmt::format("{} take {} of memory to bake; give a larger --host-limit", counted(count, "instance"),
+                                              format_bytes(count * instance_memory)));
+        return {};
+    }
+
+    void reserve() {
+        world_.instances.reserve(expected_);
+        world_.primitives.reserve(expected_);
+    }
+
+    Status take(std::span<const Placement> placements, const std::string& source) {
+        while (!placements.empty()) {
+            if (settings_.stop && *settings_.stop) return Status::interrupted("stopped by a signal; nothing was written");
+            const auto some = placements.first(std::min(placements.size(), placements_at_once));
+            RAYPAGER_TRY(check_room(world_.instances.size() + some.size()));
+            for (const Placement& placement : some) RAYPAGER_TRY(add(placement, source));
+            placements = placements.subspan(some.size());
+            settings_.progress(std::min(1.0, static_cast<double>(seen_) / static_cast<double>(std::max<uint64_t>(expected_, 1))));
+        }
+        return {};
+    }
+
+    World finish(MeshIssues& issues) {
+        if (dropped_ > 0) issues.warn("instances dropped", fmt::format("{} flattened or out of range: dropped", counted(dropped_, "instance")));
+        return std::move(world_);
+    }
+
+private:
+    Status add(const Placement& placement, const std::string& source) {
+        const uint64_t index = seen_++;
+        if (placement.object >= boxes_.size())
+            return Status::failed(fmt::format("{}: instance {}: object {} does not exist", source, index, placement.object));
+        Transform to_world;
+        for (size_t i = 0; i < 3; i++) {
+            to_world.m[i] = placement.to_world[i];
+            for (const double x : to_world.m[i])
+                if (!std::isfinite(x)) return Status::failed(fmt::format("{}: instance {}: its transform is not finite", source, index));
+        }
+        const Box& object_box = boxes_[placement.object];
+        if (object_box.empty()) return {};
+        auto record = make_instance(to_world, object_box);
+        const Box box = record ? bounds_of(*record, object_box) : Box();
+        const auto near_enough = [](float x) { return std::abs(x) <= static_cast<float>(largest_coordinate); };
+        if (!record || !std::ranges::all_of(box.lower, near_enough) || !std::ranges::all_of(box.upper, near_enough)) {
+            dropped_++;
+            return {};
+        }
+        record->object = placement.object;
+        const size_t number = world_.instances.size();
+        world_.instances.push_back({*record, box, static_cast<uint32_t>(number)});
+        world_.primitives.push_back(World::instance_entry(number));
+        world_.bounds.grow(box);
+        return {};
+    }
+
+    const std::span<const Box> boxes_;
+    const InstanceGathering& settings_;
+    const uint64_t expected_;
+    World world_;
+    uint64_t seen_ = 0, dropped_ = 0;
+};
+
+}  // namespace
+
+Result<World> gather_instances(const Scene& scene, std::span<const Box> object_boxes, const InstanceGathering& settings, MeshIssues& issues) {
+    uint64_t expected = 0;
+    for (const auto& source : scene.instances) expected += source->count();
+    InstanceGatherer gatherer(object_boxes, settings, expected);
+    if (auto status = gatherer.check_room(expected); !status.ok()) return status;
+    gatherer.reserve();
+    for (const auto& source : scene.instances) {
+        const auto take = [&](std::span<const Placement> placements) { return gatherer.take(placements, source->name()); };
+        if (auto status = source->stream(take); !status.ok()) return status;
+    }
+    return gatherer.finish(issues);
+}
+
+}  // namespace raypager
