@@ -20,7 +20,7 @@ Stuff any_paint(Random& random) {
 uint32_t scaled(double count, double detail, uint32_t low) { return std::max(low, static_cast<uint32_t>(count * detail)); }
 
 // Heads on the circle of a flange that faces along the y axis of place.
-void add_bolt_circle(Assembly& assembly, const Placement& place, double radius, double bolt, uint32_t count, double detail) {
+void add_bolt_circle(Assembly& assembly, const Pose& place, double radius, double bolt, uint32_t count, double detail) {
     for (uint32_t i = 0; i < count; i++) {
         const SinCos angle = sincos_turns(static_cast<double>(i) / count);
         add_bolt(assembly.of(Stuff::chrome), place.moved(radius * angle.cos, 0, radius * angle.sin), bolt, 5 * bolt, segments_for(bolt, detail),
@@ -28,7 +28,7 @@ void add_bolt_circle(Assembly& assembly, const Placement& place, double radius, 
     }
 }
 
-void add_flanged_pipe(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_flanged_pipe(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     const double radius = size * random.uniform(0.06, 0.2), length = size * random.uniform(1, 2.5);
     const double wide = 1.6 * radius, thick = 0.3 * radius, bore = 0.85 * radius;
     const std::array<Point2, 8> profile = {
@@ -38,7 +38,7 @@ void add_flanged_pipe(Assembly& assembly, const Placement& place, double size, d
     add_bolt_circle(assembly, place.moved(0, length, 0), 1.3 * radius, 0.09 * radius, bolts, detail);
 }
 
-void add_gear_shaft(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_gear_shaft(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     const double shaft = size * random.uniform(0.05, 0.09), length = size * random.uniform(0.8, 1.6);
     add_cylinder(assembly.of(Stuff::chrome), place, shaft, length, segments_for(shaft, detail));
     const uint32_t gears = 2 + random.below(4);
@@ -50,7 +50,7 @@ void add_gear_shaft(Assembly& assembly, const Placement& place, double size, dou
     }
 }
 
-void add_bolted_plate(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_bolted_plate(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     const uint32_t columns = 2 + random.below(9), rows = 1 + random.below(5);
     const double cell = size / std::max(columns, rows), hole = 0.28 * cell, thick = 0.25 * cell;
     add_perforated_plate(assembly.of(random.below(2) == 0 ? Stuff::iron : any_paint(random)), place, columns, rows, cell, hole, scaled(3, detail, 1),
@@ -58,13 +58,13 @@ void add_bolted_plate(Assembly& assembly, const Placement& place, double size, d
     for (uint32_t row = 0; row < rows; row++)
         for (uint32_t column = 0; column < columns; column++) {
             if (random.below(3) == 0) continue;  // some are missing
-            const Placement hole_place = place.moved((column + 0.5 - 0.5 * columns) * cell, thick, (row + 0.5 - 0.5 * rows) * cell);
+            const Pose hole_place = place.moved((column + 0.5 - 0.5 * columns) * cell, thick, (row + 0.5 - 0.5 * rows) * cell);
             const double length = cell * random.uniform(0.8, 1.6);
             add_bolt(assembly.of(any_metal(random)), hole_place, 0.9 * hole, length, segments_for(hole, detail), scaled(4, detail, 1));
         }
 }
 
-void add_strut(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_strut(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     const double radius = size * random.uniform(0.12, 0.2), height = size * random.uniform(0.7, 1.2), wire = radius * random.uniform(0.08, 0.2);
     const uint32_t turns = 5 + random.below(10);
     add_spring(assembly.of(any_paint(random)), place, radius, wire, height, turns, std::max(5u, segments_for(radius, detail) / 2));
@@ -73,7 +73,7 @@ void add_strut(Assembly& assembly, const Placement& place, double size, double d
         add_cylinder(assembly.of(Stuff::iron), place.moved(0, y * height, 0), 1.4 * radius, 0.05 * height, segments_for(radius, detail));
 }
 
-void add_hose(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_hose(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     // A curve that keeps changing its direction, by less than 50 degrees a step.
     const uint32_t steps = scaled(40, detail, 8);
     const double step = 3 * size / steps;
@@ -89,13 +89,13 @@ void add_hose(Assembly& assembly, const Placement& place, double size, double de
 }
 
 // A few small loose things that lie close together.
-void add_loose_parts(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_loose_parts(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     const uint32_t count = 3 + random.below(10);
     for (uint32_t i = 0; i < count; i++) {
         const double distance = size * random.uniform(0.1, 0.7);
         const Vector offset = random.direction() * distance;
         const double turn = random.uniform();
-        const Placement own = Placement::along(place.origin + offset, random.direction(), turn);
+        const Pose own = Pose::along(place.origin + offset, random.direction(), turn);
         const double part = size * random.uniform(0.05, 0.25);
         const uint32_t segments = segments_for(part, detail);
         switch (random.below(5)) {
@@ -138,7 +138,7 @@ void Assembly::clear() {
 
 uint32_t segments_for(double radius, double detail) { return static_cast<uint32_t>(std::clamp(detail * (9 + 30 * std::sqrt(radius)), 5.0, 1024.0)); }
 
-void add_random_assembly(Assembly& assembly, const Placement& place, double size, double detail, Random& random) {
+void add_random_assembly(Assembly& assembly, const Pose& place, double size, double detail, Random& random) {
     switch (random.below(10)) {
         case 0:
         case 1:

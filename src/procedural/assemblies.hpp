@@ -24,7 +24,7 @@ struct Assembly {
 
 // Adds a random assembly of about the given size (metres) at place. detail scales how finely round things are divided: 1 is good to look
 // at from near by.
-void add_random_assembly(Assembly& assembly, const Placement& place, double size, double detail, Random& random);
+void add_random_assembly(Assembly& assembly, const Pose& place, double size, double detail, Random& random);
 
 // Segments for something round: more the larger it is.
 uint32_t segments_for(double radius, double detail);

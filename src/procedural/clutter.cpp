@@ -85,7 +85,7 @@ void add_hall(SceneWriter& scene) {
             scene.light({7.5 * column - 1.5, hall_height + 0.5, -13 + 8.0 * row}, {3, 0, 0}, {0, 0, 1}, {44, 40, 33});
 }
 
-Placement lying(const Vector& origin, const Vector& direction) { return Placement::along(origin, direction); }
+Pose lying(const Vector& origin, const Vector& direction) { return Pose::along(origin, direction); }
 
 // Pipes along the back wall and beams under the open roof: what holds the picture together.
 void add_fixtures(Assembly& assembly, double detail, Random& random) {
@@ -154,16 +154,16 @@ private:
     double total_ = 0;
 };
 
-Placement any_placement(const Vector& at, Random& random) {
+Pose any_pose(const Vector& at, Random& random) {
     // Most parts are aligned with the hall, as if just put down; the others lie as they fell.
     constexpr std::array<Vector, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     // One draw a statement, here and wherever random numbers are arguments: compilers differ in the order in which they evaluate those.
     if (random.below(5) < 2) {
         const double turn = 0.25 * random.below(4);
-        return Placement::along(at, axes[random.below(3)], turn);
+        return Pose::along(at, axes[random.below(3)], turn);
     }
     const double turn = random.uniform();
-    return Placement::along(at, random.direction(), turn);
+    return Pose::along(at, random.direction(), turn);
 }
 
 // Until the wanted number of triangles is reached within one percent.
@@ -174,7 +174,7 @@ Status add_heaps(Batches& batches, uint64_t wanted, double detail, Random& rando
     while (batches.triangles() + wanted / 100 < wanted && refused < 1000) {
         const Heaps::Spot spot = heaps.pick(random);
         assembly.clear();
-        add_random_assembly(assembly, any_placement(spot.at, random), spot.size, detail, random);
+        add_random_assembly(assembly, any_pose(spot.at, random), spot.size, detail, random);
         if (batches.triangles() + assembly.triangles() > wanted + wanted / 100) {
             refused++;
             continue;

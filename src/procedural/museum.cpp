@@ -197,7 +197,7 @@ private:
         for (size_t i = 0; i < plan_.statues.size(); i++) add_block(pedestals, {plan_.site(statue_site(i))}, 0.7, pedestal_height, 0.7);
         RAYPAGER_TRY(scene_.textured_mesh("pedestals", name(plan_.building.pedestal), pedestals));
         for (uint64_t i = 0; i < counts_.benches; i++) {
-            const Placement at = {{0, 0, -MuseumPlan::bay * (2 * static_cast<double>(i) + 0.7)}};
+            const Pose at = {{0, 0, -MuseumPlan::bay * (2 * static_cast<double>(i) + 0.7)}};
             for (const double end : {-0.85, 0.85}) add_block(benches, at.moved(0, 0, end), 0.45, 0.4, 0.1);
             add_block(benches, at.moved(0, 0.4, 0), 0.55, 0.07, 2.1);
         }

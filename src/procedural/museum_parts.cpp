@@ -81,7 +81,7 @@ void add_panel(TriangleMesh& mesh, const Vector& corner, const Vector& right, co
     mesh.triangles.push_back({a, a + 2, a + 3});
 }
 
-void add_block(TriangleMesh& mesh, const Placement& place, double width, double height, double depth) {
+void add_block(TriangleMesh& mesh, const Pose& place, double width, double height, double depth) {
     const double x = 0.5 * width, z = 0.5 * depth;
     const Vector up = place.y * height;
     add_panel(mesh, place.at(-x, 0, z), place.x * width, up, width, height);
@@ -91,7 +91,7 @@ void add_block(TriangleMesh& mesh, const Placement& place, double width, double 
     add_panel(mesh, place.at(-x, height, z), place.x * width, place.z * -depth, width, depth);
 }
 
-void add_frame(TriangleMesh& mesh, const Placement& place, double width, double height, bool fine) {
+void add_frame(TriangleMesh& mesh, const Pose& place, double width, double height, bool fine) {
     // How far outside of the picture, and how far off the wall.
     static constexpr std::array<Point2, 5> moulding = {{{-0.01, 0.022}, {0.025, 0.05}, {0.055, 0.036}, {0.085, 0.07}, {0.105, 0}}};
     static constexpr std::array<Point2, 2> bevel = {{{-0.01, 0.065}, {0.1, 0}}};

@@ -17,11 +17,11 @@ void add_panel(TriangleMesh& mesh, const Vector& corner, const Vector& right, co
 constexpr uint64_t panel_triangles = 2;
 
 // On the ground at place, without a lower side; each side has the image once a metre.
-void add_block(TriangleMesh& mesh, const Placement& place, double width, double height, double depth);
+void add_block(TriangleMesh& mesh, const Pose& place, double width, double height, double depth);
 constexpr uint64_t block_triangles = 10;
 
 // About a picture whose lower left corner is at place: mitred, with the metal's coordinates running along it. A fine one has a moulding.
-void add_frame(TriangleMesh& mesh, const Placement& place, double width, double height, bool fine);
+void add_frame(TriangleMesh& mesh, const Pose& place, double width, double height, bool fine);
 constexpr uint64_t frame_triangles(bool fine) { return fine ? 32 : 8; }
 
 // A surface over rows x columns quads; where a whole row of vertices is one point, the triangles without area are left out.

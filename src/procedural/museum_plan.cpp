@@ -63,8 +63,8 @@ const std::vector<std::vector<Slot>> hangings = {
 constexpr double panel_width = 4, panel_height = 3.1, panel_above_floor = 0.95;
 
 // Their lower left corners: those of the end wall, which is looked at straight on, then from the entrance on.
-std::vector<Placement> panels_of(const MuseumPlan& plan) {
-    std::vector<Placement> panels;
+std::vector<Pose> panels_of(const MuseumPlan& plan) {
+    std::vector<Pose> panels;
     const double x = plan.half_width();
     for (uint32_t storey = 0; storey < plan.storeys; storey++) {
         const double y = MuseumPlan::storey * storey + panel_above_floor;
@@ -101,7 +101,7 @@ void size_hall(size_t panels, MuseumPlan& plan) {
 void hang(MuseumPlan& plan, std::vector<MuseumPainting>& paintings, Random& random) {
     const std::vector<uint32_t> sizes = pick_hangings(paintings.size(), random);
     size_hall(sizes.size(), plan);
-    const std::vector<Placement> panels = panels_of(plan);
+    const std::vector<Pose> panels = panels_of(plan);
     size_t next = 0;
     for (size_t panel = 0; panel < sizes.size(); panel++)
         for (const Slot& slot : hangings[sizes[panel] - 1]) {

@@ -31,7 +31,7 @@ struct MuseumImage {
 // Fields are indices of images.
 struct MuseumPainting {
     uint32_t picture, roughness = no_image, frame_roughness = no_image;
-    Placement corner;  // the lower left one; x to the right, y up, z out of the wall
+    Pose corner;  // the lower left one; x to the right, y up, z out of the wall
     double width = 1, height = 1;
 };
 struct MuseumStatue {

@@ -19,7 +19,7 @@ void add_quad(TriangleMesh& mesh, uint32_t a, uint32_t b, uint32_t c, uint32_t d
 }
 
 // Vertices of a loop of (x, z) points at height y.
-std::vector<uint32_t> add_loop(TriangleMesh& mesh, const Placement& place, std::span<const Point2> points, double y) {
+std::vector<uint32_t> add_loop(TriangleMesh& mesh, const Pose& place, std::span<const Point2> points, double y) {
     std::vector<uint32_t> loop;
     for (const Point2& p : points) loop.push_back(add_vertex(mesh, place.at(p[0], y, p[1])));
     return loop;
@@ -61,14 +61,14 @@ Vector any_perpendicular(const Vector& direction) {
 
 }  // namespace
 
-Placement Placement::along(const Vector& origin, const Vector& direction, double turns) {
+Pose Pose::along(const Vector& origin, const Vector& direction, double turns) {
     const Vector y = unit(direction), side = any_perpendicular(y), other = cross(side, y);
     const SinCos angle = sincos_turns(turns);
     const Vector x = side * angle.cos + other * angle.sin;
     return {origin, x, y, cross(x, y)};
 }
 
-void add_turned(TriangleMesh& mesh, const Placement& place, std::span<const Point2> profile, uint32_t segments, bool closed) {
+void add_turned(TriangleMesh& mesh, const Pose& place, std::span<const Point2> profile, uint32_t segments, bool closed) {
     RAYPAGER_CHECK(segments >= 3 && profile.size() >= 3);
     const std::vector<Point2> round = circle(1, segments);
     const size_t n = profile.size();
@@ -92,7 +92,7 @@ void add_turned(TriangleMesh& mesh, const Placement& place, std::span<const Poin
     }
 }
 
-void add_ring(TriangleMesh& mesh, const Placement& place, std::span<const Point2> outer, std::span<const Point2> inner, double height) {
+void add_ring(TriangleMesh& mesh, const Pose& place, std::span<const Point2> outer, std::span<const Point2> inner, double height) {
     RAYPAGER_CHECK(outer.size() == inner.size() && outer.size() >= 3);
     const std::vector<uint32_t> outer_top = add_loop(mesh, place, outer, height), outer_bottom = add_loop(mesh, place, outer, 0);
     const std::vector<uint32_t> inner_top = add_loop(mesh, place, inner, height), inner_bottom = add_loop(mesh, place, inner, 0);
@@ -106,7 +106,7 @@ void add_ring(TriangleMesh& mesh, const Placement& place, std::span<const Point2
     add_wall(mesh, inner_top, inner_bottom, false);
 }
 
-void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t columns, uint32_t rows, double cell, double hole, uint32_t arc,
+void add_perforated_plate(TriangleMesh& mesh, const Pose& place, uint32_t columns, uint32_t rows, double cell, double hole, uint32_t arc,
                           double height) {
     RAYPAGER_CHECK(columns > 0 && rows > 0 && arc > 0 && hole < cell / 2);
     // Corners and edge middles of the cells lie on a lattice of half cells; cell centres stay unused, so number on demand.
@@ -128,7 +128,7 @@ void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t c
     for (uint32_t row = 0; row < rows; row++)
         for (uint32_t column = 0; column < columns; column++) {
             const uint32_t u = 2 * column + 1, v = 2 * row + 1;
-            const Placement centre = place.moved((0.5 * u - 0.5 * columns) * cell, 0, (0.5 * v - 0.5 * rows) * cell);
+            const Pose centre = place.moved((0.5 * u - 0.5 * columns) * cell, 0, (0.5 * v - 0.5 * rows) * cell);
             const std::vector<uint32_t> rim_top = add_loop(mesh, centre, rim, height), rim_bottom = add_loop(mesh, centre, rim, 0);
             add_wall(mesh, rim_top, rim_bottom, false);
             for (uint32_t k = 0; k < 8; k++) {
@@ -149,7 +149,7 @@ void add_perforated_plate(TriangleMesh& mesh, const Placement& place, uint32_t c
         }
 }
 
-void add_beam(TriangleMesh& mesh, const Placement& place, double half_width, double half_height, double length) {
+void add_beam(TriangleMesh& mesh, const Pose& place, double half_width, double half_height, double length) {
     const double b = half_width, h = half_height, t = 0.16 * half_height, w = 0.09 * half_width;
     const std::array<Point2, 12> section = {
         {{b, -h}, {b, t - h}, {w, t - h}, {w, h - t}, {b, h - t}, {b, h}, {-b, h}, {-b, h - t}, {-w, h - t}, {-w, t - h}, {-b, t - h}, {-b, -h}}};
@@ -185,17 +185,17 @@ void add_bar(TriangleMesh& mesh, std::span<const Vector> path, double radius, ui
     }
 }
 
-void add_cylinder(TriangleMesh& mesh, const Placement& place, double radius, double height, uint32_t segments) {
+void add_cylinder(TriangleMesh& mesh, const Pose& place, double radius, double height, uint32_t segments) {
     const std::array<Point2, 4> profile = {{{0, 0}, {radius, 0}, {radius, height}, {0, height}}};
     add_turned(mesh, place, profile, segments, false);
 }
 
-void add_pipe(TriangleMesh& mesh, const Placement& place, double radius, double wall, double height, uint32_t segments) {
+void add_pipe(TriangleMesh& mesh, const Pose& place, double radius, double wall, double height, uint32_t segments) {
     const std::array<Point2, 4> profile = {{{radius - wall, 0}, {radius, 0}, {radius, height}, {radius - wall, height}}};
     add_turned(mesh, place, profile, segments, true);
 }
 
-void add_ball(TriangleMesh& mesh, const Placement& place, double radius, uint32_t segments) {
+void add_ball(TriangleMesh& mesh, const Pose& place, double radius, uint32_t segments) {
     const uint32_t rows = segments / 2 + 1;
     std::vector<Point2> profile;
     for (uint32_t i = 0; i <= rows; i++) {
@@ -205,13 +205,13 @@ void add_ball(TriangleMesh& mesh, const Placement& place, double radius, uint32_
     add_turned(mesh, place, profile, segments, false);
 }
 
-void add_torus(TriangleMesh& mesh, const Placement& place, double major, double minor, uint32_t segments, uint32_t minor_segments) {
+void add_torus(TriangleMesh& mesh, const Pose& place, double major, double minor, uint32_t segments, uint32_t minor_segments) {
     std::vector<Point2> profile = circle(minor, minor_segments);
     for (Point2& p : profile) p[0] += major;
     add_turned(mesh, place, profile, segments, true);
 }
 
-void add_bolt(TriangleMesh& mesh, const Placement& place, double radius, double shaft, uint32_t segments, uint32_t rings) {
+void add_bolt(TriangleMesh& mesh, const Pose& place, double radius, double shaft, uint32_t segments, uint32_t rings) {
     const double head = 1.8 * radius;
     const std::array<Point2, 5> hexagon = {{{0, 0}, {head, 0}, {head, 1.1 * radius}, {0.85 * head, 1.3 * radius}, {0, 1.3 * radius}}};
     add_turned(mesh, place, hexagon, 6, false);
@@ -223,7 +223,7 @@ void add_bolt(TriangleMesh& mesh, const Placement& place, double radius, double 
     add_turned(mesh, place, profile, segments, false);
 }
 
-void add_gear(TriangleMesh& mesh, const Placement& place, double radius, uint32_t teeth, double bore, double height, uint32_t points_per_flank) {
+void add_gear(TriangleMesh& mesh, const Pose& place, double radius, uint32_t teeth, double bore, double height, uint32_t points_per_flank) {
     RAYPAGER_CHECK(teeth >= 3 && points_per_flank > 0);
     // A tooth: root, flank up, tip, flank down, in equal quarters of its pitch.
     const double depth = 2.2 * radius / teeth;
@@ -239,7 +239,7 @@ void add_gear(TriangleMesh& mesh, const Placement& place, double radius, uint32_
     add_ring(mesh, place, outer, circle(bore, teeth * points), height);
 }
 
-void add_spring(TriangleMesh& mesh, const Placement& place, double radius, double wire, double height, uint32_t coils, uint32_t segments) {
+void add_spring(TriangleMesh& mesh, const Pose& place, double radius, double wire, double height, uint32_t coils, uint32_t segments) {
     const uint32_t steps = coils * segments * 2;
     std::vector<Vector> path;
     for (uint32_t i = 0; i <= steps; i++) {

@@ -17,7 +17,7 @@ namespace {
 using namespace procedural_test;
 using std::numbers::pi;
 
-Placement tilted() { return Placement::along({0.5, -0.25, 1}, {1, 2, -0.5}, 0.3); }
+Pose tilted() { return Pose::along({0.5, -0.25, 1}, {1, 2, -0.5}, 0.3); }
 
 void expect_closed(const TriangleMesh& mesh, const char* what) {
     const EdgeCounts edges = count_edges(mesh);
