@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <random>
 
 #include "reference/geometry.hpp"
 #include "reference/instanced_scenes.hpp"
@@ -140,16 +141,16 @@ TEST_P(InstancePictures, are_those_of_copies) {
     }
     double sum = 0, difference = 0;
     size_t other = 0;
-    for (size_t i = 0; i < pictures[0].pixels.size(); i++) {
-        const double a = pictures[0].pixels[i], b = pictures[1].pixels[i];
+    for (size_t i = 0; i < pictures[0].values.size(); i++) {
+        const double a = pictures[0].values[i], b = pictures[1].values[i];
         sum += b;
         difference += std::abs(a - b);
         other += std::abs(a - b) > 0.02 * (0.05 + b);
     }
     std::printf("%s: differ by %.5f of what they show on average, %zu of %zu numbers by more than 2 %%\n", GetParam().name, difference / sum, other,
-                pictures[0].pixels.size());
+                pictures[0].values.size());
     EXPECT_LT(difference / sum, 0.02);
-    EXPECT_LT(other, pictures[0].pixels.size() / 10);
+    EXPECT_LT(other, pictures[0].values.size() / 10);
 }
 
 INSTANTIATE_TEST_SUITE_P(scenes, InstancePictures, testing::ValuesIn(copies_cases), [](const auto& param) { return std::string(param.param.name); });
