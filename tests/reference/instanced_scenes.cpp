@@ -51,16 +51,19 @@ Scene strewn(uint32_t instances, PictureSize size, bool round) {
     builder.add_sphere("right", {0.4, 0, 0}, 0.3, steel);
     take_as_object(scene, 0, "dumb-bell");
     Dice dice(5);
-    std::vector<CloudPoint> points;
+    std::vector<CloudPoint> points;  // which have radii of their own in the world, so that copies of them are not alike
     for (int i = 0; i < 400; i++) points.push_back({normalized(dice.point(-1, 1)).to_float(), 0.05f, dice.below(0x1000000)});
     builder.add_points("dandelion", std::move(points), true, white);
-    take_as_object(scene, 0, "dandelion");
+    if (round)
+        scene.shapes.clear();
+    else
+        take_as_object(scene, 0, "dandelion");
 
     builder.add("floor", quad({-4, -4, -0.6}, {8, 0, 0}, {0, 8, 0}, 24), white);
     builder.add_sphere("once", {0, 0, 0.4}, 0.9, steel);
     std::vector<Placement> placements;
     for (uint32_t i = 0; i < instances; i++) {
-        const uint32_t object = i % 4, kind = object >= 2 && round ? dice.below(2) : dice.below(5);
+        const uint32_t object = round ? i % 3 : i % 4, kind = object >= 2 && round ? dice.below(2) : dice.below(5);
         const Vec3 place(dice.between(-3.5, 3.5), dice.between(-3.5, 3.5), dice.between(-0.4, 1.2));
         placements.push_back(placement(object, random_transform(dice, kind, place, i == 7 ? 3 : dice.between(0.15, 0.6))));
     }
