@@ -17,7 +17,8 @@ constexpr const char* about_make_scene =
     "  terrain   a fractal landscape, or one from an elevation image\n"
     "  clutter   thousands of small parts, unevenly dense, with overlapping bounds\n"
     "  points    a city under an airborne laser scanner: points with colours, classes\n"
-    "  museum    a hall of pictures whose textures, not geometry, outgrow memory";
+    "  museum    a hall of pictures whose textures, not geometry, outgrow memory\n"
+    "  forest    trees, rocks and grass as instances, any number of them";
 
 constexpr uint64_t max_primitives = 4000000000;  // they are numbered in 32 bits
 
@@ -28,14 +29,16 @@ Result<PointFormat> parse_point_format(const std::string& text) {
 }
 
 Status check_kind(const OptionParser& parser, const MakeSceneOptions& options) {
-    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter" && options.kind != "points" && options.kind != "museum")
-        return parser.wrong(fmt::format("'{}' is not a kind of scene; use cornell, terrain, clutter, points or museum", options.kind));
+    if (options.kind != "cornell" && options.kind != "terrain" && options.kind != "clutter" && options.kind != "points" && options.kind != "museum" &&
+        options.kind != "forest")
+        return parser.wrong(fmt::format("'{}' is not a kind of scene; use cornell, terrain, clutter, points, museum or forest", options.kind));
     if (options.heightmap && options.kind != "terrain") return parser.wrong("--heightmap: is for terrain only; leave it out");
     if (options.triangles && options.kind == "points") return parser.wrong("--triangles: there are none in points; use --points");
     if (options.points && options.kind != "points")
         return parser.wrong(fmt::format("--points: is for points only; {} takes --triangles", options.kind));
     if (options.kind != "museum" && (options.textures || options.texture_bytes))
         return parser.wrong(fmt::format("{}: is for museum only; leave it out", options.textures ? "--textures" : "--texture-bytes"));
+    if (options.instances && options.kind != "forest") return parser.wrong("--instances: is for forest only; leave it out");
     if (options.directory.empty()) return parser.wrong("-o is missing; name the directory to write to");
     return {};
 }
@@ -58,6 +61,8 @@ Status run_make_scene(const Arguments& arguments) {
                   into(options.textures, [](const std::string& text) { return parse_count(text, 16, 20000); }));
     parser.option("texture-bytes", "SIZE", "museum only: what all images take together, decoded (default: 1 MiB each)",
                   into(options.texture_bytes, [](const std::string& text) { return parse_size(text); }));
+    parser.option("instances", "N", "forest only: how many, 1 to 1G (default: 1M); --triangles are those that they share",
+                  into(options.instances, [](const std::string& text) { return parse_count(text, 1, 1000000000); }));
     parser.option("seed", "S", "seed of the random numbers, 0 to 2^32 - 1 (default: 1)",
                   into(options.seed, [](const std::string& text) { return parse_count(text, 0, 0xffffffffu); }));
     parser.option("heightmap", "IMAGE", "terrain only: elevations from the pixels of an image", into_path(heightmap));
@@ -80,7 +85,9 @@ Status run_make_scene(const Arguments& arguments) {
     const std::string primitives = points ? counted(made->points, "point") : counted(made->triangles, "triangle");
     const std::string textures =
         made->textures == 0 ? "" : fmt::format(", {} of {}", counted(made->textures, "texture"), format_bytes(made->texture_bytes));
-    std::fputs(fmt::format("{}: {}{}, {}\n", made->scene_file.string(), primitives, textures, format_bytes(made->bytes)).c_str(), stdout);
+    const std::string instances = made->instances == 0 ? "" : fmt::format(" in {}", counted(made->instances, "instance"));
+    std::fputs(fmt::format("{}: {}{}{}, {}\n", made->scene_file.string(), primitives, instances, textures, format_bytes(made->bytes)).c_str(),
+               stdout);
     return {};
 }
 

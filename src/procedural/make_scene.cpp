@@ -11,7 +11,8 @@ namespace {
 constexpr uint64_t min_triangles = 1000, max_triangles = 4'000'000'000;
 constexpr uint64_t min_points = 1000, max_points = 4'000'000'000, default_points = 10'000'000;
 constexpr uint64_t default_triangles = 10'000'000;
-constexpr uint64_t default_cornell_triangles = 45'000'000;                                                       // about 1 GB of geometry
+constexpr uint64_t default_cornell_triangles = 45'000'000;  // about 1 GB of geometry
+constexpr uint64_t default_forest_triangles = 5'000'000, default_instances = 1'000'000, max_instances = 1'000'000'000;
 constexpr uint64_t default_museum_triangles = 200'000, default_textures = 300, default_texture_bytes = 1 << 20;  // of each
 
 }  // namespace
@@ -23,6 +24,8 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
             fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
     if (options.kind != "museum" && (options.textures != 0 || options.texture_bytes != 0))
         return Status::usage(fmt::format("only a museum has textures; a scene of the kind \"{}\" has none", options.kind));
+    if (options.kind != "forest" && options.instances != 0)
+        return Status::usage(fmt::format("only a forest has instances; a scene of the kind \"{}\" has none", options.kind));
     if (options.kind == "points") {
         if (options.triangles != 0 || options.heightmap) return Status::usage("a scene of points has no triangles and no height map");
         if (options.points == 0) options.points = default_points;
@@ -46,10 +49,17 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
         if (options.triangles == 0) options.triangles = default_museum_triangles + 100 * options.textures;
         return make_museum(options);
     }
+    if (options.kind == "forest") {
+        if (options.instances == 0) options.instances = default_instances;
+        if (options.instances > max_instances)
+            return Status::usage(fmt::format("a forest of {} instances cannot be made; ask for 1 to {}", options.instances, max_instances));
+        if (options.triangles == 0) options.triangles = default_forest_triangles;
+        return make_forest(options);
+    }
     if (options.triangles == 0) options.triangles = options.kind == "cornell" ? default_cornell_triangles : default_triangles;
     if (options.kind == "cornell") return make_cornell(options);
     if (options.kind == "clutter") return make_clutter(options);
-    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter, points and museum", options.kind));
+    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter, points, museum and forest", options.kind));
 }
 
 }  // namespace raypager

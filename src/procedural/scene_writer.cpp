@@ -36,6 +36,8 @@ Result<SceneWriter> SceneWriter::create(const MakeSceneOptions& options) {
     if (error) return cannot_make(folder, error);
     if (options.kind == "museum") std::filesystem::create_directories(options.directory / "textures", error);
     if (error) return cannot_make(options.directory / "textures", error);
+    if (options.kind == "forest") std::filesystem::create_directories(options.directory / "instances", error);
+    if (error) return cannot_make(options.directory / "instances", error);
     writer.made_.scene_file = options.directory / "scene.pbrt";
     std::filesystem::remove(writer.made_.scene_file, error);
     if (error) return Status::failed(fmt::format("{}: the old scene cannot be removed: {}", writer.made_.scene_file.string(), error.message()));
@@ -65,6 +67,11 @@ void SceneWriter::conductor(std::string_view name, const Rgb& eta, const Rgb& k,
 
 void SceneWriter::glass(std::string_view name, double ior) {
     text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"dielectric\" \"float eta\" {}\n", name, ior);
+}
+
+void SceneWriter::diffuse_transmission(std::string_view name, const Rgb& reflectance, const Rgb& transmittance) {
+    text_ += fmt::format("MakeNamedMaterial \"{}\" \"string type\" \"diffusetransmission\" \"rgb reflectance\" [{}] \"rgb transmittance\" [{}]\n",
+                         name, numbers(reflectance), numbers(transmittance));
 }
 
 void SceneWriter::color_texture(std::string_view name, std::string_view file) {
@@ -162,6 +169,17 @@ Status SceneWriter::mesh(std::string_view name, std::string_view material, std::
     RAYPAGER_TRY(writer->add_vertices(positions));
     RAYPAGER_TRY(writer->add_triangles(triangles));
     return finish_mesh(name, material, *writer);
+}
+
+void SceneWriter::begin_object(std::string_view name) { text_ += fmt::format("ObjectBegin \"{}\"\n", name); }
+
+void SceneWriter::end_object() { text_ += "ObjectEnd\n"; }
+
+Status SceneWriter::include(std::string_view file, std::string_view text) {
+    RAYPAGER_TRY(write_text(options_.directory / file, text));
+    text_ += fmt::format("AttributeBegin\n  Include \"{}\"\nAttributeEnd\n", file);
+    made_.bytes += text.size();
+    return {};
 }
 
 void SceneWriter::points(std::string_view file, std::string_view material, uint64_t count, uint64_t bytes) {

@@ -25,8 +25,8 @@ struct View {
 // World coordinates are right-handed with y up, in the unit that the scene's own comment names.
 class SceneWriter {
 public:
-    // Makes the folder, and in it meshes/ unless the scene is one of points, and textures/ if it is a museum. An old scene file there is removed, so
-    // that it never names a mix of old and new meshes.
+    // Makes the folder, and in it meshes/ unless the scene is one of points, textures/ if it is a museum, and instances/ if it is a forest. An old
+    // scene file there is removed, so that it never names a mix of old and new meshes.
     static Result<SceneWriter> create(const MakeSceneOptions& options);
 
     // Written first: film, sampler, integrator, camera; the world begins.
@@ -36,6 +36,7 @@ public:
     void diffuse(std::string_view name, const Rgb& reflectance);
     void conductor(std::string_view name, const Rgb& eta, const Rgb& k, double roughness);
     void glass(std::string_view name, double ior);
+    void diffuse_transmission(std::string_view name, const Rgb& reflectance, const Rgb& transmittance);
 
     // Images for textures, by the names of these. Somebody else writes the files, and says so to count_images.
     void color_texture(std::string_view name, std::string_view file);
@@ -61,6 +62,12 @@ public:
 
     // With its coordinates of textures. alpha: the texture that cuts it out, or none.
     Status textured_mesh(std::string_view name, std::string_view material, const TriangleMesh& mesh, std::string_view alpha = {});
+
+    // What is written between the two is seen where instances of it are. How many there are, the writer of their files says.
+    void begin_object(std::string_view name);
+    void end_object();
+    Status include(std::string_view file, std::string_view text);  // writes FILE in the scene's folder, and has it read here
+    void count_instances(uint64_t count) { made_.instances += count; }
 
     // A cloud that has been written to FILE in the scene's folder.
     void points(std::string_view file, std::string_view material, uint64_t count, uint64_t bytes);
