@@ -96,11 +96,11 @@ const PictureCase picture_cases[] = {
      true},  // and paths wait for the sky as well
     {"instances",
      [] {
-         return reference::strewn(600, {48, 36}, false);
+         return reference::strewn(200, {32, 24}, false);
      }},  // of all kinds of primitives, in each other, mirrored, uneven, sheared and tiny
     {"instanced_hedge",
      [] {
-         return reference::instanced_hedge(300, {48, 36});
+         return reference::instanced_hedge(150, {32, 24});
      }},  // with cut-outs, textures and directions of roughness
 };
 
