@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "import/mesh_file.hpp"
 #include "scene/vector.hpp"
@@ -26,6 +27,11 @@ struct Box {
             lower[a] = std::min(lower[a], p[a]);
             upper[a] = std::max(upper[a], p[a]);
         }
+    }
+    void add(const Box& other) {
+        if (other.empty()) return;
+        add(other.lower);
+        add(other.upper);
     }
     bool empty() const { return !(lower[0] <= upper[0]); }
     double extent() const { return std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]}); }
@@ -65,7 +71,12 @@ class PrecisionCheck {
 public:
     explicit PrecisionCheck(const Scene& scene) : scene_(scene) {
         boxes_.reserve(scene.shapes.size());
-        for (const Shape& shape : scene.shapes) boxes_.push_back(bounds(shape));
+        shapes_.reserve(scene.shapes.size());
+        for (const Shape& shape : scene.shapes) add(shape, shape.to_world);
+        const std::vector<std::optional<Transform>> nearest = nearest_placements();
+        for (size_t i = 0; i < nearest.size(); ++i)
+            for (const Shape& shape : scene.objects[i].shapes)
+                if (nearest[i]) add(shape, *nearest[i] * shape.to_world);
     }
 
     // A surface with large offsets, and what suffers from it.
@@ -92,9 +103,49 @@ public:
     }
 
     const Box& box(size_t shape) const { return boxes_[shape]; }
+    const Shape& shape(size_t shape) const { return *shapes_[shape].shape; }
 
 private:
-    Box bounds(const Shape& shape) {
+    // Of the scene, and of its objects where these are nearest to the camera.
+    struct PlacedInWorld {
+        const Shape* shape;
+        Transform to_world;
+    };
+
+    void add(const Shape& shape, const Transform& to_world) {
+        shapes_.push_back({&shape, to_world});
+        boxes_.push_back(bounds(shape, to_world));
+    }
+
+    // Of each object; nothing if there is no instance of it.
+    std::vector<std::optional<Transform>> nearest_placements() {
+        std::vector<std::optional<Transform>> nearest(scene_.objects.size());
+        std::vector<double> distances(nearest.size(), INFINITY);
+        std::vector<Vector> centers(nearest.size());
+        for (size_t i = 0; i < centers.size(); ++i) {
+            Box box;
+            for (const Shape& shape : scene_.objects[i].shapes) box.add(bounds(shape, shape.to_world));
+            if (!box.empty()) centers[i] = box.center();
+        }
+        const auto look_at = [&](std::span<const Placement> placements) {
+            for (const Placement& placement : placements) {
+                if (placement.object >= nearest.size()) continue;  // refused when it is baked
+                Transform to_world;
+                std::copy(placement.to_world.begin(), placement.to_world.end(), to_world.m.begin());
+                const Vector& center = centers[placement.object];
+                const double distance = length(to_world.point(center[0], center[1], center[2]) - vector(scene_.camera.eye));
+                if (!(distance < distances[placement.object])) continue;
+                distances[placement.object] = distance;
+                nearest[placement.object] = to_world;
+            }
+            return Status();
+        };
+        // A source that fails now fails when it is baked, too.
+        for (const auto& source : scene_.instances) (void)source->stream(look_at);
+        return nearest;
+    }
+
+    Box bounds(const Shape& shape, const Transform& to_world) {
         Box box;
         if (shape.points) return box;
         if (!shape.mesh) {
@@ -102,7 +153,7 @@ private:
             const Vector r = {s.radius, s.radius, s.radius};
             box.add(vector(s.center) - r);
             box.add(vector(s.center) + r);
-            return placed(box, shape.to_world);
+            return placed(box, to_world);
         }
         const auto [known, is_new] = local_.try_emplace(shape.mesh.get());
         if (is_new) {
@@ -113,7 +164,7 @@ private:
                 for (const Vector& p : file->corners_of_sample()) known->second.add(p);
             }
         }
-        return placed(known->second, shape.to_world);
+        return placed(known->second, to_world);
     }
 
     // In front of the camera, and not small.
@@ -126,11 +177,11 @@ private:
 
     // The largest offset of rays that leave this shape near the box.
     double offset_near(size_t i, const Box& box) {
-        const Shape& shape = scene_.shapes[i];
+        const auto& [shape, to_world] = shapes_[i];
         const double reach = box.extent();
         if (!boxes_[i].is_near(box, reach)) return 0;
-        if (!shape.mesh) return offset_of(boxes_[i].largest_coordinate());
-        const auto* const in_memory = dynamic_cast<const MeshInMemory*>(shape.mesh.get());
+        if (!shape->mesh) return offset_of(boxes_[i].largest_coordinate());
+        const auto* const in_memory = dynamic_cast<const MeshInMemory*>(shape->mesh.get());
         if (in_memory == nullptr) return offset_of(boxes_[i].min_coordinate());
         const TriangleMesh& mesh = in_memory->mesh();
         triangles_ += mesh.triangles.size();
@@ -139,14 +190,15 @@ private:
         for (const Triangle& t : mesh.triangles) {
             Box triangle;
             for (const uint32_t v : t)
-                if (v < mesh.positions.size()) triangle.add(shape.to_world.point(mesh.positions[v].x, mesh.positions[v].y, mesh.positions[v].z));
+                if (v < mesh.positions.size()) triangle.add(to_world.point(mesh.positions[v].x, mesh.positions[v].y, mesh.positions[v].z));
             if (!triangle.empty() && triangle.is_near(box, reach)) largest = std::max(largest, triangle.largest_coordinate());
         }
         return offset_of(largest);
     }
 
     const Scene& scene_;
-    std::vector<Box> boxes_;                  // in the world; empty where nothing is known
+    std::vector<PlacedInWorld> shapes_;
+    std::vector<Box> boxes_;                  // of these, in the world; empty where nothing is known
     std::map<const MeshSource*, Box> local_;  // in object space
     uint64_t triangles_ = 0, pairs_ = 0;
 };
@@ -157,7 +209,7 @@ void warn_of_precision(Scene& scene) {
     PrecisionCheck check(scene);
     const auto found = check.find();
     if (!found) return;
-    const Shape &surface = scene.shapes[found->surface], &subject = scene.shapes[found->subject];
+    const Shape &surface = check.shape(found->surface), &subject = check.shape(found->subject);
     const std::string beside = found->surface == found->subject
                                    ? fmt::format("for its extent of {:.3g}", check.box(found->subject).extent())
                                    : fmt::format("beside {}, of extent {:.3g}", subject.name, check.box(found->subject).extent());
