@@ -14,6 +14,7 @@
 #include "gather/lights.hpp"
 #include "raypager/bake.hpp"
 #include "scene/check_material.hpp"
+#include "scene/shapes.hpp"
 #include "scene/texture_use.hpp"
 
 namespace raypager {
@@ -110,6 +111,17 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     return {};
 }
 
+// Which shapes are whose, and where they are put. A scene without objects has the fingerprint that it had before there were any.
+void add_instances(Fingerprint& f, const Scene& scene) {
+    if (scene.objects.empty()) return;
+    f.add(scene.objects.size());
+    for (const Object& object : scene.objects) f.add(object.shapes.size());
+    for (const auto& source : scene.instances) {
+        f.add(source->count());
+        f.add(source->fingerprint());
+    }
+}
+
 // Those that are baked, in their order: then programs that name the same ones can be replaced. A scene without any has the fingerprint that it had
 // before there were images.
 Status add_images(Fingerprint& f, const Scene& scene) {
@@ -150,8 +162,8 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
         for (const float share : camera.window) f.add(share);
         for (const uint32_t value : {scene.width, scene.height}) f.add(value);
     }
-    for (const Shape& shape : scene.shapes)
-        if (auto status = add_shape(f, scene, shape); !status.ok()) return status;
+    if (auto status = for_each_shape(scene, [&](const Shape& shape) { return add_shape(f, scene, shape); }); !status.ok()) return status;
+    add_instances(f, scene);
     if (auto status = add_images(f, scene); !status.ok()) return status;
     if (auto status = add_sky(f, scene, options); !status.ok()) return status;
     return f.value();

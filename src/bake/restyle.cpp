@@ -22,7 +22,8 @@ bool all_lights_known(const Scene& scene, const BakedScene& baked) {
     });
 }
 
-// Primitives that shine come first. Where they are and how large stays; how they shine is set anew.
+// Primitives that shine come first; none of objects does, and theirs are numbered behind all others. Where they are and how large stays; how they
+// shine is set anew.
 Result<std::vector<rp_light>> lights_of(const Scene& scene, const BakedScene& baked) {
     std::vector<rp_light> lights;
     for (size_t i = 0; i < baked.ranges.size(); i++) {
@@ -49,6 +50,12 @@ bool same_lights(const std::vector<rp_light>& a, const std::vector<rp_light>& b)
         using Bits = std::array<std::byte, sizeof(rp_light)>;
         return std::bit_cast<Bits>(x) == std::bit_cast<Bits>(y);
     });
+}
+
+// Objects that no instance places are nowhere in the world.
+bool is_empty(const BakedScene& baked) {
+    if (baked.triangles + baked.spheres == 0) return true;
+    return !baked.objects.empty() && baked.instances == 0 && std::ranges::equal(baked.lower, baked.upper);
 }
 
 }  // namespace
@@ -82,8 +89,7 @@ Result<bool> restyle(const Scene& scene, BakedScene& baked) {
     if (baked.has_paged_sky()) leave_out_sky(baked.light_images, *sky);
     if (same_lights(*lights, baked.lights)) return true;
     baked.lights = std::move(*lights);
-    const bool empty = std::ranges::equal(baked.lower, baked.upper);
-    set_probabilities(baked.lights, empty ? radius_of_nothing : radius_of(baked.lower, baked.upper));
+    set_probabilities(baked.lights, is_empty(baked) ? radius_of_nothing : radius_of(baked.lower, baked.upper));
     return true;
 }
 

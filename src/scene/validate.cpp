@@ -11,6 +11,7 @@
 #include "scene/light_images.hpp"
 #include "scene/pixel_filter.hpp"
 #include "scene/projection.hpp"
+#include "scene/shapes.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {
@@ -96,6 +97,29 @@ Status check_shape(const Scene& scene, const Shape& shape) {
     return {};
 }
 
+// Shapes of objects are where many instances are, and lights are sampled one by one.
+Status check_shape_of_object(const Shape& shape) {
+    const auto bad = [&](const char* what) { return Status::failed(fmt::format("{}: {}", shape.name, what)); };
+    if (shape.area_light || shape.unseen) return bad("what shines cannot be part of an object; place it as a shape");
+    if (shape.backdrop) return bad("a backdrop cannot be part of an object");
+    return {};
+}
+
+// Which objects the placements name is checked as they are streamed.
+Status check_instances(const Scene& scene) {
+    if (scene.objects.size() >= RP_NONE) return Status::failed(fmt::format("{} objects; there can be {}", scene.objects.size(), RP_NONE - 1));
+    uint64_t count = 0;
+    for (const auto& source : scene.instances) {
+        if (!source) return Status::failed("a source of instances is missing");
+        const uint64_t more = source->count();
+        if (more >= RP_NONE - count)
+            return Status::failed(fmt::format("{}: the scene has more than {} instances with it", source->name(), RP_NONE - 1));
+        count += more;
+    }
+    if (count > 0 && scene.objects.empty()) return Status::failed("there are instances, but no objects");
+    return {};
+}
+
 }  // namespace
 
 Status validate(const Scene& scene) {
@@ -116,8 +140,10 @@ Status validate(const Scene& scene) {
     }
     RAYPAGER_TRY(check_light_images(scene.light_images, scene.lights));
     RAYPAGER_TRY(check_textures({scene.texture_ops, scene.texture_maps, scene.materials, scene.images.size()}).at("textures"));
-    for (const Shape& shape : scene.shapes) RAYPAGER_TRY(check_shape(scene, shape));
-    return {};
+    RAYPAGER_TRY(for_each_shape(scene, [&](const Shape& shape) { return check_shape(scene, shape); }));
+    for (const Object& object : scene.objects)
+        for (const Shape& shape : object.shapes) RAYPAGER_TRY(check_shape_of_object(shape));
+    return check_instances(scene);
 }
 
 }  // namespace raypager
