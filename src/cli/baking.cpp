@@ -82,9 +82,9 @@ Result<BakeSummary> bake_with_notes(const Scene& scene, BakeOptions options, con
     const std::string images = summary->images ? fmt::format(" and {} into {}, {},", counted(summary->images, "image"),
                                                              counted(summary->pages, "page"), format_bytes(summary->texture_bytes))
                                                : "";
-    log_note(fmt::format("baked {} into {}, {},{}{} in {}: {}", primitives_text(summary->triangles, summary->spheres, ground_triangles(scene)),
-                         counted(summary->blocks, "block"), format_bytes(summary->stored_bytes), images, detour, format_duration(summary->seconds),
-                         output.string()));
+    log_note(fmt::format("baked {}{} into {}, {},{}{} in {}: {}", primitives_text(summary->triangles, summary->spheres, ground_triangles(scene)),
+                         instances_text(summary->instances, summary->objects), counted(summary->blocks, "block"), format_bytes(summary->stored_bytes),
+                         images, detour, format_duration(summary->seconds), output.string()));
     return summary;
 }
 

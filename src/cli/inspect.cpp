@@ -20,13 +20,14 @@ using Json = nlohmann::ordered_json;
 
 // Bytes by part, over all blocks.
 struct Parts {
-    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, sphere_ids = 0, ids = 0, normals = 0, colors = 0, uvs = 0, padding = 0;
+    uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, sphere_ids = 0, ids = 0, normals = 0, colors = 0, uvs = 0, instances = 0,
+             padding = 0;
 
-    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + sphere_ids + ids + normals + colors + uvs; }
+    uint64_t content() const { return headers + nodes + leaves + vertices + spheres + sphere_ids + ids + normals + colors + uvs + instances; }
     void add(const Parts& other) {
         headers += other.headers, nodes += other.nodes, leaves += other.leaves, vertices += other.vertices;
         spheres += other.spheres, sphere_ids += other.sphere_ids, ids += other.ids, normals += other.normals, colors += other.colors,
-            uvs += other.uvs, padding += other.padding;
+            uvs += other.uvs, instances += other.instances, padding += other.padding;
     }
 };
 
@@ -34,10 +35,10 @@ struct NamedPart {
     const char* name;
     uint64_t Parts::*bytes;
 };
-constexpr NamedPart named_parts[] = {{"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},   {"vertices", &Parts::vertices},
-                                     {"ids", &Parts::ids},         {"normals", &Parts::normals}, {"colors", &Parts::colors},
-                                     {"uvs", &Parts::uvs},         {"spheres", &Parts::spheres}, {"sphere_ids", &Parts::sphere_ids},
-                                     {"headers", &Parts::headers}, {"padding", &Parts::padding}};
+constexpr NamedPart named_parts[] = {
+    {"nodes", &Parts::nodes},     {"leaves", &Parts::leaves},         {"vertices", &Parts::vertices}, {"ids", &Parts::ids},
+    {"normals", &Parts::normals}, {"colors", &Parts::colors},         {"uvs", &Parts::uvs},           {"instances", &Parts::instances},
+    {"spheres", &Parts::spheres}, {"sphere_ids", &Parts::sphere_ids}, {"headers", &Parts::headers},   {"padding", &Parts::padding}};
 
 struct TopFigures {
     uint64_t block_entries = 0, nodes = 0;
@@ -50,6 +51,21 @@ TopFigures top_figures(const BakedScene& scene) {
     return figures;
 }
 
+// Whose the bytes of blocks are, as they are stored.
+struct BytesOf {
+    uint64_t objects = 0, world = 0, instances = 0;
+};
+
+BytesOf bytes_of(const BakedScene& scene) {
+    uint64_t of_objects = 0;
+    for (const rp_object& object : scene.objects) of_objects += object.top.block_entry_count;
+    const uint64_t first_of_world = of_objects < scene.block_entries.size() ? scene.block_entries[of_objects].block : scene.blocks.size();
+    BytesOf bytes;
+    for (size_t i = 0; i < scene.blocks.size(); i++)
+        (i < first_of_world ? bytes.objects : scene.blocks[i].instances > 0 ? bytes.instances : bytes.world) += scene.blocks[i].stored_bytes;
+    return bytes;
+}
+
 Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte> stored) {
     const auto too_small = [] { return Status::failed("its sections do not fit into it; bake the scene again"); };
     rp_block_header header;
@@ -58,7 +74,7 @@ Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte>
     Parts parts;
     parts.headers = sizeof header;
     parts.nodes = sizeof(rp_node) * uint64_t(header.node_count);
-    parts.leaves = sizeof(rp_leaf) * uint64_t(header.leaf_count);
+    (holds_instances(header) ? parts.instances : parts.leaves) = leaf_bytes(header);
     if (!good_coding(header, scene.position_cell)) return Status::failed("how its positions and ids are coded makes no sense; bake the scene again");
     parts.vertices = position_bytes(header);
     parts.spheres = sizeof(rp_sphere) * uint64_t(header.sphere_count);
@@ -101,10 +117,14 @@ std::string as_json(const std::shared_ptr<const BlockFile>& file, const Parts& p
     Json shares = Json::object();
     for (const NamedPart& part : named_parts) shares[part.name] = share(parts.*part.bytes, parts);
     const TopFigures top = top_figures(scene);
+    const BytesOf whose = bytes_of(scene);
     return json_text({{"scene", scene_json(blocks, BlockForm::stored)},
                       {"scene_on_cpu", scene_json(blocks, BlockForm::wide)},
                       {"parts", shares},
                       {"top_tree", {{"portals", top.block_entries}, {"nodes", top.nodes}, {"depth", top.depth}}},
+                      {"objects", scene.objects.size()},
+                      {"instances", scene.instances},
+                      {"bytes_of", {{"objects", whose.objects}, {"world", whose.world}, {"instances", whose.instances}}},
                       {"bounds", bounds_json(blocks)},
                       {"camera", camera_json(scene.camera, scene.width, scene.height, blocks)},
                       {"position_cell", scene.position_cell},
@@ -121,10 +141,16 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     std::string text = fmt::format("{}: {}\n", file->path().string(), format_bytes(file->file_bytes()));
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<12} {}\n", name, value); };
     line("primitives", primitives_text(scene.triangles, scene.spheres));
+    if (!scene.objects.empty()) line("instances", fmt::format("{} of {}", format_count(scene.instances), counted(scene.objects.size(), "object")));
     line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
     line("geometry", fmt::format("{}, {:.2f} bytes per primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
     line("", fmt::format("{}, {:.2f} bytes per primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
+    if (!scene.objects.empty()) {
+        const BytesOf whose = bytes_of(scene);
+        line("", fmt::format("{} of objects, {} of the world's own, {} of instances", format_bytes(whose.objects), format_bytes(whose.world),
+                             format_bytes(whose.instances)));
+    }
     if (!scene.images.empty())
         line("images", fmt::format("{} in {}, {}", format_count(scene.images.size()), counted(scene.pages.size(), "page"),
                                    format_bytes(scene.texture_bytes())));

@@ -224,6 +224,10 @@ std::string primitives_text(uint64_t triangles, uint64_t spheres, uint64_t groun
     return text;
 }
 
+std::string instances_text(uint64_t instances, uint64_t objects) {
+    return objects > 0 ? fmt::format(" and {} of {}", counted(instances, "instance"), counted(objects, "object")) : "";
+}
+
 std::string summary_text(const Blocks& scene, const RenderReport& report, const ReportSeconds& seconds, uint64_t ground) {
     const std::string spp = report.complete ? std::to_string(report.spp) : fmt::format("{:.1f}", report.average_spp);
     std::string text = fmt::format("raypager: {}x{}, {} spp in {} (baking {}, rendering {})\n", report.width, report.height, spp,

@@ -33,5 +33,7 @@ std::string json_text(const nlohmann::ordered_json& json);
 std::string summary_text(const Blocks& scene, const RenderReport& report, const ReportSeconds& seconds, uint64_t ground = 0);
 // "99 triangles (98 of them ground) and 5 spheres and points"
 std::string primitives_text(uint64_t triangles, uint64_t spheres, uint64_t ground = 0);
+// Behind it: " and 1,000 instances of 3 objects", or nothing where there are no objects.
+std::string instances_text(uint64_t instances, uint64_t objects);
 
 }  // namespace raypager

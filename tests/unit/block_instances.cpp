@@ -1,0 +1,138 @@
+// Damaged blocks of instances, and damaged trees above objects, are refused even where checksums are right.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "block/check_block.hpp"
+#include "store/check_scene.hpp"
+#include "unit/bake_instanced_scene.hpp"
+
+namespace raypager {
+namespace {
+
+using namespace blocks_test;
+
+class DamagedInstances : public testing::Test {
+protected:
+    void SetUp() override {
+        file_ = bake_and_open(instanced_scene(300), folder_ / "scene.rpb", 16 << 10, 8);
+        scene_ = file_->scene();
+        while (scene_.blocks[block_].instances == 0) block_++;
+        AlignedBytes bytes = read_block(*file_, block_);
+        good_.assign(bytes.span().begin(), bytes.span().end());
+        std::memcpy(&header_, good_.data(), sizeof header_);
+        ASSERT_TRUE(check_block_bytes(scene_, block_, good_).ok());
+        ASSERT_TRUE(check_scene(scene_, file_->file_bytes()).ok());
+    }
+
+    // What the check says of the block with one item changed.
+    template <class T>
+    std::string with_item(size_t section_at, size_t index, const std::function<void(T&)>& change) const {
+        std::vector<std::byte> bytes = good_;
+        T item;
+        std::memcpy(&item, bytes.data() + section_at + index * sizeof item, sizeof item);
+        change(item);
+        std::memcpy(bytes.data() + section_at + index * sizeof item, &item, sizeof item);
+        return check_block_bytes(scene_, block_, bytes).message();
+    }
+    std::string with_record(const std::function<void(rp_instance&)>& change) const { return with_item(header_.leaves_at, 3, change); }
+    std::string with_header(const std::function<void(rp_block_header&)>& change) const { return with_item(0, 0, change); }
+
+    std::string with_scene(const std::function<void(BakedScene&)>& change) const {
+        BakedScene scene = scene_;
+        change(scene);
+        return check_scene(scene, file_->file_bytes()).message();
+    }
+
+    TemporaryFolder folder_;
+    std::shared_ptr<const BlockFile> file_;
+    BakedScene scene_;
+    uint32_t block_ = 0;
+    std::vector<std::byte> good_;
+    rp_block_header header_ = {};
+};
+
+TEST_F(DamagedInstances, Records) {
+    EXPECT_EQ(with_record([](rp_instance& r) { r.object = 2; }), "instance 3 is of an object that does not exist, or has nothing in it");
+    for (const float bad : {float(NAN), float(INFINITY)}) {
+        EXPECT_EQ(with_record([&](rp_instance& r) { r.to_object[4] = bad; }), "instance 3 is not finite");
+        EXPECT_EQ(with_record([&](rp_instance& r) { r.center[2] = bad; }), "instance 3 is not finite");
+        EXPECT_EQ(with_record([&](rp_instance& r) { r.reach = bad; }), "instance 3 is not finite");
+    }
+    EXPECT_EQ(with_record([](rp_instance& r) { r.reach = -1; }), "instance 3 is not finite");
+    EXPECT_EQ(with_record([](rp_instance& r) { std::fill_n(r.to_object, 9, 0.0f); }), "instance 3 is flat");
+    EXPECT_EQ(with_record([](rp_instance& r) { std::copy_n(r.to_object, 3, r.to_object + 6); }), "instance 3 is flat");
+    EXPECT_EQ(with_record([](rp_instance& r) { r.path_low ^= 1; }), "the path of instance 3 leads elsewhere");
+    EXPECT_EQ(with_record([](rp_instance& r) { r.path_high ^= 1; }), "the path of instance 3 leads elsewhere");
+    const size_t numbers_at = header_.leaves_at + header_.leaf_count * sizeof(rp_instance);
+    EXPECT_EQ(with_item<rp_u32>(numbers_at, 5, [](rp_u32& number) { number = 300; }), "instance 5 has a number that does not exist");
+    scene_.objects[0].top.root = RP_REF_EXIT;
+    EXPECT_FALSE(check_block_bytes(scene_, block_, good_).ok());
+}
+
+TEST_F(DamagedInstances, Trees) {
+    // The last node has two leaves, since nodes lie in depth-first order: the one that is met last.
+    const auto last = [&](const std::function<void(rp_node&)>& change) { return with_item(header_.nodes_at, header_.node_count - 1, change); };
+    const std::string twice = last([](rp_node& n) { n.child[1].ref = n.child[0].ref; });
+    EXPECT_NE(twice.find("is absent or out of order"), std::string::npos) << twice;
+    const std::string swapped = last([](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); });
+    EXPECT_NE(swapped.find("is absent or out of order"), std::string::npos) << swapped;
+    for (const rp_u32 flag : {RP_LEAF_POINTS, RP_LEAF_SPHERES, 0x10u, 1u, RP_REF_BLOCK_ENTRY ^ RP_REF_LEAF}) {
+        const std::string other = last([&](rp_node& n) { n.child[1].ref ^= flag; });
+        EXPECT_NE(other.find("is no instance"), std::string::npos) << flag << other;
+    }
+    const std::string beyond = last([&](rp_node& n) { n.child[1].ref += 1u << RP_LEAF_INDEX_SHIFT; });
+    EXPECT_NE(beyond.find("is absent or out of order"), std::string::npos) << beyond;
+    const std::string circle = last([](rp_node& n) { n.child[1].ref = 0; });
+    EXPECT_EQ(circle, "node 0 is absent or out of order");
+    const std::string early = with_item<rp_node>(header_.nodes_at, 0, [](rp_node& n) { n.child[1].ref = RP_REF_LEAF | RP_LEAF_INSTANCE; });
+    EXPECT_NE(early.find("is absent or out of order"), std::string::npos) << early;
+}
+
+TEST_F(DamagedInstances, Headers) {
+    EXPECT_NE(with_header([](rp_block_header& h) { h.attributes_at = 0; }), "");
+    EXPECT_NE(with_header([](rp_block_header& h) { h.attributes_at |= RP_BLOCK_UVS; }), "");
+    EXPECT_NE(with_header([](rp_block_header& h) { h.attributes_at |= 256; }), "");
+    EXPECT_EQ(with_header([](rp_block_header& h) { h.leaf_count--; }), "the number of instances is wrong");
+    EXPECT_EQ(with_header([](rp_block_header& h) { h.leaf_count = 1 << 20; }), "the section \"leaves\" does not lie within it");
+    EXPECT_NE(with_header([](rp_block_header& h) { h.node_count--; }), "");
+    EXPECT_EQ(with_header([](rp_block_header& h) { h.vertex_count = 1, h.vertices_at = h.leaves_at; }),
+              "the section \"vertices\" does not lie within it");
+    EXPECT_NE(with_header([](rp_block_header& h) { h.block_entry_count = 2; }), "");
+    EXPECT_NE(with_header([](rp_block_header& h) { h.block_entry_count = 0; }), "");
+    EXPECT_NE(with_header([](rp_block_header& h) { h.cell[0] *= 2; }), "");
+    // A block of triangles does not become one of instances, nor has it any.
+    block_ = 0;
+    AlignedBytes bytes = read_block(*file_, 0);
+    good_.assign(bytes.span().begin(), bytes.span().end());
+    ASSERT_TRUE(check_block_bytes(scene_, 0, good_).ok());
+    EXPECT_NE(with_header([](rp_block_header& h) { h.attributes_at |= RP_BLOCK_INSTANCES; }), "");
+}
+
+TEST_F(DamagedInstances, TreesOfObjects) {
+    const uint64_t of_first = scene_.objects[0].top.block_entry_count;
+    const auto damaged = [&](const std::function<void(BakedScene&)>& change, const std::string& words) {
+        const std::string message = with_scene(change);
+        EXPECT_NE(message.find(words), std::string::npos) << words << ": " << message;
+    };
+    damaged([](BakedScene& s) { std::swap(s.objects[0], s.objects[1]); }, "\"top tree\"");
+    damaged([](BakedScene& s) { s.objects[1].top.block_entry_count--; }, "\"top tree\"");
+    damaged([](BakedScene& s) { s.objects[0].top.block_entry_count = UINT32_MAX; }, "more block entries than there are");
+    damaged([](BakedScene& s) { s.objects[1].top.root = 0; }, "node 0 is absent or out of order");
+    damaged([](BakedScene& s) { s.objects[1].top.root = s.top_grid.root; }, "out of order");
+    damaged([](BakedScene& s) { s.objects[0].top.root = RP_REF_EXIT; }, "is absent, of another tree, or reached twice");
+    damaged([](BakedScene& s) { s.objects[0].top.root = RP_REF_BLOCK_ENTRY | static_cast<rp_u32>(s.block_entries.size() - 1); }, "\"top tree\"");
+    damaged([&](BakedScene& s) { s.block_entry_paths[of_first] ^= 1; }, "leads elsewhere");
+    damaged([](BakedScene& s) { s.objects[0].base[1] = NAN; }, "\"objects\"");
+    damaged([](BakedScene& s) { s.objects[0].top.cell[1] = 0; }, "\"objects\"");
+    damaged([](BakedScene& s) { s.objects.pop_back(); }, "\"top tree\"");
+    damaged([](BakedScene& s) { s.objects.push_back(s.objects[0]), s.objects[2].top.block_entry_count = 0; }, "there is a tree but no block entry");
+    damaged([](BakedScene& s) { s.instances++; }, "\"block table\": the blocks do not hold as many instances");
+    damaged([&](BakedScene& s) { s.blocks[block_].triangles = 1, s.triangles++; }, "holds more than instances");
+    damaged([&](BakedScene& s) { std::swap(s.blocks[block_].instances, s.blocks[0].instances); }, "");
+    damaged([](BakedScene& s) { s.wide_roots.back() ^= 1; }, "\"wide roots\"");
+}
+
+}  // namespace
+}  // namespace raypager
