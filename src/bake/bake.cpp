@@ -85,7 +85,19 @@ struct ObjectTree {
     TopTree tree;
     uint64_t first_block_entry = 0;
     Box box;
+    std::vector<Box> parts;  // as ObjectBounds has it
 };
+
+// Boxes around neighbours among many.
+std::vector<Box> some_boxes(std::span<const BlockEntryBox> boxes) {
+    const size_t each = (boxes.size() + ObjectBounds::max_parts - 1) / ObjectBounds::max_parts;
+    std::vector<Box> some;
+    for (size_t i = 0; i < boxes.size(); i++) {
+        if (i % each == 0) some.emplace_back();
+        some.back().grow(boxes[i].box);
+    }
+    return some;
+}
 
 class Bake {
 public:
@@ -262,6 +274,7 @@ private:
             added.box.grow(box);
         }
         added.tree = build_top_tree(block_entry_boxes);
+        added.parts = some_boxes(block_entry_boxes);
         objects.push_back(std::move(added));
         return {};
     }
@@ -271,10 +284,10 @@ private:
         if (scene_.instances.empty()) return {};
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes);
         if (!memory) return memory.status();
-        std::vector<Box> object_boxes;
-        for (const ObjectTree& object : objects) object_boxes.push_back(object.box);
+        std::vector<ObjectBounds> bounds_of_objects;
+        for (const ObjectTree& object : objects) bounds_of_objects.push_back({object.box, object.parts});
         const InstanceGathering settings = {memory->gather, options_.stop, [this](double fraction) { report("instances", fraction / 2); }};
-        const auto world = gather_instances(scene_, object_boxes, settings, gathered.issues);
+        const auto world = gather_instances(scene_, bounds_of_objects, settings, gathered.issues);
         if (!world) return world.status();
         if (world->instances.empty()) return {};
         const Weigher weigher(*world, Weigher::Sharing::by_index);

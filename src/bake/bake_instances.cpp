@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "base/words.hpp"
 #include "world/instance_record.hpp"
 #include "world/placement.hpp"
@@ -18,8 +19,8 @@ constexpr size_t placements_at_once = size_t{1} << 14;
 
 class InstanceGatherer {
 public:
-    InstanceGatherer(std::span<const Box> boxes, const InstanceGathering& settings, uint64_t expected)
-        : boxes_(boxes), settings_(settings), expected_(expected) {}
+    InstanceGatherer(std::span<const ObjectBounds> objects, const InstanceGathering& settings, uint64_t expected)
+        : objects_(objects), settings_(settings), expected_(expected) {}
 
     Status check_room(uint64_t count) const {
         if (count >= instance_limit) return Status::failed(fmt::format("the scene has more than {} instances; leave some out", instance_limit - 1));
@@ -39,7 +40,7 @@ public:
             if (settings_.stop && *settings_.stop) return Status::interrupted("stopped by a signal; nothing was written");
             const auto some = placements.first(std::min(placements.size(), placements_at_once));
             RAYPAGER_TRY(check_room(world_.instances.size() + some.size()));
-            for (const Placement& placement : some) RAYPAGER_TRY(add(placement, source));
+            RAYPAGER_TRY(add(some, source));
             placements = placements.subspan(some.size());
             settings_.progress(std::min(1.0, static_cast<double>(seen_) / static_cast<double>(std::max<uint64_t>(expected_, 1))));
         }
@@ -52,9 +53,32 @@ public:
     }
 
 private:
-    Status add(const Placement& placement, const std::string& source) {
-        const uint64_t index = seen_++;
-        if (placement.object >= boxes_.size())
+    Status add(std::span<const Placement> placements, const std::string& source) {
+        made_.assign(placements.size(), {});
+        constexpr size_t at_once = 512;
+        RAYPAGER_TRY(parallel_try(placements.size(), at_once, [&](size_t begin, size_t end) -> Status {
+            for (size_t i = begin; i < end; i++) RAYPAGER_TRY(make(placements[i], source, seen_ + i, made_[i]));
+            return {};
+        }));
+        for (const Made& made : made_) {
+            dropped_ += made.dropped;
+            if (made.box.empty()) continue;
+            const size_t number = world_.instances.size();
+            world_.instances.push_back({made.record, made.box, static_cast<uint32_t>(number)});
+            world_.primitives.push_back(World::instance_entry(number));
+            world_.bounds.grow(made.box);
+        }
+        seen_ += placements.size();
+        return {};
+    }
+
+    struct Made {
+        rp_instance record;
+        Box box;  // empty: there is nothing to be seen
+        bool dropped = false;
+    };
+    Status make(const Placement& placement, const std::string& source, uint64_t index, Made& made) const {
+        if (placement.object >= objects_.size())
             return Status::failed(fmt::format("{}: instance {}: object {} does not exist", source, index, placement.object));
         Transform to_world;
         for (size_t i = 0; i < 3; i++) {
@@ -62,36 +86,35 @@ private:
             for (const double x : to_world.m[i])
                 if (!std::isfinite(x)) return Status::failed(fmt::format("{}: instance {}: its transform is not finite", source, index));
         }
-        const Box& object_box = boxes_[placement.object];
-        if (object_box.empty()) return {};
-        auto record = make_instance(to_world, object_box);
-        const Box box = record ? bounds_of(*record, object_box) : Box();
+        const ObjectBounds& object = objects_[placement.object];
+        if (object.box.empty()) return {};
+        const auto record = make_instance(to_world, object.box);
+        const Box box = record ? bounds_of(*record, object) : Box();
         const auto near_enough = [](float x) { return std::abs(x) <= static_cast<float>(largest_coordinate); };
         if (!record || !std::ranges::all_of(box.lower, near_enough) || !std::ranges::all_of(box.upper, near_enough)) {
-            dropped_++;
+            made.dropped = true;
             return {};
         }
-        record->object = placement.object;
-        const size_t number = world_.instances.size();
-        world_.instances.push_back({*record, box, static_cast<uint32_t>(number)});
-        world_.primitives.push_back(World::instance_entry(number));
-        world_.bounds.grow(box);
+        made.record = *record;
+        made.record.object = placement.object;
+        made.box = box;
         return {};
     }
 
-    const std::span<const Box> boxes_;
+    const std::span<const ObjectBounds> objects_;
     const InstanceGathering& settings_;
     const uint64_t expected_;
     World world_;
+    std::vector<Made> made_;  // of some placements
     uint64_t seen_ = 0, dropped_ = 0;
 };
 
 }  // namespace
 
-Result<World> gather_instances(const Scene& scene, std::span<const Box> object_boxes, const InstanceGathering& settings, MeshIssues& issues) {
+Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, MeshIssues& issues) {
     uint64_t expected = 0;
     for (const auto& source : scene.instances) expected += source->count();
-    InstanceGatherer gatherer(object_boxes, settings, expected);
+    InstanceGatherer gatherer(objects, settings, expected);
     if (auto status = gatherer.check_room(expected); !status.ok()) return status;
     gatherer.reserve();
     for (const auto& source : scene.instances) {

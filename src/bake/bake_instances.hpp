@@ -9,6 +9,7 @@
 
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
+#include "world/instance_record.hpp"
 #include "world/world.hpp"
 
 namespace raypager {
@@ -22,9 +23,9 @@ struct InstanceGathering {
 // What an instance takes while it is cut into blocks, in bytes.
 inline constexpr uint64_t instance_memory = sizeof(WorldInstance) + sizeof(Triangle) + cut_memory;
 
-// All instances in the order of their sources, numbered through. object_boxes: of each object, in its own space; empty, where no ray can hit
-// anything of it: its instances are left out. Those that flatten their object, or put it beyond +-1e12, are dropped, with a warning that counts
-// them. An error if there is an object that does not exist, a number that is not finite, or too many for the memory.
-Result<World> gather_instances(const Scene& scene, std::span<const Box> object_boxes, const InstanceGathering& settings, MeshIssues& issues);
+// All instances in the order of their sources, numbered through. objects: of each where it is; its box is empty where no ray can hit anything of it:
+// its instances are left out. Those that flatten their object, or put it beyond +-1e12, are dropped, with a warning that counts them. An error if
+// there is an object that does not exist, a number that is not finite, or too many for the memory.
+Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, MeshIssues& issues);
 
 }  // namespace raypager

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace raypager {
 namespace {
@@ -64,18 +65,22 @@ std::optional<rp_instance> make_instance(const Transform& to_world, const Box& o
     return instance;
 }
 
-Box bounds_of(const rp_instance& instance, const Box& object_box) {
-    const Transform placement = placement_of(instance, object_box);
+Box bounds_of(const rp_instance& instance, const ObjectBounds& object) {
+    const Transform placement = placement_of(instance, object.box);
     std::array<double, 3> lower, upper;
     lower.fill(INFINITY);
     upper.fill(-INFINITY);
-    for_each_corner(object_box, [&](double x, double y, double z) {
-        const auto p = placement.point(x, y, z);
+    for (const Box& part : object.parts.empty() ? std::span(&object.box, 1) : std::span(object.parts))
         for (size_t a = 0; a < 3; a++) {
-            lower[a] = std::min(lower[a], p[a]);
-            upper[a] = std::max(upper[a], p[a]);
+            // An axis of the world sees of a box a middle and an extent.
+            double middle = placement.m[a][3], extent = 0;
+            for (size_t b = 0; b < 3; b++) {
+                middle += placement.m[a][b] * (double{part.lower[b]} + part.upper[b]) / 2;
+                extent += std::abs(placement.m[a][b]) * (double{part.upper[b]} - part.lower[b]) / 2;
+            }
+            lower[a] = std::min(lower[a], middle - extent);
+            upper[a] = std::max(upper[a], middle + extent);
         }
-    });
     double extent = 0, coordinate = 0;
     for (size_t a = 0; a < 3; a++) {
         extent = std::max(extent, upper[a] - lower[a]);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "raypager/abi/instance.h"
 #include "raypager/scene.hpp"
@@ -20,7 +21,15 @@ std::optional<rp_instance> make_instance(const Transform& to_world, const Box& o
 // Where the record puts the object, not where the transform did that it was made of: its numbers are rounded.
 Transform placement_of(const rp_instance& instance, const Box& object_box);
 
-// Bounds in the world of all that rays can meet of the instance.
-Box bounds_of(const rp_instance& instance, const Box& object_box);
+// What is known of where an object is, in its own space.
+struct ObjectBounds {
+    Box box;
+    // Boxes that hold all of it together: what is turned covers less of the world by these than by one. At most max_parts.
+    std::vector<Box> parts;
+    static constexpr size_t max_parts = 16;
+};
+
+// Bounds in the world of all that rays can meet of the instance. object: of which the record was made.
+Box bounds_of(const rp_instance& instance, const ObjectBounds& object);
 
 }  // namespace raypager

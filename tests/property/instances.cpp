@@ -143,7 +143,7 @@ TEST_P(InstanceRays, meet_what_is_there_and_its_bounds) {
         const Passage inside = exact_passage(&placed[2 * i].x, &placed[2 * i + 1].x, parts[i]);
         if (inside.entry > inside.exit) continue;
         met++;
-        const Passage through = exact_passage(origin, direction, bounds_of(instances[i], boxes[i]));
+        const Passage through = exact_passage(origin, direction, bounds_of(instances[i], {boxes[i], {}}));
         ASSERT_LE(through.entry, through.exit * 1.000002) << "ray " << i << ", seed " << seed;
         // Neither does it meet the part outside of them.
         const double slack = 1e-6 * (distance + world + 10);
