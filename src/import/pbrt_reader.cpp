@@ -85,10 +85,11 @@ Result<Scene> PbrtReader::read(const std::filesystem::path& path) {
     RAYPAGER_TRY(set_film_response());
     RAYPAGER_TRY(set_pixel_filter());
     RAYPAGER_TRY(finish_sky());
+    if (const Status placed = place_objects(path.string()); !placed.ok()) return placed.at(path.string());
     map_textures_around_spheres(scene_);
     // Version 3 lets attributes and objects end in any order.
     if (odd_nesting_ && version_ != 3) warn(odd_nesting_location_, *odd_nesting_);
-    if (scene_.shapes.empty()) {
+    if (scene_.shapes.empty() && scene_.instances.empty()) {
         if (!first_left_out_.empty()) return Status::failed(first_left_out_ + ", and nothing else is to be seen");
         return Status::failed(path.string() + ": has no shape, so there is nothing to be seen");
     }

@@ -78,6 +78,16 @@ private:
         PbrtLocation location;
     };
     static constexpr uint32_t no_surface = RP_NONE;  // rays pass: pbrt's "interface" material
+    // From here on, single precision is coarser than 8 mm if the unit is the metre.
+    static constexpr double far_coordinate = 65536;
+    struct PbrtObject {
+        std::string name;
+        std::vector<Shape> shapes;  // their to_world is that of the object's definition
+        uint64_t instances = 0;
+        bool may_be_instanced = true;       // else each instance is written out at once
+        uint32_t number = RP_NONE;          // in the scene, if it is an object there
+        std::array<double, 3> origin = {};  // of that one's space
+    };
 
     // pbrt_reader.cpp: files, directives, state.
     static const std::unordered_map<std::string_view, Handler>& handlers();
@@ -234,9 +244,6 @@ private:
 
     // pbrt_shapes.cpp
     Status shape(const Directive& directive);
-    Status object_begin(const Directive& directive);
-    Status object_end(const Directive& directive);
-    Status object_instance(const Directive& directive);
     std::optional<double> constant_alpha(const PbrtParameter* alpha) const;
     // Makes what a directive says of a shape but for its place and looks. Left without a source and without a radius: there is nothing to be seen.
     Status make_shape(const Directive& directive, const std::string& type, const PbrtParameters& parameters, Shape& shape);
@@ -247,8 +254,16 @@ private:
     Status mesh_in_memory(const Directive& directive, TriangleMesh mesh, Shape& shape);
     // Drops them if there are not as many as points.
     void check_uvs(const Directive& directive, size_t points, std::vector<Float2>& uvs);
-    Status add_shape(const Directive& directive, Shape shape);
+    Status add_shape(Shape shape);
     Status cut_out(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
+
+    // pbrt_objects.cpp
+    Status object_begin(const Directive& directive);
+    Status object_end(const Directive& directive);
+    Status object_instance(const Directive& directive);
+    Status copy_object(const PbrtObject& object, const Transform& to_world);
+    void keep_object(PbrtObject& object);
+    Status place_objects(const std::string& scene_file);
 
     // pbrt_curved_shapes.cpp
     Status sphere(const Directive& directive, const PbrtParameters& parameters, Shape& shape);
@@ -297,8 +312,11 @@ private:
     std::map<std::tuple<std::filesystem::path, int, float>, std::shared_ptr<const PtexAtlas>> ptex_files_;       // likewise
     std::map<std::pair<const MeshFile*, const PtexAtlas*>, std::shared_ptr<const MeshFile>> meshes_with_faces_;
     std::map<uint32_t, std::optional<uint32_t>> without_textures_;  // by material: that with mid values
-    std::map<std::string, std::vector<Shape>> objects_;
-    std::vector<Shape>* object_ = nullptr;  // between ObjectBegin and ObjectEnd
+    std::vector<PbrtObject> objects_;
+    std::unordered_map<std::string, size_t> object_numbers_;  // by name: the latest of that name
+    std::vector<std::vector<Placement>> placements_;          // of objects_, but for those that are written out at once
+    uint64_t placed_ = 0;                                     // how many these are
+    std::vector<Shape>* object_ = nullptr;                    // between ObjectBegin and ObjectEnd
     PbrtLocation object_location_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
     bool has_noted_colors_ = false;                                                                          // of meshes

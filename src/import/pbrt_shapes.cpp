@@ -14,10 +14,8 @@
 namespace raypager {
 namespace {
 
-// Instances are placed as shapes of their own, so a small file can ask for any number of them; no more than there can be primitives.
+// Some instances are placed as shapes of their own, so a small file can ask for any number of them; no more than there can be primitives.
 constexpr size_t max_shapes = RP_NONE - 1;
-// From here on, single precision is coarser than 8 mm if the unit is the metre.
-constexpr double far_coordinate = 65536;
 
 }  // namespace
 
@@ -88,8 +86,10 @@ Status PbrtReader::shape(const Directive& directive) {
         leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");
         return {};
     }
-    if (!object_) return add_shape(directive, std::move(shape));
-    object_->push_back(std::move(shape));
+    if (object_)
+        object_->push_back(std::move(shape));
+    else if (const Status added = add_shape(std::move(shape)); !added.ok())
+        return error(directive, added.message());
     return {};
 }
 
@@ -119,9 +119,9 @@ Status PbrtReader::cut_out(const Directive& directive, const PbrtParameters& par
     return {};
 }
 
-Status PbrtReader::add_shape(const Directive& directive, Shape shape) {
+Status PbrtReader::add_shape(Shape shape) {
     if (scene_.shapes.size() >= max_shapes)
-        return error(directive, fmt::format("more than {} shapes; every instance counts as shapes of its own", max_shapes));
+        return Status::failed(fmt::format("more than {} shapes; instances of what shines count as shapes of their own", max_shapes));
     scene_.shapes.push_back(std::move(shape));
     return {};
 }
@@ -274,53 +274,6 @@ Status PbrtReader::points(const Directive& directive, const PbrtParameters& para
         warn(directive.location, fmt::format("points lie so far from the world's origin that their coordinates are rounded; bring them near it, with "
                                              "Translate {:.0f} {:.0f} {:.0f} before the shape",
                                              0 - origin[0], 0 - origin[1], 0 - origin[2]));
-    return {};
-}
-
-// Instances are not shared: each places the object's shapes again.
-Status PbrtReader::object_begin(const Directive& directive) {
-    std::string name;
-    RAYPAGER_TRY(take_string(name));
-    if (object_) return error(directive, fmt::format("inside the object begun in {}", object_location_.with_line()));
-    RAYPAGER_TRY(push(directive, Scope::object));
-    object_ = &objects_[name];
-    object_->clear();
-    object_location_ = directive.location;
-    return {};
-}
-
-Status PbrtReader::object_end(const Directive& directive) {
-    if (!object_) return error(directive, "without ObjectBegin");
-    pop(directive, Scope::object);
-    object_ = nullptr;
-    return {};
-}
-
-Status PbrtReader::object_instance(const Directive& directive) {
-    std::string name;
-    RAYPAGER_TRY(take_string(name));
-    if (!is_in_world(directive, name)) return {};
-    if (object_) {
-        warn(directive.location, fmt::format("an object cannot contain instances; that of \"{}\" is left out", clipped(name)));
-        return {};
-    }
-    const auto found = objects_.find(name);
-    if (found == objects_.end()) {
-        leave_out(directive, fmt::format("there is no object \"{}\"; the instance is left out", clipped(name)));
-        return {};
-    }
-    if (!state_.transform.inverse()) {
-        warn(directive.location, "a transform that cannot be inverted flattens an instance; it is left out");
-        return {};
-    }
-    for (Shape shape : found->second) {
-        // What is a sphere in the object is one in the world only if it is not stretched on the way.
-        if (!shape.mesh && !shape.points && !is_similarity(state_.transform * shape.to_world)) {
-            make_ellipsoid(shape, shape.sphere.radius, uses_uvs(scene_, shape.material));
-        }
-        shape.to_world = state_.transform * shape.to_world;
-        RAYPAGER_TRY(add_shape(directive, std::move(shape)));
-    }
     return {};
 }
 

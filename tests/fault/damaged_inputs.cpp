@@ -300,7 +300,7 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
 
 // A few words in a pbrt file that ask for meshes of thousands of triangles, a million times over.
 TEST(DamagedInputs, EllipsoidsWithoutEndTakeNoMemory) {
-    std::string text = "WorldBegin Scale 1 2 1\nObjectBegin \"o\"\n";
+    std::string text = "WorldBegin Scale 1 2 1\nObjectBegin \"o\" AreaLightSource \"diffuse\"\n";  // what shines is copied
     for (int i = 1; i <= 500; i++) text += "Shape \"sphere\" \"float radius\" " + std::to_string(i) + "\n";
     text += "ObjectEnd\n";
     for (int i = 0; i < 100; i++) text += "Scale 1 1.5 1 ObjectInstance \"o\"\n";
@@ -311,6 +311,23 @@ TEST(DamagedInputs, EllipsoidsWithoutEndTakeNoMemory) {
     EXPECT_EQ(scene->shapes.size(), 50000u);
     // Some three hundred bytes a shape; a mesh of its own would be two megabytes.
     EXPECT_LT(peak_memory() - before, uint64_t{64} << 20);
+}
+
+// Half a million instances, in a few lines.
+TEST(DamagedInputs, InstancesWithoutEndTakeLittleMemory) {
+    std::string lines;
+    for (int i = 0; i < 1000; i++) lines += "Translate 1 0 0 ObjectInstance \"o\"\n";
+    std::string text = "WorldBegin\nObjectBegin \"o\" Shape \"sphere\" Shape \"sphere\" ObjectEnd\n";
+    for (int i = 0; i < 500; i++) text += "Include \"lines.pbrt\"\n";
+    const TemporaryFolder folder;
+    folder.write("lines.pbrt", lines);
+    const uint64_t before = peak_memory();
+    const auto scene = import_scene({folder.write("a.pbrt", text)});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    ASSERT_EQ(scene->instances.size(), 1u);
+    EXPECT_EQ(scene->instances[0]->count(), 500'000u);
+    // About a hundred bytes each, and half as much again while their list grows; a shape has some three hundred.
+    EXPECT_LT(peak_memory() - before, uint64_t{100} << 20);
 }
 
 // Files that include each other: in a circle, deeper than any scene, and twice each, which doubles with every file.
