@@ -98,6 +98,8 @@ public:
     }
     double eye_x() const { return 0.5 * side_; }
     double eye_z() const { return 0.93 * side_; }
+    // The world's origin is there, where what is seen is small: single precision has the most digits near it.
+    Vector eye() const { return {eye_x(), 0, eye_z()}; }
 
 private:
     // Hills to the north and a little aside, a knoll from which one looks, and all of it uneven.
@@ -152,11 +154,12 @@ void write_stance(std::string& text, std::string_view name, uint64_t kind, const
 
 class LayerWriter {
 public:
-    LayerWriter(SceneWriter& scene, const Layer& layer, double side, uint64_t seed)
+    LayerWriter(SceneWriter& scene, const Layer& layer, const Land& land, uint64_t seed)
         : scene_(scene),
           layer_(layer),
           cells_(static_cast<size_t>(std::ceil(std::sqrt(2.0 * static_cast<double>(layer.count))))),
-          step_(side / static_cast<double>(std::max<size_t>(cells_, 1))),
+          step_(land.side() / static_cast<double>(std::max<size_t>(cells_, 1))),
+          eye_(land.eye()),
           seed_(mix_bits(seed + hash_of(layer.name))) {}
 
     Status write() {
@@ -203,7 +206,8 @@ private:
             sum += density(c, row);
             for (uint64_t i = from; i < before(sum); i++) {
                 const double x = (static_cast<double>(c) + random.uniform()) * step_, z = (static_cast<double>(row) + random.uniform()) * step_;
-                const auto [kind, stance] = layer_.place(x, z, random);
+                auto [kind, stance] = layer_.place(x, z, random);
+                stance.origin = stance.origin - eye_;
                 write_stance(text, layer_.name, kind, stance);
             }
         }
@@ -221,6 +225,7 @@ private:
     const Layer& layer_;
     size_t cells_;  // along a side
     double step_;
+    Vector eye_;
     uint64_t seed_;
     int files_ = 0;
 };
@@ -254,7 +259,7 @@ private:
         const double ahead = z - 0.5 * land_.side(), target = 0.4 * eye + 0.6 * land_.ground(x, ahead);
         scene_.begin(
             fmt::format("A forest of {} instances and about {} triangles, seed {}; metres", options_.instances, options_.triangles, options_.seed),
-            {.eye = {x, eye, z}, .target = {x, target, ahead}, .fov_degrees = 48});
+            {.eye = {0, eye, 0}, .target = {0, target, ahead - z}, .fov_degrees = 48});
         scene_.diffuse("turf", {0.12, 0.17, 0.05});
         scene_.diffuse("litter", {0.13, 0.10, 0.06});
         scene_.diffuse("gravel", {0.27, 0.25, 0.23});
@@ -263,11 +268,14 @@ private:
     }
 
     Status write_ground() {
-        return write_height_field(scene_, land_.field(), soil_names, [&](double x, double, double z, double upness) -> uint8_t {
+        scene_.begin_moved(land_.eye() * -1);
+        RAYPAGER_TRY(write_height_field(scene_, land_.field(), soil_names, [&](double x, double, double z, double upness) -> uint8_t {
             const double wander = 0.2 * value_noise(x / 3, z / 3, options_.seed + 5).value;
             if (upness < 0.72 + 0.2 * wander) return gravel;
             return land_.woods(x, z) * land_.away(x, z) > 0.45 + wander ? litter : turf;
-        });
+        }));
+        scene_.end_moved();
+        return {};
     }
 
     Status write_rocks() {
@@ -336,7 +344,7 @@ private:
             const Stance stance = turned_stance(at, unit(land_.normal(x, z) + own.direction() * 0.35), own);
             return std::pair<uint64_t, Stance>(own.below(static_cast<uint32_t>(plan_.rocks)), scaled(stance, size, size * own.uniform(0.8, 1.2)));
         };
-        return LayerWriter(scene_, layer, land_.side(), options_.seed).write();
+        return LayerWriter(scene_, layer, land_, options_.seed).write();
     }
 
     Status place_tufts() {
@@ -351,7 +359,7 @@ private:
             if (own.below(2) == 0) stance.x = stance.x * -1;
             return std::pair<uint64_t, Stance>(own.below(static_cast<uint32_t>(plan_.tufts)), scaled(stance, size, size * own.uniform(0.7, 1.3)));
         };
-        return LayerWriter(scene_, layer, land_.side(), options_.seed).write();
+        return LayerWriter(scene_, layer, land_, options_.seed).write();
     }
 
     Status place_trees() {
@@ -368,7 +376,7 @@ private:
             if (own.below(3) == 0) stance.x = stance.x * -1;  // mirrored
             return std::pair<uint64_t, Stance>(kind, scaled(stance, size, size * own.uniform(0.9, 1.15)));
         };
-        return LayerWriter(scene_, layer, land_.side(), options_.seed).write();
+        return LayerWriter(scene_, layer, land_, options_.seed).write();
     }
 
     const MakeSceneOptions& options_;

@@ -171,6 +171,10 @@ Status SceneWriter::mesh(std::string_view name, std::string_view material, std::
     return finish_mesh(name, material, *writer);
 }
 
+void SceneWriter::begin_moved(const Vector& by) { text_ += fmt::format("AttributeBegin\n  Translate {}\n", point(by)); }
+
+void SceneWriter::end_moved() { text_ += "AttributeEnd\n"; }
+
 void SceneWriter::begin_object(std::string_view name) { text_ += fmt::format("ObjectBegin \"{}\"\n", name); }
 
 void SceneWriter::end_object() { text_ += "ObjectEnd\n"; }

@@ -63,6 +63,10 @@ public:
     // With its coordinates of textures. alpha: the texture that cuts it out, or none.
     Status textured_mesh(std::string_view name, std::string_view material, const TriangleMesh& mesh, std::string_view alpha = {});
 
+    // What is written between the two is moved by so much.
+    void begin_moved(const Vector& by);
+    void end_moved();
+
     // What is written between the two is seen where instances of it are. How many there are, the writer of their files says.
     void begin_object(std::string_view name);
     void end_object();
