@@ -1,5 +1,6 @@
 // Scene -> blocks and pages: meshes are loaded, all primitives are cut together in world space into blocks, and each block gets its bounding volume
-// hierarchy. What does not fit into host_limit goes over the disk. Images that programs of materials read are cut into pages, and large skies.
+// hierarchy. Each object is cut on its own, in its own space, and so are the instances, as boxes in the world. What does not fit into host_limit goes
+// over the disk. Images that programs of materials read are cut into pages, and large skies.
 #pragma once
 
 #include <atomic>

@@ -56,12 +56,12 @@ private:
         if (!good_coding(header_, scene_.position_cell)) return bad("how its positions and ids are coded makes no sense");
         if (header_.bytes != bytes_.size() || header_.bytes != record.stored_bytes) return bad("its size is wrong");
         if (header_.triangle_count != record.triangles || header_.sphere_count != record.spheres) return bad("the number of primitives is wrong");
-        if ((record.instances > 0) != holds_instances(header_)) return bad("it holds instances where others are expected, or the other way about");
         if (!same(record.lower, header_.lower) || !same(record.upper, header_.upper)) return bad("its bounds are wrong");
         if (header_.leaf_count > RP_LEAF_INDEX_MASK + 1 || header_.sphere_count > RP_LEAF_INDEX_MASK + 1) return bad("it has too many leaves");
         // Kernels of a scene without any do not know of them.
         if (RP_BLOCK_HAS_UVS(header_.attributes_at) && !scene_.has_uvs())
             return bad("it has coordinates of textures, which no part of the scene has");
+        if ((record.instances > 0) != holds_instances(header_)) return bad("it holds instances where others are expected, or the other way about");
         if (header_.nodes_at != sizeof header_) return bad("its nodes are not behind its header");
         return check_sections();
     }
@@ -167,7 +167,6 @@ private:
     Status check_leaf(rp_u32 ref) {
         if (ref & (RP_REF_BLOCK_ENTRY ^ RP_REF_LEAF)) return bad(fmt::format("reference {:08x} leads out of it", ref));
         const uint32_t index = ref >> RP_LEAF_INDEX_SHIFT & RP_LEAF_INDEX_MASK;
-        if ((ref & RP_LEAF_INSTANCE) == RP_LEAF_INSTANCE) return bad(fmt::format("reference {:08x} is an instance among primitives", ref));
         return ref & RP_LEAF_SPHERES ? check_spheres(ref, index) : check_strip(ref, index);
     }
 

@@ -149,7 +149,7 @@ private:
 
 // The estimate itself, for a triangle that has this many vertices for itself: a half in a closed mesh, three if it stands alone.
 inline constexpr uint32_t sphere_weight = 16 + 4 + 6;                      // record, id, share of nodes
-inline constexpr uint32_t instance_weight = sizeof(rp_instance) + 4 + 24;  // record, number, share of nodes
+inline constexpr uint32_t instance_weight = sizeof(rp_instance) + 4 + 32;  // record, number, node: each is a leaf
 uint32_t triangle_weight(float own_vertices, const VertexAttributes& attributes);
 
 }  // namespace raypager

@@ -136,7 +136,7 @@ TEST_F(DamagedBlockFile, WrongKind) {
 
 TEST_F(DamagedBlockFile, HugeCounts) {
     for (uint32_t section = 0; section < format::section_count; section++) {
-        for (const uint64_t huge : {UINT64_MAX, uint64_t{1} << 63, uint64_t{1} << 40, uint64_t{1} << 60}) {
+        for (const uint64_t huge : {UINT64_MAX, uint64_t{1} << 63, uint64_t{1} << 41, uint64_t{1} << 60}) {
             SCOPED_TRACE(testing::Message() << format::section_names[section] << " " << huge);
             expect_refused(sealed(with_header([&](Header& header) { header.sections[section].count = huge; })), format::section_names[section]);
             expect_refused(sealed(with_header([&](Header& header) { header.sections[section].offset = huge; })), format::section_names[section]);

@@ -50,7 +50,9 @@ TEST_F(DamagedTexturedBlocks, ChecksOfBlocksKnowCoordinatesOfTextures) {
     refused(
         place, [](rp_u32) { return RP_BLOCK_UVS; }, "coded");
     refused(
-        place, [](rp_u32 at) { return at + 2; }, "attributes");
+        place, [](rp_u32 at) { return at + RP_BLOCK_INSTANCES; }, "instances");
+    refused(
+        place, [](rp_u32 at) { return at + 4; }, "attributes");
     refused(
         place, [](rp_u32 at) { return at + 64; }, "attributes");
     refused(

@@ -11,10 +11,17 @@
 #include "support/block_file_bytes.hpp"
 #include "support/temporary_folder.hpp"
 #include "texture/texture_words.hpp"
-#include "unit/bake_scenes.hpp"
+#include "unit/bake_instanced_scene.hpp"
 
 namespace raypager::fuzz {
 namespace {
+
+// Each record is there once, as the check has found.
+void decode_instances(const BakedScene& scene, uint32_t block, std::span<const std::byte> stored) {
+    const blocks_test::InstanceBlock view(stored);
+    RAYPAGER_CHECK(view.records.size() == scene.blocks[block].instances);
+    for (const rp_instance& record : view.records) RAYPAGER_CHECK(record.object < scene.objects.size());
+}
 
 void decode_block(const BakedScene& scene, uint32_t block, std::span<const std::byte> stored) {
     const BlockView view(stored);
@@ -32,7 +39,7 @@ void decode_block(const BakedScene& scene, uint32_t block, std::span<const std::
 std::vector<std::string> seeds() {
     using namespace blocks_test;
     std::vector<Scene> scenes = {scene_of({mesh_shape(terrain(3, true)), sphere_shape({0, 1, 0}, 0.1f)}), scene_of({mesh_shape(soup(150, 1))}),
-                                 scene_of({}), scene_of({})};
+                                 scene_of({}), scene_of({}), scene_of({sphere_shape({0, 1, 0}, 0.1f)})};
     // A program, but no image: pages are larger than inputs are.
     scenes[3].texture_maps.resize(1);
     scenes[3].texture_ops = {{RP_TEXTURE_CONSTANT, 0, 0, 0, {1, 0, 0, 0}, {}},
@@ -40,6 +47,8 @@ std::vector<std::string> seeds() {
                              {RP_TEXTURE_CHECKS, 0, 0, RP_NONE, {}, {}},
                              {RP_TEXTURE_SET | RP_TEXTURE_LAST, RP_PARAMETER_COLOR, 0, 0, {}, {}}};
     scenes[3].materials[0].flags |= 1u << RP_MATERIAL_PROGRAM_SHIFT;
+    scenes[4].objects = {{"a", {mesh_shape(terrain(2))}}, {"b", {sphere_shape({1, 0, 0}, 1)}}};
+    scenes[4].instances = {std::make_shared<InstancesInMemory>("here", random_placements(9, 2, 1))};
     scenes[0].area_lights = {{{5, 5, 5}, false}};
     scenes[0].shapes[1].area_light = 0;
     std::vector<std::string> result;
@@ -76,6 +85,10 @@ void run(std::string_view input) {
     for (uint32_t block = 0; block < scene.blocks.size(); block++) {
         std::vector<std::byte> stored(scene.blocks[block].stored_bytes);
         if (!(*file)->read_block(block, stored) || !(*file)->check_block(block, stored)) continue;
+        if (scene.blocks[block].instances > 0) {
+            decode_instances(scene, block, stored);
+            continue;
+        }
         decode_block(scene, block, stored);
         (void)WideBlockMaker().make(stored, scene.block_entries_of(block).roots);
     }
