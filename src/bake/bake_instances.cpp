@@ -66,7 +66,8 @@ private:
             const size_t number = world_.instances.size();
             world_.instances.push_back({made.record, made.box, static_cast<uint32_t>(number)});
             world_.primitives.push_back(World::instance_entry(number));
-            world_.bounds.grow(made.box);
+            // How the object is cut must not change pictures, which depend on the size of the scene.
+            world_.bounds.grow(made.whole);
         }
         seen_ += placements.size();
         return {};
@@ -74,7 +75,8 @@ private:
 
     struct Made {
         rp_instance record;
-        Box box;  // empty: there is nothing to be seen
+        Box box;    // empty: there is nothing to be seen
+        Box whole;  // around the object's box
         bool dropped = false;
     };
     Status make(const Placement& placement, const std::string& source, uint64_t index, Made& made) const {
@@ -98,6 +100,7 @@ private:
         made.record = *record;
         made.record.object = placement.object;
         made.box = box;
+        made.whole = bounds_of(*record, {object.box, {}});
         return {};
     }
 
