@@ -6,6 +6,7 @@
 #include "import/mesh_file.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/text.hpp"
+#include "import/triangles_apart.hpp"
 
 namespace raypager {
 namespace {
@@ -61,23 +62,12 @@ uint32_t without_textures(Scene& scene, uint32_t material) {
     return static_cast<uint32_t>(scene.materials.size() - 1);
 }
 
-// The same mesh with its triangles apart, each corner where it lies on its face: at its own u and v if it has them, else as pbrt places them.
+// The same mesh, each corner where it lies on its face: at its own u and v if it has them, else as pbrt places them.
 TriangleMesh on_faces(const TriangleMesh& mesh, std::span<const double> numbers, const PtexAtlas& atlas) {
-    constexpr Float2 corners[3] = {{0, 0}, {1, 0}, {1, 1}};
-    TriangleMesh apart;
-    for (size_t i = 0; i < mesh.triangles.size(); ++i) {
-        Triangle& made = apart.triangles.emplace_back();
-        for (size_t k = 0; k < 3; ++k) {
-            const uint32_t vertex = mesh.triangles[i][k];
-            made[k] = vertex < mesh.positions.size() ? static_cast<uint32_t>(apart.positions.size()) : RP_NONE;
-            if (made[k] == RP_NONE) continue;
-            apart.positions.push_back(mesh.positions[vertex]);
-            if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[vertex]);
-            const Float2 uv = mesh.uvs.empty() ? corners[k] : mesh.uvs[vertex];
-            apart.uvs.push_back(atlas.place(numbers[i] >= 0 ? static_cast<uint64_t>(numbers[i]) : 0, uv.x, uv.y));
-        }
-    }
-    return apart;
+    return triangles_apart(mesh, [&](size_t i, size_t k) {
+        const Float2 uv = mesh.uvs.empty() ? uvs_of_bare_triangle[k] : mesh.uvs[mesh.triangles[i][k]];
+        return atlas.place(numbers[i] >= 0 ? static_cast<uint64_t>(numbers[i]) : 0, uv.x, uv.y);
+    });
 }
 
 }  // namespace

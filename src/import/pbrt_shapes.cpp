@@ -7,6 +7,7 @@
 #include "import/pbrt_reader.hpp"
 #include "import/ply_header.hpp"
 #include "import/text.hpp"
+#include "import/triangles_apart.hpp"
 #include "raypager/materials.hpp"
 #include "scene/check_material.hpp"
 #include "scene/texture_use.hpp"
@@ -137,28 +138,6 @@ void PbrtReader::check_uvs(const Directive& directive, size_t points, std::vecto
     uvs.clear();
 }
 
-namespace {
-
-// As pbrt has them where a mesh has none: (0, 0), (1, 0) and (1, 1) at the corners of each triangle, which share no vertices then. Those with corners
-// that do not exist stay as they are, to be dropped as in other meshes.
-void give_each_triangle_uvs(TriangleMesh& mesh) {
-    constexpr Float2 corners[3] = {{0, 0}, {1, 0}, {1, 1}};
-    TriangleMesh apart;
-    for (const Triangle& t : mesh.triangles) {
-        Triangle& made = apart.triangles.emplace_back();
-        for (size_t k = 0; k < 3; ++k) {
-            made[k] = t[k] < mesh.positions.size() ? static_cast<uint32_t>(apart.positions.size()) : RP_NONE;
-            if (made[k] == RP_NONE) continue;
-            apart.positions.push_back(mesh.positions[t[k]]);
-            if (!mesh.normals.empty()) apart.normals.push_back(mesh.normals[t[k]]);
-            apart.uvs.push_back(corners[k]);
-        }
-    }
-    mesh = std::move(apart);
-}
-
-}  // namespace
-
 Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameters& parameters, Shape& shape) {
     TriangleMesh mesh;
     mesh.positions = parameters.points("P");
@@ -179,7 +158,7 @@ Status PbrtReader::triangle_mesh(const Directive& directive, const PbrtParameter
     check_uvs(directive, mesh.positions.size(), mesh.uvs);
     mesh.triangles.reserve(indices.size() / 3);
     for (size_t i = 0; i + 2 < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
-    if (mesh.uvs.empty() && wants_uvs()) give_each_triangle_uvs(mesh);
+    if (mesh.uvs.empty() && wants_uvs()) mesh = triangles_apart(mesh, [](size_t, size_t k) { return uvs_of_bare_triangle[k]; });
     return mesh_in_memory(directive, std::move(mesh), shape);
 }
 
