@@ -64,11 +64,15 @@ TEST_F(Instances, rays_hit_what_embree_hits_of_copies) {
             const support::ProbeHit& hit = (*hits)[i];
             ASSERT_EQ(hit.occluded != 0, hit.primitive != RP_NONE) << reference::name(kind) << " ray " << i << ", seed " << seed;
             const reference::Hit expected = (*copies)->closest(rays[i]);
+            // Objects are some units large, and rays come from as far: what either way rounds is some 1e-6 of that, times what an uneven placement
+            // stretches it by, 7 at most.
             const bool same = expected.found() == (hit.primitive != RP_NONE) && (!expected.found() || std::abs(hit.t - expected.t) < 1e-4);
             elsewhere += !same;
             if (!same || !expected.found()) continue;
             found++;
-            EXPECT_LT(reference::length(Vec3(hit.position) - (*copies)->position(expected)), 2e-3) << reference::name(kind) << " ray " << i;
+            // Where a ray is nearly in the plane of a triangle, rounding moves the place along it.
+            const double far = kind == RayKind::random ? 1e-4 : 1e-3;
+            EXPECT_LT(reference::length(Vec3(hit.position) - (*copies)->position(expected)), far) << reference::name(kind) << " ray " << i;
             turned += reference::dot(Vec3(decode_octahedral(hit.normal)), expected.normal) < 0.999;
         }
         std::printf("%s: %zu of %zu rays elsewhere, %zu of %zu normals turned\n", reference::name(kind), elsewhere, rays.size(), turned, found);
