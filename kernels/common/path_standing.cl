@@ -35,4 +35,14 @@ static inline void rp_set_standing(const rp_paths* paths, uint slot, const rp_ra
     for (uint i = 0u; i < RP_STANDING_AT; i++) units[i] = instance[i];
 }
 
+// The same of a ray of a stream. instance: null, it has its copy already. unit: the block entry, also of a ray that stands behind.
+static inline void rp_set_standing_of_stream(const rp_paths* paths, uint slot, const __global rp_instance* instance, uint block_entry, uint number,
+                                             uint hit_number, uint unit) {
+    __global uint4* const units = rp_standing_units(paths, slot);
+    units[RP_STANDING_AT] = (uint4)(block_entry, number, hit_number, unit);
+    if (!instance || (const __global uint4*)instance == units) return;
+    for (uint i = 0u; i < RP_STANDING_AT; i++) units[i] = ((const __global uint4*)instance)[i];
+}
+static inline uint rp_standing_unit(const rp_paths* paths, uint slot) { return rp_standing_units(paths, slot)[RP_STANDING_AT].w; }
+
 #endif

@@ -19,8 +19,9 @@ typedef struct rp_connect_rays {
     uint slot[RP_STREAM_RAYS], status[RP_STREAM_RAYS];
 } rp_connect_rays;
 
-static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_connect_rays* c,
-                                          const rp_share* share) {
+static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_walk* walk, rp_connect_rays* c,
+                                          const rp_share* share, uint round) {
+    rp_stream* const s = &walk->stream;
     const uint count = c->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
@@ -44,13 +45,23 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
     s->met_cutout = 0ul;
     for (uint r = 0u; r < count; r++) s->met_cutout |= rp_has_met_cutout(c->status[r]) ? 1ul << r : 0ul;
 #endif
+#ifdef RP_INSTANCES
+    rp_begin_in_world(walk, paths, c->slot, 0ul);
+    rp_resume_standing(g, walk, paths, c->slot, s->resumed, round, true);
+#endif
 }
 
 // Returns whether the ray waits from now on.
-static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint r, uint block_count,
+static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_walk* walk, const rp_connect_rays* c, uint r, uint block_count,
                                         volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene, rp_chains* chains) {
+    const rp_stream* const s = &walk->stream;
+#ifdef RP_INSTANCES
+    const bool occluded = !((s->active | walk->kept) >> r & 1ul);
+    const uint block_entry = occluded ? RP_NONE : rp_waits_with_instances(walk, r);
+#else
     const bool occluded = !(s->active >> r & 1ul);
     const uint block_entry = occluded ? RP_NONE : rp_waits_at(s, r);
+#endif
     uint status = c->status[r];
 #ifdef RP_CUTOUTS
     const bool met_cutout = (s->met_cutout >> r & 1ul) != 0ul;
@@ -66,17 +77,22 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_stream* s
         return false;
     }
     rp_set_block_entry(paths, c->slot[r], block_entry);
-    rp_wait_for_block_in_chain(chains, paths, c->slot[r], rp_block_entry_block(g, block_entry), rp_shadow_waits(status), demand, block_count);
+#ifdef RP_INSTANCES
+    const uint block = rp_stand(g, walk, paths, c->slot[r], r, block_entry);
+#else
+    const uint block = rp_block_entry_block(g, block_entry);
+#endif
+    rp_wait_for_block_in_chain(chains, paths, c->slot[r], block, rp_shadow_waits(status), demand, block_count);
     return true;
 }
 
 // Returns how many of them wait from now on.
-static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_stream* s, const rp_connect_rays* c, uint block_count,
+static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_walk* walk, const rp_connect_rays* c, uint block_count,
                                            volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene) {
     rp_chains chains;
     rp_begin_chains(&chains, c->first / RP_STREAM_RAYS, true);
     uint waiting = 0u;
-    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, s, c, r, block_count, demand, paths, scene, &chains) ? 1u : 0u;
+    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, walk, c, r, block_count, demand, paths, scene, &chains) ? 1u : 0u;
     rp_end_chains(&chains, paths, demand, block_count);
     return waiting;
 }
@@ -96,17 +112,20 @@ static RP_NOINLINE void rp_connect_streams(const rp_geometry* g, rp_share share,
             rp_step(g, &walks[w], round, true);
             continue;
         }
-        if (rays[w].count != 0u) waiting += rp_store_connect_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &scene);
+#ifdef RP_INSTANCES
+        if (rays[w].count != 0u && rp_look_again(&walks[w])) continue;
+#endif
+        if (rays[w].count != 0u) waiting += rp_store_connect_stream(g, &walks[w], &rays[w], block_count, demand, paths, &scene);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_SHADOW_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_connect_stream(g, paths, queue, &walks[w].stream, &rays[w], &share);
-            rp_begin_walk(&walks[w], wide_top);
 #ifdef RP_CUTOUTS
             walks[w].ranges = scene.ranges;
             walks[w].range_count = scene.params->range_count;
 #endif
+            rp_load_connect_stream(g, paths, queue, &walks[w], &rays[w], &share, round);
+            rp_begin_walk(&walks[w], wide_top);
         }
     }
     if (waiting != 0u) atomic_add(counters + RP_COUNT_IN_LISTS, waiting);

@@ -14,8 +14,9 @@ typedef struct rp_extend_rays {
     uint slot[RP_STREAM_RAYS], sample[RP_STREAM_RAYS], block_entry[RP_STREAM_RAYS], status[RP_STREAM_RAYS], density[RP_STREAM_RAYS];
 } rp_extend_rays;
 
-static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_stream* s, rp_extend_rays* e,
-                                         const rp_share* share) {
+static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* paths, const __global uint* queue, rp_walk* walk, rp_extend_rays* e,
+                                         const rp_share* share, uint round) {
+    rp_stream* const s = &walk->stream;
     const uint count = e->count;
     uint next;
     const uint next_count = rp_expected_stream(share, &next);
@@ -38,6 +39,10 @@ static inline void rp_load_extend_stream(const rp_geometry* g, const rp_paths* p
         const uint r = rp_lowest(resumed);
         rp_resume_ray(s, r, g->block_entries, e->block_entry[r]);
     }
+#ifdef RP_INSTANCES
+    rp_begin_in_world(walk, paths, e->slot, s->resumed);
+    rp_resume_standing(g, walk, paths, e->slot, s->resumed, round, false);
+#endif
 }
 
 // Counts of one work-item: extension rays that had waited, those of them that hit nothing in the block they had waited for, and rays that wait
@@ -47,9 +52,10 @@ typedef struct rp_extend_counts {
 } rp_extend_counts;
 
 // row: if it has a hit, what its planes are to say of it (rp_lay_out_hits8).
-static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
+static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
                                        uint block_entry, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
                                        rp_chains* chains, rp_extend_counts* counts) {
+    const rp_stream* const s = &walk->stream;
     const uint slot = e->slot[r], status = e->status[r], waited_at = e->block_entry[r];
     const float t = RP_OF_RAY(s->t, r);
     const bool has_hit = rp_hit_in_launch(s, r);
@@ -79,21 +85,34 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_stream* s,
 #endif
     } else {
         counts->waiting++;
-        rp_wait_for_block_in_chain(chains, paths, slot, rp_block_entry_block(g, block_entry), rp_extension_waits(offset_exponent, kept), demand,
-                                   block_count);
+#ifdef RP_INSTANCES
+        const uint block = rp_stand(g, walk, paths, slot, r, block_entry);
+#else
+        const uint block = rp_block_entry_block(g, block_entry);
+#endif
+        rp_wait_for_block_in_chain(chains, paths, slot, block, rp_extension_waits(offset_exponent, kept), demand, block_count);
     }
 }
 
-static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream* s, const rp_extend_rays* e, uint block_count,
+static inline void rp_store_extend_stream(const rp_geometry* g, rp_walk* walk, const rp_extend_rays* e, uint block_count,
                                           volatile __global uint* demand, const rp_paths* paths, rp_extend_counts* counts) {
+    const rp_stream* const s = &walk->stream;
     rp_wide_surfaces surfaces;
+#ifdef RP_INSTANCES
+    rp_find_surfaces_in_world(g, s, &walk->inner, &surfaces);
+#else
     rp_find_surfaces(s, &surfaces);
+#endif
     rp_chains chains;
     rp_begin_chains(&chains, e->first / RP_STREAM_RAYS, false);
     for (uint first = 0u; first < e->count; first += 8u) {
         const uint i = first / 8u;
         uint block_entry[8];
+#ifdef RP_INSTANCES
+        for (uint k = 0u; k < 8u; k++) block_entry[k] = rp_waits_with_instances(walk, first + k);
+#else
         for (uint k = 0u; k < 8u; k++) block_entry[k] = rp_waits_at(s, first + k);
+#endif
         // Where there is no hit, nothing of this is used.
         const rp_hits8 hits = {
             {as_uint8(vload8(i, surfaces.position[0])), as_uint8(vload8(i, surfaces.position[1])), as_uint8(vload8(i, surfaces.position[2]))},
@@ -107,7 +126,7 @@ static inline void rp_store_extend_stream(const rp_geometry* g, const rp_stream*
         uint8 rows[8];
         rp_lay_out_hits8(&hits, vload8(i, e->status), rows);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
-            rp_store_extend_ray(g, s, e, &surfaces, first + k, block_entry[k], rows[k], block_count, demand, paths, &chains, counts);
+            rp_store_extend_ray(g, walk, e, &surfaces, first + k, block_entry[k], rows[k], block_count, demand, paths, &chains, counts);
     }
     rp_end_chains(&chains, paths, demand, block_count);
 }
@@ -129,12 +148,15 @@ static RP_NOINLINE void rp_extend_streams(const rp_geometry* g, rp_share share, 
             rp_step(g, &walks[w], round, false);
             continue;
         }
-        if (rays[w].count != 0u) rp_store_extend_stream(g, &walks[w].stream, &rays[w], block_count, demand, paths, &counts);
+#ifdef RP_INSTANCES
+        if (rays[w].count != 0u && rp_look_again(&walks[w])) continue;
+#endif
+        if (rays[w].count != 0u) rp_store_extend_stream(g, &walks[w], &rays[w], block_count, demand, paths, &counts);
         rays[w].count = rp_next_stream(&share, counters + RP_COUNT_EXTEND_TAKEN, &rays[w].first);
         if (rays[w].count == 0u) {
             running &= ~(1u << w);
         } else {
-            rp_load_extend_stream(g, paths, queue, &walks[w].stream, &rays[w], &share);
+            rp_load_extend_stream(g, paths, queue, &walks[w], &rays[w], &share, round);
             rp_begin_walk(&walks[w], wide_top);
         }
     }

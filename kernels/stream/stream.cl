@@ -50,7 +50,24 @@ typedef struct rp_stream {
     // Places in a ray's order of visits: the distance at which it enters a block entry's bounds, and the block entry. See stream/traverse.cl.
     float16 from[RP_PACKETS], wait[RP_PACKETS];
     uint16 from_block_entry[RP_PACKETS], wait_block_entry[RP_PACKETS];
+#ifdef RP_INSTANCES
+    uint16 number[RP_PACKETS];                                           // of the instance of the closest hit + 1; 0: in the world
+    uint16 hit_instance_low[RP_PACKETS], hit_instance_high[RP_PACKETS];  // address of its record, of a hit in this launch; or 0
+    float16 start[RP_PACKETS];                                           // how far along the ray in the world this one begins
+    // Of a stream inside an instance: its number + 1 and its record; 0: in the world.
+    uint inside_number;
+    ulong inside;
+#endif
 } rp_stream;
+
+// Distance along the ray in the world.
+#ifdef RP_INSTANCES
+#define RP_IN_WORLD(stream, r, t) ((t) + RP_OF_RAY((stream)->start, r))
+#define RP_PACKET_IN_WORLD(stream, p, t) ((t) + (stream)->start[p])
+#else
+#define RP_IN_WORLD(stream, r, t) (t)
+#define RP_PACKET_IN_WORLD(stream, p, t) (t)
+#endif
 
 #define RP_OF_RAY(packets, r) (((const float*)(packets))[r])
 #define RP_BYTE_OF_RAY(packets, r) (((const uchar*)(packets))[r])
@@ -95,6 +112,9 @@ static inline void rp_prepare_stream(rp_stream* s) {
         s->from_block_entry[p] = (uint16)(0u);
         s->wait[p] = (float16)(INFINITY);
         s->wait_block_entry[p] = (uint16)(RP_NONE);
+#ifdef RP_INSTANCES
+        s->hit_instance_low[p] = s->hit_instance_high[p] = (uint16)(0u);
+#endif
     }
     s->stopped = s->resumed = 0ul;
     s->signs = s->packet_signs[0];
@@ -117,6 +137,11 @@ static inline const __global rp_wide_leaf* rp_hit_leaf(const rp_stream* s, uint 
     return (const __global rp_wide_leaf*)(rp_hit_place(s, r) & ~15ul);
 }
 static inline uint rp_hit_number(const rp_stream* s, uint r) { return (uint)rp_hit_place(s, r) & 15u; }
+#ifdef RP_INSTANCES
+static inline const __global rp_instance* rp_hit_instance(const rp_stream* s, uint r) {
+    return (const __global rp_instance*)((ulong)((const uint*)s->hit_instance_high)[r] << 32 | ((const uint*)s->hit_instance_low)[r]);
+}
+#endif
 
 // What a work-item has taken of a queue of rays, cut into streams. It takes a few neighbouring streams at a time, and more when it is through
 // with them: some streams are a hundred times as dear as others, and drivers give half of all work-items to the first of two cores at once.

@@ -16,8 +16,16 @@
 #endif
 #include "stream/wide_leaf.cl"
 #include "stream/wide_node.cl"
+#ifdef RP_INSTANCES
+#include "common/instance.cl"
+#include "common/path_state.cl"
+#endif
 
+#ifdef RP_INSTANCES
+#define RP_STREAM_STACK (4 * RP_WIDE_MAX_DEPTH * (RP_WIDE_CHILDREN - 1) + 2)
+#else
 #define RP_STREAM_STACK (2 * RP_WIDE_MAX_DEPTH * (RP_WIDE_CHILDREN - 1) + 2)
+#endif
 #define RP_ENTRY_LEAF 0x80000000u  // beside the bits of a distance, which is not negative
 
 typedef struct rp_stream_stack {
@@ -98,17 +106,18 @@ static inline void rp_push_children(rp_stream_stack* stack, const __global rp_wi
 }
 
 // Of the rays, those that are at `entry` before their closest hit.
-static inline ulong rp_not_behind_hit(const rp_stream* s, ulong rays, float entry) {
-    if (rp_is_single(rays)) return entry <= RP_OF_RAY(s->t, rp_lowest(rays)) * RP_BOX_WIDEN ? rays : 0ul;
+static inline ulong rp_not_behind_hit(const float16* t, ulong rays, float entry) {
+    if (rp_is_single(rays)) return entry <= RP_OF_RAY(t, rp_lowest(rays)) * RP_BOX_WIDEN ? rays : 0ul;
     ulong left = 0ul;
-    for (uint p = 0u; p < RP_PACKETS; p++) left |= (ulong)rp_mask16(entry <= s->t[p] * RP_BOX_WIDEN) << (RP_PACKET_RAYS * p);
+    for (uint p = 0u; p < RP_PACKETS; p++) left |= (ulong)rp_mask16(entry <= t[p] * RP_BOX_WIDEN) << (RP_PACKET_RAYS * p);
     return rays & left;
 }
 
 // Where the rays of a packet enter a block entry's bounds. Returns those that meet them, before their closest hit. The arithmetic is that of
 // rp_packet_meets: bounds inside others are never entered before them.
-static inline uint rp_enter_block_entry(const rp_stream* s, uint p, uint4 lower, uint4 upper, float16* entry) {
-    float16 enter = (float16)(0.0f), leave = s->t[p];
+// end: of the rays.
+static inline uint rp_enter_bounds(const rp_stream* s, uint p, float16 end, uint4 lower, uint4 upper, float16* entry) {
+    float16 enter = (float16)(0.0f), leave = end;
     for (uint a = 0u; a < 3u; a++) {
         const float16 low = (float16)(as_float(a == 0u ? lower.x : a == 1u ? lower.y : lower.z));
         const float16 high = (float16)(as_float(a == 0u ? upper.x : a == 1u ? upper.y : upper.z));
@@ -120,6 +129,9 @@ static inline uint rp_enter_block_entry(const rp_stream* s, uint p, uint4 lower,
     }
     *entry = enter;
     return rp_mask16(enter <= leave * RP_BOX_WIDEN);
+}
+static inline uint rp_enter_block_entry(const rp_stream* s, uint p, uint4 lower, uint4 upper, float16* entry) {
+    return rp_enter_bounds(s, p, s->t[p], lower, upper, entry);
 }
 
 // Of the rays of a packet, those that meet the block entry, and not before the place they begin at; and where they enter it.
@@ -139,7 +151,12 @@ static inline ulong rp_still_before(const rp_stream* s, ulong rays, const __glob
 }
 
 // The block entry of an absent block: rays for which it is the first one so far will wait there.
-static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4* block_entries, uint block_entry) {
+#ifdef RP_INSTANCES
+#define RP_WAIT_NUMBERS , uint16* wait_number
+#else
+#define RP_WAIT_NUMBERS
+#endif
+static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4* block_entries, uint block_entry RP_WAIT_NUMBERS) {
     const uint16 number = (uint16)(block_entry);
     for (uint p = 0u; p < RP_PACKETS; p++) {
         float16 entry;
@@ -149,6 +166,9 @@ static inline void rp_meet_absent(rp_stream* s, ulong rays, const __global uint4
         const int16 better = rp_lanes16(first);
         s->wait[p] = better ? entry : s->wait[p];
         s->wait_block_entry[p] = better ? number : s->wait_block_entry[p];
+#ifdef RP_INSTANCES
+        wait_number[p] = better ? (uint16)(0u) : wait_number[p];
+#endif
         s->stopped |= (ulong)first << (RP_PACKET_RAYS * p);
     }
 }
@@ -179,6 +199,19 @@ typedef struct rp_walk {
     bool leaf;
     const __global uchar *top, *top_end;
     float16 until[RP_PACKETS];
+#ifdef RP_INSTANCES
+    // Inside an instance: the stream there, of these rays, whose part of the stack begins there; and the block entry of the instance's block.
+    rp_stream inner;
+    bool inside;
+    ulong inner_rays;
+    uint inner_bottom, page_entry;
+    // Units (instances.cl): where the ray enters it in the world, number of the instance + 1 (0: it waits in the world), block entry of the object.
+    float16 from_entry[RP_PACKETS], wait_entry[RP_PACKETS];
+    uint16 from_number[RP_PACKETS], wait_number[RP_PACKETS], from_unit[RP_PACKETS], wait_unit[RP_PACKETS];
+    ulong wait_instance[RP_STREAM_RAYS];
+    ulong behind;  // rays that have visited all units of from_block_entry up to that one
+    ulong kept;    // rays whose block is not there: they stand where they stood
+#endif
 #ifdef RP_CUTOUTS
     const __global rp_primitive_range* ranges;  // of walks of shadow rays
     uint range_count;
@@ -191,6 +224,9 @@ static inline bool rp_in_top(const rp_walk* walk) { return walk->record >= walk-
 static inline void rp_begin_walk(rp_walk* walk, const __global uchar* top) {
     walk->stack.depth = 0u;
     walk->rays = 0ul;
+#ifdef RP_INSTANCES
+    walk->inside = false;
+#endif
     const __global rp_wide_header* header = (const __global rp_wide_header*)top;
     const uint root = header->root;
     walk->top = top;
@@ -200,28 +236,57 @@ static inline void rp_begin_walk(rp_walk* walk, const __global uchar* top) {
     walk->rays = walk->stream.active;
 }
 
-// Takes the next record off the stack that a ray still has to visit.
-static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
-    rp_stream_stack* stack = &walk->stack;
-    ulong rays = 0ul;
-    while (rays == 0ul && stack->depth > 0u) {
-        stack->depth--;
-        const uint entry = stack->entry[stack->depth];
-        rays = stack->rays[stack->depth] & walk->stream.active;
-        if (!any_hit && rays != 0ul) rays = rp_not_behind_hit(&walk->stream, rays, as_float(entry & ~RP_ENTRY_LEAF));
-        walk->record = rp_stacked(stack, stack->depth);
-        walk->leaf = (entry & RP_ENTRY_LEAF) != 0u;
-    }
-    walk->rays = rays;
-}
-
 // How far the rays have to be traced: in a block that is entered to their closest hit, in the top tree to where they will wait. (Where they
 // begin holds for both: what lies in a block entry's bounds is not entered before them.)
 static inline const float16* rp_until(rp_walk* walk) {
+#ifdef RP_INSTANCES
+    if (walk->inside) {
+        for (uint p = 0u; p < RP_PACKETS; p++)
+            walk->until[p] = rp_max(walk->inner.t[p] * (RP_BOX_WIDEN * RP_BOX_WIDEN) - walk->inner.start[p], (float16)(0.0f));
+        return walk->until;
+    }
+#endif
     const rp_stream* s = &walk->stream;
     if (s->stopped == 0ul || !rp_in_top(walk)) return s->t;
     for (uint p = 0u; p < RP_PACKETS; p++) walk->until[p] = rp_min(s->t[p], s->wait[p]);
     return walk->until;
+}
+
+#ifdef RP_INSTANCES
+#define RP_STREAM_OF(walk) ((walk)->inside ? &(walk)->inner : &(walk)->stream)
+#define RP_BOTTOM_OF(walk) ((walk)->inside ? (walk)->inner_bottom : 0u)
+#define RP_END_OF_HITS(walk) ((walk)->inside ? rp_until(walk) : (walk)->stream.t)
+static inline void rp_go_outside(rp_walk* walk);
+#else
+#define RP_STREAM_OF(walk) (&(walk)->stream)
+#define RP_BOTTOM_OF(walk) 0u
+#define RP_END_OF_HITS(walk) ((walk)->stream.t)
+#endif
+
+// Takes the next record off the stack that a ray still has to visit.
+static inline void rp_pop_record(rp_walk* walk, const bool any_hit) {
+    rp_stream_stack* stack = &walk->stack;
+    for (;;) {
+        const rp_stream* const s = RP_STREAM_OF(walk);
+        const uint bottom = RP_BOTTOM_OF(walk);
+        ulong rays = 0ul;
+        while (rays == 0ul && stack->depth > bottom) {
+            stack->depth--;
+            const uint entry = stack->entry[stack->depth];
+            rays = stack->rays[stack->depth] & s->active;
+            if (!any_hit && rays != 0ul) rays = rp_not_behind_hit(RP_END_OF_HITS(walk), rays, as_float(entry & ~RP_ENTRY_LEAF));
+            walk->record = rp_stacked(stack, stack->depth);
+            walk->leaf = (entry & RP_ENTRY_LEAF) != 0u;
+        }
+        walk->rays = rays;
+#ifdef RP_INSTANCES
+        if (rays == 0ul && walk->inside) {
+            rp_go_outside(walk);
+            continue;
+        }
+#endif
+        return;
+    }
 }
 
 static inline ulong rp_hit_primitives(rp_stream* s, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
@@ -230,7 +295,7 @@ static inline ulong rp_hit_primitives(rp_stream* s, ulong rays, const __global r
 
 // The rays against all primitives of a leaf. Returns those that are stopped by one, if any_hit is set.
 static inline ulong rp_visit_leaf(rp_walk* walk, ulong rays, const __global rp_wide_leaf* leaf, const bool any_hit) {
-    rp_stream* s = &walk->stream;
+    rp_stream* s = RP_STREAM_OF(walk);
 #ifdef RP_CUTOUTS
     const uint all = (1u << leaf->count) - 1u;
     const uint passed = any_hit ? rp_which_may_be_nothing(walk->ranges, walk->range_count, rp_ids_of_leaf(leaf), leaf->count) : 0u;
@@ -246,10 +311,15 @@ static inline ulong rp_visit_leaf(rp_walk* walk, ulong rays, const __global rp_w
 #endif
 }
 
+#ifdef RP_INSTANCES
+static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, const bool any_hit);
+#include "stream/instances.cl"
+#endif
+
 // Visits a record and finds the next one. When the walk has ended, the stream's t, primitive and hit_* tell the closest hits, or, if any_hit
 // is set, rays that hit something are not active any more; rp_waits_at: where they wait.
 static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, const bool any_hit) {
-    rp_stream* s = &walk->stream;
+    rp_stream* s = RP_STREAM_OF(walk);
     ulong rays = walk->rays;
     if (!walk->leaf) {
         rp_children_met met;
@@ -274,8 +344,18 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
             const uint4 page = g->pages[content->block];
             const uint root = ((const __global uint*)(content + 1))[0], block_entry = ((const __global uint*)(content + 1))[1];
             if (page.x == RP_NONE) {
+#ifdef RP_INSTANCES
+                if (walk->inside)
+                    rp_meet_absent_inside(walk, rays, g->block_entries, block_entry);
+                else
+                    rp_meet_absent(s, rays, g->block_entries, block_entry, walk->wait_number);
+#else
                 rp_meet_absent(s, rays, g->block_entries, block_entry);
+#endif
             } else {
+#ifdef RP_INSTANCES
+                if (walk->inside && (rays & walk->behind) != 0ul) rays = rp_still_before_inside(walk, rays, g->block_entries, block_entry);
+#endif
                 if ((rays & s->resumed) != 0ul) rays = rp_still_before(s, rays, g->block_entries, block_entry);
                 if (rays != 0ul) {
                     rp_note_entry(g, (float2)(RP_OF_RAY(s->origin[0], 0), RP_OF_RAY(s->origin[1], 0)),
@@ -286,6 +366,13 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
                     return;
                 }
             }
+#ifdef RP_INSTANCES
+        } else if (kind == RP_WIDE_INSTANCE) {
+            const __global rp_instance* const instance = (const __global rp_instance*)(content + 2);
+            rp_go_inside(g, walk, rays, instance, ((const __global uint*)(content + 1))[0] + 1u, g->pages[content->block].y);
+            walk->record = rp_wide_root(walk->top, g->objects[instance->object].top.root, &walk->leaf);
+            return;
+#endif
         } else {
             const ulong hit = rp_visit_leaf(walk, rays, content, any_hit);
             if (any_hit) s->active &= ~hit;

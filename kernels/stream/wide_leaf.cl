@@ -48,6 +48,15 @@ static inline const __global uint* rp_leaf_ids(const __global rp_wide_leaf* leaf
 static inline uint rp_axis_x(uint axis) { return axis == 2u ? 0u : axis + 1u; }
 static inline uint rp_axis_y(uint axis) { return axis == 0u ? 2u : axis - 1u; }
 
+// As rp_comes_first.
+static inline bool rp_comes_first_in_stream(const rp_stream* s, uint r, uint id) {
+#ifdef RP_INSTANCES
+    const uint number = ((const uint*)s->number)[r];
+    if (s->inside_number != number) return s->inside_number < number;
+#endif
+    return id < ((const uint*)s->primitive)[r];
+}
+
 // The ray's hits in a leaf: keeps the closest one. lanes: triangles that are hit at distance[k].
 static inline void rp_keep_closest(rp_stream* s, uint r, const __global rp_wide_leaf* leaf, const __global uint* ids, const float* distance,
                                    uint lanes) {
@@ -56,12 +65,17 @@ static inline void rp_keep_closest(rp_stream* s, uint r, const __global rp_wide_
         lanes &= lanes - 1u;
         const float t = distance[k], limit = RP_OF_RAY(s->t, r);
         uint* primitive = (uint*)s->primitive + r;
-        if (t < limit || (t == limit && ids[k] < *primitive)) {
+        if (t < limit || (t == limit && rp_comes_first_in_stream(s, r, ids[k]))) {
             RP_SET_OF_RAY(s->t, r, t);
             *primitive = ids[k];
             const ulong place = (ulong)leaf | k;
             ((uint*)s->hit_low)[r] = (uint)place;
             ((uint*)s->hit_high)[r] = (uint)(place >> 32);
+#ifdef RP_INSTANCES
+            ((uint*)s->number)[r] = s->inside_number;
+            ((uint*)s->hit_instance_low)[r] = (uint)s->inside;
+            ((uint*)s->hit_instance_high)[r] = (uint)(s->inside >> 32);
+#endif
         }
     } while (lanes != 0u);
 }
@@ -114,6 +128,7 @@ static inline bool rp_ray_hits_eight(rp_stream* s, uint r, const __global rp_wid
                                  (float8)(RP_OF_RAY(s->inverse[axis], r))};
     float8 t;
     const uint in_front = rp_distance_8(&edges, &a, &b, &c, inverse, inside, &t);
+    t = RP_IN_WORLD(s, r, t);
     const uint hit = in_front & rp_mask8(t <= RP_OF_RAY(s->t, r));
     if (hit == 0u) return false;
     if (any_hit) return true;
@@ -165,6 +180,7 @@ static inline bool rp_ray_hits_triangles(rp_stream* s, uint r, const __global rp
                                   (float16)(RP_OF_RAY(s->inverse[axis], r))};
     float16 t;
     const uint in_front = rp_distance_16(&edges, &pa, &pb, &pc, inverse, inside, &t);
+    t = RP_IN_WORLD(s, r, t);
     const uint hit = in_front & rp_mask16(t <= RP_OF_RAY(s->t, r));
     if (hit == 0u) return false;
     if (any_hit) return true;
@@ -215,6 +231,9 @@ static inline uint rp_two_rays_hit_triangles(rp_stream* s, uint r, uint q, const
                                   rp_two8(RP_OF_RAY(s->inverse[axis_r], r), RP_OF_RAY(s->inverse[axis_q], q))};
     float16 t;
     const uint in_front = rp_distance_16(&edges, &pa, &pb, &pc, inverse, inside, &t);
+#ifdef RP_INSTANCES
+    t += rp_two8(RP_OF_RAY(s->start, r), RP_OF_RAY(s->start, q));
+#endif
     const uint hit = in_front & rp_mask16(t <= rp_two8(RP_OF_RAY(s->t, r), RP_OF_RAY(s->t, q)));
     if (hit == 0u) return 0u;
     if (any_hit) return ((hit & 0xffu) != 0u ? 1u : 0u) | ((hit & 0xff00u) != 0u ? 2u : 0u);
@@ -288,10 +307,11 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
 #endif
     uint hit_any = 0u;
     for (; candidates != 0u; candidates &= candidates - 1u) {
-        const uint k = rp_lowest(candidates), inside = inside_of[k] & lanes;
+        const uint k = rp_lowest(candidates), lanes_inside = inside_of[k] & lanes;
         const uint a = corners[k], b = corners[count + k], c = corners[2u * count + k];
         float16 t;
-        uint hit = rp_distance_16(&edges[k], &relative[a], &relative[b], &relative[c], inverse, inside, &t);
+        uint hit = rp_distance_16(&edges[k], &relative[a], &relative[b], &relative[c], inverse, lanes_inside, &t);
+        t = RP_PACKET_IN_WORLD(s, p, t);
         const uint id = ids[k];
         if (any_hit) {
             hit &= rp_mask16(t <= s->t[p]);
@@ -299,7 +319,13 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
             lanes &= ~hit;
             if (lanes == 0u) break;
         } else {
-            hit &= rp_mask16((t < s->t[p]) | ((t == s->t[p]) & ((uint16)(id) < s->primitive[p])));
+#ifdef RP_INSTANCES
+            const uint16 inside = (uint16)(s->inside_number);
+            const int16 first = (inside < s->number[p]) | ((inside == s->number[p]) & ((uint16)(id) < s->primitive[p]));
+#else
+            const int16 first = (uint16)(id) < s->primitive[p];
+#endif
+            hit &= rp_mask16((t < s->t[p]) | ((t == s->t[p]) & first));
             if (hit == 0u) continue;
             const int16 better = rp_lanes16(hit);
             const ulong place = (ulong)leaf | k;
@@ -307,6 +333,11 @@ static inline uint rp_packet_hits_triangles(rp_stream* s, uint p, uint lanes, co
             s->primitive[p] = better ? (uint16)(id) : s->primitive[p];
             s->hit_low[p] = better ? (uint16)((uint)place) : s->hit_low[p];
             s->hit_high[p] = better ? (uint16)((uint)(place >> 32)) : s->hit_high[p];
+#ifdef RP_INSTANCES
+            s->number[p] = better ? inside : s->number[p];
+            s->hit_instance_low[p] = better ? (uint16)((uint)s->inside) : s->hit_instance_low[p];
+            s->hit_instance_high[p] = better ? (uint16)((uint)(s->inside >> 32)) : s->hit_instance_high[p];
+#endif
         }
     }
     return hit_any;
@@ -355,7 +386,9 @@ static inline ulong rp_hit_spheres(rp_stream* s, ulong rays, const __global rp_w
         uint hits = 0u;
         for (uint k = 0u; k < leaf->count; k++) {
             distance[k] = rp_hit_sphere(&ray, rp_decode_sphere(spheres[k], kind));
-            if (distance[k] > 0.0f && distance[k] <= RP_OF_RAY(s->t, r)) hits |= 1u << k;
+            if (!(distance[k] > 0.0f)) continue;
+            distance[k] = RP_IN_WORLD(s, r, distance[k]);
+            if (distance[k] <= RP_OF_RAY(s->t, r)) hits |= 1u << k;
         }
 #ifdef RP_CUTOUTS
         hits &= RP_TESTED(s, leaf);

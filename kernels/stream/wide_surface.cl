@@ -141,4 +141,61 @@ static inline void rp_find_surfaces(const rp_stream* s, rp_wide_surfaces* surfac
     for (uint first = 0u; first < RP_STREAM_RAYS; first += RP_SURFACE_HITS) rp_find_some_surfaces(s, first, surfaces);
 }
 
+#ifdef RP_INSTANCES
+// Likewise where some hits are in instances. scratch: for the rays in the spaces of these.
+static inline void rp_find_surfaces_in_world(const rp_geometry* g, const rp_stream* s, rp_stream* scratch, rp_wide_surfaces* surfaces) {
+    ulong inside = 0ul;
+    for (uint p = 0u; p < RP_PACKETS; p++)
+        inside |= (ulong)rp_mask16((s->hit_instance_low[p] | s->hit_instance_high[p]) != 0u) << (RP_PACKET_RAYS * p);
+    if (inside == 0ul) {
+        rp_find_surfaces(s, surfaces);
+        return;
+    }
+    *scratch = *s;
+    for (ulong left = inside; left != 0ul; left &= left - 1ul) {
+        const uint r = rp_lowest(left);
+        const __global rp_instance* const instance = rp_hit_instance(s, r);
+        const rp_ray ray = rp_ray_of_stream(s, r);
+        const rp_placed_ray placed = rp_place_ray(instance, rp_load3(g->objects[instance->object].base), ray.origin, ray.direction);
+        RP_SET_OF_RAY(scratch->origin[0], r, placed.origin.x);
+        RP_SET_OF_RAY(scratch->origin[1], r, placed.origin.y);
+        RP_SET_OF_RAY(scratch->origin[2], r, placed.origin.z);
+        RP_SET_OF_RAY(scratch->direction[0], r, placed.direction.x);
+        RP_SET_OF_RAY(scratch->direction[1], r, placed.direction.y);
+        RP_SET_OF_RAY(scratch->direction[2], r, placed.direction.z);
+        RP_SET_OF_RAY(scratch->t, r, rp_add(RP_OF_RAY(s->t, r), -placed.start));
+    }
+    rp_find_surfaces(scratch, surfaces);
+    for (ulong left = inside; left != 0ul; left &= left - 1ul) {
+        const uint r = rp_lowest(left);
+        const __global rp_instance* const instance = rp_hit_instance(s, r);
+        const __global rp_wide_leaf* const leaf = rp_hit_leaf(s, r);
+        rp_surface surface;
+        surface.position = (float3)(surfaces->position[0][r], surfaces->position[1][r], surfaces->position[2][r]);
+        surface.geometric_normal = surfaces->geometric_normal[r];
+        surface.shading_normal = surfaces->shading_normal[r];
+#ifdef RP_UVS
+        surface.density = surfaces->texture[r].density;
+#ifdef RP_TANGENTS
+        surface.tangent = surfaces->texture[r].tangent;
+#endif
+#endif
+        const bool points = leaf->kind == RP_WIDE_SPHERES && (leaf->flags & RP_WIDE_POINTS) != 0u;
+        rp_move_to_world(instance, rp_load3(g->objects[instance->object].base), points ? RP_LEAF_SPHERES | RP_LEAF_POINTS : 0u, &surface);
+        surfaces->position[0][r] = surface.position.x;
+        surfaces->position[1][r] = surface.position.y;
+        surfaces->position[2][r] = surface.position.z;
+        surfaces->geometric_normal[r] = surface.geometric_normal;
+        surfaces->shading_normal[r] = surface.shading_normal;
+        surfaces->offset_exponent[r] = surface.offset_exponent;
+#ifdef RP_UVS
+        surfaces->texture[r].density = surface.density;
+#ifdef RP_TANGENTS
+        surfaces->texture[r].tangent = surface.tangent;
+#endif
+#endif
+    }
+}
+#endif
+
 #endif

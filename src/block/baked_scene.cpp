@@ -77,11 +77,15 @@ bool BakedScene::has_uvs() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_UV; });
 }
 
-BlockEntryRoots BakedScene::block_entries_of(uint32_t block) const {
+uint32_t BakedScene::first_block_entry_of(uint32_t block) const {
     const auto first = std::partition_point(block_entries.begin(), block_entries.end(),
                                             [block](const rp_block_entry& block_entry) { return block_entry.block < block; });
+    return static_cast<uint32_t>(first - block_entries.begin());
+}
+
+BlockEntryRoots BakedScene::block_entries_of(uint32_t block) const {
     BlockEntryRoots result;
-    for (size_t i = static_cast<size_t>(first - block_entries.begin()); i < block_entries.size() && block_entries[i].block == block; i++) {
+    for (size_t i = first_block_entry_of(block); i < block_entries.size() && block_entries[i].block == block; i++) {
         result.roots.push_back(block_entries[i].root);
         result.wide_roots.push_back(wide_roots[i]);
     }

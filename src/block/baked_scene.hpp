@@ -83,6 +83,7 @@ struct BakedScene {
     uint64_t texture_bytes() const { return uint64_t{pages.size()} * RP_TEXTURE_PAGE_BYTES; }
     uint32_t largest_pageable(BlockForm form) const;
     uint32_t texel_words() const;  // of a path slot, that the texels of any one program take; 0 without images
+    uint32_t first_block_entry_of(uint32_t block) const;
     BlockEntryRoots block_entries_of(uint32_t block) const;
     bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
     bool has_uvs() const;            // likewise

@@ -7,8 +7,12 @@ namespace raypager {
 
 std::span<const std::byte> WideBlockMaker::make(std::span<const std::byte> stored, std::span<const rp_u32> roots) {
     const StoredBlock block(stored);
-    // Scenes with instances are traced in their stored form.
-    RAYPAGER_CHECK(!holds_instances(block.header));
+    if (holds_instances(block.header)) {
+        RAYPAGER_CHECK(roots.size() == 1);
+        const auto bytes = instances_.make(block, stored, roots[0]);
+        roots_.assign(1, instances_.root());
+        return bytes;
+    }
     const Tree tree = {block};
     plan_.make(tree, roots);
     WideTreeWriter writer(plan_.nodes(), plan_.collapse(), bytes_, [&](const BinaryNode& node, std::vector<std::byte>& bytes) {

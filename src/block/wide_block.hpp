@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "block/wide_instances.hpp"
 #include "block/wide_leaf.hpp"
 #include "block/wide_plan.hpp"
 #include "raypager/abi/block.h"
@@ -16,7 +17,7 @@ namespace raypager {
 // Keeps its working memory from block to block. Not thread-safe.
 class WideBlockMaker {
 public:
-    // stored: bytes that check_block accepts, of primitives, not instances, aligned to 4. roots: child references of the block's block entries, in
+    // stored: bytes that check_block accepts, aligned to 4. roots: child references of the block's block entries, in
     // order. The result lies in this object until the next call; its size is a multiple of RP_BLOCK_ALIGNMENT.
     std::span<const std::byte> make(std::span<const std::byte> stored, std::span<const rp_u32> roots);
     // Words of the roots in the block made last, in the same order.
@@ -35,6 +36,7 @@ private:
     };
 
     WidePlan<Tree, Record> plan_;
+    WideInstancesMaker instances_;
     std::vector<std::byte> bytes_;
     std::vector<rp_u32> roots_;
 };

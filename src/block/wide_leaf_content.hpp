@@ -12,11 +12,13 @@ namespace raypager {
 struct LeafContent {
     uint32_t triangles = 0, spheres = 0, points = 0;
     uint32_t vertices = 0;  // of all strips, shared ones counted once a strip
+    uint32_t instances = 0;
     void add(const LeafContent& other) {
         triangles += other.triangles;
         spheres += other.spheres;
         points += other.points;
         vertices += other.vertices;
+        instances += other.instances;
     }
 };
 

@@ -51,7 +51,7 @@ public:
 
 private:
     // Costs of testing a leaf, relative to a wide node (collapse.cpp).
-    static constexpr float leaf_cost = 1.0f, triangle_cost = 0.05f, sphere_cost = 0.2f;
+    static constexpr float leaf_cost = 1.0f, triangle_cost = 0.05f, sphere_cost = 0.2f;  // one instance is a leaf
 
     // Adds the subtree, parents first; returns its place.
     uint32_t add(const Tree& tree, uint32_t ref) {
@@ -86,7 +86,9 @@ private:
     void weigh_as_leaf(const Tree& tree, uint32_t index) {
         const LeafContent& content = contents_[index];
         const int kinds = (content.triangles > 0) + (content.spheres > 0) + (content.points > 0);
-        if (kinds > 1 || content.triangles > RP_WIDE_LEAF_TRIANGLES || content.spheres + content.points > RP_WIDE_LEAF_SPHERES) return;
+        if (kinds > 1 || content.instances > 1 || content.triangles > RP_WIDE_LEAF_TRIANGLES ||
+            content.spheres + content.points > RP_WIDE_LEAF_SPHERES)
+            return;
         if (content.vertices > RP_WIDE_LEAF_VERTICES) {
             record_.clear();
             if (!gather(tree, nodes_[index])) return;

@@ -54,21 +54,26 @@ uint32_t add(const rp_top_grid& grid, std::span<const rp_node> nodes, rp_u32 ref
     return index;
 }
 
-rp_wide_block_entry make_block_entry(const Box& tight, rp_u32 block) {
+rp_wide_block_entry make_block_entry(const Box& tight, rp_u32 block, rp_u32 root) {
     const Box box = with_slack(tight);
-    return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, 0};
+    return {{box.lower[0], box.lower[1], box.lower[2]}, block, {box.upper[0], box.upper[1], box.upper[2]}, root};
 }
 
 }  // namespace
 
-WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, std::span<const rp_block_entry> block_entries,
-                      std::span<const rp_u32> wide_roots) {
+WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_object> objects, std::span<const rp_node> nodes,
+                      std::span<const rp_block_entry> block_entries, std::span<const rp_u32> wide_roots) {
     WideTop top;
     std::vector<BinaryNode> binary;
-    if (!block_entries.empty()) add(grid, nodes, grid.root, world_box(grid, whole_grid), binary);
+    std::vector<uint32_t> trees;  // where each begins, the world's first
+    const auto add_tree = [&](const rp_top_grid& of) {
+        trees.push_back(block_entries.empty() || of.root == RP_REF_EXIT ? RP_NONE : add(of, nodes, of.root, world_box(of, whole_grid), binary));
+    };
+    add_tree(grid);
+    for (const rp_object& object : objects) add_tree(object.top);
     top.block_entries.resize(block_entries.size());
     for (const BinaryNode& node : binary)
-        if (node.is_leaf()) top.block_entries[node.item] = make_block_entry(node.box, block_entries[node.item].block);
+        if (node.is_leaf()) top.block_entries[node.item] = make_block_entry(node.box, block_entries[node.item].block, wide_roots[node.item]);
     Collapse collapse;
     collapse.run(binary);
     WideTreeWriter writer(binary, collapse, top.bytes, [&](const BinaryNode& node, std::vector<std::byte>& out) {
@@ -81,7 +86,10 @@ WideTop make_wide_top(const rp_top_grid& grid, std::span<const rp_node> nodes, s
         append(&head, sizeof head);
         append(words, sizeof words);
     });
-    writer.finish(RP_NONE, binary.empty() ? RP_NONE : writer.add_root(0));
+    const auto root_of = [&](uint32_t tree) { return tree == RP_NONE ? RP_NONE : writer.add_root(tree); };
+    const rp_u32 root = root_of(trees[0]);
+    for (const uint32_t tree : std::span(trees).subspan(1)) top.object_roots.push_back(root_of(tree));
+    writer.finish(RP_NONE, root);
     return top;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/check.hpp"
 #include "block/grid.hpp"
+#include "block/wide_block.hpp"
 
 namespace raypager {
 namespace {
@@ -17,11 +18,12 @@ public:
         RAYPAGER_CHECK(bvh_.block_entries.size() == 1);
         const rp_u32 root = add_subtree(0, 1);
         if (!layout(limit)) return false;
-        block.block_entries.push_back({bvh_.nodes[0].box, root, root, 0});
         block.bounds = bvh_.nodes[0].box;
         block.instances = header_.leaf_count;
-        block.wide_bytes = header_.bytes;
         write(block.bytes);
+        WideBlockMaker wide;
+        block.wide_bytes = static_cast<uint32_t>(wide.make(block.bytes, std::span(&root, 1)).size());
+        block.block_entries.push_back({bvh_.nodes[0].box, root, wide.roots()[0], 0});
         return true;
     }
 

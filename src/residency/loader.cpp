@@ -121,6 +121,8 @@ Status Loader::bring(std::vector<Load>& loads) {
                 rp_block_header header;
                 std::memcpy(&header, load.bytes.data(), sizeof header);
                 load.arrival = {load.block, header.leaves_at, header.vertices_at};
+            } else if (!cache_.scene().is_page(load.block)) {
+                load.arrival.leaves_at = cache_.scene().first_block_entry_of(load.block);  // which streams ask of blocks of instances
             }
             device_.hooks().before_upload();
         }

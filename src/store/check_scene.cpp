@@ -121,7 +121,7 @@ Status check_blocks(const BakedScene& scene, uint64_t file_bytes) {
             block.wide_bytes < sizeof(rp_wide_header) || block.wide_bytes > RP_MAX_WIDE_BYTES || block.wide_bytes % RP_BLOCK_ALIGNMENT != 0)
             return bad(blocks, fmt::format("block {} has an impossible size", i));
         if (!good_bounds(block.lower, block.upper)) return bad(blocks, fmt::format("the bounds of block {} make no sense", i));
-        if (block.instances > 0 && (block.triangles > 0 || block.spheres > 0 || block.wide_bytes != block.stored_bytes))
+        if (block.instances > 0 && (block.triangles > 0 || block.spheres > 0))
             return bad(blocks, fmt::format("block {} holds more than instances", i));
         triangles += block.triangles;
         spheres += block.spheres;
@@ -149,8 +149,7 @@ Status check_block_entries(const BakedScene& scene) {
             return bad(block_entries, fmt::format("block entry {} has no root", i));
         const bool of_instances = scene.blocks[block_entry.block].instances > 0;
         if (of_instances && of_block > 1) return bad(block_entries, fmt::format("block {} holds instances, and has two", block_entry.block));
-        if (of_instances ? scene.wide_roots[i] != block_entry.root
-                         : uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[block_entry.block].wide_bytes)
+        if (uint64_t{scene.wide_roots[i] >> 1} * RP_WIDE_UNIT >= scene.blocks[block_entry.block].wide_bytes)
             return bad(wide_roots, fmt::format("block entry {} has no root", i));
     }
     if (next_block != scene.blocks.size()) return bad(block_entries, fmt::format("block {} has none", next_block));

@@ -13,7 +13,7 @@ namespace raypager::format {
 static_assert(std::endian::native == std::endian::little, "block files are read and written as they lie in memory");
 
 inline constexpr char magic[8] = {'R', 'A', 'Y', 'P', 'A', 'G', 'E', 'R'};
-inline constexpr uint32_t version = 11;
+inline constexpr uint32_t version = 12;
 inline constexpr uint32_t endian_mark = 0x01020304u;
 inline constexpr uint64_t page = 4096;  // the header takes one; blocks and pages of images start at multiples
 

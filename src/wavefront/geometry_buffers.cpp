@@ -64,7 +64,9 @@ DeviceTop device_top(const BakedScene& scene) {
     return top;
 }
 
-WideTop wide_top(const BakedScene& scene) { return make_wide_top(scene.top_grid, scene.top_nodes, scene.block_entries, scene.wide_roots); }
+WideTop wide_top(const BakedScene& scene) {
+    return make_wide_top(scene.top_grid, scene.objects, scene.top_nodes, scene.block_entries, scene.wide_roots);
+}
 
 }  // namespace
 
@@ -96,7 +98,8 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
-    const DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}, {}} : device_top(scene);
+    DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}, scene.objects} : device_top(scene);
+    for (size_t i = 0; wide && i < single.objects.size(); i++) single.objects[i].top.root = top.object_roots[i];
     result.top_grid_ = single.grid;
     struct Part {
         Buffer& buffer;

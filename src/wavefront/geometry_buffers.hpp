@@ -43,8 +43,10 @@ public:
     // Sets RP_GEOMETRY_PARAMETERS, the wide top tree if the blocks are wide, and block_count, then the rest.
     template <class... Rest>
     Status set(Kernel& kernel, const Rest&... rest) const {
-        if (form_ == BlockForm::wide) return set_slabs(kernel, wide_top_, block_count_, rest...);
+        const bool wide = form_ == BlockForm::wide;
+        if (has_objects_ && wide) return set_slabs(kernel, objects_, wide_top_, block_count_, rest...);
         if (has_objects_) return set_slabs(kernel, objects_, block_count_, rest...);
+        if (wide) return set_slabs(kernel, wide_top_, block_count_, rest...);
         return set_slabs(kernel, block_count_, rest...);
     }
 

@@ -135,9 +135,6 @@ protected:
         ASSERT_EQ(result->report.paging.evictions, 0u);
     }
 
-    BlockForm form() const { return file_->scene().instances > 0 ? BlockForm::stored : support::default_form(); }
-    // Instances are traced ray by ray alone.
-    std::vector<Traversal> traversals() const { return file_->scene().instances > 0 ? std::vector{Traversal::ray} : support::traversals(); }
     Result<MeasuredRender> run(const support::TestOptions& options) const { return render(*file_, options, {}); }
 
     // Whether this scene is to be drawn with the next combination of options: a third of them, so that all come with some of the scenes.
@@ -204,7 +201,7 @@ TEST_P(SamePicture, with_room_for_one_block) {
         if (!is_its_turn()) continue;
         support::TestOptions options = base_;
         options.tuning.policy = policy.kind;
-        options.geometry_limit = file_->scene().largest_pageable(form());
+        options.geometry_limit = file_->scene().largest_pageable(support::default_form());
         expect_same(options, std::string(policy.name) + " with one block");
     }
 }
@@ -236,7 +233,7 @@ TEST_P(SamePicture, for_regions_of_any_size) {
 }
 
 TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
-    const uint64_t small = std::max<uint64_t>(40 << 10, file_->scene().largest_pageable(form()));
+    const uint64_t small = std::max<uint64_t>(40 << 10, file_->scene().largest_pageable(support::default_form()));
     for (const uint64_t slab : {uint64_t{0}, small})
         for (const uint32_t loads : {1u, 4u}) {
             if (!is_its_turn() || (slab != 0 && !has_slabs())) continue;
@@ -261,7 +258,7 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
 
 // As on GPUs: blocks come into places that rounds under way have nothing to do with, beside others that rounds may still read.
 TEST_P(SamePicture, with_room_made_ahead) {
-    for (const Traversal traversal : traversals())
+    for (const Traversal traversal : support::traversals())
         for (const double percent : {100.0, 40.0, 5.0, 0.001}) {
             if (!is_its_turn()) continue;
             support::TestOptions options = base_;
@@ -279,7 +276,7 @@ TEST_P(SamePicture, with_room_made_ahead) {
 
 // Everything else here is traced in the way that the device likes best.
 TEST_P(SamePicture, ray_by_ray_and_in_streams) {
-    for (const Traversal traversal : traversals())
+    for (const Traversal traversal : support::traversals())
         for (const double percent : {100.0, 20.0, 0.001}) {  // the last: room for the largest block
             if (!is_its_turn()) continue;
             support::TestOptions options = base_;
@@ -321,7 +318,7 @@ TEST_P(SamePicture, roulette_connection_too) {
     const auto resident = run(options);
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     EXPECT_NE(resident->report.film_hash, hash_) << "the option does nothing";
-    for (const Traversal traversal : traversals()) {
+    for (const Traversal traversal : support::traversals()) {
         options.tuning.traversal = traversal;
         const auto other = run(options);
         ASSERT_TRUE(other.ok()) << other.status().message();

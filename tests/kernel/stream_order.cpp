@@ -196,7 +196,7 @@ protected:
         ASSERT_TRUE(scene.ok()) << scene.status().message();
         scene_ = std::move(*scene);
         const BakedScene& baked = scene_->scene();
-        block_entries_ = make_wide_top(baked.top_grid, baked.top_nodes, baked.block_entries, baked.wide_roots).block_entries;
+        block_entries_ = make_wide_top(baked.top_grid, {}, baked.top_nodes, baked.block_entries, baked.wide_roots).block_entries;
         pages_.resize(baked.blocks.size());
         ASSERT_TRUE(queue().read_now(scene_->geometry().pages(), 0, std::as_writable_bytes(std::span(pages_))).ok());
         auto kernel = support::probe_kernel(scene_->device(), "stream/probe", "rp_probe_stream_waits", scene_->geometry().definitions());

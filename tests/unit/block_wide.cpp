@@ -242,7 +242,7 @@ TEST(WideTop, LeadsToEveryBlockEntry) {
     TemporaryFolder folder;
     const auto file = bake_and_open(mixed_scene(seed), folder / "scene.rpb", 40 << 10, 8);
     const BakedScene& scene = file->scene();
-    const auto [bytes, block_entries] = make_wide_top(scene.top_grid, scene.top_nodes, scene.block_entries, scene.wide_roots);
+    const auto [bytes, block_entries, object_roots] = make_wide_top(scene.top_grid, {}, scene.top_nodes, scene.block_entries, scene.wide_roots);
     const auto header = at<rp_wide_header>(bytes, 0);
     ASSERT_EQ(header.block, RP_NONE);
     ASSERT_EQ(block_entries.size(), scene.block_entries.size());
@@ -262,7 +262,7 @@ TEST(WideTop, LeadsToEveryBlockEntry) {
 TEST(WideTop, OfAnEmptySceneHasNoRoot) {
     rp_top_grid grid = {};
     grid.root = RP_REF_EXIT;
-    const auto top = make_wide_top(grid, {}, {}, {});
+    const auto top = make_wide_top(grid, {}, {}, {}, {});
     EXPECT_TRUE(top.block_entries.empty());
     EXPECT_EQ(at<rp_wide_header>(top.bytes, 0).root, RP_NONE);
 }

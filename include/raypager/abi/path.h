@@ -31,7 +31,8 @@
 #define RP_PATH_PLANES_WITH_CUTOUTS 8u
 // In scenes with instances five more units of 16 bytes a slot follow behind all planes, slot by slot. They mean something only of a ray that waits:
 // first a copy of the instance in which it is (four units), then, in RP_STANDING_AT, four words: block entry (RP_NONE, RP_STANDS_BEHIND: see
-// kernels/common/instance.cl) | number of the instance + 1 | that of the closest hit so far, or 0 | nothing.
+// kernels/common/instance.cl) | number of the instance + 1 | that of the closest hit so far, or 0 | with streams the block entry, also where the
+// first word is RP_STANDS_BEHIND
 #define RP_STANDING_UNITS 5u
 #define RP_STANDING_AT 4u
 #define RP_STANDS_BEHIND 0xfffffffeu

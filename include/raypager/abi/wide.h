@@ -35,6 +35,7 @@ typedef struct rp_wide_node {
 #define RP_WIDE_TRIANGLES 0u
 #define RP_WIDE_SPHERES 1u
 #define RP_WIDE_BLOCK_ENTRY 2u
+#define RP_WIDE_INSTANCE 3u
 #define RP_WIDE_NORMALS 1u
 #define RP_WIDE_POINTS 2u
 #define RP_WIDE_COLORS 4u
@@ -50,6 +51,7 @@ typedef struct rp_wide_leaf {
     //   of the normal. With RP_WIDE_COLORS: then rp_u32 color[vertices], as in block.h. With RP_WIDE_UVS: then float u[vertices], v[vertices].
     // Spheres: after 8 bytes of nothing rp_sphere sphere[count], rp_u32 id[count]. With RP_WIDE_POINTS they are points.
     // Block entry: rp_u32 root in the block, rp_u32 index of the block entry. `count` is 0.
+    // Instance: rp_u32 its scene-wide number, rp_u32 0, rp_instance. `count` is 0.
 } rp_wide_leaf;
 
 // What stands beside the wide top tree for each block entry: its bounds, with slack, inside those that the top tree has for it.
@@ -58,7 +60,7 @@ typedef struct rp_wide_block_entry {
     float lower[3];
     rp_u32 block;
     float upper[3];
-    rp_u32 pad;
+    rp_u32 root;  // word
 } rp_wide_block_entry;
 
 #define RP_WIDE_LEAF_TRIANGLES 16u
