@@ -10,7 +10,15 @@ static inline float16 rp_dot_fused16(const float* row, const float16* v) {
     return fma((float16)(row[0]), v[0], fma((float16)(row[1]), v[1], (float16)(row[2]) * v[2]));
 }
 
-// page_entry: block entry of the instance's block. number: as rp_ray has it. What the rays have found so far goes with them.
+// Of the stream inside: to which distance its rays have to be traced. Only of packets in which hits have changed.
+static inline void rp_end_inside(rp_walk* walk, ulong rays) {
+    const rp_stream* const s = &walk->inner;
+    for (uint p = 0u; p < RP_PACKETS; p++)
+        if (rp_lanes_of(rays, p) != 0u) walk->until[p] = rp_max(s->t[p] * (RP_BOX_WIDEN * RP_BOX_WIDEN) - s->start[p], (float16)(0.0f));
+}
+
+// page_entry: block entry of the instance's block. number: as rp_ray has it. What the rays have found so far goes with them. Packets without rays are
+// left as they were: often few rays of a stream meet an instance.
 static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong rays, const __global rp_instance* instance, uint number,
                                      uint page_entry) {
     const rp_stream* const world = &walk->stream;
@@ -20,8 +28,12 @@ static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong 
     float row[3][3];
     for (uint i = 0u; i < 9u; i++) row[i / 3u][i % 3u] = instance->to_object[i];
     const float reach = instance->reach;
+    s->stopped = s->resumed = 0ul;
+    s->signs = RP_MIXED;  // bounds of all rays are for denser streams
     for (uint p = 0u; p < RP_PACKETS; p++) {
-        const int16 own = rp_lanes16((uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu);
+        const uint lanes = rp_lanes_of(rays, p);
+        if (lanes == 0u) continue;
+        const int16 own = rp_lanes16(lanes);
         float16 o[3], d[3], to_center[3], near[3];
         for (uint a = 0u; a < 3u; a++) {
             o[a] = own ? world->origin[a][p] : (float16)(RP_OF_RAY(world->origin[a], one));
@@ -40,9 +52,7 @@ static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong 
         s->t[p] = world->t[p];
         s->primitive[p] = world->primitive[p];
         s->number[p] = world->number[p];
-    }
-    rp_prepare_stream(s);
-    for (uint p = 0u; p < RP_PACKETS; p++) {
+        rp_prepare_packet(s, p);
         s->hit_low[p] = world->hit_low[p];
         s->hit_high[p] = world->hit_high[p];
         s->hit_instance_low[p] = world->hit_instance_low[p];
@@ -58,13 +68,16 @@ static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong 
     walk->inner_rays = rays;
     walk->inner_bottom = walk->stack.depth;
     walk->page_entry = page_entry;
+    rp_end_inside(walk, rays);
 }
 
 static inline void rp_go_outside(rp_walk* walk) {
     rp_stream* const world = &walk->stream;
     const rp_stream* const s = &walk->inner;
     for (uint p = 0u; p < RP_PACKETS; p++) {
-        const int16 own = rp_lanes16((uint)(walk->inner_rays >> (RP_PACKET_RAYS * p)) & 0xffffu);
+        const uint lanes = rp_lanes_of(walk->inner_rays, p);
+        if (lanes == 0u) continue;
+        const int16 own = rp_lanes16(lanes);
         world->t[p] = own ? s->t[p] : world->t[p];
         world->primitive[p] = own ? s->primitive[p] : world->primitive[p];
         world->number[p] = own ? s->number[p] : world->number[p];
@@ -82,7 +95,7 @@ static inline void rp_go_outside(rp_walk* walk) {
 
 // Of the rays of a packet inside, those that meet a block entry of the object, and not before what they are behind; and where, in the world.
 static inline uint rp_ahead_inside(rp_walk* walk, uint p, ulong rays, const __global uint4* block_entries, uint block_entry, float16* entry) {
-    const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+    const uint lanes = rp_lanes_of(rays, p);
     if (lanes == 0u) return 0u;
     const float16* const until = rp_until(walk);
     const uint meets =

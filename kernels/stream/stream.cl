@@ -73,6 +73,9 @@ typedef struct rp_stream {
 #define RP_BYTE_OF_RAY(packets, r) (((const uchar*)(packets))[r])
 #define RP_SET_OF_RAY(packets, r, value) (((float*)(packets))[r] = (value))
 
+// Of the rays, those of a packet.
+static inline uint rp_lanes_of(ulong rays, uint p) { return (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu; }
+
 // Rows of eight: the lower planes of x, y, z, then the upper ones.
 #define RP_ROW_UPPER 3u
 
@@ -83,39 +86,42 @@ static inline uint rp_common(uchar16 values) {
     return (differences.x | differences.y) != 0ul ? RP_MIXED : values.s0;
 }
 
-// Derives the rest from origins, directions and t; no ray has waited. All 64 rays must be there; those that are not used repeat others.
-static inline void rp_prepare_stream(rp_stream* s) {
-    for (uint p = 0u; p < RP_PACKETS; p++) {
-        uchar16 signs = (uchar16)(0);
-        for (uint a = 0u; a < 3u; a++) {
-            const float16 inverse = rp_safe_reciprocal16(s->direction[a][p]);
-            const float16 shift = s->origin[a][p] * inverse, slack = fabs(shift) * 0x1p-22f;
-            s->inverse[a][p] = inverse;
-            s->near_shift[a][p] = -shift - slack;
-            s->far_shift[a][p] = slack - shift;
-            const uchar16 negative = convert_uchar16(as_uint16(inverse) >> 31);
-            s->near_at[a][p] = (uchar16)((uchar)(8u * a)) + negative * (uchar)(8u * RP_ROW_UPPER);
-            signs |= negative << (uchar)a;
-        }
-        const float16 x = s->direction[0][p], y = s->direction[1][p], z = s->direction[2][p];
-        const float16 mx = fabs(x), my = fabs(y), mz = fabs(z);
-        const int16 along_x = mx >= rp_max(my, mz), along_y = my >= mz;  // where not along x
-        const float16 shear_z = along_x ? s->inverse[0][p] : along_y ? s->inverse[1][p] : s->inverse[2][p];
-        s->shear[0][p] = (along_x ? y : along_y ? z : x) * shear_z;
-        s->shear[1][p] = (along_x ? z : along_y ? x : y) * shear_z;
-        const int16 axis = along_x ? (int16)(0) : along_y ? (int16)(1) : (int16)(2);
-        s->axis[p] = convert_uchar16(axis);
-        s->packet_signs[p] = rp_common(signs);
-        s->packet_axis[p] = rp_common(s->axis[p]);
-        s->hit_low[p] = s->hit_high[p] = (uint16)(0u);
-        s->from[p] = (float16)(0.0f);
-        s->from_block_entry[p] = (uint16)(0u);
-        s->wait[p] = (float16)(INFINITY);
-        s->wait_block_entry[p] = (uint16)(RP_NONE);
-#ifdef RP_INSTANCES
-        s->hit_instance_low[p] = s->hit_instance_high[p] = (uint16)(0u);
-#endif
+// Derives the rest from the origins and directions of a packet's rays; none has waited.
+static inline void rp_prepare_packet(rp_stream* s, uint p) {
+    uchar16 signs = (uchar16)(0);
+    for (uint a = 0u; a < 3u; a++) {
+        const float16 inverse = rp_safe_reciprocal16(s->direction[a][p]);
+        const float16 shift = s->origin[a][p] * inverse, slack = fabs(shift) * 0x1p-22f;
+        s->inverse[a][p] = inverse;
+        s->near_shift[a][p] = -shift - slack;
+        s->far_shift[a][p] = slack - shift;
+        const uchar16 negative = convert_uchar16(as_uint16(inverse) >> 31);
+        s->near_at[a][p] = (uchar16)((uchar)(8u * a)) + negative * (uchar)(8u * RP_ROW_UPPER);
+        signs |= negative << (uchar)a;
     }
+    const float16 x = s->direction[0][p], y = s->direction[1][p], z = s->direction[2][p];
+    const float16 mx = fabs(x), my = fabs(y), mz = fabs(z);
+    const int16 along_x = mx >= rp_max(my, mz), along_y = my >= mz;  // where not along x
+    const float16 shear_z = along_x ? s->inverse[0][p] : along_y ? s->inverse[1][p] : s->inverse[2][p];
+    s->shear[0][p] = (along_x ? y : along_y ? z : x) * shear_z;
+    s->shear[1][p] = (along_x ? z : along_y ? x : y) * shear_z;
+    const int16 axis = along_x ? (int16)(0) : along_y ? (int16)(1) : (int16)(2);
+    s->axis[p] = convert_uchar16(axis);
+    s->packet_signs[p] = rp_common(signs);
+    s->packet_axis[p] = rp_common(s->axis[p]);
+    s->hit_low[p] = s->hit_high[p] = (uint16)(0u);
+    s->from[p] = (float16)(0.0f);
+    s->from_block_entry[p] = (uint16)(0u);
+    s->wait[p] = (float16)(INFINITY);
+    s->wait_block_entry[p] = (uint16)(RP_NONE);
+#ifdef RP_INSTANCES
+    s->hit_instance_low[p] = s->hit_instance_high[p] = (uint16)(0u);
+#endif
+}
+
+// The same of all packets, and of the stream. All 64 rays must be there; those that are not used repeat others.
+static inline void rp_prepare_stream(rp_stream* s) {
+    for (uint p = 0u; p < RP_PACKETS; p++) rp_prepare_packet(s, p);
     s->stopped = s->resumed = 0ul;
     s->signs = s->packet_signs[0];
     for (uint p = 1u; p < RP_PACKETS; p++)

@@ -136,7 +136,7 @@ static inline uint rp_enter_block_entry(const rp_stream* s, uint p, uint4 lower,
 
 // Of the rays of a packet, those that meet the block entry, and not before the place they begin at; and where they enter it.
 static inline uint rp_ahead(const rp_stream* s, uint p, ulong rays, const __global uint4* block_entries, uint block_entry, float16* entry) {
-    const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+    const uint lanes = rp_lanes_of(rays, p);
     if (lanes == 0u) return 0u;
     const uint meets = lanes & rp_enter_block_entry(s, p, block_entries[2u * block_entry], block_entries[2u * block_entry + 1u], entry);
     return meets & rp_mask16((*entry > s->from[p]) | ((*entry == s->from[p]) & ((uint16)(block_entry) >= s->from_block_entry[p])));
@@ -240,11 +240,7 @@ static inline void rp_begin_walk(rp_walk* walk, const __global uchar* top) {
 // begin holds for both: what lies in a block entry's bounds is not entered before them.)
 static inline const float16* rp_until(rp_walk* walk) {
 #ifdef RP_INSTANCES
-    if (walk->inside) {
-        for (uint p = 0u; p < RP_PACKETS; p++)
-            walk->until[p] = rp_max(walk->inner.t[p] * (RP_BOX_WIDEN * RP_BOX_WIDEN) - walk->inner.start[p], (float16)(0.0f));
-        return walk->until;
-    }
+    if (walk->inside) return walk->until;
 #endif
     const rp_stream* s = &walk->stream;
     if (s->stopped == 0ul || !rp_in_top(walk)) return s->t;
@@ -376,6 +372,9 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
         } else {
             const ulong hit = rp_visit_leaf(walk, rays, content, any_hit);
             if (any_hit) s->active &= ~hit;
+#ifdef RP_INSTANCES
+            if (!any_hit && walk->inside) rp_end_inside(walk, rays);
+#endif
         }
     }
     rp_pop_record(walk, any_hit);

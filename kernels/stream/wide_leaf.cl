@@ -350,7 +350,7 @@ static inline ulong rp_hit_triangles(rp_stream* s, ulong rays, const __global rp
     if (popcount(rays) < RP_DENSE_TRIANGLES) return rp_rays_hit_triangles(s, rays, leaf, corners, ids, any_hit);
     ulong alone = 0ul, hit = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) {
-        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+        const uint lanes = rp_lanes_of(rays, p);
         if (popcount(lanes) < RP_DENSE_TRIANGLES || s->packet_axis[p] == RP_MIXED)
             alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
         else

@@ -155,7 +155,7 @@ static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_n
     if (s->signs != RP_MIXED && popcount(rays) >= RP_DENSE_STREAM) possible = rp_possible_children(s, &planes, count);
     ulong alone = 0ul;
     for (uint p = 0u; p < RP_PACKETS; p++) {
-        const uint lanes = (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu;
+        const uint lanes = rp_lanes_of(rays, p);
         if (popcount(lanes) < RP_DENSE_BOXES || s->packet_signs[p] == RP_MIXED)
             alone |= (ulong)lanes << (RP_PACKET_RAYS * p);
         else
@@ -171,7 +171,7 @@ static inline uint rp_meet_children(const rp_stream* s, const __global rp_wide_n
     }
     for (; packets != 0u; packets &= packets - 1u) {
         const uint p = rp_lowest(packets);
-        children |= rp_packet_meets(s, &planes, p, until[p], (uint)(rays >> (RP_PACKET_RAYS * p)) & 0xffffu, possible, any_hit, met);
+        children |= rp_packet_meets(s, &planes, p, until[p], rp_lanes_of(rays, p), possible, any_hit, met);
     }
     return children;
 }

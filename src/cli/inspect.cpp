@@ -145,9 +145,7 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
     line("geometry", fmt::format("{}, {:.2f} bytes per primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));
-    // Scenes with instances are traced as they are stored.
-    if (scene.objects.empty())
-        line("", fmt::format("{}, {:.2f} bytes per primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
+    line("", fmt::format("{}, {:.2f} bytes per primitive, on a CPU", format_bytes(wide), primitives > 0 ? double(wide) / double(primitives) : 0));
     if (!scene.objects.empty()) {
         const BytesOf whose = bytes_of(scene);
         line("", fmt::format("{} of objects, {} of the world's own, {} of instances", format_bytes(whose.objects), format_bytes(whose.world),

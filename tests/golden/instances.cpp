@@ -142,7 +142,6 @@ TEST_P(InstancePictures, are_those_of_copies) {
     const Scene scene = GetParam().make();
     support::TestOptions options;
     options.spp = 16;
-    options.tuning.traversal = Traversal::ray;
     const auto instances = render(*baked(scene, "instances"), options, {});
     ASSERT_TRUE(instances.ok()) << instances.status().message();
     const auto file = baked(reference::written_out(scene), "copies");

@@ -131,7 +131,7 @@ TEST_F(DamagedInstances, TreesOfObjects) {
     damaged([](BakedScene& s) { s.instances++; }, "\"block table\": the blocks do not hold as many instances");
     damaged([&](BakedScene& s) { s.blocks[block_].triangles = 1, s.triangles++; }, "holds more than instances");
     damaged([&](BakedScene& s) { std::swap(s.blocks[block_].instances, s.blocks[0].instances); }, "");
-    damaged([](BakedScene& s) { s.wide_roots.back() ^= 1; }, "\"wide roots\"");
+    damaged([](BakedScene& s) { s.wide_roots.back() = 0x7fffffff; }, "\"wide roots\"");
 }
 
 }  // namespace

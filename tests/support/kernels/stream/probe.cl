@@ -29,6 +29,13 @@ static inline void rp_load_probe_stream(const __global float4* rays, uint first,
     rp_prepare_stream(s);
 }
 
+static inline void rp_load_probe_walk(const __global float4* rays, uint first, uint count, rp_walk* walk) {
+    rp_load_probe_stream(rays, first, count, &walk->stream);
+#ifdef RP_INSTANCES
+    rp_begin_in_world(walk, 0, 0, 0ul);
+#endif
+}
+
 // Rays and results as those of rp_probe, but that the block entry is RP_NONE, or 0 if the ray came to an absent block.
 __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, const __global float4* restrict rays,
                               uint count, __global uint4* restrict results) {
@@ -36,10 +43,14 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
     rp_walk walk;
     for (uint first = RP_STREAM_RAYS * (uint)get_global_id(0); first < count; first += RP_STREAM_RAYS * (uint)get_global_size(0)) {
         const uint n = min(count - first, RP_STREAM_RAYS);
-        rp_load_probe_stream(rays, first, n, &walk.stream);
+        rp_load_probe_walk(rays, first, n, &walk);
         rp_trace_walk(&geometry, &walk, wide_top, false);
         rp_wide_surfaces surfaces;
+#ifdef RP_INSTANCES
+        rp_find_surfaces_in_world(&geometry, &walk.stream, &walk.inner, &surfaces);
+#else
         rp_find_surfaces(&walk.stream, &surfaces);
+#endif
         for (uint r = 0u; r < n; r++) {
             const bool hit = rp_hit_in_launch(&walk.stream, r);
 #ifdef RP_PROBE_UVS
@@ -53,7 +64,7 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
                 (uint4)(as_uint(hit ? RP_OF_RAY(walk.stream.t, r) : INFINITY), ((const uint*)walk.stream.primitive)[r], hit ? normal : 0u, 0u);
             results[2u * (first + r) + 1u] = (uint4)(hit ? as_uint3(position) : (uint3)(0u), rp_waits_at(&walk.stream, r) == RP_NONE ? RP_NONE : 0u);
         }
-        rp_load_probe_stream(rays, first, n, &walk.stream);
+        rp_load_probe_walk(rays, first, n, &walk);
         rp_trace_walk(&geometry, &walk, wide_top, true);
         for (uint r = 0u; r < n; r++)
             if (!(walk.stream.active >> r & 1ul)) ((__global uint*)(results + 2u * (first + r)))[3] = 1u;
