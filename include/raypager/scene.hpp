@@ -203,14 +203,7 @@ struct Shape {
     bool backdrop = false;  // such as the ground under a bare mesh: not what the scene shows, so its bounds do not count. Comes after all that is.
 };
 
-// Shapes that are placed in the world by instances, as often as these say. Their to_world leads to the object's own space. They must not shine, and
-// none of them is a backdrop.
-struct Object {
-    std::string name;  // for messages
-    std::vector<Shape> shapes;
-};
-
-// Where an object is put: rows of an affine transform from its space to the world.
+// Where an object is put: rows of an affine transform from its space to the world, or to that of the object that places it.
 struct Placement {
     uint32_t object = 0;  // index into Scene::objects
     std::array<std::array<double, 4>, 3> to_world = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
@@ -239,6 +232,15 @@ public:
 private:
     std::string name_;
     std::vector<Placement> placements_;
+};
+
+// Shapes that are placed in the world by instances, as often as these say. Their to_world leads to the object's own space. They must not shine, and
+// none of them is a backdrop. An object may also place objects that come before it in Scene::objects: a tree its leaves, a forest its trees. Where
+// that takes little more room, or where it is more than four levels deep, baking puts what is placed so in their place.
+struct Object {
+    std::string name;  // for messages
+    std::vector<Shape> shapes;
+    std::vector<std::shared_ptr<const InstanceSource>> instances = {};  // to_world of these leads to the object's own space
 };
 
 // How the places of a picture become rays. (x, y) of a picture, from (-1, -1) at the bottom left to (1, 1) at the top right:

@@ -17,14 +17,30 @@
 // So many floats farther along, which is between 1.000002 and 1.0000041 times as far.
 #define RP_BOX_WIDEN_STEPS 34
 
+#ifdef RP_INSTANCES
+// Instances may lie in objects that are placed by instances, so many levels deep.
+#ifndef RP_INSTANCE_LEVELS
+#define RP_INSTANCE_LEVELS 1
+#endif
+// The instances in which something is, from the outermost one on; and their numbers + 1, where 0: there is none, and none behind it.
+typedef struct rp_inside {
+    const __global rp_instance* instance[RP_INSTANCE_LEVELS];
+    uint number[RP_INSTANCE_LEVELS];
+} rp_inside;
+#endif
+
 // What stays the same along a ray.
 typedef struct rp_ray {
     float3 origin, direction, reciprocal;
     uint near_x, near_y, near_z;  // selectors: is the lower or the upper plane of an axis the near one
 #ifdef RP_INSTANCES
     const __global rp_instance* inside;  // in whose space it is; 0: in the world
-    uint number;                         // its number + 1, or 0
     float start;                         // how far along the ray in the world this one begins
+#if RP_INSTANCE_LEVELS > 1
+    rp_inside chain;  // ends with `inside`
+#else
+    uint number;  // its number + 1, or 0
+#endif
 #endif
 } rp_ray;
 
@@ -43,8 +59,12 @@ static inline rp_ray rp_make_ray(float3 origin, float3 direction) {
     ray.near_z = ray.reciprocal.z < 0.0f ? RP_NEAR_IS_UPPER : RP_NEAR_IS_LOWER;
 #ifdef RP_INSTANCES
     ray.inside = 0;
-    ray.number = 0u;
     ray.start = 0.0f;
+#if RP_INSTANCE_LEVELS > 1
+    for (uint i = 0u; i < RP_INSTANCE_LEVELS; i++) ray.chain.instance[i] = 0, ray.chain.number[i] = 0u;
+#else
+    ray.number = 0u;
+#endif
 #endif
     return ray;
 }

@@ -16,8 +16,13 @@ typedef struct rp_hit {
     uint what;
     uint found_in;  // the block in which this launch found the hit; RP_NONE: found earlier, or no hit
 #ifdef RP_INSTANCES
-    uint number;                           // of the instance in which it is + 1, or 0; decides between equal distances before the id does
     const __global rp_instance* instance;  // of a hit that this launch found; 0: in the world
+    // Numbers decide between equal distances before the id does.
+#if RP_INSTANCE_LEVELS > 1
+    rp_inside chain;  // of a hit that this launch found, ends with `instance`
+#else
+    uint number;  // of the instance in which it is + 1, or 0
+#endif
 #endif
 } rp_hit;
 
@@ -29,7 +34,12 @@ static inline uint rp_hit_primitive(const rp_geometry* g, const rp_hit* hit) {
 // Whether the ray's hit on a primitive is the one that counts, at the distance of the closest so far.
 static inline bool rp_comes_first(const rp_geometry* g, const rp_ray* ray, uint id, const rp_hit* best) {
 #ifdef RP_INSTANCES
+#if RP_INSTANCE_LEVELS > 1
+    for (uint i = 0u; i < RP_INSTANCE_LEVELS; i++)
+        if (ray->chain.number[i] != best->chain.number[i]) return ray->chain.number[i] < best->chain.number[i];
+#else
     if (ray->number != best->number) return ray->number < best->number;
+#endif
 #endif
     return id < rp_hit_primitive(g, best);
 }
@@ -38,8 +48,12 @@ static inline void rp_take_hit(rp_hit* best, const rp_ray* ray, float t, uint re
     best->what = ref;
     best->found_in = block;
 #ifdef RP_INSTANCES
-    best->number = ray->number;
     best->instance = ray->inside;
+#if RP_INSTANCE_LEVELS > 1
+    best->chain = ray->chain;
+#else
+    best->number = ray->number;
+#endif
 #endif
 }
 // Distance along the ray in the world. ahead: along this one, or -1.

@@ -177,7 +177,9 @@ typedef struct rp_extension_ray {
     float3 origin, direction;
     float t;
     uint primitive, block_entry;
-#ifdef RP_INSTANCES
+#if defined(RP_INSTANCES) && RP_INSTANCE_LEVELS > 1
+    rp_inside in;  // of the instances of that hit, the numbers
+#elif defined(RP_INSTANCES)
     uint number;  // of the instance of that hit, as rp_hit has it
 #endif
 } rp_extension_ray;
@@ -189,7 +191,9 @@ static inline rp_extension_ray rp_extension_of(const rp_paths* paths, uint slot)
     rp_extension_ray ray;
     ray.t = INFINITY;
     ray.primitive = ray.block_entry = RP_NONE;
-#ifdef RP_INSTANCES
+#if defined(RP_INSTANCES) && RP_INSTANCE_LEVELS > 1
+    ray.in = rp_inside_of_hit(paths, slot, rp_phase_of(status) == RP_PHASE_EXTEND_WAITS);
+#elif defined(RP_INSTANCES)
     ray.number = rp_phase_of(status) == RP_PHASE_EXTEND_WAITS ? rp_number_of_hit(paths, slot) : 0u;
 #endif
     if (rp_phase_of(status) == RP_PHASE_EXTEND_WAITS) {

@@ -13,8 +13,9 @@ static inline uint rp_encode_direction(float3 v) {
     return code == RP_NONE ? 0x0000ffffu : code;  // the neighbouring code
 }
 
-// base: of the object. ref: of what was hit there.
-static inline void rp_move_to_world(const __global rp_instance* instance, float3 base, uint ref, rp_surface* s) {
+// base: of the object. ref: of what was hit there. coordinate: what the position in the object is rounded as; returns the same of the position
+// outside.
+static inline float rp_move_to_world(const __global rp_instance* instance, float3 base, uint ref, float coordinate, rp_surface* s) {
     // The rows lead into the object; the columns of their inverse, times its determinant, lead back.
     const float3 x = rp_load3(instance->to_object), y = rp_load3(instance->to_object + 3), z = rp_load3(instance->to_object + 6);
     const float3 back_x = rp_cross_unfused(y, z), back_y = rp_cross_unfused(z, x), back_z = rp_cross_unfused(x, y);
@@ -23,9 +24,9 @@ static inline void rp_move_to_world(const __global rp_instance* instance, float3
     const float3 part_x = rp_scaled(rp_mul(from_base.x, inverse), back_x), part_y = rp_scaled(rp_mul(from_base.y, inverse), back_y);
     const float3 part_z = rp_scaled(rp_mul(from_base.z, inverse), back_z);
     // Position and base are rounded as their coordinates in the object are.
-    const float coordinate = rp_mul(rp_largest(s->position) + rp_largest(base), fabs(inverse));
+    const float scaled = rp_mul(coordinate + rp_largest(base), fabs(inverse));
     const float largest = rp_largest(center) + rp_largest(part_x) + rp_largest(part_y) + rp_largest(part_z) +
-                          rp_mul(coordinate, rp_largest(back_x) + rp_largest(back_y) + rp_largest(back_z));
+                          rp_mul(scaled, rp_largest(back_x) + rp_largest(back_y) + rp_largest(back_z));
     s->position = rp_sum(center, rp_sum3(part_x, part_y, part_z));
     s->offset_exponent = rp_offset_exponent_1(largest);
 
@@ -57,6 +58,7 @@ static inline void rp_move_to_world(const __global rp_instance* instance, float3
     }
 #endif
 #endif
+    return largest;
 }
 
 // Of a hit that was found by the ray in the world, which may be in an instance.
@@ -65,11 +67,27 @@ static inline rp_surface rp_surface_in_world(const rp_geometry* g, float3 origin
         const rp_ray ray = rp_make_ray(origin, direction);
         return rp_hit_surface(g, &ray, hit);
     }
+#if RP_INSTANCE_LEVELS > 1
+    const uint depth = rp_instance_depth(&hit->chain);
+    const rp_placed_ray placed = rp_place_ray_in_chain(g->objects, &hit->chain, depth, origin, direction);
+    const rp_ray ray = rp_make_ray(placed.origin, placed.direction);
+    const float start = placed.start;
+#else
     const float3 base = rp_load3(g->objects[hit->instance->object].base);
     const rp_ray ray = rp_ray_inside(hit->instance, hit->number, base, origin, direction);
+    const float start = ray.start;
+#endif
     rp_hit in_object = *hit;
-    in_object.t = rp_add(hit->t, -ray.start);
+    in_object.t = rp_add(hit->t, -start);
     rp_surface s = rp_hit_surface(g, &ray, &in_object);
-    rp_move_to_world(hit->instance, base, hit->what, &s);
+#if RP_INSTANCE_LEVELS > 1
+    float coordinate = rp_largest(s.position);
+    for (uint i = depth; i-- > 0u;) {
+        const __global rp_instance* const instance = hit->chain.instance[i];
+        coordinate = rp_move_to_world(instance, rp_base_of(g->objects, instance), hit->what, coordinate, &s);
+    }
+#else
+    rp_move_to_world(hit->instance, base, hit->what, rp_largest(s.position), &s);
+#endif
     return s;
 }

@@ -42,9 +42,13 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     const uint block_entry = rp_any_block_entry(&walk);
     if (block_entry != RP_NONE) {
 #ifdef RP_INSTANCES
-        const uint stands_at = rp_stands_at(&walk.ray, walk.world_entry, block_entry);
-        rp_set_block_entry(paths, slot, stands_at == RP_NONE ? block_entry : walk.world_entry);
+        const uint stands_at = rp_any_stands_at(&walk, block_entry);
+        rp_set_block_entry(paths, slot, stands_at == RP_NONE ? block_entry : rp_any_entry_in_world(&walk));
+#if RP_INSTANCE_LEVELS > 1
+        rp_set_standing(paths, slot, &walk.ray, walk.entry_around, stands_at, 0);
+#else
         rp_set_standing(paths, slot, &walk.ray, stands_at, 0u);
+#endif
 #else
         rp_set_block_entry(paths, slot, block_entry);
 #endif

@@ -16,7 +16,11 @@ static inline void rp_take_up(const rp_geometry* geometry, rp_closest_walk* walk
     walk->best.found_in = RP_NONE;
     walk->ray = rp_make_ray(ray.origin, ray.direction);
 #ifdef RP_INSTANCES
+#if RP_INSTANCE_LEVELS > 1
+    walk->best.chain = ray.in;
+#else
     walk->best.number = ray.number;
+#endif
     walk->best.instance = 0;
     const rp_standing standing = rp_standing_of(paths, slot, ray.block_entry != RP_NONE);
     rp_begin_closest(geometry, walk, stack, ray.block_entry, &standing);
@@ -31,8 +35,8 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
     const rp_hit* hit = &walk->best;
     const uint status = rp_status_of(paths, slot), block_entry = rp_closest_block_entry(walk);
 #ifdef RP_INSTANCES
-    const uint stands_at = rp_stands_at(&walk->ray, walk->world_entry, block_entry);
-    const uint world_entry = block_entry == RP_NONE || stands_at == RP_NONE ? block_entry : walk->world_entry;
+    const uint stands_at = rp_closest_stands_at(walk, block_entry);
+    const uint world_entry = block_entry == RP_NONE || stands_at == RP_NONE ? block_entry : rp_closest_entry_in_world(walk);
 #else
     const uint world_entry = block_entry;
 #endif
@@ -76,7 +80,11 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
             rp_set_block_entry(paths, slot, world_entry);
         }
 #ifdef RP_INSTANCES
+#if RP_INSTANCE_LEVELS > 1
+        if (block_entry != RP_NONE) rp_set_standing(paths, slot, &walk->ray, walk->entry_around, stands_at, hit->chain.number);
+#else
         if (block_entry != RP_NONE) rp_set_standing(paths, slot, &walk->ray, stands_at, hit->number);
+#endif
 #endif
         if (block_entry == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);

@@ -58,3 +58,9 @@ static inline void RP_RESUME_INSIDE(const rp_geometry* g, RP_WALK* w, RP_STACK_E
     RP_GO_INSIDE(g, w, standing->instance, standing->number);
     RP_DESCEND(g, w, stack, g->block_entry_paths[standing->block_entry]);
 }
+
+// Of a ray that has stopped at a block entry.
+static inline uint RP_STANDS_AT(const RP_WALK* w, uint block_entry) {
+    return !w->ray.inside ? RP_NONE : block_entry == w->world_entry ? RP_STANDS_BEHIND : block_entry;
+}
+static inline uint RP_ENTRY_IN_WORLD(const RP_WALK* w) { return w->world_entry; }

@@ -74,6 +74,9 @@
 #define RP_GO_OUTSIDE rp_any_go_outside
 #define RP_LEAVE_INSTANCE rp_any_leave_instance
 #define RP_RESUME_INSIDE rp_any_resume_inside
+#define RP_TAKE_PLACED rp_any_take_placed
+#define RP_STANDS_AT rp_any_stands_at
+#define RP_ENTRY_IN_WORLD rp_any_entry_in_world
 #define RP_STACK_ENTRY uint
 #define RP_PUSH(reference, entry) RP_STACK_PUT(reference)
 #define RP_POP()                     \
@@ -96,6 +99,9 @@
 #define RP_GO_OUTSIDE rp_closest_go_outside
 #define RP_LEAVE_INSTANCE rp_closest_leave_instance
 #define RP_RESUME_INSIDE rp_closest_resume_inside
+#define RP_TAKE_PLACED rp_closest_take_placed
+#define RP_STANDS_AT rp_closest_stands_at
+#define RP_ENTRY_IN_WORLD rp_closest_entry_in_world
 #define RP_STACK_ENTRY uint2
 #define RP_PUSH(reference, entry) RP_STACK_PUT((uint2)((reference), as_uint(entry)))
 // Skips what lies beyond the closest hit so far; equal distances stay, for the tie is decided by primitive id.
@@ -134,7 +140,14 @@ typedef struct RP_WALK {
     float far;  // where the walk ends, times RP_BOX_WIDEN
 #ifdef RP_INSTANCES
     float3 origin, direction;  // of the ray in the world
-    uint world_entry;          // the block entry at which the ray is there
+#if RP_INSTANCE_LEVELS > 1
+    uint depth;                             // instances in which it is
+    uint entry;                             // the block entry at which it is, in the innermost space
+    uint entry_around[RP_INSTANCE_LEVELS];  // likewise where each of its instances lies
+    bool behind;                            // it has stopped where an instance ends, at the block where that lies
+#else
+    uint world_entry;  // the block entry at which the ray is there
+#endif
 #endif
 #if defined(RP_SHARED_STACK) && !RP_ANY_HIT
     uint depth;
@@ -196,7 +209,9 @@ static inline void RP_DESCEND(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* 
     }
 }
 
-#ifdef RP_INSTANCES
+#if defined(RP_INSTANCES) && RP_INSTANCE_LEVELS > 1
+#include "single_ray/nested.cl"
+#elif defined(RP_INSTANCES)
 #include "single_ray/instances.cl"
 #endif
 
@@ -210,6 +225,10 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #ifdef RP_INSTANCES
     w->origin = w->ray.origin;
     w->direction = w->ray.direction;
+#if RP_INSTANCE_LEVELS > 1
+    w->depth = 0u;
+    w->behind = false;
+#endif
 #endif
 #if RP_ANY_HIT
     w->hit = false;
@@ -319,7 +338,11 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 #endif
         rp_note_entry(g, w->ray.origin.xy, w->ray.reciprocal.xy, 1u, a.w, round);
 #ifdef RP_INSTANCES
+#if RP_INSTANCE_LEVELS > 1
+    w->entry = block_entry;
+#else
     if (!w->ray.inside) w->world_entry = block_entry;
+#endif
 #endif
     w->block = rp_view_block(g, page);
     w->grid_ray = rp_make_grid_ray(&w->ray, as_float3_xyz(a), as_float3_xyz(b));
@@ -372,6 +395,9 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 #undef RP_GO_OUTSIDE
 #undef RP_LEAVE_INSTANCE
 #undef RP_RESUME_INSIDE
+#undef RP_TAKE_PLACED
+#undef RP_STANDS_AT
+#undef RP_ENTRY_IN_WORLD
 #undef RP_STACK_ENTRY
 #undef RP_PUSH
 #undef RP_POP

@@ -181,7 +181,8 @@ static inline void rp_find_surfaces_in_world(const rp_geometry* g, const rp_stre
 #endif
 #endif
         const bool points = leaf->kind == RP_WIDE_SPHERES && (leaf->flags & RP_WIDE_POINTS) != 0u;
-        rp_move_to_world(instance, rp_load3(g->objects[instance->object].base), points ? RP_LEAF_SPHERES | RP_LEAF_POINTS : 0u, &surface);
+        rp_move_to_world(instance, rp_load3(g->objects[instance->object].base), points ? RP_LEAF_SPHERES | RP_LEAF_POINTS : 0u,
+                         rp_largest(surface.position), &surface);
         surfaces->position[0][r] = surface.position.x;
         surfaces->position[1][r] = surface.position.y;
         surfaces->position[2][r] = surface.position.z;

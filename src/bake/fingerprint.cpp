@@ -111,15 +111,25 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     return {};
 }
 
-// Which shapes are whose, and where they are put. A scene without objects has the fingerprint that it had before there were any.
-void add_instances(Fingerprint& f, const Scene& scene) {
-    if (scene.objects.empty()) return;
-    f.add(scene.objects.size());
-    for (const Object& object : scene.objects) f.add(object.shapes.size());
-    for (const auto& source : scene.instances) {
+void add_sources(Fingerprint& f, const std::vector<std::shared_ptr<const InstanceSource>>& sources) {
+    for (const auto& source : sources) {
         f.add(source->count());
         f.add(source->fingerprint());
     }
+}
+
+// Which shapes are whose, and where they are put. A scene without objects has the fingerprint that it had before there were any.
+void add_instances(Fingerprint& f, const Scene& scene, uint64_t flatten_limit) {
+    if (scene.objects.empty()) return;
+    f.add(scene.objects.size());
+    for (const Object& object : scene.objects) {
+        f.add(object.shapes.size());
+        if (object.instances.empty()) continue;
+        f.add(std::string("instances"));
+        f.add(flatten_limit);
+        add_sources(f, object.instances);
+    }
+    add_sources(f, scene.instances);
 }
 
 // Those that are baked, in their order: then programs that name the same ones can be replaced. A scene without any has the fingerprint that it had
@@ -163,7 +173,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
         for (const uint32_t value : {scene.width, scene.height}) f.add(value);
     }
     if (auto status = for_each_shape(scene, [&](const Shape& shape) { return add_shape(f, scene, shape); }); !status.ok()) return status;
-    add_instances(f, scene);
+    add_instances(f, scene, options.flatten_limit);
     if (auto status = add_images(f, scene); !status.ok()) return status;
     if (auto status = add_sky(f, scene, options); !status.ok()) return status;
     return f.value();

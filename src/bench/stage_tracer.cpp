@@ -16,8 +16,8 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
     auto device = Device::open(device_name, memory_limit, tuning);
     if (!device) return device.status();
     tracer->device_ = std::move(*device);
-    RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info()));
-    const BlockForm form = tracer->form_ = block_form(traversal, tracer->device_->info());
+    RAYPAGER_TRY(check_traversal(traversal, tracer->device_->info(), file.scene().instance_levels()));
+    const BlockForm form = tracer->form_ = block_form(traversal, tracer->device_->info(), file.scene().instance_levels());
     ResidencySettings settings;
     settings.form = form;
     settings.pool_bytes =

@@ -69,6 +69,13 @@ uint32_t BakedScene::texel_words() const {
     return words;
 }
 
+uint32_t BakedScene::instance_levels() const {
+    if (instances == 0) return 0;
+    uint32_t levels = 0;
+    for (const rp_object& object : objects) levels = std::max(levels, object.levels);
+    return levels + 1;
+}
+
 bool BakedScene::has_vertex_colors() const {
     return std::any_of(ranges.begin(), ranges.end(), [](const rp_primitive_range& range) { return range.flags & RP_RANGE_VERTEX_COLOR; });
 }

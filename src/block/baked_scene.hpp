@@ -18,11 +18,11 @@ struct BlockRecord {
     uint64_t offset = 0;    // in the file
     uint64_t checksum = 0;  // hash64 of the stored bytes
     uint32_t stored_bytes = 0;
-    uint32_t wide_bytes = 0;  // in the form BlockForm::wide, of instances stored_bytes; like stored_bytes a multiple of RP_BLOCK_ALIGNMENT
+    uint32_t wide_bytes = 0;  // in the form BlockForm::wide; like stored_bytes a multiple of RP_BLOCK_ALIGNMENT
     uint32_t triangles = 0;
     uint32_t spheres = 0;
     uint32_t instances = 0;  // of a block that holds instances alone
-    uint32_t unused = 0;
+    uint32_t levels = 0;  // of such a block: of instances in what it is part of
     float lower[3] = {}, upper[3] = {};
     uint32_t bytes(BlockForm form) const { return form == BlockForm::wide ? wide_bytes : stored_bytes; }
 };
@@ -85,6 +85,7 @@ struct BakedScene {
     uint32_t texel_words() const;  // of a path slot, that the texels of any one program take; 0 without images
     uint32_t first_block_entry_of(uint32_t block) const;
     BlockEntryRoots block_entries_of(uint32_t block) const;
+    uint32_t instance_levels() const;  // how many instances something can be in at most; 0: there are none
     bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
     bool has_uvs() const;            // likewise
     bool has_bumps() const;          // textures that change normals

@@ -16,6 +16,7 @@ public:
         : scene_(scene), header_(header), bytes_(bytes) {}
 
     Status run(const rp_block_entry& entry) {
+        levels_ = scene_.blocks[entry.block].levels;
         if (header_.block_entry_count != 1) return failed("a block of instances has one block entry");
         if (header_.attributes_at != RP_BLOCK_INSTANCES || header_.flags != 0 || header_.vertex_count != 0 || header_.sphere_count != 0 ||
             header_.triangle_count != 0)
@@ -64,6 +65,7 @@ private:
             return failed(fmt::format("the path of instance {} leads elsewhere", index));
         if (record.object >= scene_.objects.size() || scene_.objects[record.object].top.root == RP_REF_EXIT)
             return failed(fmt::format("instance {} is of an object that does not exist, or has nothing in it", index));
+        if (scene_.objects[record.object].levels >= levels_) return failed(fmt::format("instance {} is of an object that may hold it", index));
         if (item<rp_u32>(header_.leaves_at + header_.leaf_count * uint64_t{sizeof(rp_instance)}, index) >= scene_.instances)
             return failed(fmt::format("instance {} has a number that does not exist", index));
         return check_placement(record, index);
@@ -95,6 +97,7 @@ private:
     const rp_block_header& header_;
     const std::span<const std::byte> bytes_;
     uint64_t nodes_ = 0, instances_ = 0;
+    uint32_t levels_ = 0;  // of instances, in what the block is part of
 };
 
 }  // namespace

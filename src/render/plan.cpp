@@ -140,13 +140,13 @@ Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOp
 
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
                                const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit) {
-    RAYPAGER_TRY(check_traversal(options.tuning.traversal, device));
+    RAYPAGER_TRY(check_traversal(options.tuning.traversal, device, scene.instance_levels()));
     if (scene.instances > 0 && instruments.record_paths > 0) return Status::usage("rays of a scene with instances cannot be recorded");
     RenderPlan plan;
     plan.params = params;
     plan.visits = visit_log_settings(scene, options, instruments, params, device);
     // Visits can be recorded only of rays that are traced one by one.
-    plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device);
+    plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device, scene.instance_levels());
     const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit);
     const auto memory = plan_memory(needs);
     if (!memory) return memory.status();

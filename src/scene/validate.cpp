@@ -109,13 +109,18 @@ Status check_shape_of_object(const Shape& shape) {
 Status check_instances(const Scene& scene) {
     if (scene.objects.size() >= RP_NONE) return Status::failed(fmt::format("{} objects; there can be {}", scene.objects.size(), RP_NONE - 1));
     uint64_t count = 0;
-    for (const auto& source : scene.instances) {
-        if (!source) return Status::failed("a source of instances is missing");
-        const uint64_t more = source->count();
-        if (more >= RP_NONE - count)
-            return Status::failed(fmt::format("{}: the scene has more than {} instances with it", source->name(), RP_NONE - 1));
-        count += more;
-    }
+    const auto add = [&](const std::vector<std::shared_ptr<const InstanceSource>>& sources) -> Status {
+        for (const auto& source : sources) {
+            if (!source) return Status::failed("a source of instances is missing");
+            const uint64_t more = source->count();
+            if (more >= RP_NONE - count)
+                return Status::failed(fmt::format("{}: the scene has more than {} instances with it", source->name(), RP_NONE - 1));
+            count += more;
+        }
+        return {};
+    };
+    RAYPAGER_TRY(add(scene.instances));
+    for (const Object& object : scene.objects) RAYPAGER_TRY(add(object.instances));
     if (count > 0 && scene.objects.empty()) return Status::failed("there are instances, but no objects");
     return {};
 }

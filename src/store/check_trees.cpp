@@ -24,12 +24,13 @@ public:
         const uint64_t all = scene_.block_entries.size();
         if (of_objects > all) return bad_section(objects, "they have more block entries than there are");
         RAYPAGER_TRY(walk(scene_.top_grid.root, of_objects, all - of_objects));
-        RAYPAGER_TRY(check_order(of_objects));
+        RAYPAGER_TRY(check_order(of_objects, all - of_objects, scene_.instance_levels()));
         uint64_t first = 0;
         for (size_t i = 0; i < scene_.objects.size(); i++) {
             const rp_object& object = scene_.objects[i];
             if (!good(object)) return bad_section(objects, fmt::format("the grid or the middle of object {} makes no sense", i));
             RAYPAGER_TRY(walk(object.top.root, first, object.top.block_entry_count));
+            RAYPAGER_TRY(check_order(first, object.top.block_entry_count, object.levels));
             first += object.top.block_entry_count;
             if (first > 0 && first < all && scene_.block_entries[first - 1].block == scene_.block_entries[first].block)
                 return bad_section(objects, fmt::format("object {} shares a block with what follows", i));
@@ -40,19 +41,21 @@ public:
 
 private:
     static bool good(const rp_object& object) {
-        bool good = object.unused == 0;
+        bool good = object.levels < RP_INSTANCE_MAX_LEVELS;
         for (int a = 0; a < 3; a++)
             good = good && std::isfinite(object.top.origin[a]) && std::isfinite(object.top.cell[a]) && object.top.cell[a] > 0 &&
                    std::isfinite(object.base[a]);
         return good;
     }
 
-    // Blocks of instances are the world's, and the last.
-    Status check_order(uint64_t of_objects) const {
+    // Of the world or an object, blocks of instances are the last. levels: of instances in it.
+    Status check_order(uint64_t first, uint64_t count, uint32_t levels) const {
         bool instances = false;
-        for (size_t i = 0; i < scene_.block_entries.size(); i++) {
-            const bool of_instances = scene_.blocks[scene_.block_entries[i].block].instances > 0;
-            if (of_instances && i < of_objects) return bad_section(objects, fmt::format("block entry {} of one leads to instances", i));
+        for (uint64_t i = first; i < first + count; i++) {
+            const BlockRecord& block = scene_.blocks[scene_.block_entries[i].block];
+            const bool of_instances = block.instances > 0;
+            if (block.levels != (of_instances ? levels : 0))
+                return bad_section(blocks, fmt::format("block {} has the wrong number of levels", scene_.block_entries[i].block));
             if (instances && !of_instances) return bad_section(block_entries, fmt::format("block entry {} comes behind those of instances", i));
             instances = of_instances;
         }

@@ -9,10 +9,10 @@
 namespace raypager {
 namespace {
 
-// A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree; and with instances all but the
-// first again.
+// A stack holds: the exit, one entry a level of the top tree, the return from a block, one entry a level of its tree; and all but the first again for
+// each level of instances.
 constexpr uint32_t stack_in_world = RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 2;
-uint32_t stack_size(const BakedScene& scene) { return 1 + (scene.instances > 0 ? 2 : 1) * stack_in_world; }
+uint32_t stack_size(const BakedScene& scene) { return 1 + (1 + scene.instance_levels()) * stack_in_world; }
 
 uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
     const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
@@ -88,6 +88,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     result.block_count_ = scene.pageable_count();
     result.has_objects_ = scene.instances > 0;
     if (result.has_objects_) result.variants_ += "-DRP_INSTANCES ";
+    if (scene.instance_levels() > 1) result.variants_ += fmt::format("-DRP_INSTANCE_LEVELS={} ", scene.instance_levels());
     result.stack_size_ = stack_size(scene);
     if (scene.position_cell > 0) result.variants_ += "-DRP_CODED_POSITIONS ";
     if (scene.spheres == 0) result.variants_ += "-DRP_ONLY_TRIANGLES ";

@@ -36,10 +36,10 @@ struct SlotFields {
     uint32_t texture_words = 0;  // the cone of a ray and texels, and with cut-outs what a shadow ray brings
     bool cutouts = false;        // and two planes more
     bool tangents = false;
-    bool instances = false;  // where a ray that waits stands in them
+    uint32_t instance_levels = 0;  // where a ray that waits stands in each
     static SlotFields of(const BakedScene& scene);
     // Of 16 bytes, with all else that follows them.
-    uint64_t planes() const { return (cutouts ? RP_PATH_PLANES_WITH_CUTOUTS : RP_PATH_PLANES) + (instances ? RP_STANDING_UNITS : 0); }
+    uint64_t planes() const { return (cutouts ? RP_PATH_PLANES_WITH_CUTOUTS : RP_PATH_PLANES) + instance_levels * RP_STANDING_UNITS; }
     uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + (tangents ? 1 : 0) + texture_words; }
 };
 

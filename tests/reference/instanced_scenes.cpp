@@ -79,24 +79,95 @@ Scene strewn(uint32_t instances, PictureSize size, bool round) {
     return builder.finish();
 }
 
-Scene written_out(const Scene& scene) {
-    Scene out = scene;
-    out.objects.clear();
-    out.instances.clear();
-    for (const auto& source : scene.instances) {
+Scene groves(uint32_t trees, PictureSize size, double scattered, bool berries) {
+    SceneBuilder builder(size);
+    Scene& scene = builder.scene();
+    const uint32_t green = builder.material(diffuse({0.2, 0.5, 0.15})), wood = builder.material(diffuse({0.45, 0.3, 0.2}));
+    const uint32_t red = builder.material(conductor({0.2, 0.9, 1.1}, {3.9, 2.5, 2.4}, 0.2)), sand = builder.material(diffuse({0.7, 0.6, 0.45}));
+    Dice dice(11);
+    enum : uint32_t { leaf, twig, tree, grove };
+    const auto place = [&](std::vector<Placement> placements) {
+        scene.objects.back().instances.push_back(std::make_shared<InstancesInMemory>(scene.objects.back().name, std::move(placements)));
+    };
+    builder.add("leaf", icosphere(0.5, 2, true), green, Transform::translate(0.6, 0, 0) * Transform::scale(1, 0.5, 0.08));
+    if (berries) builder.add_sphere("berry", {0.2, 0, -0.2}, 0.12, red);
+    take_as_object(scene, 0, "leaf");
+    builder.add("stick", box({0, -0.03, -0.03}, {2, 0.03, 0.03}, 2), wood);
+    take_as_object(scene, 0, "twig");
+    std::vector<Placement> placements;
+    for (int i = 0; i < 9; i++) {
+        const double size_of_leaf = dice.between(0.25, 0.45);
+        placements.push_back(
+            placement(leaf, Transform::translate(0.2 * i + 0.2, 0, 0) * Transform::rotate(137.5 * i, 1, 0, 0) * Transform::rotate(60, 0, 0, 1) *
+                                Transform::scale(i % 2 ? -size_of_leaf : size_of_leaf, size_of_leaf, 0.3)));
+    }
+    place(std::move(placements));
+    builder.add("trunk", box({-0.12, -0.12, 0}, {0.12, 0.12, 2.2}, 4), wood);
+    take_as_object(scene, 0, "tree");
+    placements.clear();
+    for (int i = 0; i < 14; i++) {
+        const double grows = dice.between(0.4, 0.9);
+        placements.push_back(placement(twig, Transform::translate(0, 0, 0.8 + 0.1 * i) * Transform::rotate(222.5 * i, 0, 0, 1) *
+                                                 Transform::rotate(-35, 0, 1, 0) * Transform::scale(grows, dice.between(0.5, 1), grows)));
+    }
+    placements.push_back(placement(leaf, Transform::translate(0, 0, 2.2) * Transform::rotate(-90, 0, 1, 0)));
+    place(std::move(placements));
+    take_as_object(scene, 0, "grove");
+    placements.clear();
+    for (uint32_t i = 0; i < trees / 3 + 1; i++)
+        placements.push_back(placement(tree, random_transform(dice, i % 4, {dice.between(-3, 3), dice.between(-3, 3), 0}, dice.between(0.5, 0.9))));
+    place(std::move(placements));
+
+    const Transform far = Transform::translate(scattered, -scattered, 0.5 * scattered);
+    placements.clear();
+    for (int i = 0; i < 3; i++)
+        placements.push_back(placement(
+            grove, far * Transform::translate(4 * i - 4, i, 0) * Transform::rotate(100 * i, 0, 0, 1) * Transform::scale(i == 1 ? -1 : 1, 1, 1)));
+    for (int i = 0; i < 30; i++)
+        placements.push_back(
+            placement(static_cast<uint32_t>(i) % 3, far * random_transform(dice, dice.below(5), dice.point(-4, 4), dice.between(0.3, 1))));
+    scene.instances.push_back(std::make_shared<InstancesInMemory>("land", std::move(placements)));
+    builder.add("ground", quad({-10, -10, 0}, {20, 0, 0}, {0, 20, 0}, 24), sand, far);
+    builder.shine(builder.add("lamp", quad({-2, -2, 9}, {0, 4, 0}, {4, 0, 0}), builder.material(absorber()), far), {9, 9, 8});
+    builder.infinite_light({0.3, 0.35, 0.4});
+    const Vec3 o(scattered, -scattered, 0.5 * scattered);
+    builder.camera(o + Vec3(2, -13, 5), o + Vec3(0, 0, 1), {0, 0, 1}, 40);
+    return builder.finish();
+}
+
+namespace {
+
+// What sources place, and what that places in turn.
+Status write_out(const Scene& scene, const std::vector<std::shared_ptr<const InstanceSource>>& sources, const Transform& around,
+                 std::vector<Shape>& out) {
+    for (const auto& source : sources) {
         const Status status = source->stream([&](std::span<const Placement> placements) {
             for (const Placement& p : placements) {
                 Transform to_world;
                 for (size_t i = 0; i < 3; i++) to_world.m[i] = p.to_world[i];
-                for (const Shape& shape : scene.objects[p.object].shapes) {
-                    out.shapes.push_back(shape);
-                    out.shapes.back().to_world = to_world * shape.to_world;
+                to_world = around * to_world;
+                const Object& object = scene.objects[p.object];
+                for (const Shape& shape : object.shapes) {
+                    out.push_back(shape);
+                    out.back().to_world = to_world * shape.to_world;
                 }
+                const Status inside = write_out(scene, object.instances, to_world, out);
+                if (!inside.ok()) return inside;
             }
             return Status();
         });
-        if (!status.ok()) out.shapes.clear();
+        if (!status.ok()) return status;
     }
+    return {};
+}
+
+}  // namespace
+
+Scene written_out(const Scene& scene) {
+    Scene out = scene;
+    out.objects.clear();
+    out.instances.clear();
+    if (!write_out(scene, scene.instances, {}, out.shapes).ok()) out.shapes.clear();
     return out;
 }
 

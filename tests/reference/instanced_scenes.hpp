@@ -9,6 +9,10 @@ namespace raypager::reference {
 // So many instances of objects of all kinds of primitives and materials, strewn over a floor: turned, mirrored, uneven, sheared, far too large and
 // far too small, within each other and beside what is placed once. round: spheres, which are round in the scene that is written out as well, too.
 Scene strewn(uint32_t instances, PictureSize size = {}, bool round = true);
+// Groves of trees of twigs of leaves: instances in each other, three levels deep, beside instances and shapes of the world itself. Objects hold both
+// shapes and instances, or one of them. scattered: so far from the world's origin. berries: spheres, which copies
+// of uneven instances are not.
+Scene groves(uint32_t trees, PictureSize size = {}, double scattered = 0, bool berries = true);
 // The same scene with a shape for each shape of each instance.
 Scene written_out(const Scene& scene);
 

@@ -17,7 +17,7 @@ Result<std::shared_ptr<const BlockFile>> bake_and_open(const Scene& scene, const
 
 BlockForm default_form() {
     const auto device = Device::open("", 0);
-    return block_form(Traversal::automatic, device.ok() ? (*device)->info() : DeviceInfo());
+    return block_form(Traversal::automatic, device.ok() ? (*device)->info() : DeviceInfo(), 0);
 }
 
 std::vector<Traversal> traversals() {
@@ -33,7 +33,7 @@ Result<std::unique_ptr<DeviceScene>> DeviceScene::create(std::shared_ptr<const B
     if (!device) return device.status();
     result->device_ = std::move(*device);
     const BakedScene& scene = result->scene();
-    const BlockForm form = block_form(traversal, result->device_->info());
+    const BlockForm form = block_form(traversal, result->device_->info(), scene.instance_levels());
     ResidencySettings settings;
     settings.form = form;
     settings.slab_bytes = slab_bytes;

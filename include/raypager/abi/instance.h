@@ -16,11 +16,14 @@ typedef struct rp_instance {
     rp_u32 path_low, path_high;  // from the root of its block to its leaf, as of block entries (abi/block.h)
 } rp_instance;
 
+// Instances may lie in the blocks of objects, too, but only of objects with fewer levels of them: so there are no cycles.
+#define RP_INSTANCE_MAX_LEVELS 4u
+
 // An object has a tree of its own above its blocks, in its own space. Its nodes lie among those of the top tree, its block entries among all others.
 typedef struct rp_object {
     rp_top_grid top;
     float base[3];  // the middle of its box
-    rp_u32 unused;
+    rp_u32 levels;  // of instances in it: 0, there are none
 } rp_object;
 
 // A placed object reaches beyond the box of its placed corners by this share of its extent and of its coordinates: so rays that meet it by the

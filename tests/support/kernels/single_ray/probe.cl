@@ -33,9 +33,14 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
     walk.best.what = RP_NONE;
     walk.best.found_in = RP_NONE;
 #ifdef RP_INSTANCES
-    walk.best.number = 0u;
     walk.best.instance = 0;
-    const rp_standing standing = {RP_NONE, 0u, 0};
+#if RP_INSTANCE_LEVELS > 1
+    walk.best.chain = walk.ray.chain;
+#else
+    walk.best.number = 0u;
+#endif
+    rp_standing standing;
+    standing.block_entry = RP_NONE;
     rp_begin_closest(&geometry, &walk, stack, RP_NONE, &standing);
 #else
     rp_begin_closest(&geometry, &walk, stack, RP_NONE);
