@@ -13,7 +13,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t placements_at_once = 4096;
+constexpr size_t placements_in_a_piece = 4096;
 
 Transform transform_of(const Placement& placement) {
     Transform transform;
@@ -52,7 +52,7 @@ public:
                 const Transform placed = to_world * transform_of(inner);
                 some.push_back(inner);
                 std::copy_n(placed.m.begin(), 3, some.back().to_world.begin());
-                return some.size() < placements_at_once ? Status() : put_out();
+                return some.size() < placements_in_a_piece ? Status() : put_out();
             });
         };
         RAYPAGER_TRY(

@@ -58,7 +58,7 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
 
 Status StageTracer::make_slots(uint32_t count) {
     for (PathSlots* slots : {&slots_, &kept_slots_}) {
-        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true, .instances = true});
+        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true, .instance_levels = RP_INSTANCE_MAX_LEVELS});
         if (!made) return made.status();
         *slots = std::move(*made);
     }

@@ -22,7 +22,7 @@ struct BlockRecord {
     uint32_t triangles = 0;
     uint32_t spheres = 0;
     uint32_t instances = 0;  // of a block that holds instances alone
-    uint32_t levels = 0;  // of such a block: of instances in what it is part of
+    uint32_t levels = 0;     // of such a block: of instances in what it is part of
     float lower[3] = {}, upper[3] = {};
     uint32_t bytes(BlockForm form) const { return form == BlockForm::wide ? wide_bytes : stored_bytes; }
 };
@@ -86,10 +86,10 @@ struct BakedScene {
     uint32_t first_block_entry_of(uint32_t block) const;
     BlockEntryRoots block_entries_of(uint32_t block) const;
     uint32_t instance_levels() const;  // how many instances something can be in at most; 0: there are none
-    bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
-    bool has_uvs() const;            // likewise
-    bool has_bumps() const;          // textures that change normals
-    bool is_anisotropic() const;     // any material
+    bool has_vertex_colors() const;    // any mesh: kernels and path slots then have something more
+    bool has_uvs() const;              // likewise
+    bool has_bumps() const;            // textures that change normals
+    bool is_anisotropic() const;       // any material
     bool has_tangents() const { return (has_bumps() || is_anisotropic()) && has_uvs(); }
     bool has_cutouts() const;  // surfaces of which parts are not there
     bool has_paged_sky() const { return !sky_words.empty(); }

@@ -13,15 +13,7 @@ void for_each_corner(const Box& box, const Take& take) {
         take(corner & 1 ? box.upper[0] : box.lower[0], corner & 2 ? box.upper[1] : box.lower[1], corner & 4 ? box.upper[2] : box.lower[2]);
 }
 
-}  // namespace
-
-std::array<double, 3> middle_of(const Box& object_box) {
-    std::array<double, 3> middle = {};
-    for (size_t a = 0; a < 3; a++) middle[a] = static_cast<float>((double{object_box.lower[a]} + object_box.upper[a]) / 2);
-    return middle;
-}
-
-Transform placement_of(const rp_instance& instance, const Box& object_box) {
+std::optional<Transform> placed_by(const rp_instance& instance, const Box& object_box) {
     Transform to_object;
     const auto base = middle_of(object_box);
     for (size_t i = 0; i < 3; i++) {
@@ -31,10 +23,20 @@ Transform placement_of(const rp_instance& instance, const Box& object_box) {
             to_object.m[i][3] -= to_object.m[i][j] * instance.center[j];
         }
     }
-    return to_object.inverse().value_or(Transform());
+    return to_object.inverse();
 }
 
-std::optional<rp_instance> make_instance(const Transform& to_world, const Box& object_box) {
+}  // namespace
+
+std::array<double, 3> middle_of(const Box& object_box) {
+    std::array<double, 3> middle = {};
+    for (size_t a = 0; a < 3; a++) middle[a] = static_cast<float>((double{object_box.lower[a]} + object_box.upper[a]) / 2);
+    return middle;
+}
+
+Transform placement_of(const rp_instance& instance, const Box& object_box) { return placed_by(instance, object_box).value_or(Transform()); }
+
+std::optional<PlacedInstance> place_instance(const Transform& to_world, const Box& object_box) {
     const auto to_object = to_world.inverse();
     const auto& last = to_world.m[3];
     if (!to_object || object_box.empty() || last[0] != 0 || last[1] != 0 || last[2] != 0 || last[3] != 1) return std::nullopt;
@@ -50,23 +52,29 @@ std::optional<rp_instance> make_instance(const Transform& to_world, const Box& o
         }
     }
     if (!sound) return std::nullopt;
-    Transform rounded;
-    for (size_t i = 0; i < 3; i++)
-        for (size_t j = 0; j < 3; j++) rounded.m[i][j] = instance.to_object[3 * i + j];
-    if (!rounded.inverse()) return std::nullopt;
-    const Transform placement = placement_of(instance, object_box);
+    const auto placement = placed_by(instance, object_box);
+    if (!placement) return std::nullopt;
     double reach = 0;
     for_each_corner(object_box, [&](double x, double y, double z) {
-        const auto p = placement.point(x, y, z);
+        const auto p = placement->point(x, y, z);
         reach = std::max(reach, std::hypot(p[0] - instance.center[0], p[1] - instance.center[1], p[2] - instance.center[2]));
     });
     instance.reach = static_cast<float>(reach * (1 + 1e-5));
     if (!std::isfinite(instance.reach)) return std::nullopt;
-    return instance;
+    return PlacedInstance{instance, *placement};
+}
+
+std::optional<rp_instance> make_instance(const Transform& to_world, const Box& object_box) {
+    const auto placed = place_instance(to_world, object_box);
+    return placed ? std::optional(placed->record) : std::nullopt;
 }
 
 Box bounds_of(const rp_instance& instance, const ObjectBounds& object) {
-    const Transform placement = placement_of(instance, object.box);
+    return bounds_of(PlacedInstance{instance, placement_of(instance, object.box)}, object);
+}
+
+Box bounds_of(const PlacedInstance& placed, const ObjectBounds& object) {
+    const Transform& placement = placed.placement;
     std::array<double, 3> lower, upper;
     lower.fill(INFINITY);
     upper.fill(-INFINITY);

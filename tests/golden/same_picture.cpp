@@ -23,6 +23,7 @@ struct PictureCase {
     const char* name;
     Scene (*make)();
     bool paged_sky = false;  // although it is small
+    bool nested = false;     // instances stay in objects, few as they are
 };
 
 const PictureCase picture_cases[] = {
@@ -102,6 +103,11 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::instanced_hedge(150, {32, 24});
      }},  // with cut-outs, textures and directions of roughness
+    {"groves",
+     [] {
+         return reference::groves(9, {32, 24});
+     },
+     false, true},  // instances in each other, three levels deep
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }
@@ -117,6 +123,7 @@ protected:
             options.resident_sky_bytes = 0;
             options.scattered_sky_size = 100;
         }
+        if (GetParam().nested) options.flatten_limit = 0;
         return options;
     }
 
@@ -136,6 +143,10 @@ protected:
     }
 
     Result<MeasuredRender> run(const support::TestOptions& options) const { return render(*file_, options, {}); }
+
+    // Instances of instances are traced ray by ray.
+    std::vector<Traversal> traversals() const { return file_->scene().instance_levels() > 1 ? std::vector{Traversal::ray} : support::traversals(); }
+    BlockForm form() const { return file_->scene().instance_levels() > 1 ? BlockForm::stored : support::default_form(); }
 
     // Whether this scene is to be drawn with the next combination of options: a third of them, so that all come with some of the scenes.
     bool is_its_turn() { return turns_.take(); }
@@ -201,7 +212,7 @@ TEST_P(SamePicture, with_room_for_one_block) {
         if (!is_its_turn()) continue;
         support::TestOptions options = base_;
         options.tuning.policy = policy.kind;
-        options.geometry_limit = file_->scene().largest_pageable(support::default_form());
+        options.geometry_limit = file_->scene().largest_pageable(form());
         expect_same(options, std::string(policy.name) + " with one block");
     }
 }
@@ -233,7 +244,7 @@ TEST_P(SamePicture, for_regions_of_any_size) {
 }
 
 TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
-    const uint64_t small = std::max<uint64_t>(40 << 10, file_->scene().largest_pageable(support::default_form()));
+    const uint64_t small = std::max<uint64_t>(40 << 10, file_->scene().largest_pageable(form()));
     for (const uint64_t slab : {uint64_t{0}, small})
         for (const uint32_t loads : {1u, 4u}) {
             if (!is_its_turn() || (slab != 0 && !has_slabs())) continue;
@@ -258,7 +269,7 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
 
 // As on GPUs: blocks come into places that rounds under way have nothing to do with, beside others that rounds may still read.
 TEST_P(SamePicture, with_room_made_ahead) {
-    for (const Traversal traversal : support::traversals())
+    for (const Traversal traversal : traversals())
         for (const double percent : {100.0, 40.0, 5.0, 0.001}) {
             if (!is_its_turn()) continue;
             support::TestOptions options = base_;
@@ -276,7 +287,7 @@ TEST_P(SamePicture, with_room_made_ahead) {
 
 // Everything else here is traced in the way that the device likes best.
 TEST_P(SamePicture, ray_by_ray_and_in_streams) {
-    for (const Traversal traversal : support::traversals())
+    for (const Traversal traversal : traversals())
         for (const double percent : {100.0, 20.0, 0.001}) {  // the last: room for the largest block
             if (!is_its_turn()) continue;
             support::TestOptions options = base_;
@@ -318,7 +329,7 @@ TEST_P(SamePicture, roulette_connection_too) {
     const auto resident = run(options);
     ASSERT_TRUE(resident.ok()) << resident.status().message();
     EXPECT_NE(resident->report.film_hash, hash_) << "the option does nothing";
-    for (const Traversal traversal : support::traversals()) {
+    for (const Traversal traversal : traversals()) {
         options.tuning.traversal = traversal;
         const auto other = run(options);
         ASSERT_TRUE(other.ok()) << other.status().message();
