@@ -172,6 +172,7 @@ Status PbrtReader::take_string(std::string& text) {
 }
 
 Status PbrtReader::take_numbers(size_t count, double* numbers) {
+    if (tokens_->take_numbers({numbers, count})) return {};
     for (size_t i = 0; i < count; ++i) {
         const PbrtToken* token = nullptr;
         RAYPAGER_TRY(tokens_->peek(token));

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <tuple>
 
 #include "import/text.hpp"
 
@@ -71,13 +72,43 @@ char PbrtTokens::advance() {
 
 void PbrtTokens::skip_blanks() {
     while (at_ < text_.size()) {
-        if (text_[at_] == '#')
+        const char c = text_[at_];
+        if (c == '#')
             while (at_ < text_.size() && !ends_line(text_[at_])) advance();
-        else if (separates(text_[at_]))
+        else if (c == ' ')
+            at_++, column_++;
+        else if (separates(c))
             advance();
         else
             return;
     }
+}
+
+// None of them ends a line.
+std::string_view PbrtTokens::advance_to(size_t end) {
+    const auto passed = std::string_view(text_).substr(at_, end - at_);
+    column_ += static_cast<uint32_t>(passed.size());
+    at_ = end;
+    return passed;
+}
+
+bool PbrtTokens::take_numbers(std::span<double> numbers) {
+    if (ahead_) return false;
+    const auto before = std::tuple(at_, line_, column_);
+    const char* const end = text_.data() + text_.size();
+    for (double& number : numbers) {
+        skip_blanks();
+        const char* const begin = text_.data() + at_;
+        const char* const first = begin + (begin < end && *begin == '-');
+        std::from_chars_result read = {begin, std::errc::invalid_argument};
+        if (first < end && (digit(*first) || *first == '.')) read = std::from_chars(begin, end, number);
+        if (read.ec != std::errc() || (read.ptr < end && !ends_word(*read.ptr))) {
+            std::tie(at_, line_, column_) = before;
+            return false;
+        }
+        advance_to(static_cast<size_t>(read.ptr - text_.data()));
+    }
+    return true;
 }
 
 Status PbrtTokens::scan() {
@@ -99,14 +130,24 @@ Status PbrtTokens::scan() {
     if (digit(c) || c == '-' || c == '+' || c == '.') return scan_number();
     if (!letter(c)) return error(token_, fmt::format("expected a directive, a string or a number instead of \"{}\"", clipped(text_.substr(at_, 1))));
     token_.kind = PbrtTokenKind::word;
-    while (at_ < text_.size() && !ends_word(text_[at_])) token_.text += advance();
+    token_.text = advance_to(end_of_word());
     return {};
+}
+
+size_t PbrtTokens::end_of_word() const {
+    size_t end = at_;
+    while (end < text_.size() && !ends_word(text_[end])) end++;
+    return end;
 }
 
 Status PbrtTokens::scan_string() {
     token_.kind = PbrtTokenKind::string;
     advance();
     while (at_ < text_.size() && !ends_line(text_[at_])) {
+        size_t plain = at_;
+        while (plain < text_.size() && !ends_line(text_[plain]) && text_[plain] != '"' && text_[plain] != '\\') plain++;
+        token_.text += advance_to(plain);
+        if (at_ == text_.size() || ends_line(text_[at_])) break;
         char c = advance();
         if (c == '"') return {};
         if (c == '\\') {
@@ -122,12 +163,13 @@ Status PbrtTokens::scan_string() {
 
 Status PbrtTokens::scan_number() {
     token_.kind = PbrtTokenKind::number;
-    const size_t begin = at_;
-    while (at_ < text_.size() && !ends_word(text_[at_])) advance();
-    const std::string_view word = std::string_view(text_).substr(begin, at_ - begin);
+    const std::string_view word = advance_to(end_of_word());
     const std::string_view digits = word[0] == '+' ? word.substr(1) : word;
     const auto [end, result] = std::from_chars(digits.data(), digits.data() + digits.size(), token_.number);
-    if (result == std::errc::invalid_argument || end != digits.data() + digits.size() || digits.find_first_of("nN") != std::string_view::npos)
+    // Neither infinities nor what is no number at all.
+    const std::string_view unsigned_digits = digits.substr(digits.starts_with('-'));
+    const bool named = !unsigned_digits.empty() && letter(unsigned_digits[0]);
+    if (result == std::errc::invalid_argument || end != digits.data() + digits.size() || named)
         return error(token_, fmt::format("expected a number instead of \"{}\"", clipped(word)));
     if (result == std::errc::result_out_of_range) {
         token_.number = std::strtod(std::string(digits).c_str(), nullptr);

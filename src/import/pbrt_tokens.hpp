@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -36,6 +37,9 @@ public:
     // The coming token. Stays valid until take().
     Status peek(const PbrtToken*& token);
     void take() { ahead_ = false; }
+    // Takes numbers as they mostly come, faster than token by token. False if anything is unusual about them: then none was taken, and what peek()
+    // says of them counts.
+    bool take_numbers(std::span<double> numbers);
     PbrtLocation location(const PbrtToken& token) const { return {file_, token.line, token.column}; }
     Status error(const PbrtToken& token, const std::string& what) const;  // file:line:column: what
 
@@ -45,6 +49,8 @@ private:
     Status scan_number();
     void skip_blanks();
     char advance();
+    std::string_view advance_to(size_t end);
+    size_t end_of_word() const;
 
     std::shared_ptr<const std::string> file_;
     std::string text_;
