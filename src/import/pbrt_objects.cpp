@@ -12,8 +12,6 @@
 namespace raypager {
 namespace {
 
-// Instances are kept in pieces, which become sources as they are, so that no time needs room for all of them twice.
-constexpr size_t placements_in_a_piece = size_t{1} << 20;
 constexpr uint64_t most_instances = RP_NONE - 1;
 
 // Copies of what has fewer triangles take no more room in blocks than its instances would, and rays find them sooner.
@@ -27,6 +25,21 @@ Transform transform_of(const Placement& placement) {
     Transform transform;
     std::copy(placement.to_world.begin(), placement.to_world.end(), transform.m.begin());
     return transform;
+}
+
+// So far from being singular that elimination finds its inverse; the usual case, without that work.
+bool surely_invertible(const Transform& transform) {
+    constexpr double least_share = 1e-6, smallest = 1e-30, largest = 1e30;
+    const auto& m = transform.m;
+    double lengths = 1;
+    for (size_t i = 0; i < 3; ++i) {
+        const double length = std::abs(m[i][0]) + std::abs(m[i][1]) + std::abs(m[i][2]);
+        if (!(length > smallest && length < largest && std::abs(m[i][3]) < largest)) return false;
+        lengths *= length;
+    }
+    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
+                               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    return std::abs(determinant) > least_share * lengths;
 }
 
 // Lights are sampled one by one, and a radius that is given for the world is that in all instances.
@@ -46,6 +59,8 @@ bool is_small(const std::vector<Shape>& shapes) {
     }
     return count < few_triangles;
 }
+
+std::string no_room(const Status& why) { return fmt::format("no room for so many instances ({}); set TMPDIR to another folder", why.message()); }
 
 // A whole place near the object, if it is so far from the origin of its own space that single precision would take its digits there.
 std::array<double, 3> origin_of(const std::vector<Shape>& shapes, double far_coordinate) {
@@ -92,7 +107,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
         leave_out(directive, fmt::format("there is no object \"{}\"; the instance is left out", clipped(name)));
         return {};
     }
-    if (!state_.transform.inverse()) {
+    if (!surely_invertible(state_.transform) && !state_.transform.inverse()) {
         warn(directive.location, "a transform that cannot be inverted flattens an instance; it is left out");
         return {};
     }
@@ -103,11 +118,10 @@ Status PbrtReader::object_instance(const Directive& directive) {
         const Status copied = copy_object(object, state_.transform);
         return copied.ok() ? copied : error(directive, copied.message());
     }
-    if (++placed_ > most_instances) return error(directive, fmt::format("more than {} instances", most_instances));
-    if (placements_.empty() || placements_.back().size() == placements_in_a_piece) placements_.emplace_back();
+    if (placements_->count() == most_instances) return error(directive, fmt::format("more than {} instances", most_instances));
     const auto& m = state_.transform.m;
-    placements_.back().push_back({static_cast<uint32_t>(found->second), {m[0], m[1], m[2]}});
-    return {};
+    const Status kept = placements_->add({static_cast<uint32_t>(found->second), {m[0], m[1], m[2]}});
+    return kept.ok() ? kept : error(directive, no_room(kept));
 }
 
 Status PbrtReader::copy_object(const PbrtObject& object, const Transform& to_world) {
@@ -132,22 +146,16 @@ void PbrtReader::keep_object(PbrtObject& object) {
 }
 
 Status PbrtReader::place_objects(const std::string& scene_file) {
-    const auto is_kept = [](const PbrtObject& o) { return o.number != RP_NONE; };
-    for (PbrtObject& object : objects_)
+    if (placements_->count() == 0) return {};
+    if (const Status kept = placements_->finish(); !kept.ok()) return Status::failed(no_room(kept));
+    std::vector<StoredInstances::PlacedObject> placed;
+    for (PbrtObject& object : objects_) {
         if (object.may_be_instanced && object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes))) keep_object(object);
-    for (std::vector<Placement>& piece : placements_) {
-        for (const Placement& placement : piece)
-            if (const PbrtObject& object = objects_[placement.object]; !is_kept(object)) RAYPAGER_TRY(copy_object(object, transform_of(placement)));
-        std::erase_if(piece, [&](const Placement& placement) { return !is_kept(objects_[placement.object]); });
-        for (Placement& placement : piece) {
-            const PbrtObject& object = objects_[placement.object];
-            for (auto& row : placement.to_world)
-                for (size_t a = 0; a < 3; ++a) row[3] += row[a] * object.origin[a];
-            placement.object = object.number;
-        }
-        if (!piece.empty()) scene_.instances.push_back(std::make_shared<InstancesInMemory>(scene_file, std::move(piece)));
+        placed.push_back({object.number, object.origin});
     }
-    placements_.clear();
+    const auto instances = std::make_shared<StoredInstances>(scene_file, std::move(placements_), std::move(placed));
+    RAYPAGER_TRY(instances->prepare([&](const Placement& p) { return copy_object(objects_[p.object], transform_of(p)); }));
+    if (instances->count() > 0) scene_.instances.push_back(instances);
     return {};
 }
 

@@ -18,6 +18,7 @@
 #include "import/pbrt_textures.hpp"
 #include "import/pbrt_tokens.hpp"
 #include "import/pbrt_warnings.hpp"
+#include "import/placement_store.hpp"
 #include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 
@@ -26,7 +27,9 @@ namespace raypager {
 class PbrtReader {
 public:
     // columns: of text clouds whose shapes do not name theirs; empty: the files tell.
-    explicit PbrtReader(PointColumns columns = {}) : columns_(std::move(columns)) {}
+    // placements_in_memory: of objects; more than these go to a scratch file.
+    explicit PbrtReader(PointColumns columns = {}, size_t placements_in_memory = PlacementStore::usually_in_memory)
+        : placements_(std::make_shared<PlacementStore>(placements_in_memory)), columns_(std::move(columns)) {}
     Result<Scene> read(const std::filesystem::path& path);
 
 private:
@@ -314,8 +317,7 @@ private:
     std::map<uint32_t, std::optional<uint32_t>> without_textures_;  // by material: that with mid values
     std::vector<PbrtObject> objects_;
     std::unordered_map<std::string, size_t> object_numbers_;  // by name: the latest of that name
-    std::vector<std::vector<Placement>> placements_;          // of objects_, but for those that are written out at once
-    uint64_t placed_ = 0;                                     // how many these are
+    std::shared_ptr<PlacementStore> placements_;              // of objects_, but for those that are written out at once
     std::vector<Shape>* object_ = nullptr;                    // between ObjectBegin and ObjectEnd
     PbrtLocation object_location_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
