@@ -12,15 +12,14 @@
 #include "bake/append_tree.hpp"
 #include "bake/bake_images.hpp"
 #include "bake/bake_instances.hpp"
-#include "bake/build_blocks.hpp"
+#include "bake/bake_objects.hpp"
+#include "bake/build_world.hpp"
 #include "bake/restyle.hpp"
 #include "bake/scene_size.hpp"
 #include "base/memory.hpp"
 #include "base/words.hpp"
 #include "block/block_coding.hpp"
-#include "cut/distribute.hpp"
 #include "cut/top_tree.hpp"
-#include "cut/world_cut.hpp"
 #include "gather/gather.hpp"
 #include "gather/lights.hpp"
 #include "store/block_file.hpp"
@@ -65,38 +64,6 @@ BakedScene describe(const Scene& scene, Gathered& gathered) {
     baked.triangles = gathered.triangles;
     set_bounds(baked, gathered.bounds);
     return baked;
-}
-
-// What shapes are gathered by, besides themselves.
-Scene without_shapes(const Scene& scene) {
-    Scene bare;
-    bare.camera = scene.camera;
-    bare.width = scene.width;
-    bare.height = scene.height;
-    bare.materials = scene.materials;
-    bare.area_lights = scene.area_lights;
-    bare.texture_ops = scene.texture_ops;
-    bare.texture_maps = scene.texture_maps;
-    return bare;
-}
-
-// The tree over the blocks of an object, and what holds the object, in its own space.
-struct ObjectTree {
-    TopTree tree;
-    uint64_t first_block_entry = 0;
-    Box box;
-    std::vector<Box> parts;  // as ObjectBounds has it
-};
-
-// Boxes around neighbours among many.
-std::vector<Box> some_boxes(std::span<const BlockEntryBox> boxes) {
-    const size_t each = (boxes.size() + ObjectBounds::max_parts - 1) / ObjectBounds::max_parts;
-    std::vector<Box> some;
-    for (size_t i = 0; i < boxes.size(); i++) {
-        if (i % each == 0) some.emplace_back();
-        some.back().grow(boxes[i].box);
-    }
-    return some;
 }
 
 class Bake {
@@ -173,11 +140,19 @@ private:
         return bake_images(scene_, std::move(plan), settings, sink, baked);
     }
 
-    BlockBuilding building(const BakeMemory& memory) const { return {options_.block_bytes, options_.block_entries, memory.builders, options_.stop}; }
+    BlockBuilding blocks(const BakeMemory& memory) const { return {options_.block_bytes, options_.block_entries, memory.builders, options_.stop}; }
 
     // Chooses the size of blocks where that is left to us, and with it how many are made at a time.
     void settle_block_size(uint64_t scene_bytes) {
         if (options_.block_bytes == 0) options_.block_bytes = automatic_block_bytes(scene_bytes, options_.host_limit);
+    }
+
+    // For those of the scene, and for those of objects. weight: of what is to be built.
+    Result<WorldBuilding> building_of_shapes(uint64_t weight) {
+        settle_block_size(weight);
+        const auto memory = plan_memory();
+        if (!memory) return memory.status();
+        return WorldBuilding{blocks(*memory), *memory, beside_};
     }
 
     // For shapes. Where there are objects, the scene's own shapes are gathered before, so that ids of primitives are known, and keep one half of it,
@@ -192,23 +167,24 @@ private:
 
     // Everything that is made of blocks: objects, the scene's own shapes, instances, and the trees above them.
     Status bake_geometry(Gathered& gathered, BlockSink& sink, BakedScene& baked, BakeSummary& summary) {
-        std::vector<ObjectTree> objects;
-        RAYPAGER_TRY(add_objects(gathered, sink, baked, objects, summary.buckets));
+        auto objects = add_objects(gathered, sink, baked, summary.buckets);
+        if (!objects) return objects.status();
         if (options_.position_error > 0 && baked.triangles == 0 && gathered.issues.degenerate > 0)
             return Status::failed(
                 fmt::format("no triangle is left of the scene if vertices move by {}; give a smaller --position-error", options_.position_error));
         const uint64_t of_objects = baked.block_entries.size();
-        std::vector<BlockEntryBox> block_entry_boxes;
         const GatherProgress progress = [this](const char* stage, double fraction) { report(stage, fraction); };
-        RAYPAGER_TRY(build_shapes(gathered, progress, sink, baked, block_entry_boxes, summary.buckets));
+        auto block_entry_boxes = build_gathered(
+            gathered, [this](uint64_t weight) { return building_of_shapes(weight); }, progress, sink, baked, summary.buckets);
+        if (!block_entry_boxes) return block_entry_boxes.status();
         // Its memory is for instances now, and then for images.
         gathered.world = World();
-        RAYPAGER_TRY(add_instances(gathered, objects, sink, baked, block_entry_boxes));
+        RAYPAGER_TRY(add_instances(gathered, *objects, sink, baked, *block_entry_boxes, summary.buckets));
 
-        const TopTree top = build_top_tree(block_entry_boxes);
+        const TopTree top = build_top_tree(*block_entry_boxes);
         baked.top_grid = append_tree(top, of_objects, baked);
         baked.top_grid.block_entry_count = static_cast<rp_u32>(baked.block_entries.size());
-        for (const ObjectTree& object : objects) add_object_tree(object, baked);
+        for (const ObjectTree& object : *objects) add_object_tree(object, baked);
         baked.block_entry_paths.insert(baked.block_entry_paths.end(), top.paths.begin(), top.paths.end());
         return {};
     }
@@ -216,160 +192,54 @@ private:
     static void add_object_tree(const ObjectTree& object, BakedScene& baked) {
         rp_object added = {};
         added.top = append_tree(object.tree, object.first_block_entry, baked);
-        if (!object.box.empty())
-            for (size_t a = 0; a < 3; a++) added.base[a] = static_cast<float>(middle_of(object.box)[a]);
+        if (!object.bounds.box.empty())
+            for (size_t a = 0; a < 3; a++) added.base[a] = static_cast<float>(middle_of(object.bounds.box)[a]);
         baked.objects.push_back(added);
         baked.block_entry_paths.insert(baked.block_entry_paths.end(), object.tree.paths.begin(), object.tree.paths.end());
     }
 
-    // One after the other. What the scene's camera sees of a cloud is no matter: nobody knows where it will be.
-    Status add_objects(Gathered& gathered, BlockSink& sink, BakedScene& baked, std::vector<ObjectTree>& objects, uint64_t& buckets) {
-        if (scene_.objects.empty()) return {};
-        Scene part = without_shapes(scene_);
-        PointOptions points = options_.points;
-        points.cull_to_camera = points.filter_to_image = false;
-        const auto memory = plan_memory();
-        if (!memory) return memory.status();
-        const auto all = static_cast<double>(scene_.objects.size());
-        for (const Object& object : scene_.objects) {
-            if (options_.stop && *options_.stop) return Status::interrupted("stopped by a signal; nothing was written");
-            const auto done = static_cast<double>(objects.size());
-            const auto progress = [&, this](double fraction) { report("objects", (done + fraction) / all); };
-            part.shapes = object.shapes;
-            auto placed = gather(
-                part, {*memory, beside_, options_.stop}, [&](const char*, double fraction) { progress(fraction / 2); }, points, cell());
-            if (!placed) return placed.status();
-            const uint64_t first = baked.triangles + baked.spheres;
-            if (first + placed->triangles + placed->spheres >= RP_NONE)
-                return Status::failed(
-                    fmt::format("{}: the scene has more than {} primitives with it; leave some objects out", object.name, RP_NONE - 1));
-            gathered.issues.add(placed->issues);
-            placed->world.first_id = static_cast<uint32_t>(first);
-            RAYPAGER_TRY(add_object(*placed, progress, sink, baked, objects, buckets));
-        }
-        return {};
-    }
-
-    // Its primitives follow those that are there.
-    Status add_object(Gathered& object, const std::function<void(double)>& progress, BlockSink& sink, BakedScene& baked,
-                      std::vector<ObjectTree>& objects, uint64_t& buckets) {
-        for (rp_primitive_range range : object.ranges) {
-            range.first_primitive += object.world.first_id;
-            baked.ranges.push_back(range);
-        }
-        baked.triangles += object.triangles;
-        baked.spheres += object.spheres;
-        ObjectTree added;
-        added.first_block_entry = baked.block_entries.size();
-        const size_t first_block = baked.blocks.size();
-        std::vector<BlockEntryBox> block_entry_boxes;
-        const GatherProgress building = [&](const char* stage, double fraction) {
-            if (stage == std::string_view("build")) progress((1 + fraction) / 2);
-        };
-        RAYPAGER_TRY(build_shapes(object, building, sink, baked, block_entry_boxes, buckets));
-        for (size_t block = first_block; block < baked.blocks.size(); block++) {
-            Box box;
-            std::copy_n(baked.blocks[block].lower, 3, box.lower);
-            std::copy_n(baked.blocks[block].upper, 3, box.upper);
-            added.box.grow(box);
-        }
-        added.tree = build_top_tree(block_entry_boxes);
-        added.parts = some_boxes(block_entry_boxes);
-        objects.push_back(std::move(added));
-        return {};
+    Result<std::vector<ObjectTree>> add_objects(Gathered& gathered, BlockSink& sink, BakedScene& baked, uint64_t& buckets) {
+        if (scene_.objects.empty()) return std::vector<ObjectTree>();
+        const auto building = building_of_shapes(0);
+        if (!building) return building.status();
+        return bake_objects({scene_, options_.points, *building, [this](double fraction) { report("objects", fraction); }}, sink, baked,
+                            gathered.issues, buckets);
     }
 
     Status add_instances(Gathered& gathered, const std::vector<ObjectTree>& objects, BlockSink& sink, BakedScene& baked,
-                         std::vector<BlockEntryBox>& block_entry_boxes) {
+                         std::vector<BlockEntryBox>& block_entry_boxes, uint64_t& buckets) {
         if (scene_.instances.empty()) return {};
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes);
         if (!memory) return memory.status();
         std::vector<ObjectBounds> bounds_of_objects;
-        for (const ObjectTree& object : objects) bounds_of_objects.push_back({object.box, object.parts});
-        const InstanceGathering settings = {memory->gather, options_.stop, [this](double fraction) { report("instances", fraction / 2); }};
-        const auto world = gather_instances(scene_, bounds_of_objects, settings, gathered.issues);
-        if (!world) return world.status();
-        if (world->instances.empty()) return {};
-        const Weigher weigher(*world, Weigher::Sharing::by_index);
-        const WorldParts parts = WorldCut(*world, weigher).run(options_.block_bytes, memory->cut);
-        BlockBuilding settings_of_blocks = building(*memory);
-        settings_of_blocks.max_entries = 1;
-        BlockBuilder builder(settings_of_blocks, sink, baked);
-        RAYPAGER_TRY(builder.build(*world, weigher, parts, [this](double fraction) { report("instances", (1 + fraction) / 2); }));
-        block_entry_boxes.insert(block_entry_boxes.end(), builder.block_entry_boxes().begin(), builder.block_entry_boxes().end());
-        baked.instances = world->instances.size();
+        for (const ObjectTree& object : objects) bounds_of_objects.push_back(object.bounds);
+        const InstanceGathering settings = {*memory, beside_, options_.stop, [this](double fraction) { report("instances", fraction / 2); }};
+        auto instances = gather_instances(scene_, bounds_of_objects, settings, gathered.issues);
+        if (!instances) return instances.status();
+        if (instances->count == 0) return {};
+        const auto boxes = build_instances(*instances, *memory, sink, baked, buckets);
+        if (!boxes) return boxes.status();
+        block_entry_boxes.insert(block_entry_boxes.end(), boxes->begin(), boxes->end());
+        baked.instances = instances->count;
 
         // Lights were weighed without them. A backdrop counted only as long as there was nothing else.
-        Box bounds = world->bounds;
+        Box bounds = instances->bounds;
         if (!std::ranges::all_of(scene_.shapes, &Shape::backdrop)) bounds.grow(gathered.bounds);
         set_bounds(baked, bounds);
         set_probabilities(baked.lights, radius_of(baked.lower, baked.upper));
         return {};
     }
 
-    // What was gathered becomes blocks. buckets: counts those that it took over the disk.
-    Status build_shapes(Gathered& gathered, const GatherProgress& progress, BlockSink& sink, BakedScene& baked,
-                        std::vector<BlockEntryBox>& block_entry_boxes, uint64_t& buckets) {
-        return gathered.spilled ? build_from_disk(gathered, progress, sink, baked, block_entry_boxes, buckets)
-                                : build_in_memory(gathered.world, progress, sink, baked, block_entry_boxes);
-    }
-
-    Status build_in_memory(const World& world, const GatherProgress& progress, BlockSink& sink, BakedScene& baked,
-                           std::vector<BlockEntryBox>& block_entry_boxes) {
-        progress("cut", 0);
-        const Weigher weigher(world, Weigher::Sharing::by_index);
-        WorldCut cut(world, weigher);
-        settle_block_size(cut.weight());
-        const auto memory = plan_memory();
-        if (!memory) return memory.status();
-        const WorldParts parts = std::move(cut).run(options_.block_bytes, memory->cut);
-        progress("cut", 1);
-        BlockBuilder builder(building(*memory), sink, baked);
-        RAYPAGER_TRY(builder.build(world, weigher, parts, [&](double fraction) { progress("build", fraction); }));
-        block_entry_boxes = builder.block_entry_boxes();
-        return {};
-    }
-
-    // Splits what is too large until it fits into memory, depth first: the blocks come in the order of the cuts.
-    Status build_from_disk(Gathered& gathered, const GatherProgress& progress, BlockSink& sink, BakedScene& baked,
-                           std::vector<BlockEntryBox>& block_entry_boxes, uint64_t& buckets) {
-        settle_block_size(gathered.weight);
-        const auto memory = plan_memory();
-        if (!memory) return memory.status();
-        const DistributeSettings settings = {*memory, beside_, options_.stop, [&](double fraction) { progress("distribute", fraction); }};
-        BlockBuilder builder(building(*memory), sink, baked);
-        std::vector<Bucket> stack;
-        stack.push_back(std::move(*gathered.spilled));
-        const double all = static_cast<double>(gathered.triangles + gathered.spheres);
-        uint64_t built = 0;
-        while (!stack.empty()) {
-            const Bucket bucket = std::move(stack.back());
-            stack.pop_back();
-            const uint64_t count = bucket.primitives();
-            if (bucket.memory_bytes() > memory->bucket && count >= 2) {
-                auto split = distribute(bucket, settings);
-                if (!split) return split.status();
-                for (auto part = split->rbegin(); part != split->rend(); ++part) stack.push_back(std::move(*part));
-                continue;
-            }
-            RAYPAGER_TRY(build_bucket(bucket, gathered.world.first_id, *memory, builder, [&](double fraction) {
-                progress("build", (static_cast<double>(built) + fraction * static_cast<double>(count)) / all);
-            }));
-            built += count;
-            buckets++;
-        }
-        block_entry_boxes = builder.block_entry_boxes();
-        return {};
-    }
-
-    Status build_bucket(const Bucket& bucket, uint32_t first_id, const BakeMemory& memory, BlockBuilder& builder,
-                        const std::function<void(double)>& progress) const {
-        auto world = load_bucket(bucket);
-        if (!world) return world.status();
-        world->first_id = first_id;
-        const Weigher weigher(*world, Weigher::Sharing::by_value);
-        const WorldParts parts = WorldCut(*world, weigher).run(options_.block_bytes, memory.cut);
-        return builder.build(*world, weigher, parts, progress);
+    Result<std::vector<BlockEntryBox>> build_instances(GatheredInstances& instances, const BakeMemory& memory, BlockSink& sink, BakedScene& baked,
+                                                       uint64_t& buckets) const {
+        WorldBuilding building = {blocks(memory), memory, beside_};
+        building.blocks.max_entries = 1;
+        const auto settle = [&](uint64_t) -> Result<WorldBuilding> { return building; };
+        const GatherProgress progress = [this](const char* stage, double fraction) {
+            if (stage == std::string_view("build")) report("instances", (1 + fraction) / 2);
+        };
+        if (!instances.spilled) return build_in_memory(instances.world, settle, progress, sink, baked);
+        return build_from_disk(std::move(*instances.spilled), 0, instances.count * instance_weight, settle, progress, sink, baked, buckets);
     }
 
     const Scene& scene_;

@@ -5,41 +5,37 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "base/words.hpp"
-#include "world/instance_record.hpp"
 #include "world/placement.hpp"
 
 namespace raypager {
 namespace {
 
 constexpr uint64_t instance_limit = RP_NONE;  // there are fewer
-// Placements that are looked at between two looks at whether to stop.
-constexpr size_t placements_at_once = size_t{1} << 14;
+// Placements that are looked at between two looks at whether to stop, by each thread some of them at a time.
+constexpr size_t placements_at_once = size_t{1} << 16, placements_of_thread = size_t{1} << 10;
+// Of the memory for buffers, what records wait in until they are written.
+constexpr uint64_t spill_buffer_share = 8;
 
 class InstanceGatherer {
 public:
     InstanceGatherer(std::span<const ObjectBounds> objects, const InstanceGathering& settings, uint64_t expected)
         : objects_(objects), settings_(settings), expected_(expected) {}
 
-    Status check_room(uint64_t count) const {
-        if (count >= instance_limit) return Status::failed(fmt::format("the scene has more than {} instances; leave some out", instance_limit - 1));
-        if (count > settings_.memory_bytes / instance_memory)
-            return Status::failed(fmt::format("{} take {} of memory to bake; give a larger --host-limit", counted(count, "instance"),
-                                              format_bytes(count * instance_memory)));
+    Status begin() {
+        RAYPAGER_TRY(check_count(expected_));
+        if (!fit(expected_)) return begin_spilling();
+        reserve_huge(out_.world.instances, expected_);
         return {};
-    }
-
-    void reserve() {
-        world_.instances.reserve(expected_);
-        world_.primitives.reserve(expected_);
     }
 
     Status take(std::span<const Placement> placements, const std::string& source) {
         while (!placements.empty()) {
             if (settings_.stop && *settings_.stop) return Status::interrupted("stopped by a signal; nothing was written");
             const auto some = placements.first(std::min(placements.size(), placements_at_once));
-            RAYPAGER_TRY(check_room(world_.instances.size() + some.size()));
+            RAYPAGER_TRY(check_count(out_.count + some.size()));
             RAYPAGER_TRY(add(some, source));
             placements = placements.subspan(some.size());
             settings_.progress(std::min(1.0, static_cast<double>(seen_) / static_cast<double>(std::max<uint64_t>(expected_, 1))));
@@ -47,39 +43,82 @@ public:
         return {};
     }
 
-    World finish(MeshIssues& issues) {
+    Result<GatheredInstances> finish(MeshIssues& issues) {
         if (dropped_ > 0) issues.warn("instances dropped", fmt::format("{} flattened or out of range: dropped", counted(dropped_, "instance")));
-        return std::move(world_);
+        if (writer_) {
+            auto spilled = writer_->finish();
+            if (!spilled) return spilled.status();
+            out_.spilled = std::move(*spilled);
+        }
+        resize_huge(out_.world.primitives, out_.world.instances.size());
+        parallel_for(out_.world.primitives.size(), placements_at_once, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) out_.world.primitives[i] = World::instance_entry(i);
+        });
+        return std::move(out_);
     }
 
 private:
-    Status add(std::span<const Placement> placements, const std::string& source) {
-        made_.assign(placements.size(), {});
-        constexpr size_t at_once = 512;
-        RAYPAGER_TRY(parallel_try(placements.size(), at_once, [&](size_t begin, size_t end) -> Status {
-            for (size_t i = begin; i < end; i++) RAYPAGER_TRY(make(placements[i], source, seen_ + i, made_[i]));
-            return {};
-        }));
-        for (const Made& made : made_) {
-            dropped_ += made.dropped;
-            if (made.box.empty()) continue;
-            const size_t number = world_.instances.size();
-            world_.instances.push_back({made.record, made.box, static_cast<uint32_t>(number)});
-            world_.primitives.push_back(World::instance_entry(number));
-            // How the object is cut must not change pictures, which depend on the size of the scene.
-            world_.bounds.grow(made.whole);
-        }
-        seen_ += placements.size();
+    static Status check_count(uint64_t count) {
+        if (count < instance_limit) return {};
+        return Status::failed(fmt::format("the scene has more than {} instances; leave some out", instance_limit - 1));
+    }
+
+    bool fit(uint64_t count) const { return count <= settings_.memory.gather / instance_memory; }
+
+    Status begin_spilling() {
+        auto file = SpillFile::create(settings_.spill_beside);
+        if (!file) return file.status();
+        writer_.emplace(std::move(*file), settings_.memory.buffers / spill_buffer_share);
+        RAYPAGER_TRY(writer_->add(instance_records, std::as_bytes(std::span(out_.world.instances))));
+        out_.world = {};
         return {};
     }
 
-    struct Made {
-        rp_instance record;
-        Box box;    // empty: there is nothing to be seen
-        Box whole;  // around the object's box
-        bool dropped = false;
+    Status add(std::span<const Placement> placements, const std::string& source) {
+        made_.resize(placements.size());
+        pieces_.assign((placements.size() + placements_of_thread - 1) / placements_of_thread, {});
+        RAYPAGER_TRY(parallel_try(placements.size(), placements_of_thread, [&](size_t begin, size_t end) -> Status {
+            Piece& piece = pieces_[begin / placements_of_thread];
+            for (size_t i = begin; i < end; i++) RAYPAGER_TRY(make(placements[i], source, seen_ + i, made_[begin + piece.kept], piece));
+            return {};
+        }));
+        seen_ += placements.size();
+        uint64_t kept = 0;
+        for (Piece& piece : pieces_) {
+            piece.first = kept;
+            kept += piece.kept;
+            dropped_ += piece.dropped;
+            // How the object is cut must not change pictures, which depend on the size of the scene.
+            out_.bounds.grow(piece.whole);
+        }
+        return keep(kept);
+    }
+
+    // What pieces_ say of made_, numbered behind all before.
+    Status keep(uint64_t kept) {
+        if (!writer_ && !fit(out_.count + kept)) RAYPAGER_TRY(begin_spilling());
+        std::vector<WorldInstance>& instances = writer_ ? records_ : out_.world.instances;
+        const uint64_t before = writer_ ? 0 : instances.size();
+        grow_huge(instances, before + kept);
+        instances.resize(before + kept);
+        parallel_for(pieces_.size(), 1, [&](size_t p, size_t) {
+            for (uint64_t i = 0; i < pieces_[p].kept; i++) {
+                WorldInstance& instance = instances[before + pieces_[p].first + i];
+                instance = made_[p * placements_of_thread + i];
+                instance.number = static_cast<uint32_t>(out_.count + pieces_[p].first + i);
+            }
+        });
+        out_.count += kept;
+        return writer_ ? writer_->add(instance_records, std::as_bytes(std::span(records_))) : Status();
+    }
+
+    // What became of some placements: those that are kept lie at the front of the piece's place in made_.
+    struct Piece {
+        uint64_t kept = 0, dropped = 0;
+        uint64_t first = 0;  // among all that were kept at the same time
+        Box whole;           // around the boxes of their objects
     };
-    Status make(const Placement& placement, const std::string& source, uint64_t index, Made& made) const {
+    Status make(const Placement& placement, const std::string& source, uint64_t index, WorldInstance& made, Piece& piece) const {
         if (placement.object >= objects_.size())
             return Status::failed(fmt::format("{}: instance {}: object {} does not exist", source, index, placement.object));
         Transform to_world;
@@ -90,39 +129,42 @@ private:
         }
         const ObjectBounds& object = objects_[placement.object];
         if (object.box.empty()) return {};
-        const auto record = make_instance(to_world, object.box);
-        const Box box = record ? bounds_of(*record, object) : Box();
+        const auto placed = place_instance(to_world, object.box);
         const auto near_enough = [](float x) { return std::abs(x) <= static_cast<float>(largest_coordinate); };
-        if (!record || !std::ranges::all_of(box.lower, near_enough) || !std::ranges::all_of(box.upper, near_enough)) {
-            made.dropped = true;
+        if (placed) made.box = bounds_of(*placed, object);
+        if (!placed || !std::ranges::all_of(made.box.lower, near_enough) || !std::ranges::all_of(made.box.upper, near_enough)) {
+            piece.dropped++;
             return {};
         }
-        made.record = *record;
+        made.record = placed->record;
         made.record.object = placement.object;
-        made.box = box;
-        made.whole = bounds_of(*record, {object.box, {}});
+        piece.whole.grow(object.parts.empty() ? made.box : bounds_of(*placed, {object.box, {}}));
+        piece.kept++;
         return {};
     }
 
     const std::span<const ObjectBounds> objects_;
     const InstanceGathering& settings_;
     const uint64_t expected_;
-    World world_;
-    std::vector<Made> made_;  // of some placements
+    GatheredInstances out_;
+    std::optional<BucketWriter> writer_;  // from when there are too many
+    std::vector<WorldInstance> made_;     // of some placements
+    std::vector<Piece> pieces_;           // of these
+    std::vector<WorldInstance> records_;  // of these, on the way to the disk
     uint64_t seen_ = 0, dropped_ = 0;
 };
 
 }  // namespace
 
-Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, MeshIssues& issues) {
+Result<GatheredInstances> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings,
+                                           MeshIssues& issues) {
     uint64_t expected = 0;
     for (const auto& source : scene.instances) expected += source->count();
     InstanceGatherer gatherer(objects, settings, expected);
-    if (auto status = gatherer.check_room(expected); !status.ok()) return status;
-    gatherer.reserve();
+    RAYPAGER_TRY(gatherer.begin());
     for (const auto& source : scene.instances) {
         const auto take = [&](std::span<const Placement> placements) { return gatherer.take(placements, source->name()); };
-        if (auto status = source->stream(take); !status.ok()) return status;
+        RAYPAGER_TRY(source->stream(take));
     }
     return gatherer.finish(issues);
 }

@@ -3,29 +3,39 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
+#include "world/bake_memory.hpp"
 #include "world/instance_record.hpp"
+#include "world/records.hpp"
 #include "world/world.hpp"
 
 namespace raypager {
 
 struct InstanceGathering {
-    uint64_t memory_bytes = UINT64_MAX;       // that they may take
-    const std::atomic<bool>* stop = nullptr;  // may be null
+    BakeMemory memory;
+    const std::filesystem::path& spill_beside;  // scratch files come beside this file
+    const std::atomic<bool>* stop = nullptr;    // may be null
     std::function<void(double fraction)> progress;
 };
 
-// What an instance takes while it is cut into blocks, in bytes.
-inline constexpr uint64_t instance_memory = sizeof(WorldInstance) + sizeof(Triangle) + cut_memory;
+struct GatheredInstances {
+    World world;                    // with all of them, or, if there are too many for memory, empty:
+    std::optional<Bucket> spilled;  // then they are here
+    Box bounds;                     // of the boxes of their objects, placed
+    uint64_t count = 0;
+};
 
 // All instances in the order of their sources, numbered through. objects: of each where it is; its box is empty where no ray can hit anything of it:
 // its instances are left out. Those that flatten their object, or put it beyond +-1e12, are dropped, with a warning that counts them. An error if
-// there is an object that does not exist, a number that is not finite, or too many for the memory.
-Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, MeshIssues& issues);
+// there is an object that does not exist, a number that is not finite, or 2^32 - 1 instances or more.
+Result<GatheredInstances> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings,
+                                           MeshIssues& issues);
 
 }  // namespace raypager

@@ -22,11 +22,16 @@ uint64_t estimated_bytes_of_shape(const Shape& shape) {
 
 }  // namespace
 
+uint64_t estimated_bytes(const Object& object) {
+    uint64_t sum = 0;
+    for (const Shape& shape : object.shapes) sum += estimated_bytes_of_shape(shape);
+    return sum;
+}
+
 uint64_t estimated_bytes(const Scene& scene) {
     uint64_t sum = 0;
     for (const Shape& shape : scene.shapes) sum += estimated_bytes_of_shape(shape);
-    for (const Object& object : scene.objects)
-        for (const Shape& shape : object.shapes) sum += estimated_bytes_of_shape(shape);
+    for (const Object& object : scene.objects) sum += estimated_bytes(object);
     for (const auto& source : scene.instances) sum += source->count() * instance_weight;
     return sum;
 }

@@ -7,8 +7,9 @@
 
 namespace raypager {
 
-// From what meshes, clouds and instances say of themselves, before any of it is loaded: those of objects once. Only the size of blocks follows
-// from it, where that is left to the bake.
+// From what meshes, clouds and instances say of themselves, before any of it is loaded: those of objects once. The size of blocks follows
+// from it, where that is left to the bake, and which objects are baked side by side.
 uint64_t estimated_bytes(const Scene& scene);
+uint64_t estimated_bytes(const Object& object);
 
 }  // namespace raypager

@@ -79,6 +79,11 @@ void place_sphere(World& world, const std::byte* bytes, size_t primitive, size_t
     world.ids[primitive] = record.id;
 }
 
+void place_instance_record(World& world, const std::byte* bytes, size_t instance) {
+    std::memcpy(&world.instances[instance], bytes, sizeof(InstanceRecord));
+    world.primitives[instance] = World::instance_entry(instance);
+}
+
 }  // namespace
 
 Result<std::vector<Bucket>> distribute(const Bucket& bucket, const DistributeSettings& settings) {
@@ -123,8 +128,11 @@ Result<World> load_bucket(const Bucket& bucket) {
     if (colored) world.colors.resize(3 * triangles, RP_NONE);
     world.uvs.resize(3 * textured);
     world.spheres.resize(bucket.lists[sphere_records].count);
+    const uint64_t instances = bucket.lists[instance_records].count;
+    RAYPAGER_CHECK(instances == 0 || instances == bucket.primitives());
     resize_huge(world.primitives, bucket.primitives());
-    resize_huge(world.ids, bucket.primitives());
+    resize_huge(world.ids, bucket.primitives() - instances);  // instances have their numbers
+    resize_huge(world.instances, instances);
     static_assert(textured_records == 0);
     uint64_t before = 0;  // primitives of other kinds
     for (uint32_t k = 0; k < record_kinds; k++) {
@@ -137,6 +145,7 @@ Result<World> load_bucket(const Bucket& bucket) {
                 if (kind == colored_records) place_triangle<ColoredTriangleRecord>(world, record, before + first + i);
                 if (kind == textured_records) place_triangle<TexturedTriangleRecord>(world, record, before + first + i);
                 if (kind == sphere_records) place_sphere(world, record, before + first + i, first + i);
+                if (kind == instance_records) place_instance_record(world, record, first + i);
             }
         }));
         before += bucket.lists[kind].count;

@@ -74,7 +74,7 @@ MeshPrefetch::MeshPrefetch(const Scene& scene, uint64_t bytes, const std::atomic
     if (order_.size() < 2) return;  // nothing to read while the only one is placed
     left_.resize(order_.size() + 1);
     for (size_t n = order_.size(); n-- > 0;) left_[n] = left_[n + 1] + scene.shapes[order_[n]].mesh->bytes_to_read();
-    const size_t threads = std::min(worker_count(), order_.size());
+    const size_t threads = std::min(workers_, order_.size());
     slots_.resize(2 * threads);
     bytes_each_ = bytes / slots_.size();
     for (size_t i = 0; i < threads; i++) threads_.emplace_back([this] { work(); });
@@ -96,7 +96,7 @@ void MeshPrefetch::work() {
         Slot& slot = slots_[next_ % slots_.size()];
         slot = {order_[next_++], false, {}};
         const uint64_t behind = left_[next_], mine = left_[next_ - 1] - behind;
-        const size_t workers = workers_for_mesh(worker_count(), mine, behind + under_way_);
+        const size_t workers = workers_for_mesh(workers_, mine, behind + under_way_);
         under_way_ += mine;
         lock.unlock();
         auto loaded = load(scene_.shapes[slot.shape], workers);

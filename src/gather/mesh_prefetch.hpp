@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "raypager/scene.hpp"
 
 namespace raypager {
@@ -44,6 +45,7 @@ private:
     };
     const Scene& scene_;
     const std::atomic<bool>* const stop_;
+    const size_t workers_ = helping_workers();
     uint64_t bytes_each_ = 0;
 
     std::mutex mutex_;  // of all that follows

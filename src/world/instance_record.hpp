@@ -18,6 +18,14 @@ std::array<double, 3> middle_of(const Box& object_box);
 // hold exactly enough (1e-6 to 1e6 as scales are). path and object are left 0.
 std::optional<rp_instance> make_instance(const Transform& to_world, const Box& object_box);
 
+// A record, and where it puts the object: placement_of(record).
+struct PlacedInstance {
+    rp_instance record;
+    Transform placement;
+};
+// make_instance() for those who need the placement as well.
+std::optional<PlacedInstance> place_instance(const Transform& to_world, const Box& object_box);
+
 // Where the record puts the object, not where the transform did that it was made of: its numbers are rounded.
 Transform placement_of(const rp_instance& instance, const Box& object_box);
 
@@ -31,5 +39,6 @@ struct ObjectBounds {
 
 // Bounds in the world of all that rays can meet of the instance. object: of which the record was made.
 Box bounds_of(const rp_instance& instance, const ObjectBounds& object);
+Box bounds_of(const PlacedInstance& placed, const ObjectBounds& object);
 
 }  // namespace raypager

@@ -36,6 +36,9 @@ PrimitiveRef make_ref(RecordKind kind, const std::byte* record) {
     if (kind == sphere_records) {
         const auto sphere = load<SphereRecord>(record);
         ref = {sphere_bounds(sphere.sphere), sphere.id, 0};
+    } else if (kind == instance_records) {
+        const auto instance = load<InstanceRecord>(record);
+        ref = {instance.box, instance.number, 0};
     } else {
         // What all kinds of triangles begin with is all that is needed.
         ref = triangle_ref<TriangleRecord>(record);

@@ -47,12 +47,25 @@ struct PointRecord {
     uint32_t index;  // in the order of the source, among those that were placed
 };
 
+// Of instances there are buckets of their own.
+using InstanceRecord = WorldInstance;
+
 // In the order in which load_bucket puts them into a world: so those that have no coordinates of textures need no room for any.
-enum RecordKind : uint32_t { textured_records, triangle_records, shaded_records, colored_records, sphere_records, point_records, record_kinds };
+enum RecordKind : uint32_t {
+    textured_records,
+    triangle_records,
+    shaded_records,
+    colored_records,
+    sphere_records,
+    point_records,
+    instance_records,
+    record_kinds
+};
 inline constexpr size_t record_bytes[record_kinds] = {sizeof(TexturedTriangleRecord), sizeof(TriangleRecord), sizeof(ShadedTriangleRecord),
-                                                      sizeof(ColoredTriangleRecord),  sizeof(SphereRecord),   sizeof(PointRecord)};
+                                                      sizeof(ColoredTriangleRecord),  sizeof(SphereRecord),   sizeof(PointRecord),
+                                                      sizeof(InstanceRecord)};
 static_assert(sizeof(TriangleRecord) == 40 && sizeof(ShadedTriangleRecord) == 52 && sizeof(ColoredTriangleRecord) == 64 &&
-              sizeof(TexturedTriangleRecord) == 88 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24);
+              sizeof(TexturedTriangleRecord) == 88 && sizeof(SphereRecord) == 24 && sizeof(PointRecord) == 24 && sizeof(InstanceRecord) == 92);
 using AnyRecord = std::array<std::byte, *std::max_element(record_bytes, record_bytes + record_kinds)>;  // room for one of any kind
 
 // What a primitive takes in memory while its bucket is built: its place in World, and what the cut needs.
@@ -61,7 +74,8 @@ inline constexpr uint64_t record_memory[record_kinds] = {3 * 28 + 12 + 4 + cut_m
                                                          3 * 16 + 12 + 4 + cut_memory,
                                                          3 * 20 + 12 + 4 + cut_memory,
                                                          sizeof(WorldSphere) + 12 + 4 + cut_memory,
-                                                         0};
+                                                         0,
+                                                         instance_memory};
 
 // The reference of a primitive's record for the cut; its weight is what it takes in memory.
 PrimitiveRef make_ref(RecordKind kind, const std::byte* record);

@@ -117,6 +117,9 @@ using PrimitiveRefs = UnwrittenVector<PrimitiveRef>;
 // sample, and something for the grid of regions.
 inline constexpr uint64_t cut_memory = 16;
 
+// What an instance takes while it is cut into blocks, in bytes: its places in World, and what the cut needs.
+inline constexpr uint64_t instance_memory = sizeof(WorldInstance) + sizeof(Triangle) + cut_memory;
+
 // Without its weight. In two pieces, as it is read: what is written in smaller ones is waited for.
 inline PrimitiveRef make_ref(const World& world, uint32_t primitive) {
     const Box4 box = primitive_bounds(world, primitive);
