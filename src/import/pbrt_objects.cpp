@@ -60,6 +60,8 @@ bool is_small(const std::vector<Shape>& shapes) {
     return count < few_triangles;
 }
 
+std::string no_room(const Status& why) { return fmt::format("no room for so many instances ({}); set TMPDIR to another folder", why.message()); }
+
 // A whole place near the object, if it is so far from the origin of its own space that single precision would take its digits there.
 std::array<double, 3> origin_of(const std::vector<Shape>& shapes, double far_coordinate) {
     std::array<double, 3> origin = shapes.front().to_world.point(0, 0, 0);
@@ -119,7 +121,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
     if (placements_->count() == most_instances) return error(directive, fmt::format("more than {} instances", most_instances));
     const auto& m = state_.transform.m;
     const Status kept = placements_->add({static_cast<uint32_t>(found->second), {m[0], m[1], m[2]}});
-    return kept.ok() ? kept : error(directive, fmt::format("no room for so many instances ({}); set TMPDIR to another folder", kept.message()));
+    return kept.ok() ? kept : error(directive, no_room(kept));
 }
 
 Status PbrtReader::copy_object(const PbrtObject& object, const Transform& to_world) {
@@ -145,6 +147,7 @@ void PbrtReader::keep_object(PbrtObject& object) {
 
 Status PbrtReader::place_objects(const std::string& scene_file) {
     if (placements_->count() == 0) return {};
+    if (const Status kept = placements_->finish(); !kept.ok()) return Status::failed(no_room(kept));
     std::vector<StoredInstances::PlacedObject> placed;
     for (PbrtObject& object : objects_) {
         if (object.may_be_instanced && object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes))) keep_object(object);

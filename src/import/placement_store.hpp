@@ -20,12 +20,18 @@ namespace raypager {
 class PlacementStore {
 public:
     using Take = std::function<Status(std::span<Placement>)>;
-    static constexpr size_t usually_in_memory = size_t{1} << 18;  // 26 MiB
+    static constexpr size_t usually_in_memory = size_t{1} << 17;  // 13 MiB
 
     explicit PlacementStore(size_t in_memory = usually_in_memory) : in_memory_(in_memory) {}
     Status add(const Placement& placement) {
         recent_.push_back(placement);
         return recent_.size() < in_memory_ ? Status() : spill();
+    }
+    // No more will come: if some are on the disk, none stay in memory.
+    Status finish() {
+        if (file_ && !recent_.empty()) RAYPAGER_TRY(spill());
+        if (file_) recent_ = {};
+        return {};
     }
     uint64_t count() const { return on_disk_ + recent_.size(); }
     bool is_on_disk() const { return file_ != nullptr; }

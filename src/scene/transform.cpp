@@ -99,14 +99,17 @@ std::optional<Transform> Transform::inverse() const {
         std::swap(b[column], b[pivot]);
         const double divisor = a[column][column];
         if (divisor == 0 || !std::isfinite(divisor)) return std::nullopt;
-        // Columns before this one are done with, and nobody looks at them again.
-        for (size_t j = column + 1; j < 4; ++j) a[column][j] /= divisor;
-        for (size_t j = 0; j < 4; ++j) b[column][j] /= divisor;
+        for (size_t j = 0; j < 4; ++j) {
+            a[column][j] /= divisor;
+            b[column][j] /= divisor;
+        }
         for (size_t row = 0; row < 4; ++row) {
             const double factor = a[row][column];
             if (row == column || factor == 0) continue;
-            for (size_t j = column + 1; j < 4; ++j) a[row][j] -= factor * a[column][j];
-            for (size_t j = 0; j < 4; ++j) b[row][j] -= factor * b[column][j];
+            for (size_t j = 0; j < 4; ++j) {
+                a[row][j] -= factor * a[column][j];
+                b[row][j] -= factor * b[column][j];
+            }
         }
     }
     for (const auto& row : b)

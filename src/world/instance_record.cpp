@@ -7,10 +7,23 @@
 namespace raypager {
 namespace {
 
+// Of the compiler: both lanes at once, each with the same bits as a double alone.
+using Double2 = double __attribute__((vector_size(16)));
+
 template <class Take>
 void for_each_corner(const Box& box, const Take& take) {
     for (unsigned corner = 0; corner < 8; corner++)
         take(corner & 1 ? box.upper[0] : box.lower[0], corner & 2 ? box.upper[1] : box.lower[1], corner & 4 ? box.upper[2] : box.lower[2]);
+}
+
+// From the center.
+double farthest_corner(const Transform& placement, const Box& box, const float (&center)[3]) {
+    double reach = 0;
+    for_each_corner(box, [&](double x, double y, double z) {
+        const auto p = placement.point(x, y, z);
+        reach = std::max(reach, std::hypot(p[0] - center[0], p[1] - center[1], p[2] - center[2]));
+    });
+    return reach;
 }
 
 std::optional<Transform> placed_by(const rp_instance& instance, const Box& object_box) {
@@ -54,11 +67,7 @@ std::optional<PlacedInstance> place_instance(const Transform& to_world, const Bo
     if (!sound) return std::nullopt;
     const auto placement = placed_by(instance, object_box);
     if (!placement) return std::nullopt;
-    double reach = 0;
-    for_each_corner(object_box, [&](double x, double y, double z) {
-        const auto p = placement->point(x, y, z);
-        reach = std::max(reach, std::hypot(p[0] - instance.center[0], p[1] - instance.center[1], p[2] - instance.center[2]));
-    });
+    const double reach = farthest_corner(*placement, object_box, instance.center);
     instance.reach = static_cast<float>(reach * (1 + 1e-5));
     if (!std::isfinite(instance.reach)) return std::nullopt;
     return PlacedInstance{instance, *placement};
@@ -74,29 +83,41 @@ Box bounds_of(const rp_instance& instance, const ObjectBounds& object) {
 }
 
 Box bounds_of(const PlacedInstance& placed, const ObjectBounds& object) {
-    const Transform& placement = placed.placement;
-    std::array<double, 3> lower, upper;
-    lower.fill(INFINITY);
-    upper.fill(-INFINITY);
-    for (const Box& part : object.parts.empty() ? std::span(&object.box, 1) : std::span(object.parts))
-        for (size_t a = 0; a < 3; a++) {
-            // An axis of the world sees of a box a middle and an extent.
-            double middle = placement.m[a][3], extent = 0;
-            for (size_t b = 0; b < 3; b++) {
-                middle += placement.m[a][b] * (double{part.lower[b]} + part.upper[b]) / 2;
-                extent += std::abs(placement.m[a][b]) * (double{part.upper[b]} - part.lower[b]) / 2;
-            }
-            lower[a] = std::min(lower[a], middle - extent);
-            upper[a] = std::max(upper[a], middle + extent);
+    const auto& m = placed.placement.m;
+    // Lanes are the axes of the world, two and one.
+    std::array<Double2, 3> columns, sizes;
+    for (size_t b = 0; b < 3; b++) {
+        columns[b] = Double2{m[0][b], m[1][b]};
+        sizes[b] = Double2{std::abs(m[0][b]), std::abs(m[1][b])};
+    }
+    Double2 lower_xy = {INFINITY, INFINITY}, upper_xy = -lower_xy;
+    double lower_z = INFINITY, upper_z = -INFINITY;
+    for (const Box& part : object.parts.empty() ? std::span(&object.box, 1) : std::span(object.parts)) {
+        // An axis of the world sees of a box a middle and an extent.
+        Double2 middle_xy = {m[0][3], m[1][3]}, extent_xy = {};
+        double middle_z = m[2][3], extent_z = 0;
+        for (size_t b = 0; b < 3; b++) {
+            const double middle = (double{part.lower[b]} + part.upper[b]) / 2, extent = (double{part.upper[b]} - part.lower[b]) / 2;
+            middle_xy += columns[b] * middle;
+            extent_xy += sizes[b] * extent;
+            middle_z += m[2][b] * middle;
+            extent_z += std::abs(m[2][b]) * extent;
         }
+        const Double2 from = middle_xy - extent_xy, to = middle_xy + extent_xy;
+        lower_xy = from < lower_xy ? from : lower_xy;
+        upper_xy = upper_xy < to ? to : upper_xy;
+        lower_z = std::min(lower_z, middle_z - extent_z);
+        upper_z = std::max(upper_z, middle_z + extent_z);
+    }
+    const double lower[3] = {lower_xy[0], lower_xy[1], lower_z}, upper[3] = {upper_xy[0], upper_xy[1], upper_z};
     double extent = 0, coordinate = 0;
-    for (size_t a = 0; a < 3; a++) {
+    for (int a = 0; a < 3; a++) {
         extent = std::max(extent, upper[a] - lower[a]);
         coordinate = std::max({coordinate, std::abs(lower[a]), std::abs(upper[a])});
     }
     const double slack = static_cast<double>(RP_INSTANCE_SLACK) * (extent + coordinate);
     Box box;
-    for (size_t a = 0; a < 3; a++) {
+    for (int a = 0; a < 3; a++) {
         box.lower[a] = std::nextafter(static_cast<float>(lower[a] - slack), -INFINITY);
         box.upper[a] = std::nextafter(static_cast<float>(upper[a] + slack), INFINITY);
     }

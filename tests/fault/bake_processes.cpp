@@ -162,6 +162,34 @@ TEST_F(BakeProcesses, of_clouds_stay_within_the_limit) {
     expect_within("scene.pbrt", count, slack);
 }
 
+// Their text comes in several files, since each is read as a whole. What is read of them goes over the disk as well.
+TEST_F(BakeProcesses, of_instances_stay_within_the_limit) {
+    constexpr uint32_t files = 40, lines = 20000;
+    std::ostringstream scene;
+    scene << "LookAt 50 60 -50  50 0 50  0 1 0\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nObjectBegin \"o\"\n"
+             "Shape \"trianglemesh\" \"point3 P\" [";
+    for (int i = 0; i < 16; i++) scene << i % 4 * 0.1 << ' ' << i % 5 * 0.1 << ' ' << i / 4 * 0.1 << ' ';
+    scene << "] \"integer indices\" [";
+    for (int i = 0; i + 2 < 16; i++) scene << i << ' ' << i + 1 << ' ' << i + 2 << ' ';
+    scene << "]\nObjectEnd\n";
+    for (uint32_t f = 0; f < files; f++) {
+        const std::string name = "places" + std::to_string(f) + ".pbrt";
+        std::ostringstream text;
+        for (uint32_t i = 0; i < lines; i++) {
+            const uint32_t n = f * lines + i;
+            text << "Transform [ 1 0 0 0  0 " << 1 + n % 3 << " 0 0  0 0 1 0  " << n % 997 * 0.1 << ' ' << n % 5 << ' ' << n / 997 * 0.1
+                 << " 1 ]\nObjectInstance \"o\"\n";
+        }
+        write(name.c_str(), text.str());
+        scene << "Include \"" << name << "\"\n";
+    }
+    write("scene.pbrt", scene.str());
+    expect_within("scene.pbrt", 14, slack);
+    const auto file = BlockFile::open(folder_.path() / "a.rpb");
+    ASSERT_TRUE(file.ok());
+    EXPECT_EQ((*file)->scene().instances, files * lines);
+}
+
 // Framed by a sample of its triangles (64 MiB at most), and read in pieces.
 TEST_F(BakeProcesses, of_bare_meshes_stay_within_the_limit) { expect_within("mesh.ply", 2 * n * n + 96, 64 * MiB); }  // with the ground
 

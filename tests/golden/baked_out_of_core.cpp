@@ -2,12 +2,29 @@
 // same picture, to the bit.
 #include <gtest/gtest.h>
 
+#include "reference/instanced_scenes.hpp"
 #include "reference/scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
 
 namespace raypager {
 namespace {
+
+// A floor with so many small instances above it, and those of a scene of few among them.
+Scene swarm(uint32_t instances) {
+    Scene scene = reference::strewn(20, {48, 32});
+    std::vector<Placement> placements;
+    uint32_t seed = 1;
+    const auto random = [&seed] { return (seed = seed * 1664525u + 1013904223u) >> 8; };
+    const auto between = [&](double from, double to) { return from + (to - from) * random() / (1 << 24); };
+    for (uint32_t i = 0; i < instances; i++) {
+        const double x = between(-3.5, 3.5), y = between(-3.5, 3.5), z = between(-0.6, 1), size = between(0.01, 0.03);
+        const Transform to_world = Transform::translate(x, y, z) * Transform::rotate(between(0, 360), x, y, 1) * Transform::scale(size, size, size);
+        placements.push_back({i % static_cast<uint32_t>(scene.objects.size()), {to_world.m[0], to_world.m[1], to_world.m[2]}});
+    }
+    scene.instances.push_back(std::make_shared<InstancesInMemory>("swarm", std::move(placements)));
+    return scene;
+}
 
 struct BakedCase {
     const char* name;
@@ -28,6 +45,7 @@ const BakedCase baked_cases[] = {
      [] {
          return reference::cloud_small(150000, true, 1, {48, 32});
      }},
+    {"instances", [] { return swarm(120000); }},
 };
 
 void PrintTo(const BakedCase& c, std::ostream* out) { *out << c.name; }

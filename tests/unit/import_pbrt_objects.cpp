@@ -1,6 +1,9 @@
 // Which objects of pbrt become objects of the scene, which are written out as shapes, and that both stand in the same places.
+#include <cerrno>
 #include <cmath>
 
+#include "import/pbrt_reader.hpp"
+#include "support/failing_file_system.hpp"
 #include "unit/import_files.hpp"
 #include "unit/pbrt_fixture.hpp"
 
@@ -193,6 +196,83 @@ TEST_F(ImportPbrtObjects, TooLittlePrecisionIsSaidOfTheNearestInstance) {
     expect_silence(object + "Translate 0 0 5 ObjectInstance \"o\" Translate 9e6 0 0 ObjectInstance \"o\"\n");
     expect_warning("LookAt 9e6 0 0  9e6 0 1  0 1 0\n" + object + "Translate 9e6 0 5 ObjectInstance \"o\" ObjectInstance \"o\"\n",
                    "leave too little precision");
+}
+
+// One object is placed once and one is small, so they become shapes; one shines, so it never was an instance.
+std::string many_placed(const std::string& object) {
+    std::string text = "WorldBegin\nObjectBegin \"o\" Translate 70000.5 0 0 " + object + "ObjectEnd\nObjectBegin \"once\" " + object +
+                       "ObjectEnd\nObjectBegin \"small\" Shape \"sphere\" ObjectEnd\n" +
+                       "ObjectBegin \"lamp\" AreaLightSource \"diffuse\" Shape \"sphere\" ObjectEnd\n";
+    for (int i = 0; i < 23; i++) {
+        text += "Translate 1 0 0.25 ObjectInstance \"o\"\n";
+        if (i % 5 == 0) text += "ObjectInstance \"small\"\n";
+        if (i == 11) text += "Scale 1 2 1 ObjectInstance \"once\" ObjectInstance \"lamp\"\n";
+    }
+    return text;
+}
+
+TEST_F(ImportPbrtObjects, ManyGoOverTheDiskAndAreTheSame) {
+    const auto path = folder.write("scene.pbrt", many_placed(grid(3)));
+    auto in_memory = PbrtReader().read(path);
+    ASSERT_TRUE(in_memory.ok()) << in_memory.status().message();
+    const auto expected = placements(*in_memory);
+    ASSERT_EQ(expected.size(), 23u);
+    ASSERT_EQ(in_memory->shapes.size(), 1u + 5 + 1);
+    for (const size_t most : {1, 2, 5, 23, 28}) {
+        SCOPED_TRACE(most);
+        auto on_disk = PbrtReader({}, most).read(path);
+        ASSERT_TRUE(on_disk.ok()) << on_disk.status().message();
+        ASSERT_EQ(on_disk->instances.size(), 1u);
+        EXPECT_EQ(on_disk->instances[0]->count(), 23u);
+        EXPECT_EQ(on_disk->instances[0]->fingerprint(), in_memory->instances[0]->fingerprint());
+        const auto all = placements(*on_disk);
+        ASSERT_EQ(all.size(), expected.size());
+        for (size_t i = 0; i < all.size(); i++) {
+            EXPECT_EQ(all[i].object, expected[i].object);
+            EXPECT_EQ(all[i].to_world, expected[i].to_world);
+        }
+        ASSERT_EQ(on_disk->shapes.size(), in_memory->shapes.size());
+        for (size_t i = 0; i < on_disk->shapes.size(); i++) EXPECT_EQ(on_disk->shapes[i].to_world.m, in_memory->shapes[i].to_world.m);
+        EXPECT_EQ(placements(*on_disk).size(), 23u) << "the second time";
+    }
+    EXPECT_EQ(InstancesInMemory("copies", expected).fingerprint(), in_memory->instances[0]->fingerprint());
+}
+
+TEST_F(ImportPbrtObjects, AFailingDiskIsOneClearError) {
+    const auto path = folder.write("scene.pbrt", many_placed(grid(3)));
+    support::FailingFileSystem disk;
+    for (const int after : {1, 2, 5}) {
+        disk.error_number = ENOSPC;
+        disk.fail_write_in = after;
+        const auto full = PbrtReader({}, 4).read(path);
+        ASSERT_FALSE(full.ok()) << after;
+        EXPECT_NE(full.status().message().find("scene.pbrt:"), std::string::npos) << full.status().message();
+        EXPECT_NE(full.status().message().find("no room for so many instances"), std::string::npos) << full.status().message();
+        EXPECT_NE(full.status().message().find("No space left on device"), std::string::npos) << full.status().message();
+        EXPECT_NE(full.status().message().find("set TMPDIR"), std::string::npos) << full.status().message();
+        disk.clear();
+    }
+    auto scene = PbrtReader({}, 4).read(path);
+    ASSERT_TRUE(scene.ok());
+    disk.error_number = EIO;
+    disk.fail_read_in = 1;
+    const Status read = scene->instances[0]->stream([](std::span<const Placement>) { return Status(); });
+    EXPECT_NE(read.message().find("cannot be read"), std::string::npos) << read.message();
+}
+
+// Numbers are taken in one go where they are as usual, and one by one where they are not.
+TEST_F(ImportPbrtObjects, UnusualNumbersOfTransformsAreTheSameNumbers) {
+    const std::string object = "WorldBegin\nObjectBegin \"o\" " + grid(3) + "ObjectEnd\n";
+    const std::string usual = "Transform [ 2 0 0 0 0 -0.5 0 0 0 0 1 0 1e2 -.25 3e-2 1 ]\n", instance = "ObjectInstance \"o\"\n";
+    const std::string unusual = "Transform[+2,0 0 0\r\n0,-5e-1 # a word [ \"\n 0\t0 0 0 +1 0 1e+2 -2.5E-1 .03 1]\n";
+    const auto all = placements(scene(object + usual + instance + unusual + instance));
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(all[0].to_world, all[1].to_world);
+    EXPECT_EQ(all[0].to_world[1], (std::array<double, 4>{0, -0.5, 0, -0.25}));
+    for (const std::string bad : {"nan", "-inf", "1x", "0x1", "1e999", "\"1\"", "]"}) {
+        SCOPED_TRACE(bad);
+        expect_error(object + "Transform [ 2 0 0 0\n 0 2 0 0   " + bad + " 0 1 0 0 0 0 1 ] " + instance, "scene.pbrt:5:12: ");
+    }
 }
 
 }  // namespace
