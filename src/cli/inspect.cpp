@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "block/block_coding.hpp"
+#include "block/instanced_count.hpp"
 #include "cli/report.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
@@ -23,6 +24,7 @@ struct Parts {
     uint64_t headers = 0, nodes = 0, leaves = 0, vertices = 0, spheres = 0, sphere_ids = 0, ids = 0, normals = 0, colors = 0, uvs = 0, instances = 0,
              padding = 0;
 
+    uint64_t shown_primitives = 0;  // of the scene, those in instances once for each
     uint64_t content() const { return headers + nodes + leaves + vertices + spheres + sphere_ids + ids + normals + colors + uvs + instances; }
     void add(const Parts& other) {
         headers += other.headers, nodes += other.nodes, leaves += other.leaves, vertices += other.vertices;
@@ -91,6 +93,7 @@ Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte>
 // Reads every block, and every page of images; their checksums are verified by that. verify: also checks that what is in it holds together.
 Result<Parts> read_all_blocks(const BlockFile& file, bool verify) {
     Parts sum;
+    InstancedCount instanced(file.scene());
     std::vector<std::byte> stored;
     const auto& blocks = file.scene().blocks;
     for (uint32_t block = 0; block < blocks.size(); ++block) {
@@ -100,7 +103,9 @@ Result<Parts> read_all_blocks(const BlockFile& file, bool verify) {
         const auto parts = parts_of_block(file.scene(), stored);
         if (!parts) return parts.status().at(fmt::format("{}: block {}", file.path().string(), block));
         sum.add(*parts);
+        instanced.add(block, stored);
     }
+    sum.shown_primitives = instanced.primitives();
     stored.resize(RP_TEXTURE_PAGE_BYTES);
     for (uint32_t page = 0; page < file.scene().pages.size(); ++page) RAYPAGER_TRY(file.read_page(page, stored));
     return sum;
@@ -124,6 +129,8 @@ std::string as_json(const std::shared_ptr<const BlockFile>& file, const Parts& p
                       {"top_tree", {{"portals", top.block_entries}, {"nodes", top.nodes}, {"depth", top.depth}}},
                       {"objects", scene.objects.size()},
                       {"instances", scene.instances},
+                      {"instance_levels", scene.instance_levels()},
+                      {"instanced_primitives", parts.shown_primitives},
                       {"bytes_of", {{"objects", whose.objects}, {"world", whose.world}, {"instances", whose.instances}}},
                       {"bounds", bounds_json(blocks)},
                       {"camera", camera_json(scene.camera, scene.width, scene.height, blocks)},
@@ -141,7 +148,11 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
     std::string text = fmt::format("{}: {}\n", file->path().string(), format_bytes(file->file_bytes()));
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<12} {}\n", name, value); };
     line("primitives", primitives_text(scene.triangles, scene.spheres));
-    if (!scene.objects.empty()) line("instances", fmt::format("{} of {}", format_count(scene.instances), counted(scene.objects.size(), "object")));
+    if (!scene.objects.empty()) {
+        const std::string levels = scene.instance_levels() > 1 ? fmt::format(", in each other {} levels deep", scene.instance_levels()) : "";
+        line("instances", fmt::format("{} of {}{}", format_count(scene.instances), counted(scene.objects.size(), "object"), levels));
+        line("", fmt::format("{} primitives with each as often as it is placed", format_count(parts.shown_primitives)));
+    }
     line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);
     line("geometry", fmt::format("{}, {:.2f} bytes per primitive, in the file and on a GPU", format_bytes(scene.stored_bytes()), bytes_each));

@@ -64,6 +64,7 @@ std::string no_room(const Status& why) { return fmt::format("no room for so many
 
 // A whole place near the object, if it is so far from the origin of its own space that single precision would take its digits there.
 std::array<double, 3> origin_of(const std::vector<Shape>& shapes, double far_coordinate) {
+    if (shapes.empty()) return {};
     std::array<double, 3> origin = shapes.front().to_world.point(0, 0, 0);
     const bool far = std::ranges::any_of(origin, [&](double x) { return std::abs(x) > far_coordinate; });
     for (double& x : origin) x = far ? std::round(x) : 0;
@@ -77,12 +78,12 @@ Status PbrtReader::object_begin(const Directive& directive) {
     RAYPAGER_TRY(take_string(name));
     if (object_) return error(directive, fmt::format("inside the object begun in {}", object_location_.with_line()));
     RAYPAGER_TRY(push(directive, Scope::object));
+    // Instances of what had the name before stay what they were. Objects come behind those that they place.
     const auto [at, added] = object_numbers_.try_emplace(name, objects_.size());
-    // Instances of what had the name before stay what they were.
-    if (!added && objects_[at->second].instances > 0) at->second = objects_.size();
-    if (at->second == objects_.size()) objects_.emplace_back();
-    objects_[at->second] = {name, {}, 0, true};
-    object_ = &objects_[at->second].shapes;
+    if (!added && objects_[at->second].instances == 0) objects_[at->second] = {};
+    at->second = objects_.size();
+    objects_.emplace_back().name = name;
+    object_ = &objects_.back();
     object_location_ = directive.location;
     return {};
 }
@@ -98,10 +99,6 @@ Status PbrtReader::object_instance(const Directive& directive) {
     std::string name;
     RAYPAGER_TRY(take_string(name));
     if (!is_in_world(directive, name)) return {};
-    if (object_) {
-        warn(directive.location, fmt::format("an object cannot contain instances; that of \"{}\" is left out", clipped(name)));
-        return {};
-    }
     const auto found = object_numbers_.find(name);
     if (found == object_numbers_.end()) {
         leave_out(directive, fmt::format("there is no object \"{}\"; the instance is left out", clipped(name)));
@@ -112,16 +109,30 @@ Status PbrtReader::object_instance(const Directive& directive) {
         return {};
     }
     PbrtObject& object = objects_[found->second];
-    if (object.shapes.empty()) return {};
+    if (&object == object_) return error(directive, fmt::format("object \"{}\" in itself", clipped(name)));
+    if (object.shapes.empty() && !object.placements) return {};
     if (object.instances++ == 0) object.may_be_instanced = may_be_instanced(object.shapes);
     if (!object.may_be_instanced) {
         const Status copied = copy_object(object, state_.transform);
         return copied.ok() ? copied : error(directive, copied.message());
     }
-    if (placements_->count() == most_instances) return error(directive, fmt::format("more than {} instances", most_instances));
-    const auto& m = state_.transform.m;
-    const Status kept = placements_->add({static_cast<uint32_t>(found->second), {m[0], m[1], m[2]}});
-    return kept.ok() ? kept : error(directive, no_room(kept));
+    const Status placed = place(static_cast<uint32_t>(found->second), state_.transform);
+    return placed.ok() ? placed : error(directive, placed.message());
+}
+
+// In the world, or in the object that is being defined. pbrt has no instances in objects; nothing speaks against them.
+Status PbrtReader::place(uint32_t object, const Transform& transform) {
+    if (object_) {
+        if (!object_->placements) object_->placements = std::make_shared<PlacementStore>();
+        object_->places.insert(object);
+        objects_[object].nested = true;
+    }
+    if (!object_) objects_[object].in_world = true;
+    PlacementStore& store = object_ ? *object_->placements : *placements_;
+    if (store.count() == most_instances) return Status::failed(fmt::format("more than {} instances", most_instances));
+    const auto& m = transform.m;
+    const Status kept = store.add({object, {m[0], m[1], m[2]}});
+    return kept.ok() ? kept : Status::failed(no_room(kept));
 }
 
 Status PbrtReader::copy_object(const PbrtObject& object, const Transform& to_world) {
@@ -132,7 +143,11 @@ Status PbrtReader::copy_object(const PbrtObject& object, const Transform& to_wor
         shape.to_world = to_world * shape.to_world;
         RAYPAGER_TRY(add_shape(std::move(shape)));
     }
-    return {};
+    if (!object.placements) return {};
+    return object.placements->for_each_piece([&](std::span<Placement> placements) -> Status {
+        for (const Placement& p : placements) RAYPAGER_TRY(place(p.object, to_world * transform_of(p)));
+        return {};
+    });
 }
 
 // Spheres stay spheres in an object, whatever its instances do to them; but the textures around one would have to follow it to each place.
@@ -145,15 +160,43 @@ void PbrtReader::keep_object(PbrtObject& object) {
     scene_.objects.push_back({object.name, std::move(object.shapes)});
 }
 
+// Whether rays come to it: in the world, or in an object that is kept.
+std::vector<bool> PbrtReader::placed_objects() const {
+    std::vector<bool> placed(objects_.size(), false);
+    for (size_t i = objects_.size(); i-- > 0;) {
+        const PbrtObject& object = objects_[i];
+        placed[i] = placed[i] || object.in_world;
+        if (!placed[i]) continue;
+        for (const uint32_t inner : object.places) placed[inner] = true;
+    }
+    return placed;
+}
+
+bool PbrtReader::is_to_be_kept(const PbrtObject& object) const {
+    if (!object.may_be_instanced) return false;
+    if (object.nested || object.placements) return true;
+    return object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes));
+}
+
 Status PbrtReader::place_objects(const std::string& scene_file) {
     if (placements_->count() == 0) return {};
     if (const Status kept = placements_->finish(); !kept.ok()) return Status::failed(no_room(kept));
-    std::vector<StoredInstances::PlacedObject> placed;
-    for (PbrtObject& object : objects_) {
-        if (object.may_be_instanced && object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes))) keep_object(object);
-        placed.push_back({object.number, object.origin});
+    const auto placed = std::make_shared<std::vector<StoredInstances::PlacedObject>>();
+    const std::vector<bool> is_placed = placed_objects();
+    for (size_t i = 0; i < objects_.size(); i++) {
+        PbrtObject& object = objects_[i];
+        if (is_placed[i] && is_to_be_kept(object)) keep_object(object);
+        placed->push_back({object.number, object.origin});
     }
-    const auto instances = std::make_shared<StoredInstances>(scene_file, std::move(placements_), std::move(placed));
+    const auto no_shapes = [](const Placement&) { return Status(); };
+    for (PbrtObject& object : objects_) {
+        if (object.number == RP_NONE || !object.placements) continue;
+        if (const Status kept = object.placements->finish(); !kept.ok()) return Status::failed(no_room(kept));
+        const auto instances = std::make_shared<StoredInstances>(scene_file, std::move(object.placements), placed, object.origin);
+        RAYPAGER_TRY(instances->prepare(no_shapes));
+        scene_.objects[object.number].instances.push_back(instances);
+    }
+    const auto instances = std::make_shared<StoredInstances>(scene_file, std::move(placements_), placed);
     RAYPAGER_TRY(instances->prepare([&](const Placement& p) { return copy_object(objects_[p.object], transform_of(p)); }));
     if (instances->count() > 0) scene_.instances.push_back(instances);
     return {};

@@ -85,11 +85,14 @@ private:
     static constexpr double far_coordinate = 65536;
     struct PbrtObject {
         std::string name;
-        std::vector<Shape> shapes;  // their to_world is that of the object's definition
-        uint64_t instances = 0;
-        bool may_be_instanced = true;       // else each instance is written out at once
-        uint32_t number = RP_NONE;          // in the scene, if it is an object there
-        std::array<double, 3> origin = {};  // of that one's space
+        std::vector<Shape> shapes;                   // their to_world is that of the object's definition
+        std::shared_ptr<PlacementStore> placements;  // of instances in it, or null
+        std::set<uint32_t> places;                   // objects that these are of
+        uint64_t instances = 0;                      // in the world, or in objects
+        bool nested = false, in_world = false;       // where they are
+        bool may_be_instanced = true;                // else each instance is written out at once
+        uint32_t number = RP_NONE;                   // in the scene, if it is an object there
+        std::array<double, 3> origin = {};           // of that one's space
     };
 
     // pbrt_reader.cpp: files, directives, state.
@@ -264,6 +267,9 @@ private:
     Status object_begin(const Directive& directive);
     Status object_end(const Directive& directive);
     Status object_instance(const Directive& directive);
+    Status place(uint32_t object, const Transform& transform);
+    std::vector<bool> placed_objects() const;
+    bool is_to_be_kept(const PbrtObject& object) const;
     Status copy_object(const PbrtObject& object, const Transform& to_world);
     void keep_object(PbrtObject& object);
     Status place_objects(const std::string& scene_file);
@@ -318,7 +324,7 @@ private:
     std::vector<PbrtObject> objects_;
     std::unordered_map<std::string, size_t> object_numbers_;  // by name: the latest of that name
     std::shared_ptr<PlacementStore> placements_;              // of objects_, but for those that are written out at once
-    std::vector<Shape>* object_ = nullptr;                    // between ObjectBegin and ObjectEnd
+    PbrtObject* object_ = nullptr;                            // between ObjectBegin and ObjectEnd
     PbrtLocation object_location_;
     std::map<std::filesystem::path, std::shared_ptr<const MeshFile>> mesh_files_;
     bool has_noted_colors_ = false;                                                                          // of meshes

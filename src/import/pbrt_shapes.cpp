@@ -88,7 +88,7 @@ Status PbrtReader::shape(const Directive& directive) {
         return {};
     }
     if (object_)
-        object_->push_back(std::move(shape));
+        object_->shapes.push_back(std::move(shape));
     else if (const Status added = add_shape(std::move(shape)); !added.ok())
         return error(directive, added.message());
     return {};

@@ -44,15 +44,16 @@ Status PlacementStore::for_each_piece(const Take& take) const {
     return {};
 }
 
-StoredInstances::StoredInstances(std::string name, std::shared_ptr<const PlacementStore> store, std::vector<PlacedObject> objects)
-    : name_(std::move(name)), store_(std::move(store)), objects_(std::move(objects)) {}
+StoredInstances::StoredInstances(std::string name, std::shared_ptr<const PlacementStore> store,
+                                 std::shared_ptr<const std::vector<PlacedObject>> objects, const std::array<double, 3>& origin)
+    : name_(std::move(name)), store_(std::move(store)), objects_(std::move(objects)), origin_(origin) {}
 
 Status StoredInstances::prepare(const std::function<Status(const Placement&)>& left_out) {
     Hash64Stream hash;
     count_ = 0;
     RAYPAGER_TRY(store_->for_each_piece([&](std::span<Placement> placements) -> Status {
         for (const Placement& placement : placements)
-            if (objects_[placement.object].number == RP_NONE) RAYPAGER_TRY(left_out(placement));
+            if ((*objects_)[placement.object].number == RP_NONE) RAYPAGER_TRY(left_out(placement));
         const auto some = kept(placements);
         count_ += some.size();
         add_placements(some, hash);
@@ -70,12 +71,15 @@ Status StoredInstances::stream(const std::function<Status(std::span<const Placem
 }
 
 std::span<const Placement> StoredInstances::kept(std::span<Placement> placements) const {
-    const auto left_out = std::ranges::remove_if(placements, [&](const Placement& p) { return objects_[p.object].number == RP_NONE; });
+    const auto left_out = std::ranges::remove_if(placements, [&](const Placement& p) { return (*objects_)[p.object].number == RP_NONE; });
     const auto some = placements.first(placements.size() - left_out.size());
     for (Placement& placement : some) {
-        const PlacedObject& object = objects_[placement.object];
-        for (auto& row : placement.to_world)
+        const PlacedObject& object = (*objects_)[placement.object];
+        for (size_t i = 0; i < 3; ++i) {
+            auto& row = placement.to_world[i];
             for (size_t a = 0; a < 3; ++a) row[3] += row[a] * object.origin[a];
+            row[3] -= origin_[i];
+        }
         placement.object = object.number;
     }
     return some;

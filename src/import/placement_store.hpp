@@ -56,8 +56,10 @@ public:
         uint32_t number = RP_NONE;          // in the scene; RP_NONE: its placements are left out
         std::array<double, 3> origin = {};  // of its space in the scene, in that of the file
     };
-    // objects: by the numbers that the placements have. count, fingerprint: of those that are not left out.
-    StoredInstances(std::string name, std::shared_ptr<const PlacementStore> store, std::vector<PlacedObject> objects);
+    // objects: by the numbers that the placements have. count, fingerprint: of those that are not left out. origin: of the space in which they are
+    // placed, as of an object's.
+    StoredInstances(std::string name, std::shared_ptr<const PlacementStore> store, std::shared_ptr<const std::vector<PlacedObject>> objects,
+                    const std::array<double, 3>& origin = {});
     // Looks at all placements once. left_out: told of each that is left out, in order.
     Status prepare(const std::function<Status(const Placement&)>& left_out);
 
@@ -72,7 +74,8 @@ private:
 
     std::string name_;
     std::shared_ptr<const PlacementStore> store_;
-    std::vector<PlacedObject> objects_;
+    std::shared_ptr<const std::vector<PlacedObject>> objects_;
+    std::array<double, 3> origin_;
     uint64_t count_ = 0, fingerprint_ = 0;
 };
 

@@ -132,6 +132,61 @@ TEST_F(DamagedInstances, TreesOfObjects) {
     damaged([&](BakedScene& s) { s.blocks[block_].triangles = 1, s.triangles++; }, "holds more than instances");
     damaged([&](BakedScene& s) { std::swap(s.blocks[block_].instances, s.blocks[0].instances); }, "");
     damaged([](BakedScene& s) { s.wide_roots.back() = 0x7fffffff; }, "\"wide roots\"");
+    damaged([](BakedScene& s) { s.objects[1].levels = RP_INSTANCE_MAX_LEVELS; }, "has the wrong number of levels");
+    damaged([](BakedScene& s) { s.objects[1].levels = 1; }, "has the wrong number of levels");
+    damaged([&](BakedScene& s) { s.blocks[block_].levels = 2; }, "has the wrong number of levels");
+    damaged([](BakedScene& s) { s.blocks[0].levels = 1; }, "has the wrong number of levels");
+}
+
+// Objects that place others: no chain of instances goes round, and none is deeper than kernels go.
+class DamagedNesting : public testing::Test {
+protected:
+    void SetUp() override {
+        Scene scene = instanced_scene(300);
+        Object twice = {"twice", {}};
+        twice.instances.push_back(std::make_shared<InstancesInMemory>("twice", std::vector<Placement>(40, Placement{0})));
+        scene.objects.push_back(twice);
+        Object four = {"four times", {}};
+        four.instances.push_back(std::make_shared<InstancesInMemory>("four", std::vector<Placement>(30, Placement{2})));
+        scene.objects.push_back(four);
+        scene.instances.push_back(std::make_shared<InstancesInMemory>("here", std::vector<Placement>(20, Placement{3})));
+        BakeOptions options;
+        options.block_bytes = 16 << 10;
+        options.flatten_limit = 0;
+        const auto baked = bake(scene, options, folder_ / "scene.rpb");
+        ASSERT_TRUE(baked.ok()) << baked.status().message();
+        file_ = *BlockFile::open(folder_ / "scene.rpb");
+    }
+    // Of instances of an object.
+    uint32_t block_of(uint32_t object) const {
+        uint64_t entry = 0;
+        for (uint32_t i = 0; i < object; i++) entry += file_->scene().objects[i].top.block_entry_count;
+        return file_->scene().block_entries[entry].block;
+    }
+    std::string with_object(uint32_t block, uint32_t object) const {
+        AlignedBytes stored = read_block(*file_, block);
+        std::vector<std::byte> bytes(stored.span().begin(), stored.span().end());
+        rp_block_header header;
+        std::memcpy(&header, bytes.data(), sizeof header);
+        std::memcpy(bytes.data() + header.leaves_at + offsetof(rp_instance, object), &object, sizeof object);
+        return check_block_bytes(file_->scene(), block, bytes).message();
+    }
+    TemporaryFolder folder_;
+    std::shared_ptr<const BlockFile> file_;
+};
+
+TEST_F(DamagedNesting, RecordsPlaceObjectsOfFewerLevels) {
+    const BakedScene& scene = file_->scene();
+    ASSERT_EQ(scene.instance_levels(), 3u);
+    EXPECT_EQ(scene.objects[2].levels, 1u);
+    EXPECT_EQ(scene.objects[3].levels, 2u);
+    for (const uint32_t object : {2u, 3u}) EXPECT_EQ(scene.blocks[block_of(object)].levels, scene.objects[object].levels);
+    EXPECT_EQ(scene.blocks.back().levels, 3u);
+    EXPECT_EQ(with_object(block_of(2), 1), "");
+    EXPECT_EQ(with_object(block_of(2), 2), "instance 0 is of an object that may hold it");
+    EXPECT_EQ(with_object(block_of(2), 3), "instance 0 is of an object that may hold it");
+    EXPECT_EQ(with_object(block_of(3), 3), "instance 0 is of an object that may hold it");
+    EXPECT_EQ(with_object(static_cast<uint32_t>(scene.blocks.size() - 1), 3), "");
 }
 
 }  // namespace

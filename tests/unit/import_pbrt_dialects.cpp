@@ -41,7 +41,8 @@ TEST_F(ImportPbrtDialects, WhatIsMissingIsLeftOut) {
                                      "there is no material \"x\"; what is in force stays");
     EXPECT_EQ(material_of(red).color[1], 0);
     EXPECT_EQ(expect_warning("WorldBegin ObjectInstance \"x\"" + std::string(ball), "there is no object \"x\"").shapes.size(), 1u);
-    expect_warning("WorldBegin ObjectBegin \"x\" Shape \"sphere\" ObjectInstance \"x\" ObjectEnd ObjectInstance \"x\"", "cannot contain instances");
+    expect_error("WorldBegin\nObjectBegin \"x\" Shape \"sphere\"\nObjectInstance \"x\" ObjectEnd ObjectInstance \"x\"",
+                 "ObjectInstance: object \"x\" in itself");
     expect_warning("WorldBegin CoordSysTransform \"x\"" + std::string(ball), "there is no coordinate system \"x\"");
     expect_warning("WorldBegin Material \"matte\" \"spectrum Kd\" \"absent.spd\"" + std::string(ball), "\"absent.spd\" is neither known nor a file");
     expect_warning("WorldBegin AreaLightSource \"glow\"" + std::string(ball), "its shapes do not shine");

@@ -275,5 +275,78 @@ TEST_F(ImportPbrtObjects, UnusualNumbersOfTransformsAreTheSameNumbers) {
     }
 }
 
+// pbrt has no instances in objects; here they mean what one expects. Each shape of the innermost object, however it comes there, is where copies by
+// hand would be.
+TEST_F(ImportPbrtObjects, MayPlaceOthers) {
+    const auto text = [&](const std::string& light) {
+        return "WorldBegin\nObjectBegin \"leaf\" " + grid(2) + "ObjectEnd\nObjectBegin \"tree\" Translate 0 0 1 " + grid(3) + "AttributeBegin " +
+               light + grid(2) + "AttributeEnd Scale 1 -2 1 ObjectInstance \"leaf\" Translate 0 0 5 ObjectInstance \"leaf\" ObjectEnd\n" +
+               "Rotate 30 0 1 0 ObjectInstance \"tree\" Translate 9 0 0 ObjectInstance \"tree\" ObjectInstance \"leaf\"\n";
+    };
+    const Scene nested = scene(text("")), copied = scene(text("AreaLightSource \"diffuse\" "));
+    ASSERT_EQ(nested.objects.size(), 2u);
+    EXPECT_EQ(nested.objects[0].name, "leaf");
+    EXPECT_TRUE(nested.objects[0].instances.empty());
+    EXPECT_TRUE(nested.shapes.empty());
+    ASSERT_EQ(nested.objects[1].instances.size(), 1u);
+    const auto in_world = placements(nested);
+    ASSERT_EQ(in_world.size(), 3u);
+    Scene tree;
+    tree.instances = nested.objects[1].instances;
+    const auto in_tree = placements(tree);
+    ASSERT_EQ(in_tree.size(), 2u);
+    // A tree that shines is written out, and its leaves are placed in the world.
+    ASSERT_EQ(copied.objects.size(), 1u);
+    EXPECT_EQ(copied.shapes.size(), 4u);
+    const auto leaves = placements(copied);
+    ASSERT_EQ(leaves.size(), 5u);
+    const Shape& leaf = nested.objects[0].shapes[0];
+    for (size_t t = 0; t < 2; t++) {
+        EXPECT_EQ(in_world[t].object, 1u);
+        for (size_t k = 0; k < 2; k++) {
+            expect_near(placed(in_world[t], nested.objects[1].shapes[k]), copied.shapes[2 * t + k].to_world);
+            Shape moved = leaf;
+            moved.to_world = placed(in_tree[k], leaf);
+            expect_near(placed(in_world[t], moved), placed(leaves[2 * t + k], leaf));
+        }
+    }
+    EXPECT_EQ(in_world[2].object, 0u);
+    expect_near(placed(in_world[2], leaf), placed(leaves[4], leaf));
+}
+
+TEST_F(ImportPbrtObjects, ThatNobodyPlacesAreLeftOut) {
+    const Scene s = scene("WorldBegin\nObjectBegin \"leaf\" " + grid(2) + "ObjectEnd\nObjectBegin \"twig\" " + grid(3) +
+                          "ObjectInstance \"leaf\" ObjectInstance \"leaf\" ObjectEnd\nObjectBegin \"o\" " + grid(3) + "ObjectEnd\n" + twice);
+    ASSERT_EQ(s.objects.size(), 1u);
+    EXPECT_EQ(s.objects[0].name, "o");
+}
+
+// An object comes behind those that it places, also if it has the name of one before.
+TEST_F(ImportPbrtObjects, ComeBehindWhatTheyPlace) {
+    const Scene s = scene("WorldBegin\nObjectBegin \"o\" " + grid(2) + "ObjectEnd\nObjectBegin \"leaf\" " + grid(2) +
+                          "ObjectEnd\nObjectBegin \"o\" ObjectInstance \"leaf\" Translate 1 1 1 ObjectInstance \"leaf\" ObjectEnd\n" + twice);
+    ASSERT_EQ(s.objects.size(), 2u);
+    EXPECT_EQ(s.objects[1].name, "o");
+    EXPECT_TRUE(s.objects[1].shapes.empty());
+    EXPECT_EQ(s.objects[1].instances.at(0)->count(), 2u);
+}
+
+// Far from the origin of its space an object gets another, and what it places stays where it is.
+TEST_F(ImportPbrtObjects, FarAwayPlaceOthersToo) {
+    const Scene s =
+        scene("WorldBegin\nObjectBegin \"leaf\" Translate 200000 0 0 " + grid(2) + "ObjectEnd\nObjectBegin \"tree\" Translate 0 900000 0 " + grid(3) +
+              "ObjectInstance \"leaf\" ObjectEnd\n" + "ObjectInstance \"tree\" Scale 2 2 2 ObjectInstance \"tree\"\n");
+    ASSERT_EQ(s.objects.size(), 2u);
+    Scene tree;
+    tree.instances = s.objects[1].instances;
+    const auto in_tree = placements(tree);
+    ASSERT_EQ(in_tree.size(), 1u);
+    Shape moved = s.objects[0].shapes[0];
+    moved.to_world = placed(in_tree[0], moved);
+    EXPECT_LT(std::abs(moved.to_world.m[0][3]), 200001);
+    EXPECT_LT(std::abs(moved.to_world.m[1][3]), 1);
+    expect_near(placed(placements(s)[1], moved), Transform::scale(2, 2, 2) * Transform::translate(200000, 900000, 0));
+}
+
 }  // namespace
 }  // namespace raypager
