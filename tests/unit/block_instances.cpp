@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "block/check_block.hpp"
+#include "block/instanced_count.hpp"
 #include "store/check_scene.hpp"
 #include "unit/bake_instanced_scene.hpp"
 
@@ -139,10 +140,11 @@ TEST_F(DamagedInstances, TreesOfObjects) {
 }
 
 // Objects that place others: no chain of instances goes round, and none is deeper than kernels go.
-class DamagedNesting : public testing::Test {
+class NestedInstances : public testing::Test {
 protected:
     void SetUp() override {
-        Scene scene = instanced_scene(300);
+        Scene& scene = scene_;
+        scene = instanced_scene(300);
         Object twice = {"twice", {}};
         twice.instances.push_back(std::make_shared<InstancesInMemory>("twice", std::vector<Placement>(40, Placement{0})));
         scene.objects.push_back(twice);
@@ -156,6 +158,16 @@ protected:
         const auto baked = bake(scene, options, folder_ / "scene.rpb");
         ASSERT_TRUE(baked.ok()) << baked.status().message();
         file_ = *BlockFile::open(folder_ / "scene.rpb");
+    }
+    // Triangles and spheres, each as often as it is placed, of the scene baked so.
+    uint64_t shown(uint64_t flatten_limit) const {
+        BakeOptions options;
+        options.flatten_limit = flatten_limit;
+        EXPECT_TRUE(bake(scene_, options, folder_ / "counted.rpb").ok());
+        const auto file = *BlockFile::open(folder_ / "counted.rpb");
+        InstancedCount count(file->scene());
+        for (uint32_t block = 0; block < file->scene().blocks.size(); block++) count.add(block, read_block(*file, block).span());
+        return count.primitives();
     }
     // Of instances of an object.
     uint32_t block_of(uint32_t object) const {
@@ -172,10 +184,11 @@ protected:
         return check_block_bytes(file_->scene(), block, bytes).message();
     }
     TemporaryFolder folder_;
+    Scene scene_;
     std::shared_ptr<const BlockFile> file_;
 };
 
-TEST_F(DamagedNesting, RecordsPlaceObjectsOfFewerLevels) {
+TEST_F(NestedInstances, RecordsPlaceObjectsOfFewerLevels) {
     const BakedScene& scene = file_->scene();
     ASSERT_EQ(scene.instance_levels(), 3u);
     EXPECT_EQ(scene.objects[2].levels, 1u);
@@ -187,6 +200,12 @@ TEST_F(DamagedNesting, RecordsPlaceObjectsOfFewerLevels) {
     EXPECT_EQ(with_object(block_of(2), 3), "instance 0 is of an object that may hold it");
     EXPECT_EQ(with_object(block_of(3), 3), "instance 0 is of an object that may hold it");
     EXPECT_EQ(with_object(static_cast<uint32_t>(scene.blocks.size() - 1), 3), "");
+}
+
+TEST_F(NestedInstances, WhatIsShownDoesNotDependOnNesting) {
+    EXPECT_EQ(shown(0), shown(1'000'000));
+    // 20 times 30 times 40 times the first object, and what there is without these.
+    EXPECT_GT(shown(0), 24'000u);
 }
 
 }  // namespace
