@@ -127,7 +127,9 @@ public:
 private:
     class SideBySide;
 
+    // Sources of points need not let themselves be asked by several threads at once.
     bool is_small(const Object& object) const {
+        if (std::ranges::any_of(object.shapes, [](const Shape& shape) { return shape.points != nullptr; })) return false;
         return side_ > 1 && memory_of_file * estimated_bytes(object) + memory_at_least <= memory().gather / (2 * side_);
     }
     const BakeMemory& memory() const { return baking_.building.memory; }
