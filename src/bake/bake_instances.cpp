@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
@@ -14,15 +15,19 @@ namespace raypager {
 namespace {
 
 constexpr uint64_t instance_limit = RP_NONE;  // there are fewer
-// Placements that are looked at between two looks at whether to stop, by each thread some of them at a time.
-constexpr size_t placements_at_once = size_t{1} << 16, placements_of_thread = size_t{1} << 10;
-// Of the memory for buffers, what records wait in until they are written.
-constexpr uint64_t spill_buffer_share = 8;
+// Placements that are looked at together, by each thread some of them at a time.
+constexpr size_t min_at_once = size_t{1} << 12, max_at_once = size_t{1} << 16, placements_of_thread = size_t{1} << 9;
+// Of the memory for buffers: what records wait in until they are written, and what those that are looked at take.
+constexpr uint64_t spill_buffer_share = 8, at_once_share = 16;
 
 class InstanceGatherer {
 public:
     InstanceGatherer(std::span<const ObjectBounds> objects, uint64_t first_number, const InstanceGathering& settings, uint64_t expected)
-        : objects_(objects), first_number_(first_number), settings_(settings), expected_(expected) {}
+        : objects_(objects),
+          first_number_(first_number),
+          settings_(settings),
+          expected_(expected),
+          at_once_(std::clamp<size_t>(settings.memory.buffers / at_once_share / sizeof(WorldInstance), min_at_once, max_at_once)) {}
 
     Status begin() {
         RAYPAGER_TRY(check_count(expected_));
@@ -34,7 +39,7 @@ public:
     Status take(std::span<const Placement> placements, const std::string& source) {
         while (!placements.empty()) {
             if (settings_.stop && *settings_.stop) return Status::interrupted("stopped by a signal; nothing was written");
-            const auto some = placements.first(std::min(placements.size(), placements_at_once));
+            const auto some = placements.first(std::min(placements.size(), at_once_));
             RAYPAGER_TRY(check_count(out_.count + some.size()));
             RAYPAGER_TRY(add(some, source));
             placements = placements.subspan(some.size());
@@ -46,12 +51,13 @@ public:
     Result<GatheredInstances> finish(MeshIssues& issues) {
         if (dropped_ > 0) issues.warn("instances dropped", fmt::format("{} flattened or out of range: dropped", counted(dropped_, "instance")));
         if (writer_) {
+            RAYPAGER_TRY(wait_until_written());
             auto spilled = writer_->finish();
             if (!spilled) return spilled.status();
             out_.spilled = std::move(*spilled);
         }
         resize_huge(out_.world.primitives, out_.world.instances.size());
-        parallel_for(out_.world.primitives.size(), placements_at_once, [&](size_t begin, size_t end) {
+        parallel_for(out_.world.primitives.size(), max_at_once, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++) out_.world.primitives[i] = World::instance_entry(i);
         });
         return std::move(out_);
@@ -110,8 +116,18 @@ private:
             }
         });
         out_.count += kept;
-        return writer_ ? writer_->add(instance_records, std::as_bytes(std::span(records_))) : Status();
+        return writer_ ? write() : Status();
     }
+
+    // While the next ones are made.
+    Status write() {
+        RAYPAGER_TRY(wait_until_written());
+        records_.swap(written_);
+        writing_ = std::async(std::launch::async | std::launch::deferred,
+                              [this] { return writer_->add(instance_records, std::as_bytes(std::span(written_))); });
+        return {};
+    }
+    Status wait_until_written() { return writing_.valid() ? writing_.get() : Status(); }
 
     // What became of some placements: those that are kept lie at the front of the piece's place in made_.
     struct Piece {
@@ -150,12 +166,14 @@ private:
     const uint64_t first_number_;
     const InstanceGathering& settings_;
     const uint64_t expected_;
+    const size_t at_once_;
     GatheredInstances out_;
-    std::optional<BucketWriter> writer_;  // from when there are too many
-    std::vector<WorldInstance> made_;     // of some placements
-    std::vector<Piece> pieces_;           // of these
-    std::vector<WorldInstance> records_;  // of these, on the way to the disk
+    std::optional<BucketWriter> writer_;            // from when there are too many
+    std::vector<WorldInstance> made_;               // of some placements
+    std::vector<Piece> pieces_;                     // of these
+    std::vector<WorldInstance> records_, written_;  // of these, on the way to the disk, and of those before
     uint64_t seen_ = 0, dropped_ = 0;
+    std::future<Status> writing_;  // of written_; the first to go
 };
 
 }  // namespace

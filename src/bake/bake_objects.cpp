@@ -130,11 +130,12 @@ public:
 private:
     class SideBySide;
 
-    // Those with instances need what these place.
+    // Sources of points need not let themselves be asked by several threads at once; instances need what they place.
     bool is_small(size_t index) const {
         const Object& object = objects_[index];
-        return side_ > 1 && baking_.instances[index].empty() &&
-               memory_of_file * estimated_bytes(object) + memory_at_least <= memory().gather / (2 * side_);
+        if (!baking_.instances[index].empty()) return false;
+        if (std::ranges::any_of(object.shapes, [](const Shape& shape) { return shape.points != nullptr; })) return false;
+        return side_ > 1 && memory_of_file * estimated_bytes(object) + memory_at_least <= memory().gather / (2 * side_);
     }
     const BakeMemory& memory() const { return baking_.building.memory; }
     const std::atomic<bool>* stop() const { return baking_.building.blocks.stop; }

@@ -9,7 +9,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t placements_at_once = size_t{1} << 14;
+constexpr size_t placements_at_once = size_t{1} << 15;
 static_assert(std::is_trivially_copyable_v<Placement>);
 
 }  // namespace
@@ -22,12 +22,22 @@ Status PlacementStore::spill() {
         if (!file) return file.status();
         file_ = std::move(*file);
     }
-    // Nobody else writes to the file, so they lie one behind the other.
-    const auto offset = file_->append(std::as_bytes(std::span(recent_)));
-    if (!offset) return offset.status();
+    RAYPAGER_TRY(wait_until_written());
     on_disk_ += recent_.size();
-    recent_.clear();
+    // One after the other, and nobody else writes to the file: so they lie in their order.
+    auto write = [file = file_, placements = std::exchange(recent_, {})] { return file->append(std::as_bytes(std::span(placements))).status(); };
+    recent_.reserve(in_memory_);
+    writing_ = std::async(std::launch::async | std::launch::deferred, std::move(write));
     return {};
+}
+
+Status PlacementStore::wait_until_written() { return writing_.valid() ? writing_.get() : Status(); }
+
+Status PlacementStore::finish() {
+    if (!file_) return {};
+    if (!recent_.empty()) RAYPAGER_TRY(spill());
+    recent_ = {};
+    return wait_until_written();
 }
 
 Status PlacementStore::for_each_piece(const Take& take) const {

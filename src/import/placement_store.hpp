@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <future>
 #include <memory>
 #include <span>
 #include <string>
@@ -16,7 +17,7 @@
 
 namespace raypager {
 
-// Few stay in memory. From when there are more, all go to a scratch file in the folder for temporary files.
+// Few stay in memory. From when there are more, all go to a scratch file in the folder for temporary files; twice as many are in memory then.
 class PlacementStore {
 public:
     using Take = std::function<Status(std::span<Placement>)>;
@@ -27,12 +28,8 @@ public:
         recent_.push_back(placement);
         return recent_.size() < in_memory_ ? Status() : spill();
     }
-    // No more will come: if some are on the disk, none stay in memory.
-    Status finish() {
-        if (file_ && !recent_.empty()) RAYPAGER_TRY(spill());
-        if (file_) recent_ = {};
-        return {};
-    }
+    // No more will come. If some are on the disk, none stay in memory.
+    Status finish();
     uint64_t count() const { return on_disk_ + recent_.size(); }
     bool is_on_disk() const { return file_ != nullptr; }
     // In the order in which they were added, by pieces that take may change: they are copies. A status that it returns ends the call and is passed
@@ -40,11 +37,14 @@ public:
     Status for_each_piece(const Take& take) const;
 
 private:
+    // Hands those in memory to a thread that writes them, when the one before is done.
     Status spill();
+    Status wait_until_written();
 
-    size_t in_memory_;
+    const size_t in_memory_;
     std::vector<Placement> recent_;
     std::shared_ptr<SpillFile> file_;
+    std::future<Status> writing_;
     uint64_t on_disk_ = 0;
 };
 

@@ -168,7 +168,7 @@ TEST_F(BakeProcesses, of_instances_stay_within_the_limit) {
     std::ostringstream scene;
     scene << "LookAt 50 60 -50  50 0 50  0 1 0\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nObjectBegin \"o\"\n"
              "Shape \"trianglemesh\" \"point3 P\" [";
-    for (int i = 0; i < 16; i++) scene << i % 4 * 0.1 << ' ' << i % 5 * 0.1 << ' ' << i / 4 * 0.1 << ' ';
+    for (int i = 0; i < 16; i++) scene << i % 4 * 0.1 << ' ' << i * i % 7 * 0.1 << ' ' << i / 4 * 0.1 << ' ';
     scene << "] \"integer indices\" [";
     for (int i = 0; i + 2 < 16; i++) scene << i << ' ' << i + 1 << ' ' << i + 2 << ' ';
     scene << "]\nObjectEnd\n";
