@@ -13,6 +13,7 @@
 #include "bake/bake_images.hpp"
 #include "bake/bake_instances.hpp"
 #include "bake/build_blocks.hpp"
+#include "bake/instance_traits.hpp"
 #include "bake/restyle.hpp"
 #include "bake/scene_size.hpp"
 #include "base/memory.hpp"
@@ -86,6 +87,8 @@ struct ObjectTree {
     uint64_t first_block_entry = 0;
     Box box;
     std::vector<Box> parts;  // as ObjectBounds has it
+    ObjectLights lights;
+    uint32_t first_range = 0;
 };
 
 // Boxes around neighbours among many.
@@ -216,6 +219,7 @@ private:
     static void add_object_tree(const ObjectTree& object, BakedScene& baked) {
         rp_object added = {};
         added.top = append_tree(object.tree, object.first_block_entry, baked);
+        added.first_range = object.first_range;
         if (!object.box.empty())
             for (size_t a = 0; a < 3; a++) added.base[a] = static_cast<float>(middle_of(object.box)[a]);
         baked.objects.push_back(added);
@@ -235,7 +239,7 @@ private:
             if (options_.stop && *options_.stop) return Status::interrupted("stopped by a signal; nothing was written");
             const auto done = static_cast<double>(objects.size());
             const auto progress = [&, this](double fraction) { report("objects", (done + fraction) / all); };
-            part.shapes = object.shapes;
+            part.shapes = seen_shapes(scene_, static_cast<uint32_t>(objects.size()));
             auto placed = gather(
                 part, {*memory, beside_, options_.stop}, [&](const char*, double fraction) { progress(fraction / 2); }, points, cell());
             if (!placed) return placed.status();
@@ -246,6 +250,7 @@ private:
             gathered.issues.add(placed->issues);
             placed->world.first_id = static_cast<uint32_t>(first);
             RAYPAGER_TRY(add_object(*placed, progress, sink, baked, objects, buckets));
+            RAYPAGER_TRY(add_unseen_lights(scene_, object.shapes, objects.back().lights, gathered.issues));
         }
         return {};
     }
@@ -253,13 +258,15 @@ private:
     // Its primitives follow those that are there.
     Status add_object(Gathered& object, const std::function<void(double)>& progress, BlockSink& sink, BakedScene& baked,
                       std::vector<ObjectTree>& objects, uint64_t& buckets) {
+        ObjectTree added;
+        added.lights = lights_of_primitives(object);
+        added.first_range = static_cast<uint32_t>(baked.ranges.size());
         for (rp_primitive_range range : object.ranges) {
             range.first_primitive += object.world.first_id;
             baked.ranges.push_back(range);
         }
         baked.triangles += object.triangles;
         baked.spheres += object.spheres;
-        ObjectTree added;
         added.first_block_entry = baked.block_entries.size();
         const size_t first_block = baked.blocks.size();
         std::vector<BlockEntryBox> block_entry_boxes;
@@ -285,11 +292,23 @@ private:
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes);
         if (!memory) return memory.status();
         std::vector<ObjectBounds> bounds_of_objects;
-        for (const ObjectTree& object : objects) bounds_of_objects.push_back({object.box, object.parts});
+        std::vector<ObjectLights> lights_of_objects;
+        std::vector<uint32_t> first_ranges;
+        for (const ObjectTree& object : objects) {
+            bounds_of_objects.push_back({object.box, object.parts});
+            lights_of_objects.push_back(object.lights);
+            first_ranges.push_back(object.first_range);
+        }
+        InstanceTraits traits(scene_, lights_of_objects, first_ranges, baked.lights.size());
         const InstanceGathering settings = {memory->gather, options_.stop, [this](double fraction) { report("instances", fraction / 2); }};
-        const auto world = gather_instances(scene_, bounds_of_objects, settings, gathered.issues);
+        const auto world = gather_instances(scene_, bounds_of_objects, settings, traits, gathered.issues);
         if (!world) return world.status();
-        if (world->instances.empty()) return {};
+        traits.finish(baked);
+        if (world->instances.empty()) {
+            const Box& bounds = gathered.bounds;
+            set_probabilities(baked.lights, bounds.empty() ? radius_of_nothing : radius_of(bounds.lower, bounds.upper));
+            return {};
+        }
         const Weigher weigher(*world, Weigher::Sharing::by_index);
         const WorldParts parts = WorldCut(*world, weigher).run(options_.block_bytes, memory->cut);
         BlockBuilding settings_of_blocks = building(*memory);

@@ -17,10 +17,16 @@ constexpr uint64_t instance_limit = RP_NONE;  // there are fewer
 // Placements that are looked at between two looks at whether to stop.
 constexpr size_t placements_at_once = size_t{1} << 14;
 
+Transform transform_of(const Placement& placement) {
+    Transform to_world;
+    std::ranges::copy(placement.to_world, to_world.m.begin());
+    return to_world;
+}
+
 class InstanceGatherer {
 public:
-    InstanceGatherer(std::span<const ObjectBounds> objects, const InstanceGathering& settings, uint64_t expected)
-        : objects_(objects), settings_(settings), expected_(expected) {}
+    InstanceGatherer(std::span<const ObjectBounds> objects, const InstanceGathering& settings, InstanceTraits& traits, uint64_t expected)
+        : objects_(objects), settings_(settings), traits_(traits), expected_(expected) {}
 
     Status check_room(uint64_t count) const {
         if (count >= instance_limit) return Status::failed(fmt::format("the scene has more than {} instances; leave some out", instance_limit - 1));
@@ -60,9 +66,15 @@ private:
             for (size_t i = begin; i < end; i++) RAYPAGER_TRY(make(placements[i], source, seen_ + i, made_[i]));
             return {};
         }));
-        for (const Made& made : made_) {
+        for (size_t i = 0; i < made_.size(); i++) {
+            Made& made = made_[i];
             dropped_ += made.dropped;
+            if (made.dropped) continue;
+            const Box& box = objects_[placements[i].object].box;
+            const auto traits = traits_.add(placements[i], box.empty() ? transform_of(placements[i]) : placement_of(made.record, box));
+            if (!traits) return traits.status().at(fmt::format("{}: instance {}", source, seen_ + i));
             if (made.box.empty()) continue;
+            made.record.path_high = *traits << RP_INSTANCE_TRAITS_SHIFT;
             const size_t number = world_.instances.size();
             world_.instances.push_back({made.record, made.box, static_cast<uint32_t>(number)});
             world_.primitives.push_back(World::instance_entry(number));
@@ -82,12 +94,10 @@ private:
     Status make(const Placement& placement, const std::string& source, uint64_t index, Made& made) const {
         if (placement.object >= objects_.size())
             return Status::failed(fmt::format("{}: instance {}: object {} does not exist", source, index, placement.object));
-        Transform to_world;
-        for (size_t i = 0; i < 3; i++) {
-            to_world.m[i] = placement.to_world[i];
-            for (const double x : to_world.m[i])
+        const Transform to_world = transform_of(placement);
+        for (const auto& row : to_world.m)
+            for (const double x : row)
                 if (!std::isfinite(x)) return Status::failed(fmt::format("{}: instance {}: its transform is not finite", source, index));
-        }
         const ObjectBounds& object = objects_[placement.object];
         if (object.box.empty()) return {};
         const auto record = make_instance(to_world, object.box);
@@ -106,6 +116,7 @@ private:
 
     const std::span<const ObjectBounds> objects_;
     const InstanceGathering& settings_;
+    InstanceTraits& traits_;
     const uint64_t expected_;
     World world_;
     std::vector<Made> made_;  // of some placements
@@ -114,10 +125,11 @@ private:
 
 }  // namespace
 
-Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, MeshIssues& issues) {
+Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, InstanceTraits& traits,
+                               MeshIssues& issues) {
     uint64_t expected = 0;
     for (const auto& source : scene.instances) expected += source->count();
-    InstanceGatherer gatherer(objects, settings, expected);
+    InstanceGatherer gatherer(objects, settings, traits, expected);
     if (auto status = gatherer.check_room(expected); !status.ok()) return status;
     gatherer.reserve();
     for (const auto& source : scene.instances) {

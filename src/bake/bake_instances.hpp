@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "bake/instance_traits.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
 #include "world/instance_record.hpp"
@@ -25,7 +26,9 @@ inline constexpr uint64_t instance_memory = sizeof(WorldInstance) + sizeof(Trian
 
 // All instances in the order of their sources, numbered through. objects: of each where it is; its box is empty where no ray can hit anything of it:
 // its instances are left out. Those that flatten their object, or put it beyond +-1e12, are dropped, with a warning that counts them. An error if
-// there is an object that does not exist, a number that is not finite, or too many for the memory.
-Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, MeshIssues& issues);
+// there is an object that does not exist, a number that is not finite, or too many for the memory. traits: gets those of all that are left; where an
+// object is nothing but lights that are not seen, all that there is of its instances.
+Result<World> gather_instances(const Scene& scene, std::span<const ObjectBounds> objects, const InstanceGathering& settings, InstanceTraits& traits,
+                               MeshIssues& issues);
 
 }  // namespace raypager

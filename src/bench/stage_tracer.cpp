@@ -58,7 +58,8 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
 
 Status StageTracer::make_slots(uint32_t count) {
     for (PathSlots* slots : {&slots_, &kept_slots_}) {
-        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true, .instances = true});
+        auto made =
+            PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true, .tangents = true, .instances = true, .traits = true});
         if (!made) return made.status();
         *slots = std::move(*made);
     }

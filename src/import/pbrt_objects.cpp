@@ -29,9 +29,14 @@ Transform transform_of(const Placement& placement) {
     return transform;
 }
 
-// Lights are sampled one by one, and a radius that is given for the world is that in all instances.
+// A radius that is given for the world is that in all instances.
 bool may_be_instanced(const std::vector<Shape>& shapes) {
-    return std::ranges::none_of(shapes, [](const Shape& s) { return s.area_light || s.unseen || (s.points && s.point_radius > 0); });
+    return std::ranges::none_of(shapes, [](const Shape& s) { return s.points && s.point_radius > 0; });
+}
+
+// Points on a sphere that shines are drawn as on a sphere.
+bool stretches_a_light(const std::vector<Shape>& shapes, const Transform& to_world) {
+    return std::ranges::any_of(shapes, [&](const Shape& s) { return s.area_light && is_sphere(s) && !(to_world * s.to_world).is_similarity(); });
 }
 
 bool is_small(const std::vector<Shape>& shapes) {
@@ -66,7 +71,7 @@ Status PbrtReader::object_begin(const Directive& directive) {
     // Instances of what had the name before stay what they were.
     if (!added && objects_[at->second].instances > 0) at->second = objects_.size();
     if (at->second == objects_.size()) objects_.emplace_back();
-    objects_[at->second] = {name, {}, 0, true};
+    objects_[at->second] = {.name = name, .shapes = {}};
     object_ = &objects_[at->second].shapes;
     object_location_ = directive.location;
     return {};
@@ -103,6 +108,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
         const Status copied = copy_object(object, state_.transform);
         return copied.ok() ? copied : error(directive, copied.message());
     }
+    object.stretches_a_light = object.stretches_a_light || stretches_a_light(object.shapes, state_.transform);
     if (++placed_ > most_instances) return error(directive, fmt::format("more than {} instances", most_instances));
     if (placements_.empty() || placements_.back().size() == placements_in_a_piece) placements_.emplace_back();
     const auto& m = state_.transform.m;
@@ -113,7 +119,7 @@ Status PbrtReader::object_instance(const Directive& directive) {
 Status PbrtReader::copy_object(const PbrtObject& object, const Transform& to_world) {
     for (Shape shape : object.shapes) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
-        if (is_sphere(shape) && !is_similarity(to_world * shape.to_world))
+        if (is_sphere(shape) && !(to_world * shape.to_world).is_similarity())
             make_ellipsoid(shape, shape.sphere.radius, uses_uvs(scene_, shape.material));
         shape.to_world = to_world * shape.to_world;
         RAYPAGER_TRY(add_shape(std::move(shape)));
@@ -134,7 +140,9 @@ void PbrtReader::keep_object(PbrtObject& object) {
 Status PbrtReader::place_objects(const std::string& scene_file) {
     const auto is_kept = [](const PbrtObject& o) { return o.number != RP_NONE; };
     for (PbrtObject& object : objects_)
-        if (object.may_be_instanced && object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes))) keep_object(object);
+        if (object.may_be_instanced && !object.stretches_a_light && object.instances > 1 &&
+            (object.instances > many_copies || !is_small(object.shapes)))
+            keep_object(object);
     for (std::vector<Placement>& piece : placements_) {
         for (const Placement& placement : piece)
             if (const PbrtObject& object = objects_[placement.object]; !is_kept(object)) RAYPAGER_TRY(copy_object(object, transform_of(placement)));

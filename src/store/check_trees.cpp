@@ -40,7 +40,7 @@ public:
 
 private:
     static bool good(const rp_object& object) {
-        bool good = object.unused == 0;
+        bool good = true;
         for (int a = 0; a < 3; a++)
             good = good && std::isfinite(object.top.origin[a]) && std::isfinite(object.top.cell[a]) && object.top.cell[a] > 0 &&
                    std::isfinite(object.base[a]);

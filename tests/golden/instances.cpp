@@ -131,6 +131,14 @@ const CopiesCase copies_cases[] = {
      [] {
          return reference::instanced_hedge(60, {64, 48});
      }},
+    {"overridden_hedge",
+     [] {
+         return reference::overridden_hedge(60, {64, 48}, false);
+     }},
+    {"lanterns",
+     [] {
+         return reference::strewn_lanterns(60, {64, 48});
+     }},
 };
 void PrintTo(const CopiesCase& c, std::ostream* out) { *out << c.name; }
 
