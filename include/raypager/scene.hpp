@@ -62,6 +62,9 @@ struct Transform {
     std::array<double, 3> vector(double x, double y, double z) const;
     bool swaps_handedness() const;
     bool is_identity() const;
+    // Whether lengths are the same in all directions, and angles, too: squares of lengths differ by this share at most. By default up to what six or
+    // seven digits leave of a rotation.
+    bool is_similarity(double tolerance = 1e-5) const;
 };
 
 // Something about a file that its user should know.
@@ -200,6 +203,8 @@ struct Shape {
     bool vertex_colors = true;
     // Of a cloud: one radius for all points, in the world; 0: each point's own, or from the spacing around it, times radius_scale.
     float point_radius = 0, radius_scale = 1;
+    // Of a mesh: coordinates of textures are baked even if its own material has no use for them. So they are for materials that instances put there.
+    bool keep_uvs = false;
     bool backdrop = false;  // such as the ground under a bare mesh: not what the scene shows, so its bounds do not count. Comes after all that is.
 };
 
@@ -207,6 +212,18 @@ struct Shape {
 struct Placement {
     uint32_t object = 0;  // index into Scene::objects
     std::array<std::array<double, 4>, 3> to_world = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    // Index into Scene::materials: in place of those of all shapes of the object. RP_NONE: they keep theirs. Colours of points and of vertices stay.
+    uint32_t material = RP_NONE;
+    // From 0 to 1, linear: diffuse reflectances and transmittances are multiplied by it, those of textures, points and vertices, too. What is
+    // mirrored or refracted stays as it is.
+    Float3 color{1, 1, 1};
+    bool operator==(const Placement&) const = default;
+};
+
+// A material that a placement puts in place of those of its object.
+struct ObjectMaterial {
+    uint32_t object = 0, material = 0;
+    auto operator<=>(const ObjectMaterial&) const = default;
 };
 
 // Something that can hand on placements piece by piece, in the same order each time.
@@ -219,24 +236,31 @@ public:
     virtual std::string name() const = 0;  // for messages
     // Tells whether they are still those of which a scene was baked.
     virtual uint64_t fingerprint() const = 0;
+    // All that its placements have, each once: known before the objects are baked, which may have to keep more for their sake.
+    virtual std::vector<ObjectMaterial> materials() const { return {}; }
 };
 
 class InstancesInMemory final : public InstanceSource {
 public:
-    InstancesInMemory(std::string name, std::vector<Placement> placements) : name_(std::move(name)), placements_(std::move(placements)) {}
+    InstancesInMemory(std::string name, std::vector<Placement> placements);
     Status stream(const std::function<Status(std::span<const Placement>)>& take) const override { return take(placements_); }
     uint64_t count() const override { return placements_.size(); }
     std::string name() const override { return name_; }
     uint64_t fingerprint() const override;
+    std::vector<ObjectMaterial> materials() const override { return materials_; }
 
 private:
     std::string name_;
     std::vector<Placement> placements_;
+    std::vector<ObjectMaterial> materials_;
 };
 
-// Shapes that are placed in the world by instances, as often as these say. Their to_world leads to the object's own space. They must not shine, and
-// none of them is a backdrop. An object may also place objects that come before it in Scene::objects: a tree its leaves, a forest its trees. Where
-// that takes little more room, or where it is more than four levels deep, baking puts what is placed so in their place.
+// Shapes that are placed in the world by instances, as often as these say. Their to_world leads to the object's own space. None of them is a
+// backdrop. Those that shine do so in every place, with the radiance or, at its size there, the power of their area light. The lights of all
+// instances are in memory and on the device one by one; there can be 2^24 of them. An instance must not stretch a sphere that shines, or points that
+// do. An object may also place objects that come before it in Scene::objects: a tree its leaves, a forest its trees. Where
+// that takes little more room, where it is more than four levels deep, and where it shines, baking puts what is placed so in their place. What
+// objects place, and objects that place others, must not be given a material or a colour by their instances.
 struct Object {
     std::string name;  // for messages
     std::vector<Shape> shapes;

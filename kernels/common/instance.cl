@@ -93,7 +93,13 @@ static inline rp_ray rp_ray_inside(const __global rp_instance* instance, uint nu
 #endif
 
 #ifdef RP_INSTANCES
-static inline ulong rp_instance_path(const __global rp_instance* instance) { return (ulong)instance->path_high << 32 | instance->path_low; }
+static inline ulong rp_instance_path(const __global rp_instance* instance) {
+    return (ulong)(instance->path_high & RP_INSTANCE_PATH_HIGH) << 32 | instance->path_low;
+}
+// The number of the traits of an instance, which may be null; 0: none.
+static inline uint rp_instance_traits_number(const __global rp_instance* instance) {
+    return instance ? instance->path_high >> RP_INSTANCE_TRAITS_SHIFT : 0u;
+}
 #endif
 
 #endif

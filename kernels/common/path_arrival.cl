@@ -11,6 +11,9 @@ typedef struct rp_arrival {
 #ifdef RP_VERTEX_COLORS
     uint color;
 #endif
+#ifdef RP_TRAITS
+    uint traits;
+#endif
 #ifdef RP_CUTOUTS
     bool shadow;   // it was a shadow ray
     float passed;  // as RP_PLANE_NEXT has it
@@ -55,6 +58,9 @@ static inline rp_arrival rp_make_arrival(const rp_paths* paths, uint slot, uint 
 #endif
 #ifdef RP_VERTEX_COLORS
     a.color = rp_color_of(paths, slot);
+#endif
+#ifdef RP_TRAITS
+    a.traits = rp_traits_of(paths, slot);
 #endif
 #ifdef RP_UVS
 #ifdef RP_SHORT_STATES

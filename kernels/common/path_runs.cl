@@ -45,8 +45,17 @@ static inline void rp_set_uv(const rp_paths* paths, uint slot, float2 uv, float 
 }
 #endif
 
-#ifdef RP_TEXTURES
+// The number of the traits of the instance that the closest hit is in.
+#ifdef RP_TRAITS
+#define RP_RUN_TRAITS RP_RUN_WORDS
+#define RP_RUN_CONE (RP_RUN_WORDS + 1u)
+static inline uint rp_traits_of(const rp_paths* paths, uint slot) { return RP_SLOT_WORD(paths, RP_RUN_TRAITS, slot); }
+static inline void rp_set_traits(const rp_paths* paths, uint slot, uint number) { RP_SLOT_WORD(paths, RP_RUN_TRAITS, slot) = number; }
+#else
 #define RP_RUN_CONE RP_RUN_WORDS
+#endif
+
+#ifdef RP_TEXTURES
 #ifdef RP_CUTOUTS
 #define RP_RUN_LIGHT (RP_RUN_CONE + 1u)
 #define RP_RUN_TEXELS (RP_RUN_CONE + 4u)

@@ -4,8 +4,8 @@
 
 #include "raypager/abi/scene.h"
 
-// Where materials lie: with textures each vertex has one of its own.
-#ifdef RP_TEXTURES
+// Where materials lie: with textures, and where instances change their colours, each vertex has one of its own.
+#if defined(RP_TEXTURES) || defined(RP_TRAITS)
 #define RP_MATERIAL_SPACE __private
 #else
 #define RP_MATERIAL_SPACE __global

@@ -7,6 +7,9 @@
 #include "common/queue.cl"
 #include "shading/scatter.cl"
 #include "shading/surface.cl"
+#ifdef RP_TRAITS
+#include "shading/instance_traits.cl"
+#endif
 #ifdef RP_TEXTURES
 #include "shading/texture.cl"
 #endif
@@ -61,7 +64,14 @@ static inline const __global rp_material* rp_of_mix(__constant rp_render_params*
                                                     uint pixel, uint sample, uint depth) {
     if (materials[number].kind != RP_MATERIAL_MIX) return materials + number;
     const uint4 numbers = rp_mix_numbers(params, pixel, sample, depth, RP_RANDOM_MIX);
-    for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) number = rp_chosen_of_mix(materials + number, numbers, i);
+    for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) {
+#ifdef RP_TRAITS
+        const rp_material mix = materials[number];
+        number = rp_chosen_of_mix(&mix, numbers, i);
+#else
+        number = rp_chosen_of_mix(materials + number, numbers, i);
+#endif
+    }
     return materials + number;
 }
 #endif
@@ -95,8 +105,8 @@ static inline void rp_end_path(__constant rp_render_params* params, const rp_pat
 // A path that has come to a surface from which it may go on. status: of its slot when it came.
 typedef struct rp_reached_vertex {
     uint slot, status;
-#ifdef RP_TEXTURES
-    rp_material own;  // as its textures have it here; of a diffuse one no more than kind, flags and colour
+#if defined(RP_TEXTURES) || defined(RP_TRAITS)
+    rp_material own;  // as its textures, or its instance, have it here; of a diffuse one no more than kind, flags and colour
 #endif
     RP_MATERIAL_SPACE const rp_material* material;
     float3 radiance;
@@ -223,6 +233,12 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         rp_end_path(params, paths, slot, film, pixel, radiance + a.throughput * seen);
         return false;
     }
+#ifdef RP_TRAITS
+    const __global rp_instance_traits* const traits = rp_traits_numbered(ranges, params->range_count, a.traits);
+    const uint material_number = rp_traits_material(traits, range->material);
+#else
+    const uint material_number = range->material;
+#endif
 #ifdef RP_TEXTURES
     uint shading_normal = a.shading_normal;
     bool look = depth < params->max_depth;
@@ -230,7 +246,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     look = look || cut_out;
 #endif
     if (look) {
-        const int found = rp_find_material(textures, params, materials, range->material, &a, paths, slot, status, resumed, &reached->own,
+        const int found = rp_find_material(textures, params, materials, material_number, &a, paths, slot, status, resumed, &reached->own,
 #ifdef RP_SKY_PAGED
                                            &reached->vertex.sky,
 #endif
@@ -253,9 +269,13 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
     const float distance = a.distance;
 #endif
     if (range->first_light != RP_NONE) {
-        const uint number = range->first_light + (a.primitive - range->first_primitive);
-        radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction, distance,
-                                               a.bsdf_density, full_emission);
+        uint number = range->first_light + (a.primitive - range->first_primitive);
+#ifdef RP_TRAITS
+        number = rp_traits_light(traits, number);
+        if (number < params->light_count)
+#endif
+            radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction,
+                                                   distance, a.bsdf_density, full_emission);
     }
     if (depth >= params->max_depth) {
         rp_end_path(params, paths, slot, film, pixel, radiance);
@@ -264,15 +284,30 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #ifdef RP_TEXTURES
     const rp_material* material = &reached->own;
 #elif defined(RP_LAYERED)
-    const __global rp_material* material = rp_of_mix(params, materials, range->material, pixel, a.sample, depth);
+    const __global rp_material* given = rp_of_mix(params, materials, material_number, pixel, a.sample, depth);
 #else
-    const __global rp_material* material = materials + range->material;
+    const __global rp_material* given = materials + material_number;
+#endif
+#if defined(RP_TRAITS) && !defined(RP_TEXTURES)
+    reached->own = *given;
+    const rp_material* material = &reached->own;
+#elif !defined(RP_TEXTURES)
+    const __global rp_material* material = given;
 #endif
     const bool colored = (range->flags & RP_RANGE_POINT_COLOR) != 0u, plain = (material->flags & RP_MATERIAL_PLAIN) != 0u;
     const float3 root = (float3)(a.shading_normal >> 8 & 255u, a.shading_normal >> 16 & 255u, a.shading_normal >> 24) / 255.0f;
     float3 reflectance = colored && !plain ? root * root : (float3)(material->color[0], material->color[1], material->color[2]);
 #ifdef RP_VERTEX_COLORS
     if ((range->flags & RP_RANGE_VERTEX_COLOR) && !plain) reflectance = rp_blended_reflectance(a.color);
+#endif
+#ifdef RP_TRAITS
+    const float3 color = rp_traits_color(traits);
+    reflectance *= color;
+    if (material->kind != RP_MATERIAL_DIFFUSE) {
+        reached->own.transmittance[0] *= color.x;
+        reached->own.transmittance[1] *= color.y;
+        reached->own.transmittance[2] *= color.z;
+    }
 #endif
     reached->slot = slot;
     reached->status = status;

@@ -42,6 +42,9 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #endif
     mine[0] += (walk->shear.axis & (RP_WALK_SERVED | RP_WALK_IN_VAIN)) != 0u;
     mine[1] += (walk->shear.axis & RP_WALK_IN_VAIN) != 0u;
+#ifdef RP_TRAITS
+    if (hit->found_in != RP_NONE) rp_set_traits(paths, slot, rp_instance_traits_number(hit->instance));
+#endif
 #ifdef RP_SHORT_STATES
 #ifdef RP_INSTANCES
     // Of an instance's surface what is there is found here: its block may be one of many.

@@ -71,6 +71,9 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk
 #ifdef RP_TANGENTS
         rp_set_tangent(paths, slot, surfaces->texture[r].tangent);
 #endif
+#ifdef RP_TRAITS
+        rp_set_traits(paths, slot, rp_instance_traits_number(rp_hit_instance(s, r)));
+#endif
         last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
     }
     const uint kept = rp_store_stream_extension(paths, slot, status, has_hit, t, block_entry, row);

@@ -14,6 +14,7 @@
 #include "bake/bake_instances.hpp"
 #include "bake/bake_objects.hpp"
 #include "bake/build_world.hpp"
+#include "bake/instance_traits.hpp"
 #include "bake/nesting.hpp"
 #include "bake/restyle.hpp"
 #include "bake/scene_size.hpp"
@@ -197,6 +198,7 @@ private:
         rp_object added = {};
         added.top = append_tree(object.tree, object.first_block_entry, baked);
         added.levels = object.bounds.levels;
+        added.first_range = object.first_range;
         if (!object.bounds.box.empty())
             for (size_t a = 0; a < 3; a++) added.base[a] = static_cast<float>(middle_of(object.bounds.box)[a]);
         baked.objects.push_back(added);
@@ -217,17 +219,27 @@ private:
         const auto memory = BakeMemory::plan(options_.host_limit, options_.block_bytes);
         if (!memory) return memory.status();
         std::vector<ObjectBounds> bounds_of_objects;
+        std::vector<ObjectLights> lights_of_objects;
+        std::vector<uint32_t> first_ranges;
         uint32_t levels = 0;  // of what is in objects
         for (const ObjectTree& object : objects) {
             bounds_of_objects.push_back(object.bounds);
+            lights_of_objects.push_back(object.lights);
+            first_ranges.push_back(object.first_range);
             levels = std::max(levels, object.bounds.levels);
         }
+        InstanceTraits traits(scene_, lights_of_objects, first_ranges, baked.lights.size());
         const size_t first_block = baked.blocks.size();
         const auto instances = bake_instances(
-            nesting_.of_world, bounds_of_objects, {blocks(*memory), *memory, beside_}, [this](double fraction) { report("instances", fraction); },
-            sink, baked, gathered.issues, buckets);
+            nesting_.of_world, bounds_of_objects, &traits, {blocks(*memory), *memory, beside_},
+            [this](double fraction) { report("instances", fraction); }, sink, baked, gathered.issues, buckets);
         if (!instances) return instances.status();
-        if (instances->levels == 0) return {};
+        traits.finish(baked);
+        if (instances->levels == 0) {
+            const Box& bounds = gathered.bounds;
+            set_probabilities(baked.lights, bounds.empty() ? radius_of_nothing : radius_of(bounds.lower, bounds.upper));
+            return {};
+        }
         // All levels that there are, whether they are placed or not (BakedScene::instance_levels).
         for (BlockRecord& block : std::span(baked.blocks).subspan(first_block)) block.levels = levels + 1;
         block_entry_boxes.insert(block_entry_boxes.end(), instances->block_entry_boxes.begin(), instances->block_entry_boxes.end());

@@ -20,10 +20,18 @@ constexpr size_t min_at_once = size_t{1} << 12, max_at_once = size_t{1} << 16, p
 // Of the memory for buffers: what records wait in until they are written, and what those that are looked at take.
 constexpr uint64_t spill_buffer_share = 8, at_once_share = 16;
 
+Transform transform_of(const Placement& placement) {
+    Transform to_world;
+    std::ranges::copy(placement.to_world, to_world.m.begin());
+    return to_world;
+}
+
 class InstanceGatherer {
 public:
-    InstanceGatherer(std::span<const ObjectBounds> objects, uint64_t first_number, const InstanceGathering& settings, uint64_t expected)
+    InstanceGatherer(std::span<const ObjectBounds> objects, InstanceTraits* traits, uint64_t first_number, const InstanceGathering& settings,
+                     uint64_t expected)
         : objects_(objects),
+          traits_(traits),
           first_number_(first_number),
           settings_(settings),
           expected_(expected),
@@ -85,9 +93,10 @@ private:
         pieces_.assign((placements.size() + placements_of_thread - 1) / placements_of_thread, {});
         RAYPAGER_TRY(parallel_try(placements.size(), placements_of_thread, [&](size_t begin, size_t end) -> Status {
             Piece& piece = pieces_[begin / placements_of_thread];
-            for (size_t i = begin; i < end; i++) RAYPAGER_TRY(make(placements[i], source, seen_ + i, made_[begin + piece.kept], piece));
+            for (size_t i = begin; i < end; i++) RAYPAGER_TRY(make(placements[i], source, i, made_[begin + piece.kept], piece));
             return {};
         }));
+        if (traits_) RAYPAGER_TRY(add_traits(placements, source));
         seen_ += placements.size();
         uint64_t kept = 0;
         for (Piece& piece : pieces_) {
@@ -99,6 +108,20 @@ private:
             out_.bounds.grow(piece.whole);
         }
         return keep(kept);
+    }
+
+    // In the order of the placements, which decides how traits are numbered.
+    Status add_traits(std::span<const Placement> placements, const std::string& source) {
+        for (size_t p = 0; p < pieces_.size(); p++)
+            for (const Special& special : pieces_[p].special) {
+                const Placement& placement = placements[special.placement];
+                rp_instance* const record = special.kept == not_kept ? nullptr : &made_[p * placements_of_thread + special.kept].record;
+                const Transform to_world = record ? placement_of(*record, objects_[placement.object].box) : transform_of(placement);
+                const auto traits = traits_->add(placement, to_world);
+                if (!traits) return traits.status().at(fmt::format("{}: instance {}", source, seen_ + special.placement));
+                if (record) record->path_high = *traits << RP_INSTANCE_TRAITS_SHIFT;
+            }
+        return {};
     }
 
     // What pieces_ say of made_, numbered behind all before.
@@ -129,24 +152,34 @@ private:
     }
     Status wait_until_written() { return writing_.valid() ? writing_.get() : Status(); }
 
+    // A placement that has, or may have, traits; and which of those that are kept of its piece it is. Lights that are not seen are no instance.
+    static constexpr uint64_t not_kept = UINT64_MAX;
+    struct Special {
+        size_t placement;
+        uint64_t kept;
+    };
     // What became of some placements: those that are kept lie at the front of the piece's place in made_.
     struct Piece {
         uint64_t kept = 0, dropped = 0;
         uint64_t first = 0;  // among all that were kept at the same time
         Box whole;           // around the boxes of their objects
         uint32_t levels = 0;
+        std::vector<Special> special;
     };
-    Status make(const Placement& placement, const std::string& source, uint64_t index, WorldInstance& made, Piece& piece) const {
+    // index: of the placement, among those that came at once.
+    Status make(const Placement& placement, const std::string& source, size_t index, WorldInstance& made, Piece& piece) const {
         if (placement.object >= objects_.size())
-            return Status::failed(fmt::format("{}: instance {}: object {} does not exist", source, index, placement.object));
-        Transform to_world;
-        for (size_t i = 0; i < 3; i++) {
-            to_world.m[i] = placement.to_world[i];
-            for (const double x : to_world.m[i])
-                if (!std::isfinite(x)) return Status::failed(fmt::format("{}: instance {}: its transform is not finite", source, index));
-        }
+            return Status::failed(fmt::format("{}: instance {}: object {} does not exist", source, seen_ + index, placement.object));
+        const Transform to_world = transform_of(placement);
+        for (const auto& row : to_world.m)
+            for (const double x : row)
+                if (!std::isfinite(x)) return Status::failed(fmt::format("{}: instance {}: its transform is not finite", source, seen_ + index));
         const ObjectBounds& object = objects_[placement.object];
-        if (object.box.empty()) return {};
+        const bool special = traits_ && traits_->may_have_any(placement);
+        if (object.box.empty()) {
+            if (special) piece.special.push_back({index, not_kept});
+            return {};
+        }
         const auto placed = place_instance(to_world, object.box);
         const auto near_enough = [](float x) { return std::abs(x) <= static_cast<float>(largest_coordinate); };
         if (placed) made.box = bounds_of(*placed, object);
@@ -158,11 +191,13 @@ private:
         made.record.object = placement.object;
         piece.whole.grow(object.parts.empty() ? made.box : bounds_of(*placed, {object.box, {}, 0}));
         piece.levels = std::max(piece.levels, object.levels + 1);
+        if (special) piece.special.push_back({index, piece.kept});
         piece.kept++;
         return {};
     }
 
     const std::span<const ObjectBounds> objects_;
+    InstanceTraits* const traits_;  // or null
     const uint64_t first_number_;
     const InstanceGathering& settings_;
     const uint64_t expected_;
@@ -178,11 +213,11 @@ private:
 
 }  // namespace
 
-Result<GatheredInstances> gather_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, uint64_t first_number,
-                                           const InstanceGathering& settings, MeshIssues& issues) {
+Result<GatheredInstances> gather_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, InstanceTraits* traits,
+                                           uint64_t first_number, const InstanceGathering& settings, MeshIssues& issues) {
     uint64_t expected = 0;
     for (const auto& source : sources) expected += source->count();
-    InstanceGatherer gatherer(objects, first_number, settings, expected);
+    InstanceGatherer gatherer(objects, traits, first_number, settings, expected);
     RAYPAGER_TRY(gatherer.begin());
     for (const auto& source : sources) {
         const auto take = [&](std::span<const Placement> placements) { return gatherer.take(placements, source->name()); };
@@ -191,14 +226,14 @@ Result<GatheredInstances> gather_instances(const InstanceSources& sources, std::
     return gatherer.finish(issues);
 }
 
-Result<InstanceBlocks> bake_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, const WorldBuilding& building,
-                                      const std::function<void(double fraction)>& progress, BlockSink& sink, BakedScene& baked, MeshIssues& issues,
-                                      uint64_t& buckets) {
+Result<InstanceBlocks> bake_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, InstanceTraits* traits,
+                                      const WorldBuilding& building, const std::function<void(double fraction)>& progress, BlockSink& sink,
+                                      BakedScene& baked, MeshIssues& issues, uint64_t& buckets) {
     InstanceBlocks result;
     if (sources.empty()) return result;
     const InstanceGathering settings = {building.memory, building.spill_beside, building.blocks.stop,
                                         [&](double fraction) { progress(fraction / 2); }};
-    auto instances = gather_instances(sources, objects, baked.instances, settings, issues);
+    auto instances = gather_instances(sources, objects, traits, baked.instances, settings, issues);
     if (!instances) return instances.status();
     if (instances->count == 0) return result;
     WorldBuilding of_instances = building;

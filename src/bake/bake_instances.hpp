@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bake/build_world.hpp"
+#include "bake/instance_traits.hpp"
 #include "bake/nesting.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -38,8 +39,10 @@ struct GatheredInstances {
 // All instances in the order of their sources, numbered through from first_number on. objects: of each where it is; its box is empty where no ray can
 // hit anything of it: its instances are left out. Those that flatten their object, or put it beyond +-1e12, are dropped, with a warning that counts
 // them. An error if there is an object that does not exist, a number that is not finite, or 2^32 - 1 instances or more.
-Result<GatheredInstances> gather_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, uint64_t first_number,
-                                           const InstanceGathering& settings, MeshIssues& issues);
+// traits: gets those of all that are left; where an object is nothing but lights that are not seen, all that there is of its instances. Null: none
+// has any.
+Result<GatheredInstances> gather_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, InstanceTraits* traits,
+                                           uint64_t first_number, const InstanceGathering& settings, MeshIssues& issues);
 
 // Instances as blocks.
 struct InstanceBlocks {
@@ -50,8 +53,8 @@ struct InstanceBlocks {
 
 // What these sources place, as blocks of instances that follow those that are there, of which all know the levels of what they are part of. building:
 // as of shapes. buckets: counts those that it took over the disk.
-Result<InstanceBlocks> bake_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, const WorldBuilding& building,
-                                      const std::function<void(double fraction)>& progress, BlockSink& sink, BakedScene& baked, MeshIssues& issues,
-                                      uint64_t& buckets);
+Result<InstanceBlocks> bake_instances(const InstanceSources& sources, std::span<const ObjectBounds> objects, InstanceTraits* traits,
+                                      const WorldBuilding& building, const std::function<void(double fraction)>& progress, BlockSink& sink,
+                                      BakedScene& baked, MeshIssues& issues, uint64_t& buckets);
 
 }  // namespace raypager

@@ -143,9 +143,9 @@ private:
     // fraction: of the object that is to be appended next.
     void report(double fraction) const { baking_.progress((static_cast<double>(made_.size()) + fraction) / static_cast<double>(objects_.size())); }
 
-    Result<Gathered> gather_object(const Object& object, const BakeMemory& memory, const GatherProgress& progress) {
+    Result<Gathered> gather_object(size_t index, const BakeMemory& memory, const GatherProgress& progress) {
         std::unique_ptr<Scene> part = take_part();
-        part->shapes = object.shapes;
+        part->shapes = seen_shapes(baking_.scene, static_cast<uint32_t>(index));
         auto gathered = gather(*part, {memory, baking_.building.spill_beside, stop()}, progress, baking_.points, baked_.position_cell);
         const std::lock_guard lock(parts_mutex_);
         parts_.push_back(std::move(part));
@@ -165,11 +165,14 @@ private:
 
     Status bake_alone(const Object& object) {
         if (stop() && *stop()) return Status::interrupted("stopped by a signal; nothing was written");
-        auto gathered = gather_object(object, memory(), [this](const char*, double fraction) { report(fraction / 2); });
+        auto gathered = gather_object(made_.size(), memory(), [this](const char*, double fraction) { report(fraction / 2); });
         if (!gathered) return gathered.status();
         RAYPAGER_TRY(check_count(object, primitives() + gathered->triangles + gathered->spheres));
         issues_.add(gathered->issues);
         gathered->world.first_id = static_cast<uint32_t>(primitives());
+        ObjectLights lights = lights_of_primitives(*gathered);
+        RAYPAGER_TRY(add_unseen_lights(baking_.scene, object.shapes, lights, issues_));
+        const auto first_range = static_cast<uint32_t>(baked_.ranges.size());
         add_ranges(*gathered, baked_);
         const uint64_t first_block_entry = baked_.block_entries.size();
         const size_t first_block = baked_.blocks.size();
@@ -186,6 +189,8 @@ private:
         made.bounds.box.grow(instances->bounds);
         made.bounds.levels = instances->levels;
         made.first_block_entry = first_block_entry;
+        made.lights = std::move(lights);
+        made.first_range = first_range;
         made_.push_back(std::move(made));
         return {};
     }
@@ -196,7 +201,7 @@ private:
         if (sources.empty()) return InstanceBlocks();
         for (size_t i = bounds_.size(); i < made_.size(); i++) bounds_.push_back(made_[i].bounds);
         auto instances = bake_instances(
-            sources, bounds_, baking_.building, [](double) {}, sink_, baked_, issues_, buckets_);
+            sources, bounds_, nullptr, baking_.building, [](double) {}, sink_, baked_, issues_, buckets_);
         if (instances) boxes.insert(boxes.end(), instances->block_entry_boxes.begin(), instances->block_entry_boxes.end());
         return instances;
     }
@@ -244,14 +249,14 @@ private:
         const Object& object = bake_.objects_[index];
         try {
             if (!wait(index, [&] { return index < bake_.made_.size() + 2 * bake_.side_; })) return;
-            auto gathered = bake_.gather_object(object, memory_, [](const char*, double) {});
+            auto gathered = bake_.gather_object(index, memory_, [](const char*, double) {});
             // What has gone to the disk would have stayed in memory, had it been alone: so it shall be.
             if (!gathered || gathered->spilled) return give_up(index, gathered ? Status() : gathered.status());
             if (!wait(index, [&] { return counted_ == index; })) return;
             auto made = std::make_unique<Made>();
             made->gathered = std::move(*gathered);
             if (const Status few = count(index, made->gathered); !few.ok()) return give_up(index, few);
-            if (const Status built = build(*made); !built.ok()) return give_up(index, built);
+            if (const Status built = build(object, *made); !built.ok()) return give_up(index, built);
             append(index, std::move(made));
         } catch (const std::bad_alloc&) {
             give_up(index, Status::failed(object.name + ": not enough memory to bake it; give a smaller --host-limit"));
@@ -287,7 +292,9 @@ private:
         return check_count(bake_.objects_[index], primitives_);
     }
 
-    Status build(Made& made) {
+    Status build(const Object& object, Made& made) {
+        ObjectLights lights = lights_of_primitives(made.gathered);
+        RAYPAGER_TRY(add_unseen_lights(bake_.baking_.scene, object.shapes, lights, made.gathered.issues));
         made.scene.position_cell = bake_.baked_.position_cell;
         const auto settle = [this](uint64_t) -> Result<WorldBuilding> { return building_; };
         const auto boxes = build_in_memory(
@@ -297,6 +304,7 @@ private:
         made.gathered.world = World();
         made.gathered.world.first_id = first_id;
         made.tree = tree_over(*boxes, made.scene.blocks);
+        made.tree.lights = std::move(lights);
         return {};
     }
 
@@ -308,6 +316,7 @@ private:
             Made& next = *due->second;
             BakedScene& baked = bake_.baked_;
             next.tree.first_block_entry = baked.block_entries.size();
+            next.tree.first_range = static_cast<uint32_t>(baked.ranges.size());
             if (const Status status = next.blocks.append_to(bake_.sink_, next.scene, baked); !status.ok()) {
                 end_ = appended.size();
                 failure_ = status;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/build_world.hpp"
+#include "bake/instance_traits.hpp"
 #include "bake/nesting.hpp"
 #include "cut/top_tree.hpp"
 #include "raypager/bake.hpp"
@@ -19,6 +20,8 @@ struct ObjectTree {
     TopTree tree;
     uint64_t first_block_entry = 0;
     ObjectBounds bounds;
+    ObjectLights lights;
+    uint32_t first_range = 0;
 };
 
 struct ObjectBaking {

@@ -8,13 +8,13 @@
 #include <system_error>
 #include <type_traits>
 
+#include "bake/instance_traits.hpp"
 #include "bake/paged_sky.hpp"
 #include "bake/used_images.hpp"
 #include "base/hash.hpp"
 #include "gather/lights.hpp"
 #include "raypager/bake.hpp"
 #include "scene/check_material.hpp"
-#include "scene/shapes.hpp"
 #include "scene/texture_use.hpp"
 
 namespace raypager {
@@ -69,7 +69,8 @@ void add_points(Fingerprint& f, const PointOptions& options) {
     f.add(options.filter_to_image);
 }
 
-Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
+// uvs: whether they are baked.
+Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape, bool uvs) {
     for (const auto& row : shape.to_world.m)
         for (const double value : row) f.add(value);
     f.add(shape.reverse_orientation);
@@ -97,13 +98,13 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
         return {};
     }
     f.add(shape.vertex_colors);
-    f.add(wants_uvs(scene, shape));
+    f.add(uvs);
     if (const auto* mesh = dynamic_cast<const MeshInMemory*>(shape.mesh.get())) {
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().positions)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().triangles)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().normals)));
         f.add_bytes(std::as_bytes(std::span(mesh->mesh().colors)));
-        if (wants_uvs(scene, shape)) f.add_bytes(std::as_bytes(std::span(mesh->mesh().uvs)));
+        if (uvs) f.add_bytes(std::as_bytes(std::span(mesh->mesh().uvs)));
         return {};  // its name has the line of a scene file, which may move
     }
     f.add(shape.mesh->name());
@@ -111,10 +112,11 @@ Status add_shape(Fingerprint& f, const Scene& scene, const Shape& shape) {
     return {};
 }
 
-void add_sources(Fingerprint& f, const std::vector<std::shared_ptr<const InstanceSource>>& sources) {
+void add_sources(Fingerprint& f, const Scene& scene, const std::vector<std::shared_ptr<const InstanceSource>>& sources) {
     for (const auto& source : sources) {
         f.add(source->count());
         f.add(source->fingerprint());
+        for (const ObjectMaterial& put : source->materials()) f.add(may_be_nothing(scene.materials, put.material));
     }
 }
 
@@ -127,9 +129,18 @@ void add_instances(Fingerprint& f, const Scene& scene, uint64_t flatten_limit) {
         if (object.instances.empty()) continue;
         f.add(std::string("instances"));
         f.add(flatten_limit);
-        add_sources(f, object.instances);
+        add_sources(f, scene, object.instances);
     }
-    add_sources(f, scene.instances);
+    add_sources(f, scene, scene.instances);
+}
+
+Status add_shapes(Fingerprint& f, const Scene& scene) {
+    for (const Shape& shape : scene.shapes) RAYPAGER_TRY(add_shape(f, scene, shape, wants_uvs(scene, shape)));
+    for (uint32_t i = 0; i < scene.objects.size(); i++) {
+        const bool keeps = keeps_uvs(scene, i);
+        for (const Shape& shape : scene.objects[i].shapes) RAYPAGER_TRY(add_shape(f, scene, shape, wants_uvs(scene, shape) || (shape.mesh && keeps)));
+    }
+    return {};
 }
 
 // Those that are baked, in their order: then programs that name the same ones can be replaced. A scene without any has the fingerprint that it had
@@ -172,7 +183,7 @@ Result<uint64_t> bake_fingerprint(const Scene& scene, const BakeOptions& options
         for (const float share : camera.window) f.add(share);
         for (const uint32_t value : {scene.width, scene.height}) f.add(value);
     }
-    if (auto status = for_each_shape(scene, [&](const Shape& shape) { return add_shape(f, scene, shape); }); !status.ok()) return status;
+    if (auto status = add_shapes(f, scene); !status.ok()) return status;
     add_instances(f, scene, options.flatten_limit);
     if (auto status = add_images(f, scene); !status.ok()) return status;
     if (auto status = add_sky(f, scene, options); !status.ok()) return status;

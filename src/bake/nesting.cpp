@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t placements_in_a_piece = 4096;
 
-Transform transform_of(const Placement& placement) {
+Transform affine(const Placement& placement) {
     Transform transform;
     std::ranges::copy(placement.to_world, transform.m.begin());
     return transform;
@@ -49,14 +49,13 @@ public:
         };
         const auto place = [&](const Transform& to_world) {
             return for_each_placement(inner_, [&](const Placement& inner) -> Status {
-                const Transform placed = to_world * transform_of(inner);
+                const Transform placed = to_world * affine(inner);
                 some.push_back(inner);
                 std::copy_n(placed.m.begin(), 3, some.back().to_world.begin());
                 return some.size() < placements_in_a_piece ? Status() : put_out();
             });
         };
-        RAYPAGER_TRY(
-            for_each_placement(outer_, [&](const Placement& outer) { return outer.object == object_ ? place(transform_of(outer)) : Status(); }));
+        RAYPAGER_TRY(for_each_placement(outer_, [&](const Placement& outer) { return outer.object == object_ ? place(affine(outer)) : Status(); }));
         return put_out();
     }
     uint64_t count() const override { return count_; }
@@ -89,6 +88,7 @@ public:
     Result<Nesting> run(uint32_t max_levels) {
         for (uint32_t object = 0; object < world_; object++) RAYPAGER_TRY(count(object, scene_.objects[object].instances));
         RAYPAGER_TRY(count(world_, scene_.instances));
+        find_lights();
         // From the outermost on: what is written out here may be so once more further out.
         for (uint32_t object = world_; object-- > 0;)
             if (!sources_[object].empty() && is_to_be_written_out(object)) RAYPAGER_TRY(write_out(object));
@@ -108,6 +108,11 @@ private:
                 if (placement.object >= owner)
                     return Status::failed(fmt::format("object {} (\"{}\") places object {} (\"{}\"), which does not come before it", owner,
                                                       scene_.objects[owner].name, placement.object, scene_.objects[placement.object].name));
+                if (has_look(placement) && (owner != world_ || !scene_.objects[placement.object].instances.empty()))
+                    return Status::failed(
+                        fmt::format("{}: an instance of object \"{}\" has a material or a colour of its own; instances in objects, and "
+                                    "those of objects that place others, cannot",
+                                    source->name(), scene_.objects[placement.object].name));
                 counted.placed[placement.object]++;
                 owners_[placement.object].insert(owner);
                 return {};
@@ -116,6 +121,20 @@ private:
             sources_[owner].push_back(std::move(counted));
         }
         return {};
+    }
+
+    static bool has_look(const Placement& placement) { return placement.material != RP_NONE || !(placement.color == Float3{1, 1, 1}); }
+
+    // What shines is placed in the world alone, where its lights are.
+    void find_lights() {
+        shines_.assign(world_, false);
+        places_lights_.assign(world_, false);
+        for (uint32_t object = 0; object < world_; object++) {
+            for (const CountedSource& source : sources_[object])
+                for (const auto& [inner, n] : source.placed)
+                    places_lights_[object] = places_lights_[object] || shines_[inner] || places_lights_[inner];
+            shines_[object] = std::ranges::any_of(scene_.objects[object].shapes, [](const Shape& shape) { return shape.area_light.has_value(); });
+        }
     }
 
     // How often an owner places an object, or any.
@@ -140,6 +159,7 @@ private:
         return a != 0 && b > std::numeric_limits<uint64_t>::max() / a ? std::numeric_limits<uint64_t>::max() : a * b;
     }
     bool is_to_be_written_out(uint32_t object) const {
+        if (places_lights_[object]) return true;
         const uint64_t inside = contents(object), outside = placements(object);
         return product(inside, outside) <= std::max(few_, inside + outside);
     }
@@ -215,6 +235,7 @@ private:
     const uint32_t world_;                             // stands for the world among owners
     std::vector<std::vector<CountedSource>> sources_;  // of each owner
     std::vector<std::set<uint32_t>> owners_;           // of each object: who places it
+    std::vector<bool> shines_, places_lights_;         // objects of which a part does; that place such, or place what does
 };
 
 }  // namespace

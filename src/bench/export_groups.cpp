@@ -8,7 +8,8 @@
 namespace raypager::bench {
 
 Groups::Groups(const BakedScene& scene) {
-    for (const rp_primitive_range& range : scene.ranges) {
+    // Scenes with objects are refused below.
+    for (const rp_primitive_range& range : std::span(scene.ranges).first(scene.own_range_count())) {
         Group group;
         group.material = range.material;
         group.colored = (range.flags & RP_RANGE_POINT_COLOR) != 0;

@@ -58,7 +58,9 @@ Result<std::unique_ptr<StageTracer>> StageTracer::create(const BlockFile& file, 
 
 Status StageTracer::make_slots(uint32_t count) {
     for (PathSlots* slots : {&slots_, &kept_slots_}) {
-        auto made = PathSlots::create(*device_, count, form_, {.vertex_colors = true, .uvs = true, .instance_levels = RP_INSTANCE_MAX_LEVELS});
+        auto made =
+            PathSlots::create(*device_, count, form_,
+                              {.vertex_colors = true, .uvs = true, .tangents = true, .instance_levels = RP_INSTANCE_MAX_LEVELS, .traits = true});
         if (!made) return made.status();
         *slots = std::move(*made);
     }

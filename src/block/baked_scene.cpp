@@ -99,6 +99,18 @@ BlockEntryRoots BakedScene::block_entries_of(uint32_t block) const {
     return result;
 }
 
+std::span<const rp_primitive_range> BakedScene::ranges_of_object(size_t object) const {
+    const size_t first = objects[object].first_range, end = object + 1 < objects.size() ? objects[object + 1].first_range : ranges.size();
+    return std::span(ranges).subspan(first, end - first);
+}
+
+uint64_t BakedScene::lights_of_object(size_t object) const {
+    uint64_t count = 0;
+    for (const rp_primitive_range& range : ranges_of_object(object))
+        if (range.first_light != RP_NONE) count += end_of_range(static_cast<size_t>(&range - ranges.data())) - range.first_primitive;
+    return count;
+}
+
 uint64_t BakedScene::identity() const {
     Hasher hasher;
     hasher.add(camera);
@@ -129,6 +141,7 @@ uint64_t BakedScene::identity() const {
     if (!objects.empty()) {
         hasher.add(instances);
         hasher.add_all(objects);
+        hasher.add_all(instance_traits);
     }
     if (texture_ops.empty() && !has_paged_sky()) return hasher.value;
     if (has_paged_sky()) hasher.add_all(sky_words);

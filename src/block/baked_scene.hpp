@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -61,7 +62,8 @@ struct BakedScene {
     std::vector<BlockRecord> blocks;  // first those of objects, object by object, then those of what is in the world itself, then those of instances
     // In top_nodes their trees come behind that of the world, object by object, and so do, in the order of their blocks, their block entries.
     std::vector<rp_object> objects;
-    std::vector<rp_image> images;  // of textures, then of the sky
+    std::vector<rp_instance_traits> instance_traits;  // traits t of a record are at t - 1
+    std::vector<rp_image> images;                     // of textures, then of the sky
     std::vector<rp_image_level> image_levels;
     std::vector<PageRecord> pages;  // of the images; in the page table they follow the blocks
     std::vector<rp_texture_op> texture_ops;
@@ -95,6 +97,12 @@ struct BakedScene {
     bool has_paged_sky() const { return !sky_words.empty(); }
     // What kernels have to do for any of these is the same: paths may wait where they have arrived.
     bool has_textures() const { return has_cutouts() || has_paged_sky() || !texture_ops.empty(); }
+    // The ranges of the scene's own primitives come first, then those of objects, object by object.
+    std::span<const rp_primitive_range> ranges_of_object(size_t object) const;
+    size_t own_range_count() const { return objects.empty() ? ranges.size() : objects.front().first_range; }
+    // How many lights the primitives of an object make that shine, in each of its instances.
+    uint64_t lights_of_object(size_t object) const;
+    uint64_t end_of_range(size_t range) const { return range + 1 < ranges.size() ? ranges[range + 1].first_primitive : triangles + spheres; }
     uint64_t identity() const;  // hash of everything that decides the picture, blocks included
 };
 

@@ -61,14 +61,25 @@ private:
         if (index != instances_ || instances_ >= header_.leaf_count) return failed(fmt::format("instance {} is absent or out of order", index));
         instances_++;
         const auto record = item<rp_instance>(header_.leaves_at, index);
-        if ((uint64_t{record.path_high} << 32 | record.path_low) != path)
+        if ((uint64_t{record.path_high & RP_INSTANCE_PATH_HIGH} << 32 | record.path_low) != path)
             return failed(fmt::format("the path of instance {} leads elsewhere", index));
         if (record.object >= scene_.objects.size() || scene_.objects[record.object].top.root == RP_REF_EXIT)
             return failed(fmt::format("instance {} is of an object that does not exist, or has nothing in it", index));
         if (scene_.objects[record.object].levels >= levels_) return failed(fmt::format("instance {} is of an object that may hold it", index));
         if (item<rp_u32>(header_.leaves_at + header_.leaf_count * uint64_t{sizeof(rp_instance)}, index) >= scene_.instances)
             return failed(fmt::format("instance {} has a number that does not exist", index));
+        RAYPAGER_TRY(check_traits(record, index));
         return check_placement(record, index);
+    }
+
+    // What shines has lights in each place.
+    Status check_traits(const rp_instance& record, uint32_t index) const {
+        const uint32_t number = record.path_high >> RP_INSTANCE_TRAITS_SHIFT;
+        if (number > scene_.instance_traits.size()) return failed(fmt::format("instance {} has traits that do not exist", index));
+        const rp_u32 of_object = number > 0 ? scene_.instance_traits[number - 1].object : RP_NONE;
+        if (of_object != RP_NONE && of_object != record.object) return failed(fmt::format("instance {} has the lights of another object", index));
+        if (of_object == RP_NONE && scene_.lights_of_object(record.object) > 0) return failed(fmt::format("instance {} has no lights", index));
+        return {};
     }
 
     // As make_instance has it (world/instance_record.hpp).

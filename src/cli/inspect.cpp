@@ -68,6 +68,12 @@ BytesOf bytes_of(const BakedScene& scene) {
     return bytes;
 }
 
+uint64_t lights_of_instances(const BakedScene& scene) {
+    uint64_t sum = 0;
+    for (const rp_instance_traits& traits : scene.instance_traits) sum += traits.light_count;
+    return sum;
+}
+
 Result<Parts> parts_of_block(const BakedScene& scene, std::span<const std::byte> stored) {
     const auto too_small = [] { return Status::failed("its sections do not fit into it; bake the scene again"); };
     rp_block_header header;
@@ -131,6 +137,8 @@ std::string as_json(const std::shared_ptr<const BlockFile>& file, const Parts& p
                       {"instances", scene.instances},
                       {"instance_levels", scene.instance_levels()},
                       {"instanced_primitives", parts.shown_primitives},
+                      {"instance_traits", scene.instance_traits.size()},
+                      {"lights_of_instances", lights_of_instances(scene)},
                       {"bytes_of", {{"objects", whose.objects}, {"world", whose.world}, {"instances", whose.instances}}},
                       {"bounds", bounds_json(blocks)},
                       {"camera", camera_json(scene.camera, scene.width, scene.height, blocks)},
@@ -152,6 +160,9 @@ std::string as_text(const std::shared_ptr<const BlockFile>& file, const Parts& p
         const std::string levels = scene.instance_levels() > 1 ? fmt::format(", in each other {} levels deep", scene.instance_levels()) : "";
         line("instances", fmt::format("{} of {}{}", format_count(scene.instances), counted(scene.objects.size(), "object"), levels));
         line("", fmt::format("{} primitives with each as often as it is placed", format_count(parts.shown_primitives)));
+        if (!scene.instance_traits.empty())
+            line("", fmt::format("with {} of their own, and {} of traits", counted(lights_of_instances(scene), "light"),
+                                 counted(scene.instance_traits.size(), "set")));
     }
     line("blocks", fmt::format("{}, {} at most", format_count(scene.blocks.size()), format_bytes(scene.largest_block(BlockForm::stored))));
     const uint64_t wide = scene.geometry_bytes(BlockForm::wide);

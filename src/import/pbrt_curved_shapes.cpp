@@ -92,7 +92,7 @@ Status PbrtReader::sphere(const Directive& directive, const PbrtParameters& para
 
 // Sphere primitives face outwards.
 void PbrtReader::make_sphere(double radius, Shape& shape) {
-    if (is_similarity(state_.transform) && !state_.reverse_orientation)
+    if (state_.transform.is_similarity() && !state_.reverse_orientation)
         shape.sphere.radius = static_cast<float>(radius);
     else
         make_ellipsoid(shape, radius, wants_uvs());

@@ -42,9 +42,18 @@ bool surely_invertible(const Transform& transform) {
     return std::abs(determinant) > least_share * lengths;
 }
 
-// Lights are sampled one by one, and a radius that is given for the world is that in all instances.
+// A radius that is given for the world is that in all instances.
 bool may_be_instanced(const std::vector<Shape>& shapes) {
-    return std::ranges::none_of(shapes, [](const Shape& s) { return s.area_light || s.unseen || (s.points && s.point_radius > 0); });
+    return std::ranges::none_of(shapes, [](const Shape& s) { return s.points && s.point_radius > 0; });
+}
+
+// Points on a sphere that shines are drawn as on a sphere.
+bool stretches_a_light(const std::vector<Shape>& shapes, const Transform& to_world) {
+    return std::ranges::any_of(shapes, [&](const Shape& s) { return s.area_light && is_sphere(s) && !(to_world * s.to_world).is_similarity(); });
+}
+
+bool has_round_light(const std::vector<Shape>& shapes) {
+    return std::ranges::any_of(shapes, [](const Shape& s) { return s.area_light && is_sphere(s); });
 }
 
 bool is_small(const std::vector<Shape>& shapes) {
@@ -112,10 +121,13 @@ Status PbrtReader::object_instance(const Directive& directive) {
     if (&object == object_) return error(directive, fmt::format("object \"{}\" in itself", clipped(name)));
     if (object.shapes.empty() && !object.placements) return {};
     if (object.instances++ == 0) object.may_be_instanced = may_be_instanced(object.shapes);
-    if (!object.may_be_instanced) {
+    // Where an instance of what shines comes to stand, and whether it is stretched there, is known of the world alone.
+    const bool stretched = stretches_a_light(object.shapes, state_.transform);
+    if (!object.may_be_instanced || (object_ && has_round_light(object.shapes)) || (object.placements && stretched)) {
         const Status copied = copy_object(object, state_.transform);
         return copied.ok() ? copied : error(directive, copied.message());
     }
+    object.stretches_a_light = object.stretches_a_light || stretched;
     const Status placed = place(static_cast<uint32_t>(found->second), state_.transform);
     return placed.ok() ? placed : error(directive, placed.message());
 }
@@ -138,7 +150,7 @@ Status PbrtReader::place(uint32_t object, const Transform& transform) {
 Status PbrtReader::copy_object(const PbrtObject& object, const Transform& to_world) {
     for (Shape shape : object.shapes) {
         // What is a sphere in the object is one in the world only if it is not stretched on the way.
-        if (is_sphere(shape) && !is_similarity(to_world * shape.to_world))
+        if (is_sphere(shape) && !(to_world * shape.to_world).is_similarity())
             make_ellipsoid(shape, shape.sphere.radius, uses_uvs(scene_, shape.material));
         shape.to_world = to_world * shape.to_world;
         RAYPAGER_TRY(add_shape(std::move(shape)));
@@ -175,7 +187,7 @@ std::vector<bool> PbrtReader::placed_objects() const {
 bool PbrtReader::is_to_be_kept(const PbrtObject& object) const {
     if (!object.may_be_instanced) return false;
     if (object.nested || object.placements) return true;
-    return object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes));
+    return !object.stretches_a_light && object.instances > 1 && (object.instances > many_copies || !is_small(object.shapes));
 }
 
 Status PbrtReader::place_objects(const std::string& scene_file) {

@@ -91,6 +91,7 @@ private:
         uint64_t instances = 0;                      // in the world, or in objects
         bool nested = false, in_world = false;       // where they are
         bool may_be_instanced = true;                // else each instance is written out at once
+        bool stretches_a_light = false;              // an instance does: all are written out in the end
         uint32_t number = RP_NONE;                   // in the scene, if it is an object there
         std::array<double, 3> origin = {};           // of that one's space
     };
@@ -149,7 +150,6 @@ private:
     Status take_matrix(const Directive& directive, Transform& matrix);
     Status apply(const Directive& directive, const Transform& transform);
     Status set_transform(const Directive& directive, const Transform& transform);
-    static bool is_similarity(const Transform& t);
 
     // pbrt_film.cpp
     Status film(const Directive& directive);

@@ -115,20 +115,4 @@ Status PbrtReader::active_transform(const Directive& directive) {
     return {};
 }
 
-// Lengths and angles are the same in all directions: spheres stay spheres.
-bool PbrtReader::is_similarity(const Transform& t) {
-    double gram[3][3], largest = 0;
-    for (size_t i = 0; i < 3; ++i)
-        for (size_t j = 0; j < 3; ++j) {
-            gram[i][j] = t.m[0][i] * t.m[0][j] + t.m[1][i] * t.m[1][j] + t.m[2][i] * t.m[2][j];
-            largest = std::max(largest, std::abs(gram[i][j]));
-        }
-    // Squares of lengths; what the file's six or seven digits leave of a rotation passes.
-    const double tolerance = 1e-5 * largest;
-    for (size_t i = 0; i < 3; ++i)
-        for (size_t j = 0; j < 3; ++j)
-            if (std::abs(gram[i][j] - (i == j ? gram[0][0] : 0.0)) > tolerance) return false;
-    return true;
-}
-
 }  // namespace raypager

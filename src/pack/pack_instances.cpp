@@ -47,7 +47,7 @@ private:
         RAYPAGER_CHECK(index <= RP_LEAF_INDEX_MASK);
         instances_.push_back(instance.record);
         instances_.back().path_low = static_cast<rp_u32>(path);
-        instances_.back().path_high = static_cast<rp_u32>(path >> 32);
+        instances_.back().path_high |= static_cast<rp_u32>(path >> 32);  // beside the number of its traits
         numbers_.push_back(instance.number);
         return RP_REF_LEAF | index << RP_LEAF_INDEX_SHIFT | RP_LEAF_INSTANCE;
     }

@@ -183,4 +183,17 @@ Camera fit_camera(Camera camera, uint32_t old_width, uint32_t old_height, uint32
     return camera;
 }
 
+bool Transform::is_similarity(double tolerance) const {
+    double gram[3][3], largest = 0;
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++) {
+            gram[i][j] = m[0][i] * m[0][j] + m[1][i] * m[1][j] + m[2][i] * m[2][j];
+            largest = std::max(largest, std::abs(gram[i][j]));
+        }
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            if (std::abs(gram[i][j] - (i == j ? gram[0][0] : 0.0)) > tolerance * largest) return false;
+    return true;
+}
+
 }  // namespace raypager

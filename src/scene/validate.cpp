@@ -97,15 +97,16 @@ Status check_shape(const Scene& scene, const Shape& shape) {
     return {};
 }
 
-// Shapes of objects are where many instances are, and lights are sampled one by one.
 Status check_shape_of_object(const Shape& shape) {
-    const auto bad = [&](const char* what) { return Status::failed(fmt::format("{}: {}", shape.name, what)); };
-    if (shape.area_light || shape.unseen) return bad("what shines cannot be part of an object; place it as a shape");
+    const auto bad = [&](const std::string& what) { return Status::failed(fmt::format("{}: {}", shape.name, what)); };
+    // So many a range can tell apart, which have to be set anew for each instance.
+    if (shape.area_light && *shape.area_light >= RP_RANGE_AREA_LIGHTS)
+        return bad(fmt::format("only the first {} area lights can be those of objects", RP_RANGE_AREA_LIGHTS));
     if (shape.backdrop) return bad("a backdrop cannot be part of an object");
     return {};
 }
 
-// Which objects the placements name is checked as they are streamed.
+// Which objects the placements name is checked as they are streamed, and whether these are all materials that they have.
 Status check_instances(const Scene& scene) {
     if (scene.objects.size() >= RP_NONE) return Status::failed(fmt::format("{} objects; there can be {}", scene.objects.size(), RP_NONE - 1));
     uint64_t count = 0;
@@ -116,6 +117,11 @@ Status check_instances(const Scene& scene) {
             if (more >= RP_NONE - count)
                 return Status::failed(fmt::format("{}: the scene has more than {} instances with it", source->name(), RP_NONE - 1));
             count += more;
+            for (const auto& [object, material] : source->materials()) {
+                if (object >= scene.objects.size()) return Status::failed(fmt::format("{}: object {} does not exist", source->name(), object));
+                if (material >= scene.materials.size())
+                    return Status::failed(fmt::format("{}: material {} of instances does not exist", source->name(), material));
+            }
         }
         return {};
     };

@@ -136,6 +136,7 @@ Result<std::shared_ptr<const BlockFile>> BlockFile::open(const std::filesystem::
     RAYPAGER_TRY(read_section(*file, header, texture_ops, scene.texture_ops));
     RAYPAGER_TRY(read_section(*file, header, texture_maps, scene.texture_maps));
     RAYPAGER_TRY(read_section(*file, header, objects, scene.objects));
+    RAYPAGER_TRY(read_section(*file, header, instance_traits, scene.instance_traits));
     if (auto status = check_scene(scene, file->size()); !status.ok()) return status.at(path.string());
     if (change) change(scene);
     opened->file_ = std::move(*file);

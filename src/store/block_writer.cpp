@@ -135,6 +135,7 @@ Status BlockFileWriter::finish(const BakedScene& scene) {
     RAYPAGER_TRY(write_section<rp_texture_map>(file_, header, texture_maps, scene.texture_maps));
     RAYPAGER_TRY(write_section<rp_u32>(file_, header, sky_words, scene.sky_words));
     RAYPAGER_TRY(write_section<rp_object>(file_, header, objects, scene.objects));
+    RAYPAGER_TRY(write_section<rp_instance_traits>(file_, header, instance_traits, scene.instance_traits));
     header.file_bytes = file_.position();
     header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
     RAYPAGER_TRY(file_.write_at(0, std::as_bytes(std::span(&header, 1))));

@@ -84,9 +84,65 @@ Status check_lights(const BakedScene& scene) {
     return {};
 }
 
+// What is met is weighted as what is seen.
+bool are_seen_surfaces(std::span<const rp_light> lights) {
+    for (const rp_light& light : lights)
+        if (light.kind > RP_LIGHT_SPHERE || light.flags & RP_LIGHT_UNSEEN) return false;
+    return true;
+}
+
+// Whether an instance may put a material there of which parts are not there.
+bool cuts_out(const BakedScene& scene) {
+    for (const rp_instance_traits& t : scene.instance_traits)
+        if (t.material != RP_NONE && may_be_nothing(scene.materials, t.material)) return true;
+    return false;
+}
+
+// Which ranges are those of an object.
+Status check_objects(const BakedScene& scene) {
+    for (size_t i = 0; i < scene.objects.size(); i++) {
+        const uint64_t end = i + 1 < scene.objects.size() ? scene.objects[i + 1].first_range : scene.ranges.size();
+        if (scene.objects[i].first_range > end) return bad(objects, fmt::format("the ranges of object {} are out of order", i));
+    }
+    for (size_t i = 0; i < scene.objects.size(); i++) {
+        uint64_t next = 0;
+        for (const rp_primitive_range& range : scene.ranges_of_object(i)) {
+            if (range.first_light == RP_NONE) continue;
+            if (range.first_light != next) return bad(ranges, fmt::format("the lights of object {} are out of order", i));
+            next += scene.end_of_range(static_cast<size_t>(&range - scene.ranges.data())) - range.first_primitive;
+        }
+    }
+    return {};
+}
+
+Status check_traits(const BakedScene& scene) {
+    if (scene.instance_traits.size() > RP_MAX_INSTANCE_TRAITS) return bad(instance_traits, "there are too many");
+    for (size_t i = 0; i < scene.instance_traits.size(); i++) {
+        const rp_instance_traits& t = scene.instance_traits[i];
+        const auto damaged = [&](const char* what) { return bad(instance_traits, fmt::format("those of number {} {}", i + 1, what)); };
+        for (const float part : t.color)
+            if (!(part >= 0 && part <= 1)) return damaged("have no colour");
+        if (t.material != RP_NONE && t.material >= scene.materials.size()) return damaged("have no material");
+        if (t.unused != 0) return damaged("have more than there is");
+        if (t.first_light == RP_NONE) {
+            if (t.light_count != 0 || t.object != RP_NONE) return damaged("have lights that do not exist");
+            continue;
+        }
+        if (t.object >= scene.objects.size()) return damaged("are of an object that does not exist");
+        if (t.first_light > scene.lights.size() || t.light_count > scene.lights.size() - t.first_light || t.light_count == 0)
+            return damaged("have lights that do not exist");
+        const uint64_t seen = scene.lights_of_object(t.object);
+        if (t.light_count < seen) return damaged("have fewer lights than their object");
+        if (!are_seen_surfaces(std::span(scene.lights).subspan(t.first_light, seen))) return damaged("have lights of another kind");
+    }
+    return {};
+}
+
 Status check_ranges(const BakedScene& scene) {
     const uint64_t primitives = scene.triangles + scene.spheres;
     if (scene.ranges.empty() != (primitives == 0)) return bad(ranges, "does not cover the primitives");
+    const size_t own = scene.own_range_count();
+    const bool any_cut_out = cuts_out(scene);
     for (size_t i = 0; i < scene.ranges.size(); i++) {
         const rp_primitive_range& range = scene.ranges[i];
         const uint64_t end = i + 1 < scene.ranges.size() ? scene.ranges[i + 1].first_primitive : primitives;
@@ -96,17 +152,16 @@ Status check_ranges(const BakedScene& scene) {
                                (range.first_light != RP_NONE ? RP_RANGE_AREA_LIGHTS << RP_RANGE_AREA_LIGHT_SHIFT : 0);
         if (range.flags & ~known || (range.flags & RP_RANGE_POINT_COLOR && range.flags & (RP_RANGE_VERTEX_COLOR | RP_RANGE_UV)))
             return bad(ranges, fmt::format("range {} has unknown flags", i));
-        if (may_be_nothing(scene.materials, range.material) != ((range.flags & RP_RANGE_CUTOUT) != 0))
+        const bool cut_out = (range.flags & RP_RANGE_CUTOUT) != 0, by_instance = cut_out && i >= own && any_cut_out;
+        if (may_be_nothing(scene.materials, range.material) != cut_out && !by_instance)
             return bad(ranges, fmt::format("range {} has the wrong flags for its material", i));
-        if (range.first_light != RP_NONE && (range.flags & RP_RANGE_CUTOUT)) return bad(ranges, fmt::format("range {} shines and is cut out", i));
-        if (range.first_light != RP_NONE && range.first_light + (end - range.first_primitive) > scene.lights.size())
-            return bad(ranges, fmt::format("range {} has no lights", i));
-        // What is met is weighted as what is seen.
-        for (uint64_t k = 0; range.first_light != RP_NONE && k < end - range.first_primitive; k++) {
-            const rp_light& light = scene.lights[range.first_light + k];
-            if (light.kind > RP_LIGHT_SPHERE || light.flags & RP_LIGHT_UNSEEN)
-                return bad(ranges, fmt::format("range {} has lights of another kind", i));
-        }
+        if (range.first_light != RP_NONE && cut_out) return bad(ranges, fmt::format("range {} shines and is cut out", i));
+        // Those of objects are where their instances have them.
+        if (range.first_light == RP_NONE || i >= own) continue;
+        const uint64_t count = end - range.first_primitive;
+        if (range.first_light + count > scene.lights.size()) return bad(ranges, fmt::format("range {} has no lights", i));
+        if (!are_seen_surfaces(std::span(scene.lights).subspan(range.first_light, count)))
+            return bad(ranges, fmt::format("range {} has lights of another kind", i));
     }
     return {};
 }
@@ -166,6 +221,8 @@ Status check_scene(const BakedScene& scene, uint64_t file_bytes) {
     RAYPAGER_TRY(check_scalars(scene));
     RAYPAGER_TRY(check_materials(scene));
     RAYPAGER_TRY(check_lights(scene));
+    RAYPAGER_TRY(check_objects(scene));
+    RAYPAGER_TRY(check_traits(scene));
     RAYPAGER_TRY(check_ranges(scene));
     RAYPAGER_TRY(check_blocks(scene, file_bytes));
     RAYPAGER_TRY(check_images(scene, file_bytes));

@@ -36,11 +36,13 @@ enum Section : uint32_t {
     texture_maps,
     sky_words,
     objects,
+    instance_traits,
     section_count
 };
 inline constexpr const char* section_names[section_count] = {
-    "scene",        "materials", "lights", "ranges",       "top tree", "block entries",      "block entry paths", "wide roots", "block table",
-    "light images", "texels",    "images", "image levels", "pages",    "texture operations", "texture maps",      "sky words",  "objects"};
+    "scene",       "materials",    "lights",         "ranges", "top tree",     "block entries", "block entry paths",  "wide roots",
+    "block table", "light images", "texels",         "images", "image levels", "pages",         "texture operations", "texture maps",
+    "sky words",   "objects",      "instance traits"};
 
 struct SectionEntry {
     uint64_t offset, count, checksum;
@@ -74,15 +76,16 @@ struct Scalars {
 };
 
 inline constexpr uint32_t item_bytes[section_count] = {
-    sizeof(Scalars),        sizeof(rp_material), sizeof(rp_light),      sizeof(rp_primitive_range), sizeof(rp_node),  sizeof(rp_block_entry),
-    sizeof(uint64_t),       sizeof(rp_u32),      sizeof(BlockRecord),   sizeof(rp_light_image),     sizeof(rp_texel), sizeof(rp_image),
-    sizeof(rp_image_level), sizeof(PageRecord),  sizeof(rp_texture_op), sizeof(rp_texture_map),     sizeof(rp_u32),   sizeof(rp_object)};
+    sizeof(Scalars),        sizeof(rp_material), sizeof(rp_light),       sizeof(rp_primitive_range), sizeof(rp_node),
+    sizeof(rp_block_entry), sizeof(uint64_t),    sizeof(rp_u32),         sizeof(BlockRecord),        sizeof(rp_light_image),
+    sizeof(rp_texel),       sizeof(rp_image),    sizeof(rp_image_level), sizeof(PageRecord),         sizeof(rp_texture_op),
+    sizeof(rp_texture_map), sizeof(rp_u32),      sizeof(rp_object),      sizeof(rp_instance_traits)};
 
-static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 18 * 32 + 8 && sizeof(Scalars) == 256);
+static_assert(sizeof(SectionEntry) == 32 && sizeof(Header) == 32 + 19 * 32 + 8 && sizeof(Scalars) == 256);
 static_assert(sizeof(rp_material) == 128 && sizeof(rp_light) == 64 && sizeof(rp_primitive_range) == 16);
 static_assert(sizeof(rp_node) == 32 && sizeof(rp_block_entry) == 32 && sizeof(rp_top_grid) == 32 && sizeof(BlockRecord) == 64 &&
               sizeof(rp_light_image) == 8 && sizeof(rp_texel) == 8);
 static_assert(sizeof(rp_image) == 16 && sizeof(rp_image_level) == 16 && sizeof(PageRecord) == 16 && sizeof(rp_texture_op) == 48 &&
-              sizeof(rp_texture_map) == 80 && sizeof(rp_object) == 48);
+              sizeof(rp_texture_map) == 80 && sizeof(rp_object) == 64 && sizeof(rp_instance_traits) == 32);
 
 }  // namespace raypager::format

@@ -37,10 +37,11 @@ struct SlotFields {
     bool cutouts = false;        // and two planes more
     bool tangents = false;
     uint32_t instance_levels = 0;  // where a ray that waits stands in each
+    bool traits = false;           // of the instance of the closest hit
     static SlotFields of(const BakedScene& scene);
     // Of 16 bytes, with all else that follows them.
     uint64_t planes() const { return (cutouts ? RP_PATH_PLANES_WITH_CUTOUTS : RP_PATH_PLANES) + instance_levels * RP_STANDING_UNITS; }
-    uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + (tangents ? 1 : 0) + texture_words; }
+    uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + (tangents ? 1 : 0) + (traits ? 1 : 0) + texture_words; }
 };
 
 class PathSlots {

@@ -61,6 +61,18 @@ uint64_t light_words_bytes(const BakedScene& scene) {
 
 uint64_t texture_bytes(const BakedScene& scene) { return scene.has_textures() ? at_least_16(texture_words_bytes(scene)) : 0; }
 
+// Traits of instances lie behind the ranges (kernels/shading/instance_traits.cl).
+uint64_t range_bytes(const BakedScene& scene) {
+    return scene.ranges.size() * sizeof(rp_primitive_range) + scene.instance_traits.size() * sizeof(rp_instance_traits);
+}
+std::vector<std::byte> ranges_and_traits(const BakedScene& scene) {
+    std::vector<std::byte> bytes;
+    bytes.reserve(range_bytes(scene));
+    for (const auto part : {std::as_bytes(std::span(scene.ranges)), std::as_bytes(std::span(scene.instance_traits))})
+        bytes.insert(bytes.end(), part.begin(), part.end());
+    return bytes;
+}
+
 // What kernels that shade must know.
 std::string shading_definitions(const BakedScene& scene) {
     std::string result;
@@ -89,9 +101,8 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_bytes(scene) +
-                  at_least_16(scene.ranges.size() * sizeof(rp_primitive_range)) + GeometryBuffers::bytes(scene, form) +
-                  RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) + backend_fixed_bytes(form) + PathSlots::fixed_bytes(SlotFields::of(scene)) +
-                  extra_queue_words(form) * sizeof(uint32_t);
+                  at_least_16(range_bytes(scene)) + GeometryBuffers::bytes(scene, form) + RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) +
+                  backend_fixed_bytes(form) + PathSlots::fixed_bytes(SlotFields::of(scene)) + extra_queue_words(form) * sizeof(uint32_t);
     bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
     bytes.per_slot = PathSlots::bytes_per_slot(SlotFields::of(scene)) + list_bytes_per_slot + backend_bytes_per_slot(form);
     bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(SlotFields::of(scene));
@@ -138,6 +149,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
     RAYPAGER_TRY(upload_textures(scene));
     std::vector<rp_light> lights = scene.lights;
     RAYPAGER_TRY(upload_light_words(scene, lights));
+    const std::vector<std::byte> ranges = ranges_and_traits(scene);
     struct Part {
         Buffer& buffer;
         std::span<const std::byte> contents;
@@ -146,7 +158,7 @@ Status Wavefront::upload_scene(const BakedScene& scene) {
     const Part parts[] = {{buffers_.params, bytes_of_one(params_), "render parameters"},
                           {buffers_.materials, bytes_of(scene.materials), "materials"},
                           {buffers_.lights, bytes_of(lights), "lights"},
-                          {buffers_.ranges, bytes_of(scene.ranges), "primitive ranges"}};
+                          {buffers_.ranges, ranges, "primitive ranges and traits of instances"}};
     for (const Part& part : parts) {
         auto buffer = device_.upload(part.contents, part.what);
         if (!buffer) return buffer.status();

@@ -6,14 +6,17 @@
 #include <cstdio>
 #include <random>
 
+#include "raypager/materials.hpp"
 #include "reference/geometry.hpp"
 #include "reference/instanced_scenes.hpp"
 #include "reference/rays.hpp"
+#include "reference/scene_builder.hpp"
 #include "reference/textured_scenes.hpp"
 #include "render/render.hpp"
 #include "scene/octahedral.hpp"
 #include "support/device_scene.hpp"
 #include "support/test_options.hpp"
+#include "support/textured_scene.hpp"
 
 namespace raypager {
 namespace {
@@ -154,6 +157,63 @@ TEST_F(Instances, closed_objects_have_no_gaps) {
     EXPECT_EQ(out, 0u);
 }
 
+// Under a sky that shines alike everywhere, what nothing shades has the radiance that it reflects and lets through.
+TEST_F(Instances, have_the_colors_that_they_are_given) {
+    struct Case {
+        const char* name;
+        std::vector<rp_material> materials;  // the last one is put on the instance
+        Float3 expected;
+        bool vertex_colors = false, point = false, textured = false;
+    };
+    const Case cases[] = {{"plain", {diffuse_material({0.8f, 0.6f, 0.4f})}, {0.8f, 0.6f, 0.4f}},
+                          {"translucent", {translucent_material({0.3f, 0.2f, 0.1f}, {0.5f, 0.5f, 0.5f})}, {0.8f, 0.7f, 0.6f}},
+                          {"mixed", {diffuse_material({1, 1, 0}), diffuse_material({0, 1, 1}), mix_material(1, 2, 0.25f)}, {0.75f, 1, 0.25f}},
+                          {"textured", {diffuse_material({1, 1, 1})}, {0.5f, 0.5f, 0.5f}, false, false, true},
+                          {"of vertices", {diffuse_material({0.1f, 0.2f, 0.3f})}, {1, 1, 1}, true},
+                          {"of a point", {diffuse_material({0.1f, 0.2f, 0.3f})}, {1, 1, 1}, false, true}};
+    const Float3 tint = {0.9f, 0.5f, 0.25f};
+    for (const Case& c : cases) {
+        SCOPED_TRACE(c.name);
+        reference::SceneBuilder builder({32, 24});
+        Scene& scene = builder.scene();
+        builder.material(reference::absorber());
+        for (const rp_material& material : c.materials) builder.material(material);
+        if (c.textured) {
+            support::set_grey_program(scene);
+            scene.materials.back().flags |= 1u << RP_MATERIAL_PROGRAM_SHIFT;
+        }
+        TriangleMesh mesh = reference::quad({-20, -20, 0}, {40, 0, 0}, {0, 40, 0}, 9);
+        if (c.vertex_colors) mesh.colors.assign(mesh.positions.size(), 0xffffffu);
+        if (c.point)
+            builder.add_points("point", {{{0, 0, 0}, 2.5f, 0xffffffu}}, true, 0);
+        else
+            builder.add("quad", std::move(mesh), 0);
+        scene.objects.push_back({"object", std::move(scene.shapes)});
+        scene.shapes.clear();
+        Placement placed = {.object = 0};
+        placed.to_world[0][0] = -1;
+        placed.material = static_cast<uint32_t>(scene.materials.size() - 1);
+        placed.color = tint;
+        scene.instances = {std::make_shared<InstancesInMemory>("one", std::vector{placed})};
+        builder.infinite_light({1, 1, 1});
+        builder.camera({0, 0, 8}, {0, 0, 0}, {0, 1, 0}, 20);
+        scene.max_depth = 1;
+        for (const Traversal traversal : {Traversal::ray, Traversal::stream}) {
+            support::TestOptions options;
+            options.spp = 64;
+            options.tuning.traversal = traversal;
+            const auto drawn = render(*baked(builder.scene(), "tinted"), options, {});
+            ASSERT_TRUE(drawn.ok()) << drawn.status().message();
+            double mean[3] = {};
+            for (size_t i = 0; i < drawn->image.values.size(); i++) mean[i % 3] += drawn->image.values[i] / (32 * 24);
+            // Of 49152 samples, each of which is 0 to 2 times the mean.
+            EXPECT_NEAR(mean[0], c.expected.x * tint.x, 0.01);
+            EXPECT_NEAR(mean[1], c.expected.y * tint.y, 0.01);
+            EXPECT_NEAR(mean[2], c.expected.z * tint.z, 0.01);
+        }
+    }
+}
+
 struct CopiesCase {
     const char* name;
     Scene (*make)();
@@ -166,6 +226,14 @@ const CopiesCase copies_cases[] = {
     {"hedge",
      [] {
          return reference::instanced_hedge(60, {64, 48});
+     }},
+    {"overridden_hedge",
+     [] {
+         return reference::overridden_hedge(60, {64, 48}, false);
+     }},
+    {"lanterns",
+     [] {
+         return reference::strewn_lanterns(60, {64, 48});
      }},
     {"groves",
      [] {

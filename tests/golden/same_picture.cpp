@@ -103,6 +103,14 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::instanced_hedge(150, {32, 24});
      }},  // with cut-outs, textures and directions of roughness
+    {"lanterns",
+     [] {
+         return reference::strewn_lanterns(150, {32, 24});
+     }},  // that shine, and have colours and materials of their own
+    {"overridden_hedge",
+     [] {
+         return reference::overridden_hedge(150, {32, 24});
+     }},  // whose materials come from its instances
     {"groves",
      [] {
          return reference::groves(9, {32, 24});

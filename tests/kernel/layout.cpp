@@ -37,7 +37,8 @@ TEST(Layout, struct_sizes_agree) {
                                             sizeof(rp_page_changes),
                                             sizeof(rp_light_node),
                                             sizeof(rp_instance),
-                                            sizeof(rp_object)};
+                                            sizeof(rp_object),
+                                            sizeof(rp_instance_traits)};
     auto buffer = (*device)->allocate(expected.size() * sizeof(uint32_t), "sizes");
     ASSERT_TRUE(buffer.ok());
     ASSERT_TRUE(kernel->set(*buffer).ok());

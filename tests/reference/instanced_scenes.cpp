@@ -1,5 +1,6 @@
 #include "reference/instanced_scenes.hpp"
 
+#include "raypager/materials.hpp"
 #include "reference/scene_builder.hpp"
 
 namespace raypager::reference {
@@ -137,9 +138,79 @@ Scene groves(uint32_t trees, PictureSize size, double scattered, bool berries) {
 
 namespace {
 
+struct LanternMaterials {
+    uint32_t clay, coat, speckled, dark, leaf;
+};
+
+LanternMaterials add_lanterns(SceneBuilder& builder) {
+    Scene& scene = builder.scene();
+    LanternMaterials m = {};
+    m.clay = builder.material(diffuse({0.7, 0.5, 0.4}));
+    m.coat = builder.material(coated_diffuse_material({0.3f, 0.6f, 0.8f}, 1.5f, 0.1f));
+    m.speckled = builder.material(mix_material(m.clay, m.coat, 0.4f));
+    m.dark = builder.material(absorber());
+    m.leaf = builder.material(translucent_material({0.2f, 0.5f, 0.1f}, {0.5f, 0.4f, 0.1f}));
+    builder.add("frame", torus(0.8, 0.12, 40, 20, true), m.clay);
+    builder.shine(builder.add("glow", icosphere(0.35, 1), m.dark), {9, 6, 3});
+    builder.shine(builder.add("sheet", quad({-0.4, -0.4, 0.7}, {0.8, 0, 0}, {0, 0.8, 0}, 2), m.clay), {2, 4, 8}, true);
+    scene.area_lights.back().power = 3;
+    Shape& unseen = builder.add("unseen", quad({-0.3, -0.3, -0.9}, {0, 0.6, 0}, {0.6, 0, 0}), m.dark);
+    builder.shine(unseen, {8, 8, 8});
+    unseen.unseen = true;
+    take_as_object(scene, 0, "lantern");
+    builder.add("foot", box({0.8, -0.2, -0.7}, {1.2, 0.2, -0.4}, 3), m.coat);
+    builder.shine(builder.add_sphere("bulb", {1, 0, 0}, 0.35, m.dark), {6, 6, 5});
+    take_as_object(scene, 0, "bulb");
+    builder.add("leaves", torus(0.5, 0.35, 50, 30), m.leaf);
+    take_as_object(scene, 0, "leaves");
+    return m;
+}
+
+}  // namespace
+
+Scene strewn_lanterns(uint32_t instances, PictureSize size) {
+    SceneBuilder builder(size);
+    Scene& scene = builder.scene();
+    const LanternMaterials m = add_lanterns(builder);
+    Dice dice(9);
+    std::vector<Placement> placements;
+    for (uint32_t i = 0; i < instances; i++) {
+        const uint32_t object = i % 3, kind = object == 1 ? dice.below(2) : dice.below(4);
+        const Vec3 place(dice.between(-3.5, 3.5), dice.between(-3.5, 3.5), dice.between(-0.2, 1.5));
+        Placement placed = placement(object, random_transform(dice, kind, place, dice.between(0.2, 0.6)));
+        const uint32_t others[] = {RP_NONE, m.speckled, m.coat, m.leaf};
+        placed.material = others[dice.below(4)];
+        if (dice.below(2) == 0) placed.color = dice.point(0.2, 1).to_float();
+        placements.push_back(placed);
+    }
+    scene.instances.push_back(std::make_shared<InstancesInMemory>("lanterns", std::move(placements)));
+    builder.add("floor", quad({-4, -4, -0.6}, {8, 0, 0}, {0, 8, 0}, 60), builder.material(diffuse(Vec3(0.6))));
+    builder.shine(builder.add("lamp", quad({-1, -1, 4}, {0, 2, 0}, {2, 0, 0}), m.dark), {2, 2, 2});
+    builder.point_light({2, -3, 2}, {3, 3, 4});
+    builder.infinite_light({0.05, 0.06, 0.08});
+    builder.camera({0.5, -6, 3}, {0, 0, 0.2}, {0, 0, 1}, 45);
+    return builder.finish();
+}
+
+namespace {
+
+// The material with what is diffuse of it times a colour, by its number.
+uint32_t tinted(Scene& scene, uint32_t number, const Float3& color) {
+    if (number == RP_NONE || color == Float3{1, 1, 1}) return number;
+    rp_material material = scene.materials[number];
+    if (material.kind == RP_MATERIAL_MIX) {
+        material.first = tinted(scene, material.first, color);
+        material.second = tinted(scene, material.second, color);
+    } else {
+        const float by[3] = {color.x, color.y, color.z};
+        for (int i = 0; i < 3; i++) material.color[i] *= by[i], material.transmittance[i] *= by[i];
+    }
+    scene.materials.push_back(material);
+    return static_cast<uint32_t>(scene.materials.size() - 1);
+}
+
 // What sources place, and what that places in turn.
-Status write_out(const Scene& scene, const std::vector<std::shared_ptr<const InstanceSource>>& sources, const Transform& around,
-                 std::vector<Shape>& out) {
+Status write_out(const Scene& scene, const std::vector<std::shared_ptr<const InstanceSource>>& sources, const Transform& around, Scene& out) {
     for (const auto& source : sources) {
         const Status status = source->stream([&](std::span<const Placement> placements) {
             for (const Placement& p : placements) {
@@ -148,8 +219,9 @@ Status write_out(const Scene& scene, const std::vector<std::shared_ptr<const Ins
                 to_world = around * to_world;
                 const Object& object = scene.objects[p.object];
                 for (const Shape& shape : object.shapes) {
-                    out.push_back(shape);
-                    out.back().to_world = to_world * shape.to_world;
+                    out.shapes.push_back(shape);
+                    out.shapes.back().to_world = to_world * shape.to_world;
+                    out.shapes.back().material = tinted(out, p.material == RP_NONE ? shape.material : p.material, p.color);
                 }
                 const Status inside = write_out(scene, object.instances, to_world, out);
                 if (!inside.ok()) return inside;
@@ -167,7 +239,7 @@ Scene written_out(const Scene& scene) {
     Scene out = scene;
     out.objects.clear();
     out.instances.clear();
-    if (!write_out(scene, scene.instances, {}, out.shapes).ok()) out.shapes.clear();
+    if (!write_out(scene, scene.instances, {}, out).ok()) out.shapes.clear();
     return out;
 }
 

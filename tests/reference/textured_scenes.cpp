@@ -281,6 +281,40 @@ Scene instanced_hedge(uint32_t instances, PictureSize size) {
     return builder.finish();
 }
 
+Scene overridden_hedge(uint32_t instances, PictureSize size, bool tinted) {
+    SceneBuilder builder(size);
+    Scene& scene = builder.scene();
+    builder.camera({0, 1, 4}, {0, 0.9, 0}, {0, 1, 0}, 40);
+    const uint32_t green = painted(builder, Texture::image(colored_tiles("leaves", 200, 5), image_op(), std::nullopt));
+    const uint32_t leaf = cut_out(builder, green, Texture::image(ring_mask(150), image_op(), std::nullopt));
+    const uint32_t tiles = painted(builder, Texture::image(colored_tiles("tiles", 600, 8), image_op(), std::nullopt));
+    const uint32_t brushed = builder.material(anisotropic(conductor_of_reflectance({0.8f, 0.7f, 0.5f}, 0.4f), 0.1f));
+    const uint32_t plain = builder.material(diffuse({0.7, 0.6, 0.5}));
+    Dice dice(7);
+    scene.objects.push_back({"opaque", {std::move(builder.add("opaque", many_leaves(dice, 300, {-0.4, -0.3, -0.3}, {0.4, 0.3, 0.3}), plain))}});
+    scene.objects.push_back({"cut", {std::move(builder.add("cut", many_leaves(dice, 300, {-0.4, -0.3, -0.3}, {0.4, 0.3, 0.3}), leaf))}});
+    scene.objects.push_back({"ring", {std::move(builder.add("ring", mapped_torus(0.25, 0.1, 24), plain))}});
+    scene.shapes.clear();
+    std::vector<Placement> placements;
+    for (uint32_t i = 0; i < instances; i++) {
+        const Vec3 axis = normalized(dice.point(-1, 1) + Vec3(0, 1.1, 0));
+        const double grows = dice.between(0.4, 1.1);
+        const Transform t = Transform::translate(dice.between(-1.4, 1.4), dice.between(0.1, 1.7), dice.between(-0.8, 0.8)) *
+                            Transform::rotate(dice.between(0, 360), axis.x, axis.y, axis.z) *
+                            Transform::scale(i % 2 ? grows : -grows, dice.between(0.4, 1.1), grows);
+        Placement placed = {i % 3, {t.m[0], t.m[1], t.m[2]}};
+        const uint32_t others[] = {RP_NONE, leaf, tiles, brushed, plain};
+        placed.material = others[dice.below(5)];
+        if (tinted && dice.below(2) == 0) placed.color = dice.point(0.2, 1).to_float();
+        placements.push_back(placed);
+    }
+    scene.instances.push_back(std::make_shared<InstancesInMemory>("hedge", std::move(placements)));
+    builder.add("floor", mapped_quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -3}, 8), tiles);
+    builder.shine(builder.add("lamp", quad({-0.5, 2.5, 1}, {1, 0, 0}, {0, 0, 1}), builder.material(absorber())), {6, 6, 5});
+    builder.infinite_light({0.3, 0.35, 0.4});
+    return builder.finish();
+}
+
 Scene hedge(uint32_t n, PictureSize size, bool decals) {
     SceneBuilder builder(size);
     builder.camera({0, 1, 4}, {0, 0.9, 0}, {0, 1, 0}, 40);

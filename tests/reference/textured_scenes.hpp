@@ -18,5 +18,7 @@ Scene brushed_small(uint32_t n, PictureSize size = {});
 Scene hedge(uint32_t n, PictureSize size = {}, bool decals = false);
 // A hedge of instances of a few twigs, whose leaves an image cuts out, on a floor under an image, beside brushed rings that are instances, too.
 Scene instanced_hedge(uint32_t instances, PictureSize size = {});
+// Such a hedge whose instances have other materials than their objects: opaque ones with holes and images, cut ones whole. tinted: and colours.
+Scene overridden_hedge(uint32_t instances, PictureSize size = {}, bool tinted = true);
 
 }  // namespace raypager::reference

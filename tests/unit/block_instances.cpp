@@ -72,6 +72,29 @@ TEST_F(DamagedInstances, Records) {
     EXPECT_FALSE(check_block_bytes(scene_, block_, good_).ok());
 }
 
+// An instance of an object that shines has its lights, and no other's.
+TEST_F(DamagedInstances, TraitsOfRecords) {
+    const auto with_traits = [&](uint32_t number) {
+        return with_record([&](rp_instance& r) { r.path_high = (r.path_high & RP_INSTANCE_PATH_HIGH) | number << RP_INSTANCE_TRAITS_SHIFT; });
+    };
+    EXPECT_EQ(with_traits(1), "instance 3 has traits that do not exist");
+    rp_instance record;
+    std::memcpy(&record, good_.data() + header_.leaves_at + 3 * sizeof record, sizeof record);
+    const rp_instance_traits plain = {{1, 1, 1}, RP_NONE, RP_NONE, 0, RP_NONE, 0};
+    rp_instance_traits shining = plain;
+    shining.first_light = 0, shining.light_count = 1, shining.object = record.object;
+    scene_.instance_traits = {plain, shining};
+    EXPECT_EQ(with_traits(1), "");
+    EXPECT_EQ(with_traits(2), "");
+    EXPECT_EQ(with_traits(3), "instance 3 has traits that do not exist");
+    scene_.instance_traits[1].object ^= 1;
+    EXPECT_EQ(with_traits(2), "instance 3 has the lights of another object");
+    scene_.ranges[scene_.objects[record.object].first_range].first_light = 0;
+    // Others of that object come before it.
+    EXPECT_NE(with_traits(1).find("has no lights"), std::string::npos);
+    EXPECT_NE(with_traits(0).find("has no lights"), std::string::npos);
+}
+
 TEST_F(DamagedInstances, Trees) {
     // The last node has two leaves, since nodes lie in depth-first order: the one that is met last.
     const auto last = [&](const std::function<void(rp_node&)>& change) { return with_item(header_.nodes_at, header_.node_count - 1, change); };
@@ -117,7 +140,8 @@ TEST_F(DamagedInstances, TreesOfObjects) {
         const std::string message = with_scene(change);
         EXPECT_NE(message.find(words), std::string::npos) << words << ": " << message;
     };
-    damaged([](BakedScene& s) { std::swap(s.objects[0], s.objects[1]); }, "\"top tree\"");
+    damaged([](BakedScene& s) { std::swap(s.objects[0], s.objects[1]); }, "\"objects\": the ranges of object 0 are out of order");
+    damaged([](BakedScene& s) { std::swap(s.objects[0].top, s.objects[1].top); }, "\"top tree\"");
     damaged([](BakedScene& s) { s.objects[1].top.block_entry_count--; }, "\"top tree\"");
     damaged([](BakedScene& s) { s.objects[0].top.block_entry_count = UINT32_MAX; }, "more block entries than there are");
     damaged([](BakedScene& s) { s.objects[1].top.root = 0; }, "node 0 is absent or out of order");
@@ -128,7 +152,8 @@ TEST_F(DamagedInstances, TreesOfObjects) {
     damaged([](BakedScene& s) { s.objects[0].base[1] = NAN; }, "\"objects\"");
     damaged([](BakedScene& s) { s.objects[0].top.cell[1] = 0; }, "\"objects\"");
     damaged([](BakedScene& s) { s.objects.pop_back(); }, "\"top tree\"");
-    damaged([](BakedScene& s) { s.objects.push_back(s.objects[0]), s.objects[2].top.block_entry_count = 0; }, "there is a tree but no block entry");
+    damaged([](BakedScene& s) { s.objects.push_back(s.objects[1]), s.objects[2].top = s.objects[0].top, s.objects[2].top.block_entry_count = 0; },
+            "there is a tree but no block entry");
     damaged([](BakedScene& s) { s.instances++; }, "\"block table\": the blocks do not hold as many instances");
     damaged([&](BakedScene& s) { s.blocks[block_].triangles = 1, s.triangles++; }, "holds more than instances");
     damaged([&](BakedScene& s) { std::swap(s.blocks[block_].instances, s.blocks[0].instances); }, "");

@@ -65,15 +65,15 @@ TEST_F(ImportPbrtObjects, PlacedTwiceAreInstances) {
     }
 }
 
-// An area light makes the same objects copies: what is not light must be where these are.
+// A sphere that shines and is stretched makes the same objects copies: what is beside it must be where these are.
 TEST_F(ImportPbrtObjects, StandWhereTheirCopiesWould) {
     const auto text = [&](const std::string& light) {
-        return "WorldBegin\nRotate 20 0 1 0\nObjectBegin \"o\" ReverseOrientation Translate 1 2 3 Scale -1 1 2 " + grid(3) + "AttributeBegin " +
-               light + grid(2) +
-               "AttributeEnd ObjectEnd\nTranslate 5 0 0 Scale 1 1 -1\nReverseOrientation ObjectInstance \"o\"\nScale 2 1 1 ObjectInstance \"o\"\n";
+        return "WorldBegin\nRotate 20 0 1 0\nObjectBegin \"o\" ReverseOrientation Translate 1 2 3 Scale -1 1 2 " + grid(3) + grid(2) + light +
+               "ObjectEnd\nTranslate 5 0 0 Scale 1 1 -1\nReverseOrientation ObjectInstance \"o\"\nScale 2 1 1 ObjectInstance \"o\"\n";
     };
-    const Scene copies = scene(text("AreaLightSource \"diffuse\" ")), instances = scene(text(""));
-    ASSERT_EQ(copies.shapes.size(), 4u);
+    const Scene instances = scene(text(""));
+    const Scene copies = scene(text("ReverseOrientation Scale 1 1 0.5 AreaLightSource \"diffuse\" Shape \"sphere\" "));
+    ASSERT_EQ(copies.shapes.size(), 6u);
     EXPECT_TRUE(copies.objects.empty() && copies.instances.empty());
     ASSERT_EQ(instances.objects.size(), 1u);
     EXPECT_TRUE(instances.shapes.empty());
@@ -81,7 +81,7 @@ TEST_F(ImportPbrtObjects, StandWhereTheirCopiesWould) {
     ASSERT_EQ(all.size(), 2u);
     for (size_t i = 0; i < 2; ++i)
         for (size_t k = 0; k < 2; ++k) {
-            const Shape &copy = copies.shapes[2 * i + k], &shape = instances.objects[0].shapes[k];
+            const Shape &copy = copies.shapes[3 * i + k], &shape = instances.objects[0].shapes[k];
             expect_near(placed(all[i], shape), copy.to_world);
             EXPECT_EQ(shape.reverse_orientation, copy.reverse_orientation);
             EXPECT_TRUE(shape.reverse_orientation);
@@ -105,8 +105,15 @@ TEST_F(ImportPbrtObjects, WhatMustStayCopies) {
         const Scene s = imported(shapes);
         return s.objects.empty() && s.instances.empty() ? s.shapes.size() : 0;
     };
-    EXPECT_EQ(copies(grid(3) + " AttributeBegin AreaLightSource \"diffuse\" " + grid(3) + " AttributeEnd"), 4u) << "shines somewhere";
-    EXPECT_EQ(copies(grid(3) + " AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" 0"), 4u) << "shines unseen";
+    const std::string glow = " AreaLightSource \"diffuse\" ";
+    EXPECT_EQ(imported(grid(3) + glow + grid(3)).objects.size(), 1u) << "shines somewhere";
+    EXPECT_EQ(imported(grid(3) + glow + "Shape \"sphere\" \"float alpha\" 0").objects.size(), 1u) << "shines unseen";
+    EXPECT_EQ(imported(grid(3) + glow + "Shape \"sphere\"").objects.size(), 1u) << "a sphere shines";
+    // The second of two is stretched.
+    const Scene stretched =
+        scene("WorldBegin\nObjectBegin \"o\" " + grid(3) + glow + "Shape \"sphere\" ObjectEnd\n" + twice + "Scale 1 2 1 ObjectInstance \"o\"\n");
+    EXPECT_TRUE(stretched.objects.empty());
+    EXPECT_EQ(stretched.shapes.size(), 6u);
     EXPECT_EQ(copies(cloud + " \"float radius\" 1"), 2u) << "a radius in the world";
     EXPECT_EQ(copies(grid(1)), 2u) << "small";
     EXPECT_EQ(copies("Shape \"sphere\""), 2u) << "one sphere";

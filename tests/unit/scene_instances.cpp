@@ -46,11 +46,44 @@ TEST(SceneInstances, ObjectsAreCheckedAsShapesAre) {
     expect_refused([](Scene&, Shape& shape) { shape.material = 1; }, "c: material 1 does not exist");
     expect_refused([](Scene&, Shape& shape) { shape.to_world.m[0][0] = NAN; }, "c: its transform is not finite");
     expect_refused([](Scene&, Shape& shape) { shape.sphere.radius = 0; }, "c: a sphere needs");
-    expect_refused([](Scene&, Shape& shape) { shape.area_light = 0; }, "c: what shines cannot be part of an object");
-    expect_refused([](Scene&, Shape& shape) { shape.unseen = true; }, "c: what shines cannot be part of an object");
+    expect_refused([](Scene&, Shape& shape) { shape.area_light = 1; }, "c: area light 1 does not exist");
     expect_refused([](Scene&, Shape& shape) { shape.backdrop = true; }, "c: a backdrop cannot be part of an object");
     expect_refused([](Scene& scene, Shape&) { scene.objects.clear(); }, "there are instances, but no objects");
     expect_refused([](Scene& scene, Shape&) { scene.instances.push_back(nullptr); }, "a source of instances is missing");
+}
+
+TEST(SceneInstances, ObjectsMayShine) {
+    Scene scene = scene_with_instances();
+    scene.area_lights = {{{1, 1, 1}}};
+    scene.objects[0].shapes[1].area_light = 0;
+    scene.objects[0].shapes[1].unseen = true;
+    EXPECT_TRUE(validate(scene).ok()) << validate(scene).message();
+}
+
+TEST(SceneInstances, SourcesSayWhichMaterialsTheyHave) {
+    Scene scene = scene_with_instances();
+    std::vector<Placement> placements(6);
+    placements[1].material = placements[3].material = 0;
+    placements[4].object = 1, placements[4].material = 0;
+    const auto source = std::make_shared<InstancesInMemory>("here", placements);
+    EXPECT_EQ(source->materials(), (std::vector<ObjectMaterial>{{0, 0}, {1, 0}}));
+    scene.instances = {source};
+    EXPECT_TRUE(validate(scene).ok()) << validate(scene).message();
+    placements[2].material = 1;
+    scene.instances = {std::make_shared<InstancesInMemory>("here", placements)};
+    EXPECT_EQ(validate(scene).message(), "here: material 1 of instances does not exist");
+    placements[2] = {.object = 7, .material = 0};
+    scene.instances = {std::make_shared<InstancesInMemory>("here", placements)};
+    EXPECT_EQ(validate(scene).message(), "here: object 7 does not exist");
+}
+
+TEST(SceneInstances, FingerprintsTellLooksApart) {
+    const auto fingerprint = [](const Placement& placement) { return InstancesInMemory("here", {placement}).fingerprint(); };
+    Placement colored, other;
+    colored.color.y = 0.5f;
+    other.material = 0;
+    EXPECT_NE(fingerprint({}), fingerprint(colored));
+    EXPECT_NE(fingerprint({}), fingerprint(other));
 }
 
 TEST(SceneInstances, ObjectsMayHoldPoints) {

@@ -68,7 +68,8 @@
 // of that block's (RP_DEMAND_LISTS).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
 // of the slot's extension ray. Where they have coordinates of textures (RP_UVS), there follow three runs of numbers: u and v there, and the density
-// of the texture. In scenes with textures (RP_TEXTURES) there are more runs: the cone of the extension ray, and the texels that its hit has so far
+// of the texture. Where instances have traits (RP_TRAITS), one more: the number of those of the instance that the closest hit is in, or 0. In
+// scenes with textures (RP_TEXTURES) there are more runs: the cone of the extension ray, and the texels that its hit has so far
 // (abi/texture.h); and in those with cut-outs, between the two, what a shadow ray brings if it arrives, red, green and blue.
 #define RP_PHASE_FREE 0u
 #define RP_PHASE_EXTEND 1u        // extension ray under way

@@ -90,18 +90,19 @@ typedef struct rp_light {
 } rp_light;
 
 // Primitives first_primitive .. (next range's first_primitive - 1) share a material. If first_light is not RP_NONE, primitive i is
-// the emitter first_light + (i - first_primitive). With RP_RANGE_POINT_COLOR all of them are points (abi/block.h), and where the material
-// is diffuse and not RP_MATERIAL_PLAIN, each has its own reflectance. With RP_RANGE_VERTEX_COLOR all of them are triangles whose vertices have
-// colours, which are interpolated linearly; where the material is diffuse and not RP_MATERIAL_PLAIN, they are its reflectance. With RP_RANGE_UV all
-// of them are triangles whose vertices have coordinates of textures. The flags of a range that shines hold the index of the area light in the scene
-// that was baked, or RP_RANGE_AREA_LIGHTS where that is larger.
+// the emitter first_light + (i - first_primitive): of all lights, or, in an object, of each instance's own (abi/instance.h). With
+// RP_RANGE_POINT_COLOR all of them are points (abi/block.h), and where the material is diffuse and not RP_MATERIAL_PLAIN, each has its own
+// reflectance. With RP_RANGE_VERTEX_COLOR all of them are triangles whose vertices have colours, which are interpolated linearly; where the material
+// is diffuse and not RP_MATERIAL_PLAIN, they are its reflectance. With RP_RANGE_UV all of them are triangles whose vertices have coordinates of
+// textures. The flags of a range that shines hold the index of the area light in the scene that was baked, or RP_RANGE_AREA_LIGHTS where that is
+// larger.
 typedef struct rp_primitive_range {
     rp_u32 first_primitive, material, first_light, flags;
 } rp_primitive_range;
 #define RP_RANGE_POINT_COLOR 1u
 #define RP_RANGE_VERTEX_COLOR 2u
 #define RP_RANGE_UV 4u
-#define RP_RANGE_CUTOUT 8u  // its material may be nothing: a mix with RP_NONE
+#define RP_RANGE_CUTOUT 8u  // its material may be nothing: a mix with RP_NONE; or that which an instance puts in its place
 #define RP_RANGE_AREA_LIGHT_SHIFT 8
 #define RP_RANGE_AREA_LIGHTS 0xffffffu
 

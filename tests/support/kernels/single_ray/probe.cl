@@ -96,6 +96,7 @@ __kernel void rp_struct_sizes(__global uint* sizes) {
     sizes[17] = sizeof(rp_light_node);
     sizes[18] = sizeof(rp_instance);
     sizes[19] = sizeof(rp_object);
+    sizes[20] = sizeof(rp_instance_traits);
 }
 
 // For tests of the box arithmetic: entry and exit of ray i against box i on a grid.
