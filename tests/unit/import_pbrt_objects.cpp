@@ -288,9 +288,10 @@ TEST_F(ImportPbrtObjects, MayPlaceOthers) {
     const auto text = [&](const std::string& light) {
         return "WorldBegin\nObjectBegin \"leaf\" " + grid(2) + "ObjectEnd\nObjectBegin \"tree\" Translate 0 0 1 " + grid(3) + "AttributeBegin " +
                light + grid(2) + "AttributeEnd Scale 1 -2 1 ObjectInstance \"leaf\" Translate 0 0 5 ObjectInstance \"leaf\" ObjectEnd\n" +
-               "Rotate 30 0 1 0 ObjectInstance \"tree\" Translate 9 0 0 ObjectInstance \"tree\" ObjectInstance \"leaf\"\n";
+               "Rotate 30 0 1 0 Scale 1 1.5 1 ObjectInstance \"tree\" Translate 9 0 0 ObjectInstance \"tree\" ObjectInstance \"leaf\"\n";
     };
-    const Scene nested = scene(text("")), copied = scene(text("AreaLightSource \"diffuse\" "));
+    const Scene nested = scene(text("")),
+                copied = scene(text("AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd "));
     ASSERT_EQ(nested.objects.size(), 2u);
     EXPECT_EQ(nested.objects[0].name, "leaf");
     EXPECT_TRUE(nested.objects[0].instances.empty());
@@ -302,16 +303,16 @@ TEST_F(ImportPbrtObjects, MayPlaceOthers) {
     tree.instances = nested.objects[1].instances;
     const auto in_tree = placements(tree);
     ASSERT_EQ(in_tree.size(), 2u);
-    // A tree that shines is written out, and its leaves are placed in the world.
+    // A tree with a sphere that shines, and which is stretched is written out, and its leaves are placed in the world.
     ASSERT_EQ(copied.objects.size(), 1u);
-    EXPECT_EQ(copied.shapes.size(), 4u);
+    EXPECT_EQ(copied.shapes.size(), 6u);
     const auto leaves = placements(copied);
     ASSERT_EQ(leaves.size(), 5u);
     const Shape& leaf = nested.objects[0].shapes[0];
     for (size_t t = 0; t < 2; t++) {
         EXPECT_EQ(in_world[t].object, 1u);
         for (size_t k = 0; k < 2; k++) {
-            expect_near(placed(in_world[t], nested.objects[1].shapes[k]), copied.shapes[2 * t + k].to_world);
+            expect_near(placed(in_world[t], nested.objects[1].shapes[k]), copied.shapes[3 * t + 2 * k].to_world);
             Shape moved = leaf;
             moved.to_world = placed(in_tree[k], leaf);
             expect_near(placed(in_world[t], moved), placed(leaves[2 * t + k], leaf));
