@@ -290,8 +290,7 @@ TEST_F(ImportPbrtObjects, MayPlaceOthers) {
                light + grid(2) + "AttributeEnd Scale 1 -2 1 ObjectInstance \"leaf\" Translate 0 0 5 ObjectInstance \"leaf\" ObjectEnd\n" +
                "Rotate 30 0 1 0 Scale 1 1.5 1 ObjectInstance \"tree\" Translate 9 0 0 ObjectInstance \"tree\" ObjectInstance \"leaf\"\n";
     };
-    const Scene nested = scene(text("")),
-                copied = scene(text("AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd "));
+    const Scene nested = scene(text("")), copied = scene(text("AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd "));
     ASSERT_EQ(nested.objects.size(), 2u);
     EXPECT_EQ(nested.objects[0].name, "leaf");
     EXPECT_TRUE(nested.objects[0].instances.empty());
