@@ -12,10 +12,35 @@ constexpr uint64_t min_triangles = 1000, max_triangles = 4'000'000'000;
 constexpr uint64_t min_points = 1000, max_points = 4'000'000'000, default_points = 10'000'000;
 constexpr uint64_t default_triangles = 10'000'000;
 constexpr uint64_t default_cornell_triangles = 45'000'000;  // about 1 GB of geometry
-constexpr uint64_t default_forest_triangles = 5'000'000, default_instances = 1'000'000, max_instances = 1'000'000'000;
+constexpr uint64_t default_forest_triangles = 5'000'000, default_island_triangles = 20'000'000, default_instances = 1'000'000,
+                   max_instances = 1'000'000'000;
+constexpr uint64_t max_copies = 1000;
+constexpr uint64_t moana_triangles = 522'000'000, moana_instances = 39'300'000;
 constexpr uint64_t default_museum_triangles = 200'000, default_textures = 300, default_texture_bytes = 1 << 20;  // of each
 
+bool has_instances(const MakeSceneOptions& options) { return options.kind == "forest" || options.kind == "island"; }
+
+Result<MadeScene> make_with_instances(MakeSceneOptions options) {
+    const bool island = options.kind == "island";
+    if (options.instances == 0) options.instances = default_instances;
+    if (options.instances > max_instances)
+        return Status::usage(fmt::format("{} {} of {} instances cannot be made; ask for 1 to {}", island ? "an" : "a", options.kind,
+                                         options.instances, max_instances));
+    if (options.triangles == 0) options.triangles = island ? default_island_triangles : default_forest_triangles;
+    if (options.copies == 0) options.copies = 1;
+    if (options.copies > max_copies)
+        return Status::usage(fmt::format("{} copies of an island cannot be made; ask for 1 to {}", options.copies, max_copies));
+    return island ? make_island(options) : make_forest(options);
+}
+
 }  // namespace
+
+Status apply_preset(std::string_view preset, MakeSceneOptions& options) {
+    if (preset != "moana") return Status::usage(fmt::format("unknown preset \"{}\"; there is moana", preset));
+    if (options.triangles == 0) options.triangles = moana_triangles;
+    if (options.instances == 0) options.instances = moana_instances;
+    return {};
+}
 
 Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
     MakeSceneOptions options = wanted;
@@ -24,8 +49,10 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
             fmt::format("a scene of {} triangles cannot be made; ask for {} to {}", options.triangles, min_triangles, max_triangles));
     if (options.kind != "museum" && (options.textures != 0 || options.texture_bytes != 0))
         return Status::usage(fmt::format("only a museum has textures; a scene of the kind \"{}\" has none", options.kind));
-    if (options.kind != "forest" && options.instances != 0)
-        return Status::usage(fmt::format("only a forest has instances; a scene of the kind \"{}\" has none", options.kind));
+    if (!has_instances(options) && options.instances != 0)
+        return Status::usage(fmt::format("only a forest or an island has instances; a scene of the kind \"{}\" has none", options.kind));
+    if (options.kind != "island" && options.copies != 0)
+        return Status::usage(fmt::format("only an island has copies; a scene of the kind \"{}\" has none", options.kind));
     if (options.kind == "points") {
         if (options.triangles != 0 || options.heightmap) return Status::usage("a scene of points has no triangles and no height map");
         if (options.points == 0) options.points = default_points;
@@ -49,17 +76,12 @@ Result<MadeScene> make_scene(const MakeSceneOptions& wanted) {
         if (options.triangles == 0) options.triangles = default_museum_triangles + 100 * options.textures;
         return make_museum(options);
     }
-    if (options.kind == "forest") {
-        if (options.instances == 0) options.instances = default_instances;
-        if (options.instances > max_instances)
-            return Status::usage(fmt::format("a forest of {} instances cannot be made; ask for 1 to {}", options.instances, max_instances));
-        if (options.triangles == 0) options.triangles = default_forest_triangles;
-        return make_forest(options);
-    }
+    if (has_instances(options)) return make_with_instances(options);
     if (options.triangles == 0) options.triangles = options.kind == "cornell" ? default_cornell_triangles : default_triangles;
     if (options.kind == "cornell") return make_cornell(options);
     if (options.kind == "clutter") return make_clutter(options);
-    return Status::usage(fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter, points, museum and forest", options.kind));
+    return Status::usage(
+        fmt::format("unknown kind of scene \"{}\"; there are cornell, terrain, clutter, points, museum, forest and island", options.kind));
 }
 
 }  // namespace raypager

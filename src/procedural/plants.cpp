@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/check.hpp"
+#include "procedural/limbs.hpp"
 #include "procedural/noise.hpp"
 #include "procedural/parts.hpp"
 
@@ -14,70 +15,6 @@ namespace raypager {
 namespace {
 
 constexpr double golden_turn = 0.381966011250105;  // leaves the largest gaps between branches that follow each other
-constexpr Vector upwards = {0, 1, 0};
-
-uint32_t put_vertex(TriangleMesh& mesh, const Vector& p) {
-    mesh.positions.push_back(float3(p));
-    return static_cast<uint32_t>(mesh.positions.size() - 1);
-}
-
-Vector heading(double turns) {
-    const SinCos angle = sincos_turns(turns);
-    return {angle.cos, 0, angle.sin};
-}
-
-struct Limb {
-    std::vector<Vector> path;
-    double radius = 0;  // at its root
-    double length = 0;
-
-    Vector at(double share) const {
-        const double place = share * static_cast<double>(path.size() - 1);
-        const size_t i = std::min(static_cast<size_t>(place), path.size() - 2);
-        const double rest = place - static_cast<double>(i);
-        return path[i] * (1 - rest) + path[i + 1] * rest;
-    }
-    Vector direction(double share) const {
-        const size_t i = std::min(static_cast<size_t>(share * static_cast<double>(path.size() - 1)), path.size() - 2);
-        return unit(path[i + 1] - path[i]);
-    }
-};
-
-// Grows from a place into a direction, upwards by and by (or downwards, if rise is negative), and not quite straight.
-Limb grow_limb(const Vector& from, Vector direction, double length, double radius, double rise, size_t steps, Random& random) {
-    Limb limb{{from}, radius, length};
-    const double step = 1.0 / static_cast<double>(steps);
-    for (size_t i = 0; i < steps; i++) {
-        direction = unit(direction + upwards * (rise * step) + random.direction() * (0.35 * step));
-        limb.path.push_back(limb.path.back() + direction * (length * step));
-    }
-    return limb;
-}
-
-// A tube that ends in a point.
-void add_limb(TriangleMesh& mesh, const Limb& limb, uint32_t sides) {
-    const size_t n = limb.path.size();
-    Pose pose = Pose::along(limb.path[0], limb.direction(0));
-    std::vector<uint32_t> before, ring(sides);
-    for (size_t i = 0; i < n; i++) {
-        const Vector tangent = unit(limb.path[std::min(i + 1, n - 1)] - limb.path[i > 0 ? i - 1 : 0]);
-        pose.x = unit(pose.x - tangent * dot(pose.x, tangent));  // carried along with as little twist as possible
-        pose.z = cross(pose.x, tangent);
-        const double radius = limb.radius * (1 - 0.85 * static_cast<double>(i) / static_cast<double>(n - 1));
-        const bool last = i + 1 == n;
-        for (uint32_t j = 0; j < sides; j++) {
-            const Vector around = heading(static_cast<double>(j) / sides);
-            ring[j] =
-                last && j > 0 ? ring[0] : put_vertex(mesh, limb.path[i] + (last ? Vector{} : (pose.x * around[0] + pose.z * around[2]) * radius));
-        }
-        for (uint32_t j = 0; j < sides && i > 0; j++) {
-            const uint32_t k = (j + 1) % sides;
-            mesh.triangles.push_back({before[j], ring[j], before[k]});
-            if (!last) mesh.triangles.push_back({before[k], ring[j], ring[k]});
-        }
-        before = ring;
-    }
-}
 
 uint64_t limb_triangles(uint64_t sides, uint64_t steps) { return sides * (2 * steps - 1); }
 

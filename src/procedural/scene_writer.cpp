@@ -34,9 +34,9 @@ Result<SceneWriter> SceneWriter::create(const MakeSceneOptions& options) {
     const std::filesystem::path folder = options.kind == "points" ? options.directory : options.directory / "meshes";
     std::filesystem::create_directories(folder, error);
     if (error) return cannot_make(folder, error);
-    if (options.kind == "museum") std::filesystem::create_directories(options.directory / "textures", error);
+    if (options.kind == "museum" || options.kind == "island") std::filesystem::create_directories(options.directory / "textures", error);
     if (error) return cannot_make(options.directory / "textures", error);
-    if (options.kind == "forest") std::filesystem::create_directories(options.directory / "instances", error);
+    if (options.kind == "forest" || options.kind == "island") std::filesystem::create_directories(options.directory / "instances", error);
     if (error) return cannot_make(options.directory / "instances", error);
     writer.made_.scene_file = options.directory / "scene.pbrt";
     std::filesystem::remove(writer.made_.scene_file, error);
@@ -104,6 +104,18 @@ void SceneWriter::textured_conductor(std::string_view name, const Rgb& eta, cons
                          name, numbers(eta), numbers(k), roughness_of(roughness));
 }
 
+void SceneWriter::image_sky(std::string_view file) {
+    // The image's z is up.
+    text_ += fmt::format("AttributeBegin\n  Rotate -90 1 0 0\n  LightSource \"infinite\" \"string filename\" \"{}\"\nAttributeEnd\n", file);
+}
+
+void SceneWriter::coat(std::string_view name, const Rgb& reflectance, double roughness) {
+    text_ += fmt::format(
+        "MakeNamedMaterial \"{}\" \"string type\" \"coateddiffuse\" \"rgb reflectance\" [{}] \"float roughness\" {} \"bool remaproughness\" "
+        "false\n",
+        name, numbers(reflectance), roughness);
+}
+
 void SceneWriter::sky(const Rgb& radiance) { text_ += fmt::format("LightSource \"infinite\" \"rgb L\" [{}]\n", numbers(radiance)); }
 
 void SceneWriter::sun(const Vector& towards_sun, const Rgb& irradiance) {
@@ -154,9 +166,9 @@ Status SceneWriter::finish_mesh(std::string_view name, std::string_view material
 }
 
 Status SceneWriter::textured_mesh(std::string_view name, std::string_view material, const TriangleMesh& mesh, std::string_view alpha) {
-    auto writer = PlyWriter::create(options_.directory / mesh_path(name), mesh.positions.size(), mesh.triangles.size(), true);
+    auto writer = PlyWriter::create(options_.directory / mesh_path(name), mesh.positions.size(), mesh.triangles.size(), true, !mesh.normals.empty());
     if (!writer) return writer.status();
-    RAYPAGER_TRY(writer->add_vertices(mesh.positions, mesh.uvs));
+    RAYPAGER_TRY(writer->add_vertices(mesh.positions, mesh.uvs, mesh.normals));
     RAYPAGER_TRY(writer->add_triangles(mesh.triangles));
     RAYPAGER_TRY(writer->commit());
     add_mesh_file(name, material, alpha, *writer);

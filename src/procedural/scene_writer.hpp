@@ -25,8 +25,8 @@ struct View {
 // World coordinates are right-handed with y up, in the unit that the scene's own comment names.
 class SceneWriter {
 public:
-    // Makes the folder, and in it meshes/ unless the scene is one of points, textures/ if it is a museum, and instances/ if it is a forest. An old
-    // scene file there is removed, so that it never names a mix of old and new meshes.
+    // Makes the folder, and in it meshes/ unless the scene is one of points, textures/ if it is a museum or an island, and instances/ if
+    // it is a forest or an island. An old scene file there is removed, so that it never names a mix of old and new meshes.
     static Result<SceneWriter> create(const MakeSceneOptions& options);
 
     // Written first: film, sampler, integrator, camera; the world begins.
@@ -36,6 +36,7 @@ public:
     void diffuse(std::string_view name, const Rgb& reflectance);
     void conductor(std::string_view name, const Rgb& eta, const Rgb& k, double roughness);
     void glass(std::string_view name, double ior);
+    void coat(std::string_view name, const Rgb& reflectance, double roughness);  // smooth or rough, over a diffuse base
     void diffuse_transmission(std::string_view name, const Rgb& reflectance, const Rgb& transmittance);
 
     // Images for textures, by the names of these. Somebody else writes the files, and says so to count_images.
@@ -49,6 +50,7 @@ public:
     void textured_conductor(std::string_view name, const Rgb& eta, const Rgb& k, std::string_view roughness);
 
     void sky(const Rgb& radiance);
+    void image_sky(std::string_view file);  // square, in the equal-area mapping of pbrt-v4; its z is up
     void sun(const Vector& towards_sun, const Rgb& irradiance);
     // A rectangle with corners p, p + a, p + a + b, p + b that shines to the side of cross(a, b).
     void light(const Vector& p, const Vector& a, const Vector& b, const Rgb& radiance);
@@ -60,7 +62,7 @@ public:
     Status finish_mesh(std::string_view name, std::string_view material, PlyWriter& writer);
     Status mesh(std::string_view name, std::string_view material, std::span<const Float3> positions, std::span<const Triangle> triangles);
 
-    // With its coordinates of textures. alpha: the texture that cuts it out, or none.
+    // With its coordinates of textures, and its normals if it has any. alpha: the texture that cuts it out, or none.
     Status textured_mesh(std::string_view name, std::string_view material, const TriangleMesh& mesh, std::string_view alpha = {});
 
     // What is written between the two is moved by so much.

@@ -144,6 +144,11 @@ TEST_F(CliProgram, BadUsage) {
     expect_error("make-scene points -o out --texture-bytes 1G", 2, "--texture-bytes");
     expect_error("make-scene museum -o out --textures 3", 2, "--textures");
     expect_error("make-scene museum -o out --points 1000", 2, "--points");
+    expect_error("make-scene island -o out --preset frozen", 2, "--preset");
+    expect_error("make-scene forest -o out --preset moana", 2, "--preset");
+    expect_error("make-scene cornell -o out --preset moana", 2, "--preset");
+    expect_error("make-scene forest -o out --copies 2", 2, "--copies");
+    expect_error("make-scene island -o out --copies 1001", 2, "--copies");
     expect_error("make-scene museum -o out --textures 100 --texture-bytes 1K", 2, "100 textures");
     expect_error("inspect", 2, "FILE.rpb");
     expect_error("compare one.pfm", 2, "picture");

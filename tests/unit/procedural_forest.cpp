@@ -24,37 +24,6 @@ MakeSceneOptions forest(const std::filesystem::path& folder, uint64_t instances,
     return options;
 }
 
-// The lines of all files of instances, and how many files there are.
-std::vector<std::string> instance_lines(const std::filesystem::path& folder, size_t* files = nullptr) {
-    std::vector<std::string> lines;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "instances")) {
-        std::istringstream text(*read_text(entry.path()));
-        for (std::string line; std::getline(text, line);) lines.push_back(line);
-        if (files) ++*files;
-    }
-    return lines;
-}
-
-struct InstanceLine {
-    std::array<std::array<double, 3>, 4> columns;
-    std::string object;
-};
-
-InstanceLine parse_instance(const std::string& line) {
-    InstanceLine parsed;
-    std::istringstream text(line.substr(line.find('[') + 1));
-    for (auto& column : parsed.columns) {
-        for (double& x : column) text >> x;
-        int last = -1;
-        text >> last;
-        EXPECT_EQ(last, &column == &parsed.columns[3]) << line;
-    }
-    EXPECT_TRUE(text) << line;
-    const size_t quote = line.find('"');
-    parsed.object = line.substr(quote + 1, line.rfind('"') - quote - 1);
-    return parsed;
-}
-
 TEST(ProceduralForest, HasAsManyInstancesAsAsked) {
     for (const uint64_t instances : {1u, 2u, 17u, 1000u, 40'001u}) {
         const support::TemporaryFolder folder;

@@ -1,6 +1,9 @@
 // Reading back what the generators write, and asking whether it is closed.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <array>
 #include <bit>
 #include <cstring>
 #include <filesystem>
@@ -22,22 +25,23 @@ inline std::optional<TriangleMesh> read_ply(const std::filesystem::path& path) {
     const std::string_view end = "end_header\n";
     const size_t header = text->find(end);
     if (header == std::string::npos || text->rfind("ply\nformat binary_little_endian 1.0\n", 0) != 0) return std::nullopt;
-    size_t vertices = 0, faces = 0, vertex_bytes = 12;
+    size_t vertices = 0, faces = 0, vertex_bytes = 12, normal_bytes = 0;
     std::istringstream lines(text->substr(0, header));
     for (std::string line; std::getline(lines, line);) {
         if (line.rfind("element vertex ", 0) == 0) vertices = std::stoull(line.substr(15));
         if (line.rfind("element face ", 0) == 0) faces = std::stoull(line.substr(13));
         if (line == "property float u" || line == "property float v") vertex_bytes += 4;
+        if (line.rfind("property float n", 0) == 0) vertex_bytes += 4, normal_bytes += 4;
     }
     const size_t at = header + end.size();
     if (text->size() != at + vertices * vertex_bytes + faces * 13) return std::nullopt;
     TriangleMesh mesh;
     mesh.positions.resize(vertices);
     mesh.triangles.resize(faces);
-    if (vertex_bytes == 20) mesh.uvs.resize(vertices);
+    if (vertex_bytes - normal_bytes == 20) mesh.uvs.resize(vertices);
     for (size_t i = 0; i < vertices; i++) {
         std::memcpy(&mesh.positions[i], text->data() + at + i * vertex_bytes, 12);
-        if (!mesh.uvs.empty()) std::memcpy(&mesh.uvs[i], text->data() + at + i * vertex_bytes + 12, 8);
+        if (!mesh.uvs.empty()) std::memcpy(&mesh.uvs[i], text->data() + at + i * vertex_bytes + 12 + normal_bytes, 8);
     }
     for (size_t i = 0; i < faces; i++) {
         const char* face = text->data() + at + vertices * vertex_bytes + i * 13;
@@ -101,6 +105,37 @@ inline double signed_volume(const TriangleMesh& mesh) {
                double{a.z} * (double{b.x} * c.y - double{b.y} * c.x);
     }
     return sum / 6;
+}
+
+// The lines of all files of instances, and how many files there are.
+inline std::vector<std::string> instance_lines(const std::filesystem::path& folder, size_t* files = nullptr) {
+    std::vector<std::string> lines;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "instances")) {
+        std::istringstream text(*read_text(entry.path()));
+        for (std::string line; std::getline(text, line);) lines.push_back(line);
+        if (files) ++*files;
+    }
+    return lines;
+}
+
+struct InstanceLine {
+    std::array<std::array<double, 3>, 4> columns;
+    std::string object;
+};
+
+inline InstanceLine parse_instance(const std::string& line) {
+    InstanceLine parsed;
+    std::istringstream text(line.substr(line.find('[') + 1));
+    for (auto& column : parsed.columns) {
+        for (double& x : column) text >> x;
+        int last = -1;
+        text >> last;
+        EXPECT_EQ(last, &column == &parsed.columns[3]) << line;
+    }
+    EXPECT_TRUE(text) << line;
+    const size_t quote = line.find('"');
+    parsed.object = line.substr(quote + 1, line.rfind('"') - quote - 1);
+    return parsed;
 }
 
 }  // namespace raypager::procedural_test
