@@ -141,7 +141,7 @@ typedef struct RP_WALK {
 #ifdef RP_INSTANCES
     float3 origin, direction;  // of the ray in the world
 #if RP_INSTANCE_LEVELS > 1
-    uint depth;                             // instances in which it is
+    uint inside_count;                      // instances in which it is
     uint entry;                             // the block entry at which it is, in the innermost space
     uint entry_around[RP_INSTANCE_LEVELS];  // likewise where each of its instances lies
     bool behind;                            // it has stopped where an instance ends, at the block where that lies
@@ -226,7 +226,7 @@ static inline void RP_BEGIN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
     w->origin = w->ray.origin;
     w->direction = w->ray.direction;
 #if RP_INSTANCE_LEVELS > 1
-    w->depth = 0u;
+    w->inside_count = 0u;
     w->behind = false;
 #endif
 #endif

@@ -107,15 +107,15 @@ const PictureCase picture_cases[] = {
      [] {
          return reference::strewn_lanterns(150, {32, 24});
      }},  // that shine, and have colours and materials of their own
-    {"overridden_hedge",
-     [] {
-         return reference::overridden_hedge(150, {32, 24});
-     }},  // whose materials come from its instances
     {"groves",
      [] {
          return reference::groves(9, {32, 24});
      },
      false, true},  // instances in each other, three levels deep
+    {"overridden_hedge",
+     [] {
+         return reference::overridden_hedge(150, {32, 24});
+     }},  // whose materials come from its instances
 };
 
 void PrintTo(const PictureCase& c, std::ostream* out) { *out << c.name; }

@@ -185,6 +185,26 @@ TEST(ProceduralIsland, LoadsWithoutWarningsAndBakes) {
     }
 }
 
+// An island with all its instances is an object: written out where it stands, or as it is.
+TEST(ProceduralIsland, CopiesLoadAndBake) {
+    const support::TemporaryFolder folder;
+    const auto made = make_scene(island(folder.path(), 3000, 60'000, 3));
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    const auto scene = import_scene({made->scene_file});
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_TRUE(scene->warnings.empty()) << scene->warnings[0];
+    BakeOptions bake_options;
+    const auto written_out = bake(*scene, bake_options);
+    ASSERT_TRUE(written_out.ok()) << written_out.status().message();
+    bake_options.flatten_limit = 0;
+    const auto nested = bake(*scene, bake_options);
+    ASSERT_TRUE(nested.ok()) << nested.status().message();
+    // The island itself, its instances, and what is placed once in it.
+    EXPECT_EQ(nested->summary.instances, 3u + 3000u);
+    EXPECT_EQ(written_out->summary.instances, 3u + 3 * 3000u);
+    EXPECT_EQ(nested->summary.triangles, written_out->summary.triangles);
+}
+
 TEST(ProceduralIsland, PlantsHaveAboutTheTrianglesThatTheyAreGiven) {
     Random random(5);
     const auto near = [](uint64_t made, uint64_t wanted, const char* what) {
