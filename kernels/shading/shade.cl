@@ -272,8 +272,9 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
         uint number = range->first_light + (a.primitive - range->first_primitive);
 #ifdef RP_TRAITS
         number = rp_traits_light(traits, number);
-        if (number < params->light_count)
 #endif
+        // Of a damaged scene it may be any.
+        if (number < params->light_count)
             radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction,
                                                    distance, a.bsdf_density, full_emission);
     }

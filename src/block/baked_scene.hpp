@@ -88,10 +88,12 @@ struct BakedScene {
     uint32_t first_block_entry_of(uint32_t block) const;
     BlockEntryRoots block_entries_of(uint32_t block) const;
     uint32_t instance_levels() const;  // how many instances something can be in at most; 0: there are none
-    bool has_vertex_colors() const;    // any mesh: kernels and path slots then have something more
-    bool has_uvs() const;              // likewise
-    bool has_bumps() const;            // textures that change normals
-    bool is_anisotropic() const;       // any material
+    // Lights of instances of which rays can meet nothing need no traits.
+    bool has_traits() const { return instances > 0 && !instance_traits.empty(); }
+    bool has_vertex_colors() const;  // any mesh: kernels and path slots then have something more
+    bool has_uvs() const;            // likewise
+    bool has_bumps() const;          // textures that change normals
+    bool is_anisotropic() const;     // any material
     bool has_tangents() const { return (has_bumps() || is_anisotropic()) && has_uvs(); }
     bool has_cutouts() const;  // surfaces of which parts are not there
     bool has_paged_sky() const { return !sky_words.empty(); }

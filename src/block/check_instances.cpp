@@ -72,13 +72,22 @@ private:
         return check_placement(record, index);
     }
 
+    // Neighbours are often of the same object.
+    bool shines(uint32_t object) {
+        if (object != last_object_) {
+            last_object_ = object;
+            last_shines_ = scene_.lights_of_object(object) > 0;
+        }
+        return last_shines_;
+    }
+
     // What shines has lights in each place.
-    Status check_traits(const rp_instance& record, uint32_t index) const {
+    Status check_traits(const rp_instance& record, uint32_t index) {
         const uint32_t number = record.path_high >> RP_INSTANCE_TRAITS_SHIFT;
         if (number > scene_.instance_traits.size()) return failed(fmt::format("instance {} has traits that do not exist", index));
         const rp_u32 of_object = number > 0 ? scene_.instance_traits[number - 1].object : RP_NONE;
         if (of_object != RP_NONE && of_object != record.object) return failed(fmt::format("instance {} has the lights of another object", index));
-        if (of_object == RP_NONE && scene_.lights_of_object(record.object) > 0) return failed(fmt::format("instance {} has no lights", index));
+        if (of_object == RP_NONE && shines(record.object)) return failed(fmt::format("instance {} has no lights", index));
         return {};
     }
 
@@ -108,7 +117,9 @@ private:
     const rp_block_header& header_;
     const std::span<const std::byte> bytes_;
     uint64_t nodes_ = 0, instances_ = 0;
-    uint32_t levels_ = 0;  // of instances, in what the block is part of
+    uint32_t last_object_ = RP_NONE;
+    bool last_shines_ = false;  // that one
+    uint32_t levels_ = 0;       // of instances, in what the block is part of
 };
 
 }  // namespace

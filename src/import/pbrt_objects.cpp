@@ -100,6 +100,9 @@ Status PbrtReader::object_begin(const Directive& directive) {
 Status PbrtReader::object_end(const Directive& directive) {
     if (!object_) return error(directive, "without ObjectBegin");
     pop(directive, Scope::object);
+    // From here on it may be copied.
+    if (object_->placements)
+        if (const Status kept = object_->placements->finish(); !kept.ok()) return error(directive, no_room(kept));
     object_ = nullptr;
     return {};
 }

@@ -87,11 +87,8 @@ Status PbrtReader::shape(const Directive& directive) {
         leave_out(directive, "a transform that cannot be inverted flattens a shape; it is left out");
         return {};
     }
-    if (object_)
-        object_->shapes.push_back(std::move(shape));
-    else if (const Status added = add_shape(std::move(shape)); !added.ok())
-        return error(directive, added.message());
-    return {};
+    const Status added = add_shape(std::move(shape));
+    return added.ok() ? added : error(directive, added.message());
 }
 
 // Gives a shape a material that is there as often as its alpha says. What shines stays whole, as a light is sampled.
@@ -120,10 +117,12 @@ Status PbrtReader::cut_out(const Directive& directive, const PbrtParameters& par
     return {};
 }
 
+// To the object that is being defined, or to the scene.
 Status PbrtReader::add_shape(Shape shape) {
-    if (scene_.shapes.size() >= max_shapes)
-        return Status::failed(fmt::format("more than {} shapes; instances of what shines count as shapes of their own", max_shapes));
-    scene_.shapes.push_back(std::move(shape));
+    std::vector<Shape>& shapes = object_ ? object_->shapes : scene_.shapes;
+    if (shapes.size() >= max_shapes)
+        return Status::failed(fmt::format("more than {} shapes; instances that are written out count as shapes of their own", max_shapes));
+    shapes.push_back(std::move(shape));
     return {};
 }
 

@@ -21,7 +21,7 @@ namespace raypager {
 class PlacementStore {
 public:
     using Take = std::function<Status(std::span<Placement>)>;
-    static constexpr size_t usually_in_memory = size_t{1} << 17;  // 13 MiB
+    static constexpr size_t usually_in_memory = size_t{1} << 16;  // 7.5 MiB
 
     explicit PlacementStore(size_t in_memory = usually_in_memory) : in_memory_(in_memory) {}
     Status add(const Placement& placement) {

@@ -97,7 +97,7 @@ Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene
     if (scene.has_tangents()) result.variants_ += "-DRP_TANGENTS ";
     if (cutouts && scene.has_cutouts()) result.variants_ += "-DRP_CUTOUTS ";
     if (scene.has_uvs()) result.variants_ += "-DRP_UVS ";
-    if (!scene.instance_traits.empty()) result.variants_ += "-DRP_TRAITS ";
+    if (scene.has_traits()) result.variants_ += "-DRP_TRAITS ";
     const bool wide = form == BlockForm::wide;
     const WideTop top = wide ? wide_top(scene) : WideTop();
     DeviceTop single = wide ? DeviceTop{scene.top_grid, {}, {}, scene.objects} : device_top(scene);

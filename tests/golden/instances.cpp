@@ -2,6 +2,7 @@
 // instance takes the ray into its object, a copy takes the object into the world.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -209,6 +210,38 @@ TEST_F(Instances, have_the_colors_that_they_are_given) {
         EXPECT_NEAR(mean[0], c.expected.x * tint.x, 0.01);
         EXPECT_NEAR(mean[1], c.expected.y * tint.y, 0.01);
         EXPECT_NEAR(mean[2], c.expected.z * tint.z, 0.01);
+    }
+}
+
+// Rays meet nothing of such instances; they light what there is.
+TEST_F(Instances, of_nothing_but_unseen_lights_light_the_scene) {
+    reference::SceneBuilder builder({16, 12});
+    Scene& scene = builder.scene();
+    const uint32_t white = builder.material(reference::diffuse(Vec3(0.8)));
+    Shape& glow = builder.add("glow", reference::quad({-1, -1, 0}, {0, 2, 0}, {2, 0, 0}), white);
+    builder.shine(glow, {5, 5, 5});
+    glow.unseen = true;
+    scene.objects.push_back({"glow", std::move(scene.shapes)});
+    scene.shapes.clear();
+    builder.add("floor", reference::quad({-4, -4, 0}, {8, 0, 0}, {0, 8, 0}, 4), white);
+    std::vector<Placement> placements(2);
+    placements[0].to_world[2][3] = placements[1].to_world[2][3] = 2;
+    placements[1].to_world[0][3] = 1;
+    scene.instances.push_back(std::make_shared<InstancesInMemory>("glows", std::move(placements)));
+    builder.camera({0, -6, 3}, {0, 0, 0}, {0, 0, 1}, 45);
+    const auto file = baked(builder.finish(), "unseen");
+    ASSERT_EQ(file->scene().instances, 0u);
+    ASSERT_EQ(file->scene().lights.size(), 4u);
+    support::TestOptions options;
+    options.spp = 4;
+    uint64_t hash = 0;
+    for (const Traversal traversal : support::traversals()) {
+        options.tuning.traversal = traversal;
+        const auto rendered = render(*file, options, {});
+        ASSERT_TRUE(rendered.ok()) << rendered.status().message();
+        EXPECT_GT(*std::ranges::max_element(rendered->image.values), 0.1f);
+        if (hash == 0) hash = rendered->report.film_hash;
+        EXPECT_EQ(rendered->report.film_hash, hash);
     }
 }
 

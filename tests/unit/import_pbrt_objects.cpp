@@ -321,6 +321,22 @@ TEST_F(ImportPbrtObjects, MayPlaceOthers) {
     expect_near(placed(in_world[2], leaf), placed(leaves[4], leaf));
 }
 
+// A sphere that shines may come to be stretched: it goes into the object that places it, not into the world.
+TEST_F(ImportPbrtObjects, TakeInRoundLights) {
+    const std::string lamp = "ObjectBegin \"lamp\" AreaLightSource \"diffuse\" Shape \"sphere\" ObjectEnd\n";
+    const Scene s = scene("WorldBegin\n" + lamp + "ObjectBegin \"post\" " + grid(3) + "Translate 0 0 7 ObjectInstance \"lamp\" ObjectEnd\n" +
+                          "ObjectInstance \"post\" Translate 0 9 0 ObjectInstance \"post\"\n");
+    EXPECT_TRUE(s.shapes.empty());
+    ASSERT_EQ(s.objects.size(), 1u);
+    ASSERT_EQ(s.objects[0].shapes.size(), 2u);
+    EXPECT_TRUE(s.objects[0].shapes[1].area_light.has_value());
+    expect_near(s.objects[0].shapes[1].to_world, Transform::translate(0, 0, 7));
+    const Scene alone = scene("WorldBegin\n" + lamp + "ObjectBegin \"post\" ObjectInstance \"lamp\" ObjectEnd Scale 1 2 1 ObjectInstance \"post\" " +
+                              "ObjectInstance \"post\"\n");
+    EXPECT_EQ(alone.shapes.size(), 2u);
+    for (const Shape& shape : alone.shapes) EXPECT_TRUE(shape.area_light.has_value());
+}
+
 TEST_F(ImportPbrtObjects, ThatNobodyPlacesAreLeftOut) {
     const Scene s = scene("WorldBegin\nObjectBegin \"leaf\" " + grid(2) + "ObjectEnd\nObjectBegin \"twig\" " + grid(3) +
                           "ObjectInstance \"leaf\" ObjectInstance \"leaf\" ObjectEnd\nObjectBegin \"o\" " + grid(3) + "ObjectEnd\n" + twice);
