@@ -57,7 +57,9 @@ public:
     }
 
     Result<GatheredInstances> finish(MeshIssues& issues) {
-        if (dropped_ > 0) issues.warn("instances dropped", fmt::format("{} flattened or out of range: dropped", counted(dropped_, "instance")));
+        if (dropped_ > 0)
+            issues.warn("instances dropped",
+                        fmt::format("{}: {} flattened or out of range: dropped", first_with_dropped_, counted(dropped_, "instance")));
         if (writer_) {
             RAYPAGER_TRY(wait_until_written());
             auto spilled = writer_->finish();
@@ -102,6 +104,7 @@ private:
         for (Piece& piece : pieces_) {
             piece.first = kept;
             kept += piece.kept;
+            if (dropped_ == 0 && piece.dropped > 0) first_with_dropped_ = source;
             dropped_ += piece.dropped;
             out_.levels = std::max(out_.levels, piece.levels);
             // How the object is cut must not change pictures, which depend on the size of the scene.
@@ -208,7 +211,8 @@ private:
     std::vector<Piece> pieces_;                     // of these
     std::vector<WorldInstance> records_, written_;  // of these, on the way to the disk, and of those before
     uint64_t seen_ = 0, dropped_ = 0;
-    std::future<Status> writing_;  // of written_; the first to go
+    std::string first_with_dropped_;  // the source
+    std::future<Status> writing_;     // of written_; the first to go
 };
 
 }  // namespace

@@ -173,9 +173,9 @@ private:
             const uint64_t outside = times(owner, object);
             if (product(inside, outside) >= RP_NONE)
                 return Status::failed(
-                    fmt::format("object \"{}\": {} instances in it, placed {} times, are more than {}; nest them less deeply, or leave "
+                    fmt::format("{}: object \"{}\": {} instances in it, placed {} times, are more than {}; nest them less deeply, or leave "
                                 "some out",
-                                scene_.objects[object].name, inside, outside, RP_NONE - 1));
+                                sources_[object].front().source->name(), scene_.objects[object].name, inside, outside, RP_NONE - 1));
             InstanceSources outer;
             for (const CountedSource& source : sources_[owner])
                 if (source.placed.contains(object)) outer.push_back(source.source);

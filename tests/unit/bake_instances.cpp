@@ -240,7 +240,7 @@ TEST_F(BakeInstances, WhatCannotBeMetIsDropped) {
     EXPECT_EQ(baked->summary.instances, 10u);
     EXPECT_EQ(baked->blocks.source().scene().objects[2].top.root, RP_REF_EXIT);
     ASSERT_EQ(baked->summary.issues.warnings.size(), 1u);
-    EXPECT_EQ(baked->summary.issues.warnings[0].text, "2 instances flattened or out of range: dropped");
+    EXPECT_NE(baked->summary.issues.warnings[0].text.find(": 2 instances flattened or out of range: dropped"), std::string::npos);
 }
 
 TEST_F(BakeInstances, AnObjectAloneIsAScene) {

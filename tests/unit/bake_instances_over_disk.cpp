@@ -75,7 +75,7 @@ protected:
         EXPECT_GT(over_disk->buckets, 2u);
         EXPECT_EQ(over_disk->instances, many - many / 1000);
         ASSERT_EQ(over_disk->issues.warnings.size(), 1u);
-        EXPECT_EQ(over_disk->issues.warnings[0].text, "200 instances flattened or out of range: dropped");
+        EXPECT_NE(over_disk->issues.warnings[0].text.find(": 200 instances flattened or out of range: dropped"), std::string::npos);
         const auto a = *BlockFile::open(folder_ / "a.rpb"), b = *BlockFile::open(folder_ / "b.rpb");
         EXPECT_EQ(std::memcmp(a->scene().lower, b->scene().lower, sizeof a->scene().lower), 0);
         EXPECT_EQ(std::memcmp(a->scene().upper, b->scene().upper, sizeof a->scene().upper), 0);
