@@ -81,8 +81,9 @@ Status StoredInstances::stream(const std::function<Status(std::span<const Placem
 }
 
 std::span<const Placement> StoredInstances::kept(std::span<Placement> placements) const {
-    const auto left_out = std::ranges::remove_if(placements, [&](const Placement& p) { return (*objects_)[p.object].number == RP_NONE; });
-    const auto some = placements.first(placements.size() - left_out.size());
+    const auto left_out = [&](const Placement& p) { return (*objects_)[p.object].number == RP_NONE; };
+    const auto end = std::remove_if(placements.begin(), placements.end(), left_out);
+    const auto some = placements.first(static_cast<size_t>(end - placements.begin()));
     for (Placement& placement : some) {
         const PlacedObject& object = (*objects_)[placement.object];
         for (size_t i = 0; i < 3; ++i) {

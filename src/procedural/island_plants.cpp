@@ -105,7 +105,8 @@ private:
                        pairs = leaflets / 2;
         const double width = std::min(0.9 * reach / static_cast<double>(pairs), 0.45);
         for (uint64_t i = 0; i < 2 * pairs; i++) {
-            const double t = (static_cast<double>(i / 2) + 0.5) / static_cast<double>(pairs), share = 0.1 + 0.9 * t;
+            const uint64_t pair = i / 2;
+            const double t = (static_cast<double>(pair) + 0.5) / static_cast<double>(pairs), share = 0.1 + 0.9 * t;
             const Vector along = stalk.direction(std::min(share, 0.999)), side = unit(cross(along, upwards)) * (i % 2 == 0 ? 1 : -1);
             const double size = reach * 0.23 * (0.35 + 3.0 * t * (1.02 - t)) * random_.uniform(0.85, 1.1);
             const Vector away = unit(side + along * (0.35 + 0.9 * t) - upwards * random_.uniform(0.1, 0.35));
