@@ -9,6 +9,7 @@
 #include "base/huge_pages.hpp"
 #include "base/parallel.hpp"
 #include "base/words.hpp"
+#include "scene/placement_transform.hpp"
 #include "world/placement.hpp"
 
 namespace raypager {
@@ -19,12 +20,6 @@ constexpr uint64_t instance_limit = RP_NONE;  // there are fewer
 constexpr size_t min_at_once = size_t{1} << 12, max_at_once = size_t{1} << 16, placements_of_thread = size_t{1} << 9;
 // Of the memory for buffers: what records wait in until they are written, and what those that are looked at take.
 constexpr uint64_t spill_buffer_share = 8, at_once_share = 16;
-
-Transform transform_of(const Placement& placement) {
-    Transform to_world;
-    std::ranges::copy(placement.to_world, to_world.m.begin());
-    return to_world;
-}
 
 class InstanceGatherer {
 public:

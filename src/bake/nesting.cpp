@@ -9,17 +9,12 @@
 #include <span>
 
 #include "raypager/abi/types.h"
+#include "scene/placement_transform.hpp"
 
 namespace raypager {
 namespace {
 
 constexpr size_t placements_in_a_piece = 4096;
-
-Transform affine(const Placement& placement) {
-    Transform transform;
-    std::ranges::copy(placement.to_world, transform.m.begin());
-    return transform;
-}
 
 template <class Take>
 Status for_each_placement(const InstanceSources& sources, const Take& take) {
@@ -49,13 +44,14 @@ public:
         };
         const auto place = [&](const Transform& to_world) {
             return for_each_placement(inner_, [&](const Placement& inner) -> Status {
-                const Transform placed = to_world * affine(inner);
+                const Transform placed = to_world * transform_of(inner);
                 some.push_back(inner);
                 std::copy_n(placed.m.begin(), 3, some.back().to_world.begin());
                 return some.size() < placements_in_a_piece ? Status() : put_out();
             });
         };
-        RAYPAGER_TRY(for_each_placement(outer_, [&](const Placement& outer) { return outer.object == object_ ? place(affine(outer)) : Status(); }));
+        RAYPAGER_TRY(
+            for_each_placement(outer_, [&](const Placement& outer) { return outer.object == object_ ? place(transform_of(outer)) : Status(); }));
         return put_out();
     }
     uint64_t count() const override { return count_; }

@@ -7,6 +7,7 @@
 
 #include "import/pbrt_reader.hpp"
 #include "import/text.hpp"
+#include "scene/placement_transform.hpp"
 #include "scene/texture_use.hpp"
 
 namespace raypager {
@@ -20,12 +21,6 @@ constexpr uint64_t few_triangles = 8, sphere_counts_as = 4;
 constexpr uint64_t many_copies = 1 << 16;
 
 bool is_sphere(const Shape& shape) { return !shape.mesh && !shape.points; }
-
-Transform transform_of(const Placement& placement) {
-    Transform transform;
-    std::copy(placement.to_world.begin(), placement.to_world.end(), transform.m.begin());
-    return transform;
-}
 
 // So far from being singular that elimination finds its inverse; the usual case, without that work.
 bool surely_invertible(const Transform& transform) {

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "import/mesh_file.hpp"
+#include "scene/placement_transform.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {
@@ -130,8 +131,7 @@ private:
         const auto look_at = [&](std::span<const Placement> placements) {
             for (const Placement& placement : placements) {
                 if (placement.object >= nearest.size()) continue;  // refused when it is baked
-                Transform to_world;
-                std::copy(placement.to_world.begin(), placement.to_world.end(), to_world.m.begin());
+                const Transform to_world = transform_of(placement);
                 const Vector& center = centers[placement.object];
                 const double distance = length(to_world.point(center[0], center[1], center[2]) - vector(scene_.camera.eye));
                 if (!(distance < distances[placement.object])) continue;
