@@ -250,6 +250,16 @@ TriangleMesh many_leaves(Dice& dice, uint32_t n, const Vec3& lower, const Vec3& 
     return leaves;
 }
 
+// Somewhere in the hedge; every other one is mirrored.
+Placement place_in_hedge(Dice& dice, uint32_t i) {
+    const Vec3 axis = normalized(dice.point(-1, 1) + Vec3(0, 1.1, 0));
+    const double grows = dice.between(0.4, 1.1);
+    const Transform t = Transform::translate(dice.between(-1.4, 1.4), dice.between(0.1, 1.7), dice.between(-0.8, 0.8)) *
+                        Transform::rotate(dice.between(0, 360), axis.x, axis.y, axis.z) *
+                        Transform::scale(i % 2 ? grows : -grows, dice.between(0.4, 1.1), grows);
+    return {i % 3, {t.m[0], t.m[1], t.m[2]}};
+}
+
 }  // namespace
 
 Scene instanced_hedge(uint32_t instances, PictureSize size) {
@@ -266,14 +276,7 @@ Scene instanced_hedge(uint32_t instances, PictureSize size) {
     scene.objects.push_back({"ring", {std::move(builder.add("ring", mapped_torus(0.25, 0.1, 24), brushed))}});
     scene.shapes.clear();
     std::vector<Placement> placements;
-    for (uint32_t i = 0; i < instances; i++) {
-        const Vec3 axis = normalized(dice.point(-1, 1) + Vec3(0, 1.1, 0));
-        const double grows = dice.between(0.4, 1.1);
-        const Transform t = Transform::translate(dice.between(-1.4, 1.4), dice.between(0.1, 1.7), dice.between(-0.8, 0.8)) *
-                            Transform::rotate(dice.between(0, 360), axis.x, axis.y, axis.z) *
-                            Transform::scale(i % 2 ? grows : -grows, dice.between(0.4, 1.1), grows);
-        placements.push_back({i % 3, {t.m[0], t.m[1], t.m[2]}});
-    }
+    for (uint32_t i = 0; i < instances; i++) placements.push_back(place_in_hedge(dice, i));
     scene.instances.push_back(std::make_shared<InstancesInMemory>("hedge", std::move(placements)));
     builder.add("floor", mapped_quad({-2, 0, 2}, {4, 0, 0}, {0, 0, -3}, 8), tiles);
     builder.shine(builder.add("lamp", quad({-0.5, 2.5, 1}, {1, 0, 0}, {0, 0, 1}), builder.material(absorber())), {6, 6, 5});
@@ -297,12 +300,7 @@ Scene overridden_hedge(uint32_t instances, PictureSize size, bool tinted) {
     scene.shapes.clear();
     std::vector<Placement> placements;
     for (uint32_t i = 0; i < instances; i++) {
-        const Vec3 axis = normalized(dice.point(-1, 1) + Vec3(0, 1.1, 0));
-        const double grows = dice.between(0.4, 1.1);
-        const Transform t = Transform::translate(dice.between(-1.4, 1.4), dice.between(0.1, 1.7), dice.between(-0.8, 0.8)) *
-                            Transform::rotate(dice.between(0, 360), axis.x, axis.y, axis.z) *
-                            Transform::scale(i % 2 ? grows : -grows, dice.between(0.4, 1.1), grows);
-        Placement placed = {i % 3, {t.m[0], t.m[1], t.m[2]}};
+        Placement placed = place_in_hedge(dice, i);
         const uint32_t others[] = {RP_NONE, leaf, tiles, brushed, plain};
         placed.material = others[dice.below(5)];
         if (tinted && dice.below(2) == 0) placed.color = dice.point(0.2, 1).to_float();
