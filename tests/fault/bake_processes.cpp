@@ -185,6 +185,7 @@ TEST_F(BakeProcesses, of_instances_stay_within_the_limit) {
     }
     write("scene.pbrt", scene.str());
     expect_within("scene.pbrt", 14, slack);
+    if (IsSkipped()) return;
     const auto file = BlockFile::open(folder_.path() / "a.rpb");
     ASSERT_TRUE(file.ok());
     EXPECT_EQ((*file)->scene().instances, files * lines);
