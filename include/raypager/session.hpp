@@ -12,6 +12,7 @@
 #include <string>
 
 #include "raypager/blocks.hpp"
+#include "raypager/film_layers.hpp"
 #include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -56,6 +57,7 @@ struct RenderOptions {
     uint32_t seed = 0;
     std::optional<Camera> camera;          // none: the scene's, as it is; for a picture of another shape see fit_camera()
     std::optional<Background> background;  // none: what shines there
+    FilmLayers layers;                     // that the film is to keep beside the picture
     Connection connection = Connection::queue;
     CheckpointOptions checkpoint;
     RecordOptions record;
@@ -95,10 +97,12 @@ struct RenderReport {
     uint32_t tile_size = 0, together = 0, region = 0;  // as RenderTuning has them; those of its checkpoint, if the render went on from one
     std::string policy, connection;
     BlockForm form = BlockForm::stored;  // of the blocks on the device
-    uint64_t film_hash = 0;              // of the sums in the film: the same for the same picture
-    bool complete = true;                // false: stopped from outside before its time, and pixels may have different numbers of samples; then
-    double average_spp = 0;              // ... spp is this rounded down, ...
-    uint64_t unsampled = 0;              // ... and so many pixels have none: they show what is around them
+    uint64_t film_hash = 0;              // of the sums in the film: the same for the same picture, whatever its layers
+    FilmLayers layers;
+    uint64_t layers_hash = 0;  // of those, but for waits; 0: there are none
+    bool complete = true;      // false: stopped from outside before its time, and pixels may have different numbers of samples; then
+    double average_spp = 0;    // ... spp is this rounded down, ...
+    uint64_t unsampled = 0;    // ... and so many pixels have none: they show what is around them
     struct Checkpoint {
         uint64_t runs = 1;     // that the picture took
         uint32_t written = 0;  // by this run
@@ -126,6 +130,7 @@ struct RenderReport {
 
 struct RenderResult {
     Image image;
+    std::vector<FilmLayerImage> layers;  // those of RenderOptions::layers, in the order of FilmLayer
     RenderReport report;
 };
 

@@ -2,7 +2,13 @@
 #ifndef RP_FILM_CL
 #define RP_FILM_CL
 
+#include "common/arithmetic.cl"
 #include "raypager/abi/film.h"
+
+#ifndef RP_FILM_STRIDE
+#define RP_FILM_STRIDE RP_FILM_WORDS
+#endif
+static inline volatile __global uint* rp_film_pixel(__global uint* film, uint pixel) { return film + (size_t)pixel * RP_FILM_STRIDE; }
 
 // Radiance <= 2^20 in units of 2^-28 is a whole number of up to 48 bits; its upper part counts 2^32 such units = 2^4. All steps are exact
 // but for the final truncation: v / 16 and its floor are exact, so is the remainder, and 2^28 is a power of two.
@@ -28,7 +34,7 @@ static inline float3 rp_film_limit(float3 radiance, float max_luminance, float m
 }
 
 static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance) {
-    volatile __global uint* words = film + (size_t)pixel * RP_FILM_WORDS;
+    volatile __global uint* words = rp_film_pixel(film, pixel);
     const float3 clamped =
         (float3)(radiance.x > 0.0f ? fmin(radiance.x, RP_FILM_MAX_RADIANCE) : 0.0f, radiance.y > 0.0f ? fmin(radiance.y, RP_FILM_MAX_RADIANCE) : 0.0f,
                  radiance.z > 0.0f ? fmin(radiance.z, RP_FILM_MAX_RADIANCE) : 0.0f);
@@ -36,12 +42,17 @@ static inline void rp_film_add(__global uint* film, uint pixel, float3 radiance)
     rp_film_add_channel(words, clamped.x);
     rp_film_add_channel(words + 2, clamped.y);
     rp_film_add_channel(words + 4, clamped.z);
+#ifdef RP_LAYER_VARIANCE
+    const float luminance = rp_add(rp_add(rp_mul(0.2126729f, clamped.x), rp_mul(0.7151522f, clamped.y)), rp_mul(0.0721750f, clamped.z));
+    const float bright = rp_min(luminance, RP_VARIANCE_MAX_LUMINANCE);
+    rp_film_add_channel(words + RP_LAYER_VARIANCE, rp_mul(bright, bright));
+#endif
     atomic_inc(words + RP_FILM_COUNT);
 }
 
 // The camera ray of a sample met nothing, and what is behind is to be transparent.
 static inline void rp_film_add_miss(__global uint* film, uint pixel) {
-    volatile __global uint* words = film + (size_t)pixel * RP_FILM_WORDS;
+    volatile __global uint* words = rp_film_pixel(film, pixel);
     atomic_add(words + RP_FILM_COUNT, 1u << RP_FILM_MISSES_SHIFT);
 }
 

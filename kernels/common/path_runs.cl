@@ -3,6 +3,10 @@
 #ifndef RP_PATH_RUNS_CL
 #define RP_PATH_RUNS_CL
 
+#if defined(RP_HIT_IDS) && defined(RP_INSTANCES)
+#include "raypager/abi/instance.h"
+#endif
+
 #define RP_RUN_COLOR 2u
 #ifdef RP_VERTEX_COLORS
 #define RP_RUN_U 3u
@@ -48,11 +52,52 @@ static inline void rp_set_uv(const rp_paths* paths, uint slot, float2 uv, float 
 // The number of the traits of the instance that the closest hit is in.
 #ifdef RP_TRAITS
 #define RP_RUN_TRAITS RP_RUN_WORDS
-#define RP_RUN_CONE (RP_RUN_WORDS + 1u)
+#define RP_RUN_IDS (RP_RUN_WORDS + 1u)
 static inline uint rp_traits_of(const rp_paths* paths, uint slot) { return RP_SLOT_WORD(paths, RP_RUN_TRAITS, slot); }
 static inline void rp_set_traits(const rp_paths* paths, uint slot, uint number) { RP_SLOT_WORD(paths, RP_RUN_TRAITS, slot) = number; }
 #else
-#define RP_RUN_CONE RP_RUN_WORDS
+#define RP_RUN_IDS RP_RUN_WORDS
+#endif
+
+// The numbers of the instance that the closest hit is in, and of its object, from 1; 0: of none. For layers of the film.
+#if defined(RP_HIT_IDS) && defined(RP_INSTANCES)
+#define RP_RUN_FIRST_HIT (RP_RUN_IDS + 2u)
+static inline uint2 rp_ids_of(const rp_paths* paths, uint slot) {
+    return (uint2)(RP_SLOT_WORD(paths, RP_RUN_IDS, slot), RP_SLOT_WORD(paths, RP_RUN_IDS + 1u, slot));
+}
+// instance: null for a hit in the world.
+static inline void rp_set_ids(const rp_paths* paths, uint slot, const __global rp_instance* instance, uint number) {
+    RP_SLOT_WORD(paths, RP_RUN_IDS, slot) = number;
+    RP_SLOT_WORD(paths, RP_RUN_IDS + 1u, slot) = instance ? instance->object + 1u : 0u;
+}
+#else
+#define RP_RUN_FIRST_HIT RP_RUN_IDS
+#endif
+
+// What the camera ray of a path met, for layers of the film: albedo as roots of 10 bits each, and the normal.
+#ifdef RP_FIRST_HITS
+#define RP_RUN_CONE (RP_RUN_FIRST_HIT + 2u)
+#define RP_FIRST_HIT_ANY (1u << 30)
+typedef struct rp_first_hit {
+    bool any;
+    float3 albedo;
+    uint normal;
+} rp_first_hit;
+static inline rp_first_hit rp_first_hit_of(const rp_paths* paths, uint slot) {
+    const uint code = RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT, slot);
+    const float3 root = (float3)(code & 1023u, code >> 10 & 1023u, code >> 20 & 1023u) / 1023.0f;
+    const rp_first_hit hit = {code != 0u, root * root, RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT + 1u, slot)};
+    return hit;
+}
+// albedo: 0 to 1.
+static inline void rp_set_first_hit(const rp_paths* paths, uint slot, float3 albedo, uint normal) {
+    const uint3 root = convert_uint3_rtz(sqrt(clamp(albedo, 0.0f, 1.0f)) * 1023.0f + 0.5f);
+    RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT, slot) = root.x | root.y << 10 | root.z << 20 | RP_FIRST_HIT_ANY;
+    RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT + 1u, slot) = normal;
+}
+static inline void rp_forget_first_hit(const rp_paths* paths, uint slot) { RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT, slot) = 0u; }
+#else
+#define RP_RUN_CONE RP_RUN_FIRST_HIT
 #endif
 
 #ifdef RP_TEXTURES

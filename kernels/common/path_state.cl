@@ -158,6 +158,9 @@ static inline void rp_store_initial_planes(const rp_paths* paths, uint slot, uin
 }
 
 static inline void rp_store_camera_path(const rp_paths* paths, uint slot, uint pixel, uint sample, float3 eye, float3 direction) {
+#ifdef RP_FIRST_HITS
+    rp_forget_first_hit(paths, slot);
+#endif
 #ifdef RP_SHORT_STATES
     RP_PLANE(paths, RP_PLANE_ORIGIN, slot) = (uint4)(as_uint3(eye), pixel);
     RP_PLANE(paths, RP_PLANE_DIRECTION, slot) = (uint4)(as_uint3(direction), sample);

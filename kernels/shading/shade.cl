@@ -1,8 +1,7 @@
 // Fourth stage: at the end of an extension ray. Adds what the surface or the background emits, and sends a shadow ray and the next extension
 // ray on their way (shading/scatter.cl). With RP_SHADE_LANES = 16, for CPUs, vertices on diffuse surfaces are seen to sixteen at a time.
 #include "common/noinline.cl"
-#include "common/film.cl"
-#include "common/path_state.cl"
+#include "common/end_path.cl"
 #include "common/primitive_ranges.cl"
 #include "common/queue.cl"
 #include "shading/scatter.cl"
@@ -16,6 +15,7 @@
 #ifdef RP_SKY_PAGED
 #include "shading/paged_sky.cl"
 #endif
+#include "shading/film_layers.cl"
 
 static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
                                    float3 direction, float bsdf_density, bool full) {
@@ -98,7 +98,7 @@ static inline uint rp_shade_entry(const rp_shade_queue* queue, uint i) {
 // A path ends here.
 static inline void rp_end_path(__constant rp_render_params* params, const rp_paths* paths, uint slot, __global uint* film, uint pixel,
                                float3 radiance) {
-    rp_film_add(film, pixel, rp_film_limit(radiance, params->max_luminance, params->max_xyz));
+    rp_add_sample(params, paths, slot, film, pixel, radiance);
     rp_free_slot(paths, slot);
 }
 
@@ -241,7 +241,11 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #endif
 #ifdef RP_TEXTURES
     uint shading_normal = a.shading_normal;
+#ifdef RP_FIRST_HIT_LAYERS
+    bool look = depth < params->max_depth || depth == 0u;
+#else
     bool look = depth < params->max_depth;
+#endif
 #ifdef RP_CUTOUTS
     look = look || cut_out;
 #endif
@@ -278,7 +282,12 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
             radiance += a.throughput * rp_emission(lights, light_steps, number, a.position, rp_decode_normal(a.geometric_normal), a.direction,
                                                    distance, a.bsdf_density, full_emission);
     }
-    if (depth >= params->max_depth) {
+    const bool ends = depth >= params->max_depth;
+#ifdef RP_FIRST_HIT_LAYERS
+    if (ends && depth > 0u) {
+#else
+    if (ends) {
+#endif
         rp_end_path(params, paths, slot, film, pixel, radiance);
         return false;
     }
@@ -287,7 +296,7 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #elif defined(RP_LAYERED)
     const __global rp_material* given = rp_of_mix(params, materials, material_number, pixel, a.sample, depth);
 #else
-    const __global rp_material* given = materials + material_number;
+const __global rp_material* given = materials + material_number;
 #endif
 #if defined(RP_TRAITS) && !defined(RP_TEXTURES)
     reached->own = *given;
@@ -332,6 +341,20 @@ static inline bool rp_arrive(RP_SHADE_GEOMETRY __constant rp_render_params* para
 #else
     vertex->tangent = RP_NONE;
 #endif
+#endif
+#ifdef RP_FIRST_HIT_LAYERS
+    if (depth == 0u) {
+#if defined(RP_HIT_IDS) && defined(RP_INSTANCES)
+        const uint2 ids = rp_ids_of(paths, slot);
+#else
+        const uint2 ids = (uint2)(0u);
+#endif
+        rp_keep_first_hit(film, &params->camera, paths, slot, vertex, material, distance, ids, material_number);
+        if (ends) {
+            rp_end_path(params, paths, slot, film, pixel, radiance);
+            return false;
+        }
+    }
 #endif
     return true;
 }

@@ -1,5 +1,5 @@
 // Fifth stage: traces the shadow rays of the queue, and lets their paths go on or end. Shading adds the light of those that arrive and go on.
-#include "common/film.cl"
+#include "common/end_path.cl"
 #include "common/leaf.cl"
 #include "common/path_state.cl"
 #include "common/queue.cl"
@@ -66,7 +66,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     }
 #endif
     const rp_path_end end = rp_finish_shadow(paths, slot, status, walk.hit);
-    if (end.ended) rp_film_add(film, end.pixel, rp_film_limit(end.radiance, params->max_luminance, params->max_xyz));
+    if (end.ended) rp_add_sample(params, paths, slot, film, end.pixel, end.radiance);
 }
 
 __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,

@@ -45,6 +45,13 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
 #ifdef RP_TRAITS
     if (hit->found_in != RP_NONE) rp_set_traits(paths, slot, rp_instance_traits_number(hit->instance));
 #endif
+#if defined(RP_HIT_IDS) && defined(RP_INSTANCES)
+#if RP_INSTANCE_LEVELS > 1
+    if (hit->found_in != RP_NONE) rp_set_ids(paths, slot, hit->instance ? hit->chain.instance[0] : 0, hit->chain.number[0]);
+#else
+    if (hit->found_in != RP_NONE) rp_set_ids(paths, slot, hit->instance, hit->number);
+#endif
+#endif
 #ifdef RP_SHORT_STATES
 #ifdef RP_INSTANCES
     // Of an instance's surface what is there is found here: its block may be one of many.

@@ -1,6 +1,6 @@
 // On CPUs, what single_ray/connect.cl does, with streams of rays over the wide form of the blocks. In a render this is a part of stream/trace.cl.
 #include "common/noinline.cl"
-#include "common/film.cl"
+#include "common/end_path.cl"
 #include "common/path_state.cl"
 #include "common/queue.cl"
 #include "stream/stream_slots.cl"
@@ -73,7 +73,7 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_walk* wal
 #endif
     if (block_entry == RP_NONE) {
         const rp_path_end end = rp_finish_shadow(paths, c->slot[r], status, occluded);
-        if (end.ended) rp_film_add(scene->film, end.pixel, rp_film_limit(end.radiance, scene->params->max_luminance, scene->params->max_xyz));
+        if (end.ended) rp_add_sample(scene->params, paths, c->slot[r], scene->film, end.pixel, end.radiance);
         return false;
     }
     rp_set_block_entry(paths, c->slot[r], block_entry);

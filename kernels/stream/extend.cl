@@ -74,6 +74,9 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk
 #ifdef RP_TRAITS
         rp_set_traits(paths, slot, rp_instance_traits_number(rp_hit_instance(s, r)));
 #endif
+#if defined(RP_HIT_IDS) && defined(RP_INSTANCES)
+        rp_set_ids(paths, slot, rp_hit_instance(s, r), ((const uint*)s->number)[r]);
+#endif
         last_block = rp_last_block_bits(rp_hit_leaf(s, r)->block);
     }
     const uint kept = rp_store_stream_extension(paths, slot, status, has_hit, t, block_entry, row);

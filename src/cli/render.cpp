@@ -26,6 +26,8 @@ Status check_outputs(const RenderSettings& settings) {
     const auto picture = settings.turntable > 0 ? turntable_picture(settings.output, 0, settings.turntable) : settings.output;
     RAYPAGER_TRY(check_output_path(picture));
     RAYPAGER_TRY(check_writable_image(picture));
+    if (settings.options.layers.any() && !holds_layers(picture))
+        return Status::usage(fmt::format("--layers: {} has no room for them; name an .exr file", picture.string()));
     if (settings.log) RAYPAGER_TRY(check_output_path(*settings.log));
     if (settings.report) RAYPAGER_TRY(check_output_path(*settings.report));
     if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) RAYPAGER_TRY(check_output_path(checkpoint));
@@ -43,7 +45,7 @@ Result<std::optional<Image>> read_reference(const RenderSettings& settings) {
 
 Status write_results(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderResult& result,
                      const ReportSeconds& seconds) {
-    RAYPAGER_TRY(write_image(settings.output, result.image));
+    RAYPAGER_TRY(write_image_with_layers(settings.output, result.image, result.layers));
     if (const auto& trace = effective.record.file; !trace.empty() && result.report.complete)
         log_note(fmt::format("demand trace: {}, {} of {} paths", trace.string(), format_count(result.report.recorded_paths),
                              format_count(result.report.rays.camera)));

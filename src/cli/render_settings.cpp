@@ -119,6 +119,10 @@ void add_developing_options(OptionParser& parser, RenderSettings& settings) {
                       if (!stops || !(std::abs(*stops) <= max_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
                       return *stops;
                   }));
+    parser.option("layers", "LIST",
+                  "channels beside the picture's in an .exr file: albedo, normal, depth, position, object, instance, material, samples, variance, "
+                  "waits, or all (default: none)",
+                  into(settings.options.layers, parse_film_layers));
     parser.option("turntable", "N",
                   "N pictures, NAME_000.png and so on, for which the camera goes once around what the scene shows, about the axis that is upright "
                   "in the picture (default: one picture, as named)",

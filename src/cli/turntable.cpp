@@ -70,7 +70,7 @@ Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions op
     // An empty picture must not take the place of an older one.
     if (!result->report.complete && result->report.average_spp == 0) return result;
     expose(result->image, settings.exposure);
-    RAYPAGER_TRY(write_image(settings.output, result->image));
+    RAYPAGER_TRY(write_image_with_layers(settings.output, result->image, result->layers));
     const std::string unfinished = result->report.complete ? "" : fmt::format(", stopped at {:.1f} samples per pixel", result->report.average_spp);
     log_note(fmt::format("picture {}: {}, {}{}", which, settings.output.string(), format_duration(result->report.seconds.total), unfinished));
     return result;

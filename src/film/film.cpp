@@ -76,16 +76,20 @@ uint64_t clamped_samples(std::span<const uint32_t> words) {
     return samples;
 }
 
-FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha)
+FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha, const FilmLayers& layers)
     : response_(response_matrix(response)),
       pixels_(uint64_t{width} * height),
       image_{width, height, alpha ? 4u : 3u, {}},
+      layers_(width, height, layers),
       hash_(hash_of_size(width, height)) {
     image_.values.reserve(pixels_ * image_.channels);
 }
 
 void FilmResolver::add(std::span<const uint32_t> words) {
-    for_each_pixel(words, [&](std::span<const uint32_t> pixel) {
+    const size_t stride = layers_.layout().words();
+    RAYPAGER_CHECK(words.size() % stride == 0 && words.size() / stride <= pixels_ - added_);
+    for (size_t at = 0; at < words.size(); at += stride) {
+        const auto pixel = words.subspan(at, RP_FILM_WORDS);
         append_mean(pixel, response_, image_.channels == 4, image_.values);
         if (finished_samples(pixel) == 0) {
             unsampled_.resize(pixels_);
@@ -94,10 +98,10 @@ void FilmResolver::add(std::span<const uint32_t> words) {
         }
         samples_ += finished_samples(pixel);
         clamped_ += pixel[RP_FILM_CLAMPED];
-    });
-    hash_.add(std::as_bytes(words));
-    added_ += words.size() / RP_FILM_WORDS;
-    RAYPAGER_CHECK(added_ <= pixels_);
+        hash_.add(std::as_bytes(pixel));
+        if (layers_.layout().layers().any()) layers_.add(words.subspan(at, stride), finished_samples(pixel));
+    }
+    added_ += words.size() / stride;
 }
 
 Image FilmResolver::take_image() {
@@ -106,9 +110,19 @@ Image FilmResolver::take_image() {
     return std::move(image_);
 }
 
+std::vector<FilmLayerImage> FilmResolver::take_layers() {
+    RAYPAGER_CHECK(added_ == pixels_);
+    return layers_.take();
+}
+
 uint64_t FilmResolver::hash() const {
     RAYPAGER_CHECK(added_ == pixels_);
     return hash_.value();
+}
+
+uint64_t FilmResolver::layers_hash() const {
+    RAYPAGER_CHECK(added_ == pixels_);
+    return layers_.hash();
 }
 
 std::array<float, 3> limit_sample(const std::array<float, 3>& c, const FilmResponse& response) {

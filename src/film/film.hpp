@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "base/hash.hpp"
+#include "film/film_layout.hpp"
+#include "film/layer_resolver.hpp"
 #include "raypager/abi/film.h"
 #include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
@@ -28,11 +30,13 @@ uint64_t clamped_samples(std::span<const uint32_t> words);
 // All of the above for a film that comes in pieces, from the first pixel to the last: the raw film need not lie in host memory.
 class FilmResolver {
 public:
-    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false);
-    void add(std::span<const uint32_t> words);  // whole pixels
+    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false, const FilmLayers& layers = {});
+    void add(std::span<const uint32_t> words);  // whole pixels, of FilmLayout(layers).words() words each
     // REQUIRES from here on: every pixel was added.
     Image take_image();  // pixels without samples have the colours around them (fill.hpp)
-    uint64_t hash() const;
+    std::vector<FilmLayerImage> take_layers();
+    uint64_t hash() const;                         // of the picture, whatever its layers
+    uint64_t layers_hash() const;                  // of layers that are the same for every limit; 0: there are none
     uint64_t samples() const { return samples_; }  // finished, in all pixels together
     uint64_t clamped() const { return clamped_; }
     uint64_t unsampled() const { return unsampled_count_; }  // pixels without a finished sample
@@ -42,6 +46,7 @@ private:
     uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0, unsampled_count_ = 0;
     std::vector<bool> unsampled_;  // empty while there are none
     Image image_;
+    LayerResolver layers_;
     Hash64Stream hash_;
 };
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
@@ -52,7 +53,8 @@ Result<std::unique_ptr<ImageRows>> open_portable_rows(const std::filesystem::pat
 struct ImageLibrary {
     // By the file's ending. Alpha and further channels are left out: the picture has one channel or three.
     Result<Image> (*read)(const std::filesystem::path& path, bool raw);
-    Status (*write)(const std::filesystem::path& path, const Image& image);  // .exr and .png
+    // .exr and .png. channels: their names; empty: R, G, B and A, or one for grey.
+    Status (*write)(const std::filesystem::path& path, const Image& image, const std::vector<std::string>& channels);
     Result<std::unique_ptr<ImageRows>> (*open_rows)(const std::filesystem::path& path, const ImageEncoding& encoding);
 };
 // From now on; there is none at first. To be called before other threads read or write pictures.

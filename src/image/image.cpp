@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
 #include "base/check.hpp"
 #include "base/files.hpp"
 #include "image/formats.hpp"
+#include "raypager/film_layers.hpp"
 #include "raypager/picture.hpp"
 
 namespace raypager {
@@ -84,8 +86,36 @@ Status write_image(const std::filesystem::path& path, const Image& image) {
         return Status::usage(fmt::format("{}: a picture with this ending has no alpha channel; use .exr or .png", path.string()));
     RAYPAGER_TRY(check_image_size(path, image.width, image.height));
     remove_abandoned_temporaries(path);
-    return lower_case_ending(path) == ".pfm" ? write_pfm(path, image) : image_library->write(path, image);
+    return lower_case_ending(path) == ".pfm" ? write_pfm(path, image) : image_library->write(path, image, {});
 }
+
+Status write_image_with_layers(const std::filesystem::path& path, const Image& picture, const std::vector<FilmLayerImage>& layers) {
+    if (layers.empty()) return write_image(path, picture);
+    if (!holds_layers(path)) return Status::usage(fmt::format("{}: a picture with this ending has no layers; use .exr", path.string()));
+    RAYPAGER_CHECK(picture.channels == 3 || picture.channels == 4);
+    RAYPAGER_TRY(check_writable_ending(path));
+    RAYPAGER_TRY(check_image_size(path, picture.width, picture.height));
+    std::vector<std::string> channels = {"R", "G", "B"};
+    if (picture.channels == 4) channels.emplace_back("A");
+    std::vector<const Image*> parts = {&picture};
+    for (const FilmLayerImage& layer : layers) {
+        RAYPAGER_CHECK(layer.image.width == picture.width && layer.image.height == picture.height);
+        std::ranges::move(film_layer_channels(layer.layer), std::back_inserter(channels));
+        parts.push_back(&layer.image);
+    }
+    Image all{picture.width, picture.height, static_cast<uint32_t>(channels.size()), {}};
+    const uint64_t pixels = uint64_t{picture.width} * picture.height;
+    all.values.reserve(pixels * channels.size());
+    for (uint64_t i = 0; i < pixels; i++)
+        for (const Image* part : parts) {
+            const auto begin = part->values.begin() + static_cast<ptrdiff_t>(i * part->channels);
+            all.values.insert(all.values.end(), begin, begin + part->channels);
+        }
+    remove_abandoned_temporaries(path);
+    return image_library->write(path, all, channels);
+}
+
+bool holds_layers(const std::filesystem::path& path) { return lower_case_ending(path) == ".exr"; }
 
 bool holds_alpha(const std::filesystem::path& path) { return lower_case_ending(path) != ".pfm"; }
 

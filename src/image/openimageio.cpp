@@ -129,11 +129,18 @@ Status encode_png(OIIO::ImageOutput& output, const std::filesystem::path& path, 
     return encode(output, path, spec, memory, std::span<const uint8_t>(bytes));
 }
 
-Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, const Image& image, OIIO::Filesystem::IOVecOutput& memory) {
+Status encode_exr(OIIO::ImageOutput& output, const std::filesystem::path& path, const Image& image, const std::vector<std::string>& channels,
+                  OIIO::Filesystem::IOVecOutput& memory) {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels), OIIO::TypeDesc::FLOAT);
     spec.attribute("oiio:ColorSpace", "Linear");
     spec.attribute("compression", "zip");
     if (image.channels == 4) mark_alpha(spec);
+    if (!channels.empty()) {
+        spec.channelnames = channels;
+        spec.alpha_channel = channels.size() > 3 && channels[3] == "A" ? 3 : -1;
+        const auto depth = std::ranges::find(channels, "Z");
+        spec.z_channel = depth == channels.end() ? -1 : static_cast<int>(depth - channels.begin());
+    }
     return encode(output, path, spec, memory, std::span<const float>(image.values));
 }
 
@@ -147,12 +154,12 @@ Result<Image> read_with_openimageio(const std::filesystem::path& path, bool raw)
 }
 
 // The library encodes into memory; what reaches the disk goes through OutputFile, whole or not at all.
-Status write_with_openimageio(const std::filesystem::path& path, const Image& image) try {
+Status write_with_openimageio(const std::filesystem::path& path, const Image& image, const std::vector<std::string>& channels) try {
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(path.string());
     if (!output) return Status::failed(fmt::format("{}: no writer for this ending: {}", path.string(), one_line(OIIO::geterror())));
     OIIO::Filesystem::IOVecOutput memory;
     const bool png = OIIO::Strutil::iequals(output->format_name(), "png");
-    RAYPAGER_TRY(png ? encode_png(*output, path, image, memory) : encode_exr(*output, path, image, memory));
+    RAYPAGER_TRY(png ? encode_png(*output, path, image, memory) : encode_exr(*output, path, image, channels, memory));
     auto file = OutputFile::create(path);
     if (!file) return file.status();
     RAYPAGER_TRY(file->write(std::as_bytes(std::span<const unsigned char>(memory.buffer()))));

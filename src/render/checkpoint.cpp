@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "base/hash.hpp"
+#include "film/film_layout.hpp"
 #include "raypager/abi/film.h"
 #include "render/checkpoint_format.hpp"
 #include "wavefront/sample_order.hpp"
@@ -17,9 +18,8 @@ namespace {
 
 using namespace checkpoint_format;
 
-static_assert(film_piece_words % RP_FILM_WORDS == 0);
-
 uint64_t pixels_of(const RenderIdentity& identity) { return uint64_t{identity.width} * identity.height; }
+uint64_t pixel_words(const RenderIdentity& identity) { return FilmLayout(FilmLayers(identity.film_layers)).words(); }
 
 uint64_t header_checksum(const Header& header) { return hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum))); }
 
@@ -33,9 +33,9 @@ std::string load_text(const char (&source)[size]) {
     return std::string(source, std::find(source, source + size, '\0'));
 }
 
-uint64_t finished_samples(std::span<const uint32_t> words) {
+uint64_t finished_samples(std::span<const uint32_t> words, uint64_t stride) {
     uint64_t sum = 0;
-    for (size_t at = RP_FILM_COUNT; at < words.size(); at += RP_FILM_WORDS) sum += words[at] & RP_FILM_COUNT_MASK;
+    for (size_t at = RP_FILM_COUNT; at < words.size(); at += stride) sum += words[at] & RP_FILM_COUNT_MASK;
     return sum;
 }
 
@@ -52,7 +52,7 @@ Header make_header(const CheckpointState& state) {
     header.next_sample = state.next_sample;
     header.sample_count = state.samples.size();
     header.samples_checksum = hash64(std::as_bytes(std::span(state.samples)));
-    header.film_words = pixels_of(state.identity) * RP_FILM_WORDS;
+    header.film_words = pixels_of(state.identity) * pixel_words(state.identity);
     header.work = state.work;
     header.file_bytes = film_offset(header.sample_count) + header.film_words * sizeof(uint32_t);
     return header;
@@ -62,12 +62,13 @@ Status pad_to(OutputFile& file, uint64_t position) { return file.write(std::vect
 
 Status write_film(OutputFile& file, const FilmSource& film, Header& header, uint64_t& finished) {
     Hash64Stream checksum;
-    std::vector<uint32_t> words(std::min(film_piece_words, header.film_words));
-    for (uint64_t first = 0; first < header.film_words; first += film_piece_words) {
-        const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, header.film_words - first));
+    const uint64_t stride = pixel_words(header.identity), most = film_piece_words(stride);
+    std::vector<uint32_t> words(std::min(most, header.film_words));
+    for (uint64_t first = 0; first < header.film_words; first += most) {
+        const std::span<uint32_t> piece = std::span(words).first(std::min(most, header.film_words - first));
         RAYPAGER_TRY(film(first, piece));
         checksum.add(std::as_bytes(piece));
-        finished += finished_samples(piece);
+        finished += finished_samples(piece, stride);
         RAYPAGER_TRY(file.write(std::as_bytes(piece)));
     }
     header.film_checksum = checksum.value();
@@ -114,7 +115,8 @@ Status check_header(const InputFile& file, const Header& header) {
     };
     if (header.checksum != header_checksum(header)) return damaged("the checksum is wrong");
     const uint64_t pixels = pixels_of(header.identity);
-    if (pixels == 0 || pixels > UINT64_MAX / 64 || header.film_words != pixels * RP_FILM_WORDS) return damaged("the size of the film is wrong");
+    if (pixels == 0 || pixels > UINT64_MAX / 256 || header.film_words != pixels * pixel_words(header.identity))
+        return damaged("the size of the film is wrong");
     if (!valid_order(header.order, pixels)) return damaged("the order of samples is wrong");
     if (header.sample_count > header.next_sample || header.sample_count > file.size() / sizeof(rp_path_sample))
         return damaged("the number of samples is wrong");
@@ -175,6 +177,10 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
         return differs(fmt::format("its --size is {}x{}, not {}x{}", mine.width, mine.height, identity.width, identity.height));
     if (mine.seed != identity.seed) return differs(fmt::format("its --seed is {}, not {}", mine.seed, identity.seed));
     if (mine.background != identity.background) return differs("its --background is another one");
+    if (mine.film_layers != identity.film_layers) {
+        const auto layers = [](uint32_t bits) { return bits == 0 ? "none" : film_layer_list(FilmLayers(bits)); };
+        return differs(fmt::format("its --layers are {}, not {}", layers(mine.film_layers), layers(identity.film_layers)));
+    }
     if (mine.max_depth != identity.max_depth) return differs(fmt::format("its --max-depth is {}, not {}", mine.max_depth, identity.max_depth));
     const auto connection = [](const RenderIdentity& i) { return i.roulette_connection ? "roulette" : "queue"; };
     if (mine.roulette_connection != identity.roulette_connection)
@@ -191,12 +197,13 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
 Status CheckpointFile::read_film(const FilmTarget& target) const {
     Hash64Stream checksum;
     uint64_t finished = 0;
-    std::vector<uint32_t> words(std::min(film_piece_words, film_words_));
-    for (uint64_t first = 0; first < film_words_; first += film_piece_words) {
-        const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, film_words_ - first));
+    const uint64_t stride = pixel_words(state_.identity), most = film_piece_words(stride);
+    std::vector<uint32_t> words(std::min(most, film_words_));
+    for (uint64_t first = 0; first < film_words_; first += most) {
+        const std::span<uint32_t> piece = std::span(words).first(std::min(most, film_words_ - first));
         RAYPAGER_TRY(file_.read(film_offset_ + first * sizeof(uint32_t), std::as_writable_bytes(piece)));
         checksum.add(std::as_bytes(piece));
-        finished += finished_samples(piece);
+        finished += finished_samples(piece, stride);
         RAYPAGER_TRY(target(first, piece));
     }
     if (checksum.value() != film_checksum_) return damaged(fmt::format("film at byte {}: the checksum is wrong", film_offset_));

@@ -24,6 +24,8 @@ struct RenderIdentity {
     uint32_t roulette_connection = 0;
     uint32_t background = 0;  // 0: what shines there; otherwise a hash of what camera rays see instead
     rp_camera camera = {};
+    uint32_t film_layers = 0;  // bits (raypager/film_layers.hpp)
+    uint32_t unused = 0;
 };
 
 // What was done for a picture, by all runs of the program together.
@@ -49,7 +51,8 @@ struct CheckpointState {
 using FilmSource = std::function<Status(uint64_t first_word, std::span<uint32_t> words)>;
 using FilmTarget = std::function<Status(uint64_t first_word, std::span<const uint32_t> words)>;
 
-inline constexpr uint64_t film_piece_words = uint64_t{1} << 20;  // of a call at most; whole pixels
+// Words of a call at most: whole pixels of so many words each.
+constexpr uint64_t film_piece_words(uint64_t pixel_words) { return (uint64_t{1} << 20) / pixel_words * pixel_words; }
 
 // Refuses to write a film and samples that do not add up to state.next_sample; the old file stays then, and after every other error.
 Status write_checkpoint(const std::filesystem::path& path, const CheckpointState& state, const FilmSource& film);

@@ -179,10 +179,11 @@ RenderProgress RenderJob::progress() const {
 
 Result<FilmResolver> RenderJob::read_film() {
     const rp_render_params& params = wavefront().params();
-    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT);
-    std::vector<uint32_t> words(std::min(film_piece_words, wavefront().film_words()));
-    for (uint64_t first = 0; first < wavefront().film_words(); first += film_piece_words) {
-        const std::span<uint32_t> piece = std::span(words).first(std::min(film_piece_words, wavefront().film_words() - first));
+    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT, FilmLayers(params.film_layers));
+    const uint64_t all = wavefront().film_words(), most = film_piece_words(FilmLayout(FilmLayers(params.film_layers)).words());
+    std::vector<uint32_t> words(std::min(most, all));
+    for (uint64_t first = 0; first < all; first += most) {
+        const std::span<uint32_t> piece = std::span(words).first(std::min(most, all - first));
         RAYPAGER_TRY(wavefront().read_film(first, piece));
         film.add(piece);
     }
@@ -236,6 +237,7 @@ Result<MeasuredRender> RenderJob::result() {
     MeasuredRender result;
     result.image = film->take_image();
     result.report = make_report(*film);
+    result.layers = film->take_layers();
     // Every sample that was begun has ended up in the film.
     if (!stopped_ && film->samples() != samples_to_begin() && rounds_->all_idle())
         return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin()));
@@ -268,6 +270,8 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
     report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
     report.form = rounds_->plan().form;
     report.film_hash = film.hash();
+    report.layers = options_.layers;
+    report.layers_hash = film.layers_hash();
     report.clamped_samples = film.clamped();
     report.checkpoint = {done.runs, checkpointer_->written(), checkpointer_->seconds(), checkpointer_->advice()};
     report.seconds.total = std::chrono::duration<double>(Clock::now() - start_).count();

@@ -107,6 +107,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         params.background_kind = options.background->transparent ? RP_BACKGROUND_TRANSPARENT : RP_BACKGROUND_COLOR;
         if (!options.background->transparent) set3(params.background, options.background->color);
     }
+    params.film_layers = options.layers.bits();
     params.max_luminance = scene.film.max_luminance;
     params.max_xyz = scene.film.max_xyz;
     params.roulette_connection = options.connection == Connection::roulette;
@@ -148,17 +149,21 @@ RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& para
     identity.roulette_connection = params.roulette_connection;
     identity.background = background_identity(params);
     identity.camera = params.camera;
+    identity.film_layers = params.film_layers;
     return identity;
 }
 
 Status check_picture_size(const rp_render_params& params, const DeviceInfo& device) {
     const uint64_t pixels = uint64_t{params.width} * params.height;
-    const uint64_t film = pixels * RP_FILM_WORDS * sizeof(uint32_t), most = device.max_allocation_bytes;
+    const FilmLayout layout{FilmLayers(params.film_layers)};
+    const uint64_t bytes_per_pixel = layout.words() * sizeof(uint32_t), film = pixels * bytes_per_pixel, most = device.max_allocation_bytes;
     if (film > most)
-        return Status::failed(fmt::format(
-            "--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width, params.height,
-            format_exact_bytes(film), device.name, format_bytes(most), format_count(most / RP_FILM_WORDS / sizeof(uint32_t))));
-    const uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
+        return Status::failed(
+            fmt::format("--size {}x{}: the film needs {} at once, but {} allocates at most {}; at most {} pixels are possible there", params.width,
+                        params.height, format_exact_bytes(film), device.name, format_bytes(most), format_count(most / bytes_per_pixel)));
+    uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
+    for (uint32_t i = 0; i < film_layer_count; i++)
+        if (layout.layers().has(static_cast<FilmLayer>(i))) channels += film_layer_channels(static_cast<FilmLayer>(i)).size();
     const uint64_t picture = pixels * channels * sizeof(float), free = available_memory();
     if (picture > free)
         return Status::failed(fmt::format("--size {}x{}: the picture needs {} of main memory, of which {} are free; render a smaller one",

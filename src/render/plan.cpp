@@ -43,7 +43,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
 MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
                          const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit) {
-    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height);
+    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height, FilmLayout(FilmLayers(params.film_layers)));
     MemoryNeeds needs;
     needs.limit = device_limit;
     needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.pageable_count(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();

@@ -80,8 +80,9 @@ uint64_t GeometryBuffers::bytes(const BakedScene& scene, BlockForm form) {
 }
 
 Result<GeometryBuffers> GeometryBuffers::create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
-                                                const Buffer& page_table, bool cutouts) {
+                                                const Buffer& page_table, bool cutouts, const std::string& film_definitions) {
     GeometryBuffers result;
+    result.variants_ = film_definitions;
     result.form_ = form;
     result.slabs_ = &slabs;
     result.page_table_ = &page_table;

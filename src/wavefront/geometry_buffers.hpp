@@ -25,8 +25,9 @@ class GeometryBuffers {
 public:
     static uint64_t bytes(const BakedScene& scene, BlockForm form);
     // slabs and page_table outlive this. form: of the blocks in the slabs. cutouts: false for who measures rays alone, and nothing has to be cut out.
+    // film_definitions: FilmLayout::definitions().
     static Result<GeometryBuffers> create(Device& device, const BakedScene& scene, BlockForm form, const std::vector<Buffer>& slabs,
-                                          const Buffer& page_table, bool cutouts = true);
+                                          const Buffer& page_table, bool cutouts = true, const std::string& film_definitions = {});
 
     const Buffer& pages() const { return *page_table_; }
     const Buffer& demand() const { return demand_; }       // arrays of abi/path.h

@@ -35,10 +35,12 @@ Status read_statuses(Queue& queue, const PathSlots& slots, uint64_t first, std::
 
 }  // namespace
 
-SlotFields SlotFields::of(const BakedScene& scene) {
+SlotFields SlotFields::of(const BakedScene& scene, const FilmLayout& film) {
     const bool cutouts = scene.has_cutouts();
     const uint32_t texture_words = scene.has_textures() ? 1 + scene.texel_words() + (cutouts ? 3 : 0) : 0;
-    return {scene.has_vertex_colors(), scene.has_uvs(), texture_words, cutouts, scene.has_tangents(), scene.instance_levels(), scene.has_traits()};
+    return {scene.has_vertex_colors(), scene.has_uvs(),         texture_words,      cutouts,
+            scene.has_tangents(),      scene.instance_levels(), scene.has_traits(), film.needs_ids() && scene.instances > 0,
+            film.needs_first_hits()};
 }
 
 uint64_t PathSlots::bytes_per_slot(const SlotFields& fields) { return fields.planes() * sizeof(Plane) + fields.runs() * sizeof(uint32_t); }

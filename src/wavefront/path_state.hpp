@@ -8,6 +8,7 @@
 
 #include "block/baked_scene.hpp"
 #include "device/device.hpp"
+#include "film/film_layout.hpp"
 #include "raypager/abi/path.h"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -38,10 +39,15 @@ struct SlotFields {
     bool tangents = false;
     uint32_t instance_levels = 0;  // where a ray that waits stands in each
     bool traits = false;           // of the instance of the closest hit
-    static SlotFields of(const BakedScene& scene);
+    bool hit_ids = false;          // of that instance and its object
+    bool first_hits = false;       // what the camera ray met
+    static SlotFields of(const BakedScene& scene, const FilmLayout& film = FilmLayout());
     // Of 16 bytes, with all else that follows them.
     uint64_t planes() const { return (cutouts ? RP_PATH_PLANES_WITH_CUTOUTS : RP_PATH_PLANES) + instance_levels * RP_STANDING_UNITS; }
-    uint64_t runs() const { return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + (tangents ? 1 : 0) + (traits ? 1 : 0) + texture_words; }
+    uint64_t runs() const {
+        return 2 + (vertex_colors ? 1 : 0) + (uvs ? 3 : 0) + (tangents ? 1 : 0) + (traits ? 1 : 0) + texture_words + layer_words();
+    }
+    uint64_t layer_words() const { return (hit_ids ? 2 : 0) + (first_hits ? 2 : 0); }
 };
 
 class PathSlots {

@@ -97,15 +97,16 @@ std::string shading_definitions(const BakedScene& scene) {
 
 }  // namespace
 
-WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height) {
+WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height, const FilmLayout& film) {
+    const SlotFields fields = SlotFields::of(scene, film);
     WavefrontBytes bytes;
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_bytes(scene) +
                   at_least_16(range_bytes(scene)) + GeometryBuffers::bytes(scene, form) + RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) +
-                  backend_fixed_bytes(form) + PathSlots::fixed_bytes(SlotFields::of(scene)) + extra_queue_words(form) * sizeof(uint32_t);
-    bytes.film = uint64_t{width} * height * RP_FILM_WORDS * sizeof(uint32_t);
-    bytes.per_slot = PathSlots::bytes_per_slot(SlotFields::of(scene)) + list_bytes_per_slot + backend_bytes_per_slot(form);
-    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(SlotFields::of(scene));
+                  backend_fixed_bytes(form) + PathSlots::fixed_bytes(fields) + extra_queue_words(form) * sizeof(uint32_t);
+    bytes.film = uint64_t{width} * height * film.words() * sizeof(uint32_t);
+    bytes.per_slot = PathSlots::bytes_per_slot(fields) + list_bytes_per_slot + backend_bytes_per_slot(form);
+    bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(fields);
     return bytes;
 }
 
@@ -123,11 +124,12 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
                                                      const BlockNotes& notes, const VisitLogSettings& visits) {
     RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
-    auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table);
+    const FilmLayout film{FilmLayers(params.film_layers)};
+    auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table, true, film.definitions());
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
     RAYPAGER_TRY(wavefront->upload_scene(scene));
-    RAYPAGER_TRY(wavefront->allocate_state(SlotFields::of(scene)));
+    RAYPAGER_TRY(wavefront->allocate_state(SlotFields::of(scene, film)));
     BackendSettings settings;
     const BlockNotes kept = scene.pageable_count() == 0 ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
@@ -142,7 +144,17 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     if (!backend) return backend.status();
     wavefront->backend_ = std::move(*backend);
     wavefront->fill_together(filled_together);
+    RAYPAGER_TRY(wavefront->build_count_waits());
     return wavefront;
+}
+
+Status Wavefront::build_count_waits() {
+    if (!film_layout().layers().has(FilmLayer::waits)) return {};
+    auto kernel = device_.kernel("shading/count_waits", "rp_count_waits",
+                                 geometry_.definitions() + (geometry_.form() == BlockForm::stored ? short_states : ""));
+    if (!kernel) return kernel.status();
+    count_waits_ = std::move(*kernel);
+    return count_waits_->set(params_.slot_count, buffers_.slots.status(), buffers_.slots.planes(), buffers_.film);
 }
 
 Status Wavefront::upload_scene(const BakedScene& scene) {
@@ -216,7 +228,7 @@ Status Wavefront::allocate_state(const SlotFields& fields) {
         uint64_t bytes;
         const char* what;
     };
-    const Part parts[] = {{b.film, uint64_t{params_.width} * params_.height * RP_FILM_WORDS * sizeof(uint32_t), "the film"},
+    const Part parts[] = {{b.film, uint64_t{params_.width} * params_.height * film_layout().words() * sizeof(uint32_t), "the film"},
                           {b.queue, (slots + extra_queue_words(geometry_.form())) * sizeof(uint32_t), "the ray queue"},
                           {b.free_list, slots * sizeof(uint32_t), "the free list"},
                           {b.again, again_bytes(slots), "samples to trace again"},
@@ -245,6 +257,10 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
     RAYPAGER_TRY(list_samples_again());
     const Round round = {number, page_changes, newly_published, listed_again_, samples_again().size() > listed_again_};
     RAYPAGER_TRY(backend_->launch(round, flight.events));
+    if (count_waits_) {
+        const uint64_t items = uint64_t{device_.info().compute_units} * device_.profile().items;
+        RAYPAGER_TRY(queue.launch(*count_waits_, std::min<uint64_t>(params_.slot_count, items), device_.group_size()));
+    }
     const std::span<std::byte> results = flight.results.bytes();
     RAYPAGER_TRY(queue.read(buffers_.counters, 0, results.first(buffers_.counters.bytes()), &flight.read));
     RAYPAGER_TRY(queue.read(geometry_.demand(), 0, results.subspan(buffers_.counters.bytes()), &flight.read));

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,7 +33,7 @@ struct WavefrontBytes {
     uint64_t per_slot = 0;               // of one path slot, queues included
     uint64_t largest_part_per_slot = 0;  // of the largest buffer that holds a part of each slot
 };
-WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height);
+WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t width, uint32_t height, const FilmLayout& film = FilmLayout());
 
 // What kernels tell of blocks in addition to the rays that wait for them (abi/path.h, RP_DEMAND_BOUNCES and RP_DEMAND_USED).
 struct BlockNotes {
@@ -111,6 +112,8 @@ private:
     Status upload_light_words(const BakedScene& scene, std::vector<rp_light>& lights);
     Status upload_textures(const BakedScene& scene);
     Status allocate_state(const SlotFields& fields);
+    FilmLayout film_layout() const { return FilmLayout(FilmLayers(params_.film_layers)); }
+    Status build_count_waits();
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
@@ -120,6 +123,7 @@ private:
     GeometryBuffers geometry_;
     WavefrontBuffers buffers_;
     std::unique_ptr<Backend> backend_;  // refers to what stands above
+    std::optional<Kernel> count_waits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     uint32_t listed_again_ = 0;  // on the device for the round under way

@@ -139,6 +139,7 @@ TEST_F(CheckpointFiles, with_absurd_headers_are_refused) {
     refused([](Header& h) { h.film_words = UINT64_MAX; });
     refused([](Header& h) { h.identity.width = h.identity.height = UINT32_MAX; });
     refused([](Header& h) { h.identity.width = 0; });
+    refused([](Header& h) { h.identity.film_layers ^= 1; });  // the film has another size
     refused([](Header& h) { h.file_bytes += 4096; });
     refused([](Header& h) { h.next_sample += 1; });  // the film has another number of samples
     ASSERT_TRUE(put("RAYPCKPT").ok());

@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "base/files.hpp"
 #include "image/formats.hpp"
+#include "raypager/film_layers.hpp"
 #include "raypager/picture.hpp"
 #include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
@@ -52,6 +54,41 @@ TEST_F(ImageOpenImageIo, AlphaIsWrittenAsTheFormatHasIt) {
     const float expected[12] = {0.735357f, 0.537099f, 0, 0.5f, 0, 0, 0, 0, 1, 0.735357f, 0.537099f, 1};  // 0.5 and 0.25 as sRGB
     for (size_t i = 0; i < 12; i++) EXPECT_NEAR(png[i], expected[i], 0.5 / 255 + 1e-5) << i;
     EXPECT_NE(write_image(folder / "a.pfm", image).message().find("alpha"), std::string::npos);
+}
+
+TEST_F(ImageOpenImageIo, LayersAreChannelsBesideThePicture) {
+    const support::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    const Image picture{2, 1, 4, {0.5f, 1, 2, 1, 0, 0.25f, 0, 0.5f}};
+    const float infinity = std::numeric_limits<float>::infinity();
+    const std::vector<FilmLayerImage> layers = {{FilmLayer::albedo, {2, 1, 3, {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f}}},
+                                                {FilmLayer::depth, {2, 1, 1, {1.5f, infinity}}},
+                                                {FilmLayer::instance, {2, 1, 1, {16777215, 0}}}};
+    const Status written = write_image_with_layers(path, picture, layers);
+    ASSERT_TRUE(written.ok()) << written.message();
+    const auto input = OIIO::ImageInput::open(path.string());
+    ASSERT_TRUE(input);
+    const OIIO::ImageSpec& spec = input->spec();
+    std::vector<float> values(2 * static_cast<size_t>(spec.nchannels));
+    ASSERT_TRUE(input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()));
+    const auto value = [&](const std::string& name, size_t pixel) {
+        const int channel = spec.channelindex(name);
+        EXPECT_GE(channel, 0) << name;
+        return values[pixel * static_cast<size_t>(spec.nchannels) + static_cast<size_t>(channel)];
+    };
+    EXPECT_EQ(spec.nchannels, 9);
+    EXPECT_EQ(value("B", 0), 2);
+    EXPECT_EQ(value("A", 1), 0.5f);
+    EXPECT_EQ(value("albedo.G", 0), 0.2f);
+    EXPECT_EQ(value("albedo.B", 1), 0.6f);
+    EXPECT_EQ(value("Z", 0), 1.5f);
+    EXPECT_EQ(value("Z", 1), infinity);
+    EXPECT_EQ(value("instance.ID", 0), 16777215);
+    // Whoever asks for the picture gets it.
+    const auto read = read_image(path);
+    ASSERT_TRUE(read.ok()) << read.status().message();
+    EXPECT_EQ(read->values, (std::vector<float>{0.5f, 1, 2, 0, 0.25f, 0}));
+    for (const char* name : {"a.png", "a.pfm"}) EXPECT_EQ(write_image_with_layers(folder / name, picture, layers).kind(), ErrorKind::usage) << name;
 }
 
 TEST_F(ImageOpenImageIo, ExposureLeavesAlphaAlone) {

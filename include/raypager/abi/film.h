@@ -16,4 +16,12 @@
 #define RP_FILM_MISSES_SHIFT 16
 #define RP_FILM_CLAMPED 7
 
+// Behind these words may come those of layers (raypager/film_layers.hpp). Where they lie, and how many words a pixel has then, the host tells kernels
+// (film/film_layout): RP_FILM_STRIDE, RP_LAYER_ALBEDO, ... Albedo and variance are sums as those of light; so are, of normals, (n + 1) / 2 of each
+// coordinate, with the number of samples that met something behind them. The others are words as they are, of a pixel's first sample: floats, or
+// numbers from 1. Zero: nothing was met.
+#define RP_NORMAL_LAYER_WORDS 7
+#define RP_NORMAL_LAYER_COUNT 6
+#define RP_VARIANCE_MAX_LUMINANCE 1024.0f  // samples count as at most that: its square is the largest radiance
+
 #endif

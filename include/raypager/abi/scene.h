@@ -158,6 +158,8 @@ typedef struct rp_render_params {
     float background[3];
     rp_u32 background_kind;
     float max_luminance, max_xyz;  // of a sample (common/film.cl); infinite: no limit
+    rp_u32 film_layers;            // that the film keeps, as bits (raypager/film_layers.hpp)
+    rp_u32 unused;
     rp_pixel_filter filter;
     rp_texture_tables textures;
     rp_u64 first_sample, sample_limit;  // numbers

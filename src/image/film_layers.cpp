@@ -1,0 +1,59 @@
+#include "raypager/film_layers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace raypager {
+namespace {
+
+struct LayerFacts {
+    std::string_view name;
+    std::vector<std::string> channels;
+};
+
+const std::array<LayerFacts, film_layer_count>& layer_facts() {
+    static const std::array<LayerFacts, film_layer_count> facts = {{{"albedo", {"albedo.R", "albedo.G", "albedo.B"}},
+                                                                    {"normal", {"N.X", "N.Y", "N.Z"}},
+                                                                    {"depth", {"Z"}},
+                                                                    {"position", {"P.X", "P.Y", "P.Z"}},
+                                                                    {"object", {"object.ID"}},
+                                                                    {"instance", {"instance.ID"}},
+                                                                    {"material", {"material.ID"}},
+                                                                    {"samples", {"samples"}},
+                                                                    {"variance", {"variance.Y"}},
+                                                                    {"waits", {"waits"}}}};
+    return facts;
+}
+
+const LayerFacts& facts_of(FilmLayer layer) { return layer_facts()[static_cast<uint32_t>(layer)]; }
+
+}  // namespace
+
+std::string_view film_layer_name(FilmLayer layer) { return facts_of(layer).name; }
+std::vector<std::string> film_layer_channels(FilmLayer layer) { return facts_of(layer).channels; }
+
+Result<FilmLayers> parse_film_layers(std::string_view list) {
+    if (list == "all") return FilmLayers((1u << film_layer_count) - 1);
+    FilmLayers layers;
+    for (size_t begin = 0; begin <= list.size();) {
+        const size_t end = std::min(list.find(',', begin), list.size());
+        const std::string_view word = list.substr(begin, end - begin);
+        uint32_t i = 0;
+        while (i < film_layer_count && layer_facts()[i].name != word) i++;
+        if (i == film_layer_count)
+            return Status::usage(fmt::format("'{}' is not a layer; there are {}, and all", word, film_layer_list(FilmLayers(~0u))));
+        layers.add(static_cast<FilmLayer>(i));
+        begin = end + 1;
+    }
+    return layers;
+}
+
+std::string film_layer_list(const FilmLayers& layers) {
+    std::string list;
+    for (uint32_t i = 0; i < film_layer_count; i++)
+        if (layers.has(static_cast<FilmLayer>(i))) list += fmt::format("{}{}", list.empty() ? "" : ",", layer_facts()[i].name);
+    return list;
+}
+
+}  // namespace raypager
