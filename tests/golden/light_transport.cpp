@@ -13,6 +13,7 @@
 #include "reference/textured_scenes.hpp"
 #include "render/render.hpp"
 #include "support/device_scene.hpp"
+#include "support/thorough.hpp"
 
 namespace raypager {
 namespace {
@@ -259,7 +260,7 @@ void PrintTo(const TransportCase& c, std::ostream* out) { *out << c.name; }
 class Transport : public testing::TestWithParam<TransportCase> {};
 
 TEST_P(Transport, agrees_with_the_reference_tracer) {
-    constexpr uint32_t spp = 256;
+    const uint32_t spp = support::thorough() ? 256 : 64;
     const Scene scene = GetParam().make();
     const auto geometry = reference::ReferenceGeometry::build(scene);
     ASSERT_TRUE(geometry.ok()) << geometry.status().message();
