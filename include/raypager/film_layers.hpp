@@ -51,8 +51,8 @@ Result<FilmLayers> parse_film_layers(std::string_view list);
 // The other way round; empty if there are none.
 std::string film_layer_list(const FilmLayers& layers);
 
-// Names of its channels in files: "albedo.R", "albedo.G", "albedo.B"; "N.X", "N.Y", "N.Z"; "Z"; "P.X", "P.Y", "P.Z"; "object.ID", "instance.ID",
-// "material.ID"; "samples"; "variance.Y"; "waits".
+// Names of its channels in files: "albedo.R", "albedo.G", "albedo.B"; "N.X", "N.Y", "N.Z"; "Z"; "position.X", "position.Y", "position.Z"; "object",
+// "instance", "material"; "samples"; "variance"; "waits".
 std::vector<std::string> film_layer_channels(FilmLayer layer);
 
 struct FilmLayerImage {

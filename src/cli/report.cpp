@@ -169,6 +169,14 @@ Json stages_json(const std::array<double, 5>& seconds, BlockForm form) {
     return {{"wake", seconds[0]}, {"generate", seconds[1]}, {"extend", seconds[2]}, {"shade", seconds[3]}, {"connect", seconds[4]}};
 }
 
+Json layers_json(const RenderReport& report) {
+    if (!report.layers.any()) return nullptr;
+    Json names = Json::array();
+    for (uint32_t i = 0; i < film_layer_count; i++)
+        if (report.layers.has(static_cast<FilmLayer>(i))) names.push_back(film_layer_name(static_cast<FilmLayer>(i)));
+    return {{"names", names}, {"hash", hex64(report.layers_hash)}};
+}
+
 Json report_json(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderReport& report,
                  const ReportSeconds& seconds) {
     const auto& rays = report.rays;
@@ -185,8 +193,8 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
               {"spp", report.spp},
               {"average_spp", report.average_spp},
               {"complete", report.complete},
-              {"film_hash", hex64(report.film_hash)},
-              {"layers_hash", report.layers.any() ? Json(hex64(report.layers_hash)) : Json(nullptr)}}},
+              {"film_hash", hex64(report.film_hash)}}},
+            {"layers", layers_json(report)},
             {"camera", effective_camera_json(settings, effective, scene, report)},
             {"bounds", bounds_json(scene)},
             {"seconds",

@@ -16,12 +16,12 @@ const std::array<LayerFacts, film_layer_count>& layer_facts() {
     static const std::array<LayerFacts, film_layer_count> facts = {{{"albedo", {"albedo.R", "albedo.G", "albedo.B"}},
                                                                     {"normal", {"N.X", "N.Y", "N.Z"}},
                                                                     {"depth", {"Z"}},
-                                                                    {"position", {"P.X", "P.Y", "P.Z"}},
-                                                                    {"object", {"object.ID"}},
-                                                                    {"instance", {"instance.ID"}},
-                                                                    {"material", {"material.ID"}},
+                                                                    {"position", {"position.X", "position.Y", "position.Z"}},
+                                                                    {"object", {"object"}},
+                                                                    {"instance", {"instance"}},
+                                                                    {"material", {"material"}},
                                                                     {"samples", {"samples"}},
-                                                                    {"variance", {"variance.Y"}},
+                                                                    {"variance", {"variance"}},
                                                                     {"waits", {"waits"}}}};
     return facts;
 }
