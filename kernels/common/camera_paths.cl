@@ -23,6 +23,28 @@ static inline void rp_begin_path(__constant rp_render_params* params, uint pixel
     rp_store_camera_path(paths, slot, pixel, sample, ray.origin, ray.direction);
 }
 
+// Where sampling is adaptive, kernels that begin paths take one more argument: the pixels of the stage (abi/scene.h).
+#ifdef RP_ADAPTIVE
+#define RP_STAGE_PARAMETER , const __global uint* restrict stage_pixels
+#define RP_STAGE_ARGUMENT , stage_pixels
+#else
+#define RP_STAGE_PARAMETER
+#define RP_STAGE_ARGUMENT
+#endif
+
+static inline rp_path_sample rp_next_sample(__constant rp_render_params* params, ulong number, rp_sample_region* region RP_STAGE_PARAMETER) {
+#ifdef RP_ADAPTIVE
+    if (number >= params->stage_begin) {
+        const ulong in_stage = number - params->stage_begin, place = rp_divide(in_stage, params->stage_passes);
+        rp_path_sample result;
+        result.pixel = stage_pixels[place];
+        result.sample = params->stage_first + (uint)(in_stage - place * params->stage_passes);
+        return result;
+    }
+#endif
+    return rp_numbered_sample(params->order, params->width, params->height, number, region);
+}
+
 // What there is to be given out.
 typedef struct rp_supply {
     uint slots;    // free ones
@@ -33,7 +55,7 @@ typedef struct rp_supply {
 // The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
 // written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
 static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, const rp_paths* paths,
-                                  __global uint* queue, const __global rp_path_sample* again, uint listed, uint later) {
+                                  __global uint* queue, const __global rp_path_sample* again, uint listed, uint later RP_STAGE_PARAMETER) {
     rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u, 1u};
     for (uint i = get_global_id(0); i < supply->slots; i += get_global_size(0)) {
         const uint slot = free_list[i];
@@ -49,7 +71,7 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
         if (i < listed)
             taken = again[i];
         else
-            taken = rp_numbered_sample(params->order, params->width, params->height, number, &region);
+            taken = rp_next_sample(params, number, &region RP_STAGE_ARGUMENT);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
         queue[supply->queued + i] = slot;
     }

@@ -10,10 +10,10 @@ static inline rp_supply rp_read_supply(const volatile __global uint* counters) {
 
 __kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters,
                           const __global uint* restrict free_list, __global uint* restrict status, __global uint4* restrict planes,
-                          __global uint* restrict queue, const __global rp_path_sample* restrict again, uint listed, uint later) {
+                          __global uint* restrict queue, const __global rp_path_sample* restrict again, uint listed, uint later RP_STAGE_PARAMETER) {
     const rp_supply supply = rp_read_supply(counters);
     const rp_paths paths = {params->slot_count, status, planes};
-    rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later);
+    rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later RP_STAGE_ARGUMENT);
 }
 
 // After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were

@@ -119,6 +119,15 @@ void add_developing_options(OptionParser& parser, RenderSettings& settings) {
                       if (!stops || !(std::abs(*stops) <= max_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
                       return *stops;
                   }));
+    parser.option(
+        "adaptive", "ERROR",
+        "adaptive sampling: a pixel stops, with --spp samples at most, when its error is below this share of the picture's mean brightness; the "
+        "fewer samples it has, the further below; 0.0001 to 10 (default: all pixels get --spp samples)",
+        into(settings.options.adaptive_error, [](const std::string& text) -> Result<double> {
+            const auto error = parse_finite(text);
+            if (!error || !(*error >= 0.0001 && *error <= 10)) return Status::usage(fmt::format("'{}' is not a number from 0.0001 to 10", text));
+            return *error;
+        }));
     parser.option("layers", "LIST",
                   "channels beside the picture's in an .exr file: albedo, normal, depth, position, object, instance, material, samples, variance, "
                   "waits, or all (default: none)",

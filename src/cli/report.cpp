@@ -80,6 +80,7 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"no_ground", settings.look.no_ground},
             {"background", text_json(settings.texts.background)},
             {"exposure", settings.exposure},
+            {"adaptive", effective.adaptive_error > 0 ? Json(effective.adaptive_error) : Json(nullptr)},
             {"layers", report.layers.any() ? Json(film_layer_list(report.layers)) : Json(nullptr)},
             {"turntable", settings.turntable > 0 ? Json(settings.turntable) : Json(nullptr)},
             {"point_radius", point_radius_json(settings.bake.points)},

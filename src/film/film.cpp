@@ -76,11 +76,11 @@ uint64_t clamped_samples(std::span<const uint32_t> words) {
     return samples;
 }
 
-FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha, const FilmLayers& layers)
+FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha, const FilmLayout& layout)
     : response_(response_matrix(response)),
       pixels_(uint64_t{width} * height),
       image_{width, height, alpha ? 4u : 3u, {}},
-      layers_(width, height, layers),
+      layers_(width, height, layout),
       hash_(hash_of_size(width, height)) {
     image_.values.reserve(pixels_ * image_.channels);
 }

@@ -30,8 +30,8 @@ uint64_t clamped_samples(std::span<const uint32_t> words);
 // All of the above for a film that comes in pieces, from the first pixel to the last: the raw film need not lie in host memory.
 class FilmResolver {
 public:
-    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false, const FilmLayers& layers = {});
-    void add(std::span<const uint32_t> words);  // whole pixels, of FilmLayout(layers).words() words each
+    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false, const FilmLayout& layout = FilmLayout());
+    void add(std::span<const uint32_t> words);  // whole pixels, of layout.words() words each
     // REQUIRES from here on: every pixel was added.
     Image take_image();  // pixels without samples have the colours around them (fill.hpp)
     std::vector<FilmLayerImage> take_layers();

@@ -6,18 +6,18 @@ namespace raypager {
 namespace {
 
 // Words of a pixel. Sums take two for each channel; the number of samples is in the film as it is.
-constexpr std::array<uint32_t, film_layer_count> layer_words = {6, RP_NORMAL_LAYER_WORDS, 1, 3, 1, 1, 1, 0, 2, 1};
+constexpr std::array<uint32_t, film_layer_count> words_of_layer = {6, RP_NORMAL_LAYER_WORDS, 1, 3, 1, 1, 1, 0, 2, 1};
 constexpr std::array<const char*, film_layer_count> layer_definitions = {
     "RP_LAYER_ALBEDO",   "RP_LAYER_NORMAL", "RP_LAYER_DEPTH", "RP_LAYER_POSITION", "RP_LAYER_OBJECT", "RP_LAYER_INSTANCE", "RP_LAYER_MATERIAL", "",
     "RP_LAYER_VARIANCE", "RP_LAYER_WAITS"};
 
 }  // namespace
 
-FilmLayout::FilmLayout(const FilmLayers& layers) : layers_(layers) {
+FilmLayout::FilmLayout(const FilmLayers& layers, bool adaptive) : layers_(layers), adaptive_(adaptive), words_(layer_words()) {
     for (uint32_t i = 0; i < film_layer_count; i++) {
-        if (!layers.has(static_cast<FilmLayer>(i)) || layer_words[i] == 0) continue;
+        if (!layers.has(static_cast<FilmLayer>(i)) || words_of_layer[i] == 0) continue;
         first_[i] = words_;
-        words_ += layer_words[i];
+        words_ += words_of_layer[i];
     }
 }
 

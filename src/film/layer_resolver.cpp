@@ -63,10 +63,10 @@ void append_layer(FilmLayer layer, std::span<const uint32_t> words, size_t first
 
 }  // namespace
 
-LayerResolver::LayerResolver(uint32_t width, uint32_t height, const FilmLayers& layers) : layout_(layers), hash_(layers.bits()) {
+LayerResolver::LayerResolver(uint32_t width, uint32_t height, const FilmLayout& layout) : layout_(layout), hash_(layout.layers().bits()) {
     for (uint32_t i = 0; i < film_layer_count; i++) {
         const auto layer = static_cast<FilmLayer>(i);
-        if (!layers.has(layer)) continue;
+        if (!layout.layers().has(layer)) continue;
         const auto channels = static_cast<uint32_t>(film_layer_channels(layer).size());
         images_.push_back({layer, {width, height, channels, {}}});
         images_.back().image.values.reserve(uint64_t{width} * height * channels);
@@ -75,7 +75,7 @@ LayerResolver::LayerResolver(uint32_t width, uint32_t height, const FilmLayers& 
 
 void LayerResolver::add(std::span<const uint32_t> words, uint32_t samples) {
     for (FilmLayerImage& image : images_) append_layer(image.layer, words, layout_.first(image.layer), samples, image.image.values);
-    hashed_.assign(words.begin() + RP_FILM_WORDS, words.end());
+    hashed_.assign(words.begin() + layout_.layer_words(), words.end());
     // The last layer of all.
     if (layout_.layers().has(FilmLayer::waits)) hashed_.pop_back();
     hash_.add(std::as_bytes(std::span(hashed_)));

@@ -13,7 +13,7 @@ namespace raypager {
 
 class LayerResolver {
 public:
-    LayerResolver(uint32_t width, uint32_t height, const FilmLayers& layers);
+    LayerResolver(uint32_t width, uint32_t height, const FilmLayout& layout);
     const FilmLayout& layout() const { return layout_; }
     // One pixel after the other. words: all of it, light included; samples: finished ones.
     void add(std::span<const uint32_t> words, uint32_t samples);

@@ -19,7 +19,7 @@ namespace {
 using namespace checkpoint_format;
 
 uint64_t pixels_of(const RenderIdentity& identity) { return uint64_t{identity.width} * identity.height; }
-uint64_t pixel_words(const RenderIdentity& identity) { return FilmLayout(FilmLayers(identity.film_layers)).words(); }
+uint64_t pixel_words(const RenderIdentity& identity) { return FilmLayout(FilmLayers(identity.film_layers), identity.adaptive_error > 0).words(); }
 
 uint64_t header_checksum(const Header& header) { return hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum))); }
 
@@ -156,6 +156,7 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
     if (hash64(std::as_bytes(std::span(state.samples))) != header.samples_checksum)
         return opened.damaged(fmt::format("samples at byte {}: the checksum is wrong", page));
     const auto begun = [&state](const rp_path_sample& s) {
+        if (state.identity.adaptive_error > 0) return s.pixel < pixels_of(state.identity) && s.sample < state.spp;  // the film knows more
         return s.pixel < pixels_of(state.identity) &&
                sample_number(state.order, state.identity.width, state.identity.height, s.pixel, s.sample) < state.next_sample;
     };
@@ -189,6 +190,11 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     using CameraWords = std::array<uint32_t, sizeof(rp_camera) / sizeof(uint32_t)>;
     if (std::bit_cast<CameraWords>(mine.camera) != std::bit_cast<CameraWords>(identity.camera)) return differs("its --camera is another one");
     if (mine.kernels != identity.kernels) return differs("it was written by a program with other kernels, whose picture may differ");
+    if (mine.adaptive_error != identity.adaptive_error)
+        return differs(fmt::format("its --adaptive is {:g}, not {:g}", mine.adaptive_error, identity.adaptive_error));
+    if (mine.adaptive_error > 0 && state_.spp != spp)
+        return differs(fmt::format("its --spp is {}, not {}, and sampling is adaptive", state_.spp, spp));
+    if (mine.adaptive_error > 0) return {};
     const uint64_t pixels = pixels_of(mine), fewest = fewest_passes(state_.order, state_.next_sample, pixels);
     if (fewest > spp) return differs(fmt::format("it was begun for {} samples per pixel at least, more than --spp {}", fewest, spp));
     return {};

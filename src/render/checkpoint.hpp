@@ -25,7 +25,7 @@ struct RenderIdentity {
     uint32_t background = 0;  // 0: what shines there; otherwise a hash of what camera rays see instead
     rp_camera camera = {};
     uint32_t film_layers = 0;  // bits (raypager/film_layers.hpp)
-    uint32_t unused = 0;
+    float adaptive_error = 0;  // more than 0: sampling is adaptive
 };
 
 // What was done for a picture, by all runs of the program together.

@@ -23,7 +23,10 @@ Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, cons
     auto file = CheckpointFile::open(options.file);
     if (!file) return file.status();
     RAYPAGER_TRY(file->check(identity, spp));
-    checkpointer.order_ = continue_order(file->state().order, file->state().next_sample, spp, uint64_t{identity.width} * identity.height);
+    checkpointer.order_ = file->state().order;
+    // Where sampling is adaptive, it is that of the first samples alone.
+    if (identity.adaptive_error == 0)
+        checkpointer.order_ = continue_order(file->state().order, file->state().next_sample, spp, uint64_t{identity.width} * identity.height);
     checkpointer.kept_samples_ = file->state().next_sample - file->state().samples.size();
     checkpointer.resumed_ = std::move(*file);
     return checkpointer;

@@ -35,6 +35,7 @@ Status RenderJob::prepare() {
     if (!rounds) return rounds.status();
     rounds_ = std::move(*rounds);
     RAYPAGER_TRY(checkpointer_->restore(wavefront()));
+    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive());
     watchdog_ = std::make_unique<Watchdog>(
         options_.stall_seconds, [this] { return rounds_->residency().loader_activity(); }, to_user);
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), rounds_->device().info().cpu_cores());
@@ -53,6 +54,7 @@ Status RenderJob::step() {
         watchdog_->round_ended(make_round_state(rounds_->ended(), rounds_->counters(), rounds_->residency()));
         if ((rounds_->nothing_to_trace() || options_.tuning.wait_for_loads) && rounds_->under_way() == 0) RAYPAGER_TRY(wait_for_block());
         RAYPAGER_TRY(end_early());
+        if (adaptive_) RAYPAGER_TRY(end_stage());
         if (checkpointer_->due()) RAYPAGER_TRY(keep_checkpoint());
         return report_progress();
     };
@@ -103,7 +105,8 @@ Status RenderJob::begin_fewer(bool stop) {
     RAYPAGER_TRY(settle());
     const rp_render_params& params = wavefront().params();
     const uint64_t begun = rounds_->counters().next_sample(), before = params.sample_limit;
-    uint64_t limit = early_limit(params.order, begun, before, pixels_, !stop);
+    const bool in_stage = adaptive_ && begun >= params.stage_begin;
+    uint64_t limit = in_stage ? begun : early_limit(params.order, begun, before, pixels_, !stop);
     shortened_ = shortened_ || (stop && limit < before);
     // Where there is no time for the whole first pass, the rest of the picture becomes a coarse one.
     const double each = begun > 0 ? render_seconds() / static_cast<double>(begun) : 1e-6;
@@ -165,7 +168,8 @@ RenderProgress RenderJob::progress() const {
     p.seconds = done.render_seconds;
     p.snapshot_seconds = snapshot_seconds_;
     p.spp = static_cast<double>(samples_begun()) / static_cast<double>(pixels_);
-    const double by_samples = static_cast<double>(samples_begun()) / static_cast<double>(samples_to_begin());
+    const uint64_t most = adaptive_ ? pixels_ * wavefront().params().spp : samples_to_begin();
+    const double by_samples = last_stage_ended_ ? 1 : static_cast<double>(samples_begun()) / static_cast<double>(most);
     const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;
     p.fraction = std::min(1.0, std::max(by_samples, by_time));
     p.rays = done.camera_rays + done.bounce_rays + done.shadow_rays;
@@ -177,16 +181,24 @@ RenderProgress RenderJob::progress() const {
     return p;
 }
 
-Result<FilmResolver> RenderJob::read_film() {
-    const rp_render_params& params = wavefront().params();
-    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT, FilmLayers(params.film_layers));
-    const uint64_t all = wavefront().film_words(), most = film_piece_words(FilmLayout(FilmLayers(params.film_layers)).words());
+Status RenderJob::for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see) {
+    const uint64_t all = wavefront().film_words(), most = film_piece_words(FilmLayout(wavefront().params()).words());
     std::vector<uint32_t> words(std::min(most, all));
     for (uint64_t first = 0; first < all; first += most) {
         const std::span<uint32_t> piece = std::span(words).first(std::min(most, all - first));
         RAYPAGER_TRY(wavefront().read_film(first, piece));
-        film.add(piece);
+        RAYPAGER_TRY(see(first, piece));
     }
+    return {};
+}
+
+Result<FilmResolver> RenderJob::read_film() {
+    const rp_render_params& params = wavefront().params();
+    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT, FilmLayout(params));
+    RAYPAGER_TRY(for_film_pieces([&](uint64_t, std::span<uint32_t> words) -> Status {
+        film.add(words);
+        return {};
+    }));
     return film;
 }
 
@@ -239,7 +251,7 @@ Result<MeasuredRender> RenderJob::result() {
     result.report = make_report(*film);
     result.layers = film->take_layers();
     // Every sample that was begun has ended up in the film.
-    if (!stopped_ && film->samples() != samples_to_begin() && rounds_->all_idle())
+    if (!stopped_ && film->samples() != samples_to_begin() && (rounds_->all_idle() || last_stage_ended_))
         return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin()));
     recorder_.finish(scene_, rounds_->residency(), wavefront().params(), result);
     return result;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "film/film.hpp"
+#include "render/adaptive.hpp"
 #include "render/checkpointer.hpp"
 #include "render/device_rounds.hpp"
 #include "render/recorder.hpp"
@@ -25,7 +26,7 @@ public:
 
     // Opens the device and makes everything on it.
     Status prepare();
-    bool done() const { return rounds_->all_idle() || stopped_; }
+    bool done() const { return rounds_->all_idle() || stopped_ || last_stage_ended_; }
     // One round, and what is due after it. REQUIRES: !done().
     Status step();
     // Ends rounds under way, and writes the last checkpoint. Then the result.
@@ -44,6 +45,11 @@ private:
     uint64_t samples_to_begin() const { return wavefront().params().sample_limit + coarse_; }
     Status wait_for_block();
     Status end_early();
+    Status begin_adaptive();
+    Status end_stage();
+    Status read_for_stage();
+    Status begin_stage(const SampleStage& stage);
+    Status for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see);
     Status begin_fewer(bool stop);
     Status keep_checkpoint();
     Status report_progress();
@@ -68,6 +74,8 @@ private:
     std::unique_ptr<Watchdog> watchdog_;  // asks rounds_: destroyed before it
     RenderRecorder recorder_;
     WorkDone earlier_;  // by runs before this one
+    std::optional<AdaptiveSampling> adaptive_;
+    bool last_stage_ended_ = false;  // of adaptive sampling
     uint64_t pixels_ = 0;
     std::atomic<bool> cancelled_{false};
     bool late_ = false;                 // time is up: few samples begin any more

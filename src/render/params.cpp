@@ -12,6 +12,7 @@
 #include "device/kernel_sources.hpp"
 #include "device/kernel_tokens.hpp"
 #include "raypager/abi/film.h"
+#include "render/adaptive.hpp"
 #include "scene/pixel_filter.hpp"
 #include "scene/vector.hpp"
 #include "wavefront/sample_order.hpp"
@@ -108,6 +109,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         if (!options.background->transparent) set3(params.background, options.background->color);
     }
     params.film_layers = options.layers.bits();
+    params.adaptive_error = static_cast<float>(options.adaptive_error);
     params.max_luminance = scene.film.max_luminance;
     params.max_xyz = scene.film.max_xyz;
     params.roulette_connection = options.connection == Connection::roulette;
@@ -123,9 +125,12 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (options.tuning.together > max_together)
         return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, max_together));
     const uint32_t together = options.tuning.together ? options.tuning.together : is_seen_growing(options) ? 1 : default_together(pixels);
-    params.order = make_order(options.tuning.tile_size, together, params.spp, pixels, options.tuning.region.value_or(0));
+    // Where sampling is adaptive, of the samples before the first stage.
+    const uint32_t ordered = options.adaptive_error > 0 ? std::min(params.spp, AdaptiveSampling::first_samples) : params.spp;
+    params.order = make_order(options.tuning.tile_size, together, ordered, pixels, options.tuning.region.value_or(0));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
-    params.sample_limit = pixels * params.spp;
+    params.sample_limit = pixels * ordered;
+    params.stage_begin = params.sample_limit;
     return params;
 }
 
@@ -150,12 +155,13 @@ RenderIdentity identity_of(const BakedScene& scene, const rp_render_params& para
     identity.background = background_identity(params);
     identity.camera = params.camera;
     identity.film_layers = params.film_layers;
+    identity.adaptive_error = params.adaptive_error;
     return identity;
 }
 
 Status check_picture_size(const rp_render_params& params, const DeviceInfo& device) {
     const uint64_t pixels = uint64_t{params.width} * params.height;
-    const FilmLayout layout{FilmLayers(params.film_layers)};
+    const FilmLayout layout(params);
     const uint64_t bytes_per_pixel = layout.words() * sizeof(uint32_t), film = pixels * bytes_per_pixel, most = device.max_allocation_bytes;
     if (film > most)
         return Status::failed(

@@ -6,6 +6,7 @@
 
 #include "base/memory.hpp"
 #include "base/words.hpp"
+#include "render/adaptive.hpp"
 #include "render/params.hpp"
 #include "wavefront/block_form.hpp"
 #include "wavefront/sample_order.hpp"
@@ -43,7 +44,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
 MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
                          const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit) {
-    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height, FilmLayout(FilmLayers(params.film_layers)));
+    const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height, FilmLayout(params));
     MemoryNeeds needs;
     needs.limit = device_limit;
     needs.fixed = bytes.scene + bytes.film + std::max<uint64_t>(scene.pageable_count(), 1) * sizeof(rp_page) + RP_BLOCK_ALIGNMENT + visits.bytes();
@@ -67,6 +68,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
+    if (params.adaptive_error > 0) needs.total_paths *= std::max<uint64_t>(1, params.spp / AdaptiveSampling::first_samples);
     needs.max_region_slots = chooses_region(options) ? max_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
     needs.max_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;

@@ -24,6 +24,7 @@ struct WavefrontBuffers {
     Buffer textures;  // empty in scenes without
     PathSlots slots;
     Buffer film, queue, free_list, again, counters;
+    Buffer stage_pixels;  // where sampling is adaptive
 };
 
 // What kernels are built with, as " -D...": for those that trace, those that shade, and those that make camera rays; and for all of single rays.
@@ -81,8 +82,12 @@ protected:
         return {};
     }
     Status set_generate(Kernel& generate, const Round& round) const {
-        return generate.set(buffers_.params, buffers_.counters, buffers_.free_list, buffers_.slots.status(), buffers_.slots.planes(), buffers_.queue,
-                            buffers_.again, round.listed_again, round.more_again ? 1u : 0u);
+        const WavefrontBuffers& b = buffers_;
+        const uint32_t more = round.more_again ? 1 : 0;
+        if (params_.adaptive_error > 0)
+            return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, b.again, round.listed_again, more,
+                                b.stage_pixels);
+        return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, b.again, round.listed_again, more);
     }
 
     Device& device_;

@@ -104,7 +104,8 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_bytes(scene) +
                   at_least_16(range_bytes(scene)) + GeometryBuffers::bytes(scene, form) + RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) +
                   backend_fixed_bytes(form) + PathSlots::fixed_bytes(fields) + extra_queue_words(form) * sizeof(uint32_t);
-    bytes.film = uint64_t{width} * height * film.words() * sizeof(uint32_t);
+    const uint64_t pixels = uint64_t{width} * height;
+    bytes.film = pixels * film.words() * sizeof(uint32_t) + (film.adaptive() ? pixels * sizeof(uint32_t) : 16);
     bytes.per_slot = PathSlots::bytes_per_slot(fields) + list_bytes_per_slot + backend_bytes_per_slot(form);
     bytes.largest_part_per_slot = PathSlots::largest_part_per_slot(fields);
     return bytes;
@@ -124,7 +125,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
                                                      const BlockNotes& notes, const VisitLogSettings& visits) {
     RAYPAGER_CHECK(form == BlockForm::stored || visits.capacity == 0);
     RAYPAGER_CHECK(params.slot_count > 0 && uint64_t{params.width} * params.height > 0);
-    const FilmLayout film{FilmLayers(params.film_layers)};
+    const FilmLayout film(params);
     auto geometry = GeometryBuffers::create(device, scene, form, slabs, page_table, true, film.definitions());
     if (!geometry) return geometry.status();
     std::unique_ptr<Wavefront> wavefront(new Wavefront(device, params, std::move(*geometry)));
@@ -136,7 +137,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     settings.count_bounces = kept.bounces;
     settings.textures = scene.has_textures();
     settings.shading = shading_definitions(scene);
-    settings.cameras = camera_definitions(params);
+    settings.cameras = camera_definitions(params) + (film.adaptive() ? " -DRP_ADAPTIVE" : "");
     if (eye_moves(params.camera)) settings.single_rays = " -DRP_EYE_MOVES";
     Wavefront& w = *wavefront;
     auto backend = form == BlockForm::wide ? StreamBackend::create(device, w.params_, w.geometry_, w.buffers_, settings)
@@ -228,11 +229,13 @@ Status Wavefront::allocate_state(const SlotFields& fields) {
         uint64_t bytes;
         const char* what;
     };
-    const Part parts[] = {{b.film, uint64_t{params_.width} * params_.height * film_layout().words() * sizeof(uint32_t), "the film"},
-                          {b.queue, (slots + extra_queue_words(geometry_.form())) * sizeof(uint32_t), "the ray queue"},
-                          {b.free_list, slots * sizeof(uint32_t), "the free list"},
-                          {b.again, again_bytes(slots), "samples to trace again"},
-                          {b.counters, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
+    const Part parts[] = {
+        {b.film, uint64_t{params_.width} * params_.height * film_layout().words() * sizeof(uint32_t), "the film"},
+        {b.queue, (slots + extra_queue_words(geometry_.form())) * sizeof(uint32_t), "the ray queue"},
+        {b.free_list, slots * sizeof(uint32_t), "the free list"},
+        {b.again, again_bytes(slots), "samples to trace again"},
+        {b.stage_pixels, film_layout().adaptive() ? uint64_t{params_.width} * params_.height * sizeof(uint32_t) : 16, "pixels of a stage"},
+        {b.counters, RP_COUNTER_WORDS * sizeof(uint32_t), "counters"}};
     for (const Part& part : parts) {
         auto buffer = device_.allocate(part.bytes, part.what);
         if (!buffer) return buffer.status();
@@ -255,7 +258,9 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
     Flight& flight = flights_[started_++ % max_rounds];
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
-    const Round round = {number, page_changes, newly_published, listed_again_, samples_again().size() > listed_again_};
+    // Slots stay free for the stages to come.
+    const bool more = samples_again().size() > listed_again_ || film_layout().adaptive();
+    const Round round = {number, page_changes, newly_published, listed_again_, more};
     RAYPAGER_TRY(backend_->launch(round, flight.events));
     if (count_waits_) {
         const uint64_t items = uint64_t{device_.info().compute_units} * device_.profile().items;
@@ -285,6 +290,15 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     for (size_t i = 0; i < ns.size(); i++) stage_ns_[i] += ns[i];
     if (backend_->connects_concurrently()) concurrent_ns_ += std::min(ns[1] + ns[2] + ns[3], ns[4]);
     return {};
+}
+
+Status Wavefront::begin_stage(uint64_t begin, uint32_t first, uint32_t passes, std::span<const uint32_t> pixels) {
+    RAYPAGER_CHECK(started_ == finished_ && film_layout().adaptive() && pixels.size() <= buffers_.stage_pixels.bytes() / sizeof(uint32_t));
+    if (!pixels.empty()) RAYPAGER_TRY(device_.kernels().write_now(buffers_.stage_pixels, 0, std::as_bytes(pixels)));
+    params_.stage_begin = begin;
+    params_.stage_first = first;
+    params_.stage_passes = passes;
+    return set_sample_limit(begin + uint64_t{passes} * pixels.size());
 }
 
 Status Wavefront::set_sample_limit(uint64_t limit) {

@@ -75,6 +75,9 @@ public:
     Status read_visits(std::vector<uint32_t>& words) { return backend_->read_visits(words); }
     // Begins no samples from this number on. REQUIRES: no round is under way.
     Status set_sample_limit(uint64_t limit);
+    // Where sampling is adaptive: samples first to first + passes - 1 of these pixels follow, which are numbered from `begin` on (abi/scene.h).
+    // REQUIRES: no round is under way, and all samples up to the limit have begun.
+    Status begin_stage(uint64_t begin, uint32_t first, uint32_t passes, std::span<const uint32_t> pixels);
 
     // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
     // number of the next sample. A render that starts with these three ends in the same film as the one that they were taken from.
@@ -112,7 +115,7 @@ private:
     Status upload_light_words(const BakedScene& scene, std::vector<rp_light>& lights);
     Status upload_textures(const BakedScene& scene);
     Status allocate_state(const SlotFields& fields);
-    FilmLayout film_layout() const { return FilmLayout(FilmLayers(params_.film_layers)); }
+    FilmLayout film_layout() const { return FilmLayout(params_); }
     Status build_count_waits();
     Status list_samples_again();
     // Of those that the render began with: the ones that no path has been started for yet.

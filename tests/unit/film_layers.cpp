@@ -74,7 +74,7 @@ TEST(FilmResolverWithLayers, finds_each_in_its_words) {
     set_sum(FilmLayer::variance, 0, 10);  // 1 + 9
     pixel[layout.first(FilmLayer::waits)] = 9;
 
-    FilmResolver film(2, 1, {}, false, layers);
+    FilmResolver film(2, 1, {}, false, layout);
     film.add(words);
     const auto images = film.take_layers();
     ASSERT_EQ(images.size(), film_layer_count);
@@ -102,7 +102,7 @@ TEST(FilmResolverWithLayers, finds_each_in_its_words) {
     const auto hash_with = [&](FilmLayer changed) {
         std::vector<uint32_t> other = words;
         other[layout.words() + layout.first(changed)]++;
-        FilmResolver changed_film(2, 1, {}, false, layers);
+        FilmResolver changed_film(2, 1, {}, false, layout);
         changed_film.add(other);
         return changed_film.layers_hash();
     };

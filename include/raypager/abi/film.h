@@ -20,6 +20,10 @@
 // (film/film_layout): RP_FILM_STRIDE, RP_LAYER_ALBEDO, ... Albedo and variance are sums as those of light; so are, of normals, (n + 1) / 2 of each
 // coordinate, with the number of samples that met something behind them. The others are words as they are, of a pixel's first sample: floats, or
 // numbers from 1. Zero: nothing was met.
+// Where sampling is adaptive, the first words behind those of light are the host's (render/adaptive): the sum of luminance before the stage, a
+// double, and how many samples the pixel is to have at its end.
+#define RP_ADAPTIVE_WORDS 3
+#define RP_ADAPTIVE_GRANTED 2
 #define RP_NORMAL_LAYER_WORDS 7
 #define RP_NORMAL_LAYER_COUNT 6
 #define RP_VARIANCE_MAX_LUMINANCE 1024.0f  // samples count as at most that: its square is the largest radiance

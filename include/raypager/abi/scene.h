@@ -159,10 +159,14 @@ typedef struct rp_render_params {
     rp_u32 background_kind;
     float max_luminance, max_xyz;  // of a sample (common/film.cl); infinite: no limit
     rp_u32 film_layers;            // that the film keeps, as bits (raypager/film_layers.hpp)
-    rp_u32 unused;
+    float adaptive_error;          // more than 0: sampling is adaptive
     rp_pixel_filter filter;
     rp_texture_tables textures;
     rp_u64 first_sample, sample_limit;  // numbers
+    // Where sampling is adaptive: numbers from stage_begin on are samples stage_first to stage_first + stage_passes - 1 of each of the pixels in a
+    // list.
+    rp_u64 stage_begin;
+    rp_u32 stage_first, stage_passes;
 } rp_render_params;
 
 #endif
