@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "cli/output_paths.hpp"
 #include "raypager/materials.hpp"
@@ -118,8 +119,10 @@ const char* given_look_option(const BareLook& look) {
 }
 
 // Block files, and scenes, packed ones as well.
-bool says_its_looks(const std::filesystem::path& input) {
+bool says_its_looks(const std::filesystem::path& input, std::string_view option) {
     const std::filesystem::path unpacked = has_ending(input, ".gz") ? input.stem() : input;
+    // glTF files often have no light; their materials are their own.
+    if (has_ending(unpacked, ".gltf") || has_ending(unpacked, ".glb")) return option == "material";
     return has_ending(unpacked, ".rpb") || has_ending(unpacked, ".pbrt");
 }
 
@@ -218,7 +221,7 @@ Status check_look_options(const OptionParser& parser, const BareLook& look, cons
     const char* given = given_look_option(look);
     if (given == nullptr) return {};
     for (const auto& input : inputs)
-        if (says_its_looks(input))
+        if (says_its_looks(input, given))
             return parser.wrong(fmt::format("--{}: is for bare meshes and point clouds; '{}' says itself what it looks like", given, input.string()));
     return {};
 }
