@@ -115,6 +115,7 @@ public:
         if (auto status = place_buffers(); !status.ok()) return status;
         if (auto status = place_images(); !status.ok()) return status;
         hide_draco_indices();
+        complete_skins();
         out_.text = document_.dump();
         return std::move(out_);
     }
@@ -206,6 +207,13 @@ private:
                 primitive.erase("indices");
             }
         }
+    }
+
+    // tinygltf takes for an error what the specification leaves open.
+    void complete_skins() {
+        if (!document_.contains("skins") || !document_["skins"].is_array()) return;
+        for (json& skin : document_["skins"])
+            if (skin.is_object() && !skin.contains("inverseBindMatrices")) skin["inverseBindMatrices"] = -1;
     }
 
     const std::string& name_;

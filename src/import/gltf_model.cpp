@@ -88,7 +88,7 @@ Status read_buffer(GltfContainer& container, size_t number, std::vector<unsigned
     const auto path = container.model->file_of(buffer.uri);
     if (!path) return path.status();
     const auto file = InputFile::open(*path);
-    if (!file) return file.status();
+    if (!file) return container.model->failed(file.status().message());
     if (file->size() < buffer.bytes)
         return container.model->failed(
             fmt::format("{} has {} bytes, of which it needs {}; one of the two is damaged or cut off", path->string(), file->size(), buffer.bytes));
