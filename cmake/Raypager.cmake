@@ -1,5 +1,6 @@
 # How the folders of src/ become libraries. One static library a folder group: the engine needs OpenCL and the standard library alone
-# (and fmt and zlib; xxHash and nlohmann-json are header-only here; of GLU the tessellator alone, statically); the edges bring OpenImageIO.
+# (and fmt and zlib; xxHash, nlohmann-json and tinygltf are header-only here; of GLU the tessellator alone, statically; where they are installed, Draco
+# and meshoptimizer); the edges bring OpenImageIO.
 
 macro(raypager_find_dependencies)
     set(THREADS_PREFER_PTHREAD_FLAG ON)

@@ -16,6 +16,9 @@ struct GltfArrays {
     std::vector<uint32_t> corners;           // indices of what the mode of the primitive makes of them
 };
 
+// What a mode of triangles makes of corners.
+std::vector<Triangle> gltf_triangles(const std::vector<uint32_t>& corners, int mode);
+
 // An error is without the name of the primitive.
 Status read_gltf_arrays(const GltfModel& model, const GltfReading& reading, GltfArrays& arrays);
 

@@ -106,17 +106,20 @@ Status add_gltf_light(const GltfModel& model, const GltfNode& node, Scene& scene
 
 Result<bool> take_gltf_camera(const GltfModel& model, const std::vector<GltfNode>& nodes, Scene& scene, GltfNotes& notes) {
     const GltfNode* first = nullptr;
-    uint64_t others = 0;
+    std::string others;
+    uint64_t count = 0;
+    constexpr uint64_t most_named = 4;
     for (const GltfNode& node : nodes) {
         if (model.content().nodes[static_cast<size_t>(node.number)].camera < 0) continue;
-        if (first)
-            ++others;
-        else
+        if (!first)
             first = &node;
+        else if (count++ < most_named)
+            others += (others.empty() ? "" : ", ") + place_of(model, node.number);
     }
     if (!first) return false;
     const std::string place = place_of(model, first->number);
-    if (others > 0) notes.add("cameras", place, fmt::format("of {} cameras, this one is used", others + 1));
+    if (count > most_named) others += fmt::format(" and {} more", count - most_named);
+    if (count > 0) notes.add("cameras", place, fmt::format("of {} cameras, this one is used; others are at {}", count + 1, others));
     const auto* camera = gltf_item(model.content().cameras, model.content().nodes[static_cast<size_t>(first->number)].camera);
     const auto view = view_of(first->to_world);
     if (!camera) return model.failed(place + ": its camera does not exist; the file is damaged");

@@ -78,13 +78,14 @@ GltfSurface GltfMaterials::make_surface(const GltfMaterial& m, const GltfSurface
     } else {
         surface.material = main_material(m, parts_of(m, use), use.green_is_turned);
     }
-    surface.area_light = emission(m, surface);
+    surface.dark_material = surface.material;
+    add_emission(m, surface);
     if (m.alpha == GltfMaterial::Alpha::opaque) return surface;
-    const uint32_t cut = cut_out(m, surface.material);
-    if (cut != surface.material && surface.area_light)
-        notes_.add("shining cut-out", m.place, "what shines is not cut out; its alpha is left out");
-    else
-        surface.material = cut;
+    surface.dark_material = cut_out(m, surface.material);
+    const bool shines = surface.area_light || surface.glow;
+    if (surface.dark_material != surface.material && shines)
+        notes_.add("shining cut-out", m.place, "what shines is not cut out; its alpha is left out there");
+    if (!shines) surface.material = surface.dark_material;
     return surface;
 }
 
@@ -291,17 +292,26 @@ uint32_t GltfMaterials::add(const GltfMaterial& m, const TexturedMaterial& mater
     return static_cast<uint32_t>(scene_.materials.size() - 1);
 }
 
-std::optional<uint32_t> GltfMaterials::emission(const GltfMaterial& m, GltfSurface& surface) {
-    Float3 radiance = m.emission;
-    if (greatest(radiance) <= 0) return std::nullopt;
-    if (m.unlit) return std::nullopt;
-    surface.is_lamp = greatest(radiance) > 1;
-    if (m.emission_texture.is_given()) {
-        const auto mean = textures_.mean_color(m.emission_texture);
-        notes_.add("emission", m.place, "the image by which it shines is not supported; it shines evenly, in its mean colour");
-        if (mean) radiance = product(radiance, *mean);
-        if (greatest(radiance) <= 0) return std::nullopt;
-    }
+void GltfMaterials::add_emission(const GltfMaterial& m, GltfSurface& surface) {
+    if (greatest(m.emission) <= 0 || m.unlit) return;
+    surface.is_lamp = greatest(m.emission) > 1;
+    if (m.emission_texture.is_given() && m.emission_texture.uv_set != uv_set_)
+        notes_.add("emission uv set", m.place, "the image by which it shines uses another set of coordinates; it shines evenly");
+    else if (m.emission_texture.is_given() && textures_.small_image(m.emission_texture))
+        surface.glow = m.emission;
+    if (!surface.glow) surface.area_light = add_light(m, m.emission);
+}
+
+std::optional<GltfSmallImage> GltfMaterials::glow_image(int64_t number) {
+    const GltfMaterial& m = material(number);
+    notes_.add("emission", m.place,
+               "it shines by an image, which lights have not: each triangle shines evenly, in about the mean colour of the image there");
+    return textures_.small_image(m.emission_texture);
+}
+
+uint32_t GltfMaterials::add_light(int64_t number, const Float3& radiance) { return add_light(material(number), radiance); }
+
+uint32_t GltfMaterials::add_light(const GltfMaterial& m, const Float3& radiance) {
     scene_.area_lights.push_back({radiance, m.two_sided});
     return static_cast<uint32_t>(scene_.area_lights.size() - 1);
 }

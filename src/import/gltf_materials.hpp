@@ -21,6 +21,9 @@ struct GltfSurfaceUse {
 struct GltfSurface {
     uint32_t material = 0;
     std::optional<uint32_t> area_light;
+    // Where it shines by an image, times this: no area light yet, and of what is dark there, a material of its own, which may be cut out.
+    std::optional<Float3> glow;
+    uint32_t dark_material = 0;
     bool invisible = false;      // all of it is cut out
     bool vertex_colors = false;  // are its reflectance
     bool is_lamp = false;        // brighter than white: there to light the scene
@@ -35,6 +38,9 @@ public:
     int64_t uv_set(int64_t number);
     bool has_normal_map(int64_t number);
     GltfSurface surface(int64_t number, const GltfSurfaceUse& use);
+    // Of a surface with a glow.
+    std::optional<GltfSmallImage> glow_image(int64_t number);
+    uint32_t add_light(int64_t number, const Float3& radiance);
 
 private:
     using Optional = std::optional<Texture>;
@@ -56,7 +62,8 @@ private:
     uint32_t cut_out(const GltfMaterial& m, uint32_t material);
     void add_normals(const GltfMaterial& m, bool green_is_turned, TexturedMaterial& to);
     uint32_t add(const GltfMaterial& m, const TexturedMaterial& material);
-    std::optional<uint32_t> emission(const GltfMaterial& m, GltfSurface& surface);
+    uint32_t add_light(const GltfMaterial& m, const Float3& radiance);
+    void add_emission(const GltfMaterial& m, GltfSurface& surface);
     void note_what_is_not_read(const GltfMaterial& m);
 
     Scene& scene_;

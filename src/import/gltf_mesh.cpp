@@ -21,8 +21,30 @@ uint32_t packed_color(const Float3& color, const Float3& factor) {
     return pack_color(srgb_of(double{color.x} * factor.x), srgb_of(double{color.y} * factor.y), srgb_of(double{color.z} * factor.z));
 }
 
-// Sections 3.7.2.1 of the specification.
-std::vector<Triangle> triangles_of(const std::vector<uint32_t>& corners, int mode) {
+bool is_mirrored(const std::vector<Float2>& uvs, const Triangle& t) {
+    for (const uint32_t v : t)
+        if (v >= uvs.size()) return false;
+    const Float2 &a = uvs[t[0]], &b = uvs[t[1]], &c = uvs[t[2]];
+    // Seen from outside u grows to the right and v downwards.
+    return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x) > 0;
+}
+
+void keep_part(const GltfReading& reading, TriangleMesh& mesh) {
+    if (reading.part == GltfPart::whole && !reading.groups) return;
+    size_t kept = 0;
+    for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const Triangle& t = mesh.triangles[i];
+        const bool other_part = reading.part != GltfPart::whole && is_mirrored(mesh.uvs, t) != (reading.part == GltfPart::mirrored);
+        const bool other_group = reading.groups && (i < reading.groups->size() ? (*reading.groups)[i] : 0) != reading.group;
+        if (!other_part && !other_group) mesh.triangles[kept++] = t;
+    }
+    mesh.triangles.resize(kept);
+}
+
+}  // namespace
+
+// Section 3.7.2.1 of the specification.
+std::vector<Triangle> gltf_triangles(const std::vector<uint32_t>& corners, int mode) {
     std::vector<Triangle> triangles;
     if (mode == TINYGLTF_MODE_TRIANGLES) {
         triangles.reserve(corners.size() / 3);
@@ -36,21 +58,6 @@ std::vector<Triangle> triangles_of(const std::vector<uint32_t>& corners, int mod
     return triangles;
 }
 
-bool is_mirrored(const std::vector<Float2>& uvs, const Triangle& t) {
-    for (const uint32_t v : t)
-        if (v >= uvs.size()) return false;
-    const Float2 &a = uvs[t[0]], &b = uvs[t[1]], &c = uvs[t[2]];
-    // Seen from outside u grows to the right and v downwards.
-    return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x) > 0;
-}
-
-void keep_part(GltfPart part, TriangleMesh& mesh) {
-    if (part == GltfPart::whole) return;
-    std::erase_if(mesh.triangles, [&](const Triangle& t) { return is_mirrored(mesh.uvs, t) != (part == GltfPart::mirrored); });
-}
-
-}  // namespace
-
 std::string gltf_primitive_name(const GltfModel& model, int64_t mesh, int64_t primitive) {
     const auto* found = gltf_item(model.content().meshes, mesh);
     const std::string called = found && !found->name.empty() ? fmt::format(" \"{}\"", clipped(found->name)) : "";
@@ -60,7 +67,8 @@ std::string gltf_primitive_name(const GltfModel& model, int64_t mesh, int64_t pr
 
 GltfMesh::GltfMesh(std::shared_ptr<const GltfModel> model, GltfReading reading) : model_(std::move(model)), reading_(std::move(reading)) {
     const char* part = reading_.part == GltfPart::mirrored ? ", mirrored part" : "";
-    name_ = fmt::format("{} ({}{})", model_->name(), gltf_primitive_name(*model_, reading_.mesh, reading_.primitive), part);
+    const std::string group = reading_.groups ? fmt::format(", {}", reading_.group == 0 ? "dark part" : fmt::format("light {}", reading_.group)) : "";
+    name_ = fmt::format("{} ({}{}{})", model_->name(), gltf_primitive_name(*model_, reading_.mesh, reading_.primitive), part, group);
 }
 
 Status GltfMesh::load(TriangleMesh& mesh, MeshIssues& issues) const {
@@ -69,13 +77,13 @@ Status GltfMesh::load(TriangleMesh& mesh, MeshIssues& issues) const {
         GltfArrays arrays;
         RAYPAGER_TRY(read_gltf_arrays(*model_, reading_, arrays).at(name_));
         const auto& primitive = model_->content().meshes[static_cast<size_t>(reading_.mesh)].primitives[static_cast<size_t>(reading_.primitive)];
+        mesh.triangles = gltf_triangles(arrays.corners, primitive.mode);
         mesh.positions = std::move(arrays.positions);
         mesh.normals = std::move(arrays.normals);
         mesh.uvs = std::move(arrays.uvs);
         mesh.colors.reserve(arrays.colors.size());
         for (const Float3& color : arrays.colors) mesh.colors.push_back(packed_color(color, reading_.color_factor));
-        mesh.triangles = triangles_of(arrays.corners, primitive.mode);
-        keep_part(reading_.part, mesh);
+        keep_part(reading_, mesh);
         MeshIssues found;
         clean_mesh(mesh, found);
         issues.add(found);
@@ -94,6 +102,16 @@ uint64_t GltfMesh::bytes_to_read() const {
     for (const auto& [attribute, number] : primitive.attributes) add(number);
     add(primitive.indices);
     return bytes;
+}
+
+std::vector<std::array<double, 3>> GltfMesh::corners() const {
+    const auto& primitive = model_->content().meshes[static_cast<size_t>(reading_.mesh)].primitives[static_cast<size_t>(reading_.primitive)];
+    const auto found = primitive.attributes.find("POSITION");
+    const auto* accessor = found == primitive.attributes.end() ? nullptr : gltf_item(model_->content().accessors, found->second);
+    const bool plain = accessor && accessor->componentType == TINYGLTF_COMPONENT_TYPE_FLOAT && reading_.joints.empty() && reading_.weights.empty();
+    if (!plain || accessor->minValues.size() != 3 || accessor->maxValues.size() != 3) return {};
+    const auto &lower = accessor->minValues, &upper = accessor->maxValues;
+    return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
 }
 
 Result<bool> has_mirrored_uvs(const std::shared_ptr<const GltfModel>& model, const GltfReading& reading) {

@@ -1,6 +1,7 @@
 // A primitive of a mesh of a glTF file, which is read when it is asked for.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,6 +18,9 @@ struct GltfReading {
     int64_t mesh = 0, primitive = 0;
     int64_t uv_set = 0;
     GltfPart part = GltfPart::whole;
+    // Which triangles: those of this group, of the groups by triangle (GltfGlow); null: all.
+    std::shared_ptr<const std::vector<uint8_t>> groups = nullptr;
+    uint8_t group = 0;
     bool colors = false;                 // of vertices are wanted, times:
     Float3 color_factor{1, 1, 1};        // linear
     std::vector<double> weights = {};    // of morph targets
@@ -31,7 +35,8 @@ public:
     std::string name() const override { return name_; }
     std::vector<std::string> files() const override { return model_->files(); }
     uint64_t bytes_to_read() const override;
-    const GltfModel& model() const { return *model_; }
+    // Two corners of a box around it, as the file says; none where that is not known before it is read.
+    std::vector<std::array<double, 3>> corners() const;
 
 private:
     std::shared_ptr<const GltfModel> model_;

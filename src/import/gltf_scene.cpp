@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "import/gltf_framing.hpp"
+#include "import/gltf_glow.hpp"
 #include "import/gltf_lights.hpp"
 #include "import/gltf_materials.hpp"
 #include "import/gltf_mesh.hpp"
@@ -61,7 +62,8 @@ private:
     void note_the_file() {
         if (model_->about().has_animations) notes_.add("animations", "animations", "are left out; it is shown as its nodes stand");
         for (const std::string& extension : model_->about().used)
-            if (!is_known_gltf_extension(extension)) notes_.add("extension", clipped(extension), "this extension is not read; it is left out");
+            if (!is_known_gltf_extension(extension))
+                notes_.add("extension " + extension, clipped(extension), "this extension is not read; it is left out");
     }
 
     MeshKey key_of(const tinygltf::Node& node) const {
@@ -195,12 +197,35 @@ private:
             reading.part = part;
             reading.colors = surface.vertex_colors;
             reading.color_factor = read_gltf_material(*model_, primitive.material).base;
+            if (surface.glow) return add_glowing(reading, primitive.material, surface, to_world, shapes);
             add_shape(std::make_shared<GltfMesh>(model_, reading), surface, to_world, shapes);
             return {};
         };
         if (!split) return add(GltfPart::whole);
         RAYPAGER_TRY(add(GltfPart::usual));
         return add(GltfPart::mirrored);
+    }
+
+    // A shape for each group of triangles that shine about alike, and one for those that do not shine.
+    Status add_glowing(GltfReading reading, int64_t material, GltfSurface surface, const Transform& to_world, std::vector<Shape>& shapes) {
+        const auto image = materials_.glow_image(material);
+        if (!image) return {};
+        const auto glow = group_by_glow(*model_, reading, *image);
+        if (!glow) return glow.status().at(model_->name() + ": " + gltf_primitive_name(*model_, reading.mesh, reading.primitive));
+        reading.groups = glow->groups;
+        const Float3 factor = *surface.glow;
+        for (size_t group = 0; group < glow->means.size(); ++group) {
+            if (std::find(glow->groups->begin(), glow->groups->end(), group) == glow->groups->end()) continue;
+            const Float3& mean = glow->means[group];
+            GltfSurface part = surface;
+            if (group == 0)
+                part.material = surface.dark_material;
+            else
+                part.area_light = materials_.add_light(material, {factor.x * mean.x, factor.y * mean.y, factor.z * mean.z});
+            reading.group = static_cast<uint8_t>(group);
+            add_shape(std::make_shared<GltfMesh>(model_, reading), part, to_world, shapes);
+        }
+        return {};
     }
 
     void add_shape(std::shared_ptr<const MeshSource> mesh, const GltfSurface& surface, const Transform& to_world, std::vector<Shape>& shapes) {
@@ -211,7 +236,7 @@ private:
         shape.area_light = surface.area_light;
         shape.vertex_colors = surface.vertex_colors;
         shape.mesh = std::move(mesh);
-        has_light_ = has_light_ || surface.is_lamp;
+        has_light_ = has_light_ || (surface.is_lamp && surface.area_light);
         if (&shapes == &scene_.shapes && frames_) placed_.push_back({{shape.mesh}, {to_world}});
     }
 

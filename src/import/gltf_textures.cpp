@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -53,33 +55,56 @@ const char* ending_of(std::span<const std::byte> bytes) {
     return begins("\xabKTX") ? ".ktx2" : "";
 }
 
-class ColorSum {
+// Sums up the texels of an image in the cells of a smaller one.
+class SmallImageSum {
 public:
-    explicit ColorSum(const ImageShape& shape) : shape_(shape) {}
+    explicit SmallImageSum(const ImageShape& shape) : shape_(shape) {
+        constexpr uint32_t most = 256;
+        small_.width = std::clamp(shape.width, 1u, most);
+        small_.height = std::clamp(shape.height, 1u, most);
+        sums_.resize(size_t{small_.width} * small_.height);
+    }
     void add(std::span<const std::byte> rows) {
         const size_t value_bytes = bytes_of_channel(shape_.kind), texel_bytes = value_bytes * shape_.channels;
-        for (size_t at = 0; at + texel_bytes <= rows.size(); at += texel_bytes, ++count_)
-            for (size_t c = 0; c < 3; ++c) sum_[c] += value(rows.data() + at + (shape_.channels == 4 ? c : 0) * value_bytes);
+        for (size_t at = 0; at + texel_bytes <= rows.size(); at += texel_bytes, ++count_) {
+            const uint64_t x = count_ % shape_.width * small_.width / shape_.width, y = count_ / shape_.width * small_.height / shape_.height;
+            if (y >= small_.height) return;
+            auto& sum = sums_[static_cast<size_t>(y * small_.width + x)];
+            for (size_t c = 0; c < 3; ++c) sum[c] += value(rows.data() + at + (shape_.channels == 4 ? c : 0) * value_bytes);
+            ++sum[3];
+        }
     }
-    Float3 mean() const {
-        const double n = static_cast<double>(std::max<uint64_t>(count_, 1));
-        return {static_cast<float>(sum_[0] / n), static_cast<float>(sum_[1] / n), static_cast<float>(sum_[2] / n)};
+    GltfSmallImage means() {
+        for (const auto& sum : sums_) {
+            const double n = std::max(sum[3], 1.0);
+            small_.texels.push_back({static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)});
+        }
+        return std::move(small_);
     }
 
 private:
     double value(const std::byte* at) const {
         if (shape_.kind == TexelKind::unsigned_8) {
-            const float share = std::to_integer<uint8_t>(*at) / 255.0f;
+            const float share = static_cast<float>(std::to_integer<uint8_t>(*at)) / 255.0f;
             return shape_.srgb ? decode_srgb(share) : share;
         }
         uint16_t bits = 0;
         std::memcpy(&bits, at, sizeof bits);
-        return shape_.kind == TexelKind::half ? float_of_half(bits) : bits / 65535.0;
+        return shape_.kind == TexelKind::half ? double{float_of_half(bits)} : bits / 65535.0;
     }
     const ImageShape shape_;
-    std::array<double, 3> sum_ = {};
+    GltfSmallImage small_;
+    std::vector<std::array<double, 4>> sums_;
     uint64_t count_ = 0;
 };
+
+uint32_t texel_along(double at, uint32_t size, uint32_t wrap) {
+    if (!(std::abs(at) < 1e9)) return 0;
+    double share = at - std::floor(at);
+    if (wrap == RP_WRAP_CLAMP) share = std::clamp(at, 0.0, 1.0);
+    if (wrap == RP_WRAP_MIRROR && std::fmod(std::floor(at), 2) != 0) share = 1 - share;
+    return std::min(static_cast<uint32_t>(share * size), size - 1);
+}
 
 }  // namespace
 
@@ -158,18 +183,37 @@ std::optional<Texture> GltfTextures::texture(const GltfTextureUse& use, GltfChan
     return Texture::image(source, op, use.map);
 }
 
-std::optional<Float3> GltfTextures::mean_color(const GltfTextureUse& use) {
+std::optional<GltfSmallImage> GltfTextures::small_image(const GltfTextureUse& use) {
     const auto source = image(use, true);
     if (!source) return std::nullopt;
     const auto shape = source->shape();
     if (!shape) return std::nullopt;
-    ColorSum sum(*shape);
+    SmallImageSum sum(*shape);
     const Status status = source->read([&](std::span<const std::byte> rows) {
         sum.add(rows);
         return Status();
     });
-    if (!status.ok()) notes_.add("image", fmt::format("texture {}", use.texture), status.message());
-    return status.ok() ? std::optional(sum.mean()) : std::nullopt;
+    if (!status.ok()) {
+        notes_.add("image", fmt::format("texture {}", use.texture), status.message());
+        return std::nullopt;
+    }
+    GltfSmallImage result = sum.means();
+    const auto* texture = gltf_item(model_->content().textures, use.texture);
+    if (const auto* sampler = texture ? gltf_item(model_->content().samplers, texture->sampler) : nullptr) {
+        result.wrap_u = wrap_of(sampler->wrapS);
+        result.wrap_v = wrap_of(sampler->wrapT);
+    }
+    result.map = use.map;
+    return result;
+}
+
+Float3 GltfSmallImage::at(double u, double v) const {
+    if (map) {
+        const double s = map->m[0] * u + map->m[1] * v + map->m[2];
+        v = map->m[4] * u + map->m[5] * v + map->m[6];
+        u = s;
+    }
+    return texels[size_t{texel_along(v, height, wrap_v)} * width + texel_along(u, width, wrap_u)];
 }
 
 bool GltfTextures::has_alpha(const GltfTextureUse& use) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "import/gltf_model.hpp"
 #include "import/gltf_notes.hpp"
@@ -25,6 +26,14 @@ GltfTextureUse gltf_texture_use(int64_t texture, int64_t uv_set, const tinygltf:
 // In an extension.
 GltfTextureUse gltf_texture_use(const tinygltf::Value* object, const char* name);
 
+// At most 256 texels along each side, linear.
+struct GltfSmallImage {
+    uint32_t width = 1, height = 1, wrap_u = RP_WRAP_REPEAT, wrap_v = RP_WRAP_REPEAT;
+    std::vector<Float3> texels;
+    std::optional<rp_texture_map> map;
+    Float3 at(double u, double v) const;  // coordinates of a surface
+};
+
 enum class GltfChannel : uint32_t { color = 0, red = 3, green = 4, blue = 5, alpha = 6 };
 
 class GltfTextures {
@@ -33,8 +42,8 @@ public:
 
     // What the texture says times factor, or nothing if it cannot be had; then a note says why. srgb: how colours are stored in it.
     std::optional<Texture> texture(const GltfTextureUse& use, GltfChannel channel, bool srgb, const Float3& factor);
-    // Of what the texture says, linear.
-    std::optional<Float3> mean_color(const GltfTextureUse& use);
+    // Colours of the texture, for looking at it while the scene is read.
+    std::optional<GltfSmallImage> small_image(const GltfTextureUse& use);
     // Whether its alpha says anything.
     bool has_alpha(const GltfTextureUse& use);
 

@@ -163,14 +163,40 @@ TEST(ImportGltfMaterials, WhatShinesIsAnAreaLight) {
     ASSERT_TRUE(lamp.scene->shapes[0].area_light);
     EXPECT_EQ(lamp.scene->area_lights[*lamp.scene->shapes[0].area_light].radiance, (Float3{6, 3, 0}));
     EXPECT_EQ(lamp.scene->lights.size(), 0u);  // it is light enough
-    const Imported screen(R"({"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0},"doubleSided":true})");
-    ASSERT_TRUE(screen.scene->shapes[0].area_light);
-    const AreaLight& light = screen.scene->area_lights[*screen.scene->shapes[0].area_light];
-    EXPECT_NEAR(light.radiance.x, 0.5, 1e-4);
-    EXPECT_NEAR(light.radiance.y, 0.5 * 0.2158605, 1e-4);
-    EXPECT_TRUE(light.two_sided);
-    EXPECT_FALSE(screen.scene->lights.empty());
-    EXPECT_NE(screen.warnings().find("mean colour"), std::string::npos) << screen.warnings();
+    const Imported dull(R"({"emissiveFactor":[1,1,1],"doubleSided":true})");
+    EXPECT_TRUE(dull.scene->area_lights[*dull.scene->shapes[0].area_light].two_sided);
+    EXPECT_FALSE(dull.scene->lights.empty());  // lit as bare meshes are
+}
+
+// The left half of the picture is red, the right one green.
+TEST(ImportGltfMaterials, WhatShinesByAnImageIsALightForEachColor) {
+    const TemporaryFolder folder;
+    folder.write("a.ppm", picture);
+    test::GltfWriter file;
+    const int p = file.vectors({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}, {3, 0, 0}, {2, 1, 0}, {4, 0, 0}, {5, 0, 0}, {4, 1, 0}});
+    const int uvs =
+        file.pairs({{0.1f, 0.9f}, {0.4f, 0.9f}, {0.1f, 0.1f}, {0.6f, 0.9f}, {0.9f, 0.9f}, {0.6f, 0.1f}, {0.1f, 0.9f}, {0.4f, 0.9f}, {0.1f, 0.1f}});
+    const auto import = [&](const char* factor) {
+        return import_scene(
+            {folder.write("a.glb", file.glb(test::gltf_scene_of(
+                                       p, ",\"TEXCOORD_0\":" + std::to_string(uvs), ",\"material\":0", "",
+                                       std::string(",\"materials\":[{\"emissiveFactor\":") + factor +
+                                           ",\"emissiveTexture\":{\"index\":0}}],\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"a.ppm\"}]")))});
+    };
+    const auto scene = import("[1,1,1]");
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    ASSERT_EQ(scene->shapes.size(), 3u);  // with the ground
+    for (size_t i = 0; i < 2; ++i) {
+        ASSERT_TRUE(scene->shapes[i].area_light);
+        TriangleMesh mesh;
+        MeshIssues issues;
+        ASSERT_TRUE(scene->shapes[i].mesh->load(mesh, issues).ok());
+        const Float3& radiance = scene->area_lights[*scene->shapes[i].area_light].radiance;
+        EXPECT_EQ(mesh.triangles.size(), radiance.x > 0 ? 2u : 1u);
+        EXPECT_NEAR(radiance.x > 0 ? radiance.x : radiance.y, radiance.x > 0 ? 1 : 0.2158605, 1e-4);
+    }
+    EXPECT_NE(scene->shapes[0].mesh->name(), scene->shapes[1].mesh->name());
+    EXPECT_EQ(scene->warnings.size(), 1u);
 }
 
 TEST(ImportGltfMaterials, NormalMapsFollowTheirCoordinates) {
