@@ -9,8 +9,8 @@
 namespace raypager {
 namespace {
 
-// Without any bytes: enough for whoever writes sparse zeros, little enough to be read by mistake.
-constexpr uint64_t most_zeros = uint64_t{1} << 22;
+// Elements without any bytes, which sparse ones replace: so many, or as many as there are bytes in the file.
+constexpr uint64_t most_zeros = uint64_t{1} << 16;
 constexpr std::array<std::byte, 64> zeros{};
 
 template <class T>
@@ -55,7 +55,7 @@ Result<GltfAccessor> GltfAccessor::open(const GltfModel& model, int64_t number, 
         if (!are_inside(bytes->size(), accessor->byteOffset, result.count_, result.stride_, result.element_bytes_))
             return wrong(fmt::format("has {} elements, of which not all lie in the {} bytes of its buffer view", result.count_, bytes->size()));
         result.bytes_ = bytes->subspan(std::min<uint64_t>(accessor->byteOffset, bytes->size()));
-    } else if (result.count_ > most_zeros) {
+    } else if (result.count_ > std::max(most_zeros, model.buffer_bytes())) {
         return wrong(fmt::format("has {} elements, but no bytes", result.count_));
     }
     if (accessor->sparse.isSparse)

@@ -211,6 +211,12 @@ Result<std::span<const std::byte>> GltfModel::view(int64_t number) const {
     return std::as_bytes(std::span(buffer->data)).subspan(view->byteOffset, view->byteLength);
 }
 
+uint64_t GltfModel::buffer_bytes() const {
+    uint64_t bytes = 0;
+    for (const auto& buffer : content_.buffers) bytes += buffer.data.size();
+    return bytes;
+}
+
 // RFC 3986, as far as files beside this one need it.
 Result<std::filesystem::path> GltfModel::file_of(const std::string& uri) const {
     std::string text;

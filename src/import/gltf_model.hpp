@@ -27,6 +27,7 @@ public:
     const std::vector<std::string>& files() const { return files_; }  // it itself and those of its buffers
     // The bytes of a buffer view, unpacked.
     Result<std::span<const std::byte>> view(int64_t number) const;
+    uint64_t buffer_bytes() const;  // of all buffers
     // The file beside this one that a uri names.
     Result<std::filesystem::path> file_of(const std::string& uri) const;
     Status failed(const std::string& what) const { return Status::failed(name_ + ": " + what); }
