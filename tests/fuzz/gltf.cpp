@@ -16,11 +16,14 @@ std::string everything(const test::GltfSquare& square, int instances) {
            R"("cameras":[{"type":"perspective","perspective":{"yfov":0.7,"znear":0.1,"aspectRatio":1.5}}],"skins":[{"joints":[1]}],)"
            R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{"outerConeAngle":0.5},"intensity":3,"color":[1,1,0]}]}},)"
            R"("extensionsUsed":["KHR_materials_sheen"],"images":[{"uri":"a.ppm"},{"uri":"data:image/png;base64,iVBORw0KGgo="}],)"
-           R"("samplers":[{"wrapS":33071}],"textures":[{"source":0,"sampler":0},{"source":1}],"materials":[{"alphaMode":"MASK","normalTexture":{"index":0},)"
+           R"("samplers":[{"wrapS":33071}],"textures":[{"source":0,"sampler":0},{"source":1}],"materials":[)"
+           R"({"alphaMode":"MASK","normalTexture":{"index":0},)"
            R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"rotation":1,"scale":[2,2]}}},)"
-           R"("metallicRoughnessTexture":{"index":0}},"emissiveFactor":[1,0,0],"emissiveTexture":{"index":1},"extensions":{"KHR_materials_ior":{"ior":1.3},)"
+           R"("metallicRoughnessTexture":{"index":0}},"emissiveFactor":[1,0,0],"emissiveTexture":{"index":1},)"
+           R"("extensions":{"KHR_materials_ior":{"ior":1.3},)"
            R"("KHR_materials_transmission":{"transmissionFactor":0.5},"KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2},)"
-           R"("KHR_materials_clearcoat":{"clearcoatFactor":1,"clearcoatRoughnessTexture":{"index":0}},"KHR_materials_specular":{"specularFactor":0.5}}}],)"
+           R"("KHR_materials_clearcoat":{"clearcoatFactor":1,"clearcoatRoughnessTexture":{"index":0}},)"
+           R"("KHR_materials_specular":{"specularFactor":0.5}}}],)"
            R"("animations":[{}],"meshes":[{"primitives":[{"mode":5,"material":0,"attributes":{"POSITION":)" +
            std::to_string(square.positions) + ",\"TEXCOORD_0\":" + std::to_string(square.uvs) + ",\"COLOR_0\":" + std::to_string(square.normals) +
            R"(},"targets":[{"POSITION":)" + std::to_string(square.normals) + R"(}]},{"mode":0,"attributes":{"POSITION":)" +

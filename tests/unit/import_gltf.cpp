@@ -219,6 +219,37 @@ TEST(ImportGltf, LightsAndCameras) {
     EXPECT_NE(all_lines(scene->warnings).find("of 2 cameras"), std::string::npos) << all_lines(scene->warnings);
 }
 
+TEST(ImportGltf, DirectionsOfLightsAndUnitsOfBlender) {
+    const TemporaryFolder folder;
+    const GltfSquare square;
+    const std::string text = square.scene();
+    // Turned by a quarter about x, -z of a node is -y of the world.
+    std::string content = square.file.json(
+        R"("scenes":[{"nodes":[0,1,2]}],"nodes":[{"mesh":0},{"rotation":[-0.70710678,0,0,0.70710678],"translation":[0,9,0],"scale":[3,3,3],)"
+        R"("extensions":{"KHR_lights_punctual":{"light":0}}},)"
+        R"({"rotation":[-0.70710678,0,0,0.70710678],"extensions":{"KHR_lights_punctual":{"light":1}}}],)" +
+            text.substr(text.find("\"meshes\"")) +
+            R"(,"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","intensity":683,"spot":{"innerConeAngle":0.1,"outerConeAngle":0.3}},)"
+            R"({"type":"directional","intensity":1366}]}})",
+        test::to_data_uri(square.file.bytes()));
+    for (const double unit : {1.0, 683.0}) {
+        if (unit > 1) content.replace(content.find("\"2.0\""), 5, R"("2.0","generator":"Khronos glTF Blender I/O v4.0")");
+        const auto scene = import_text(folder, content, "a.gltf");
+        ASSERT_TRUE(scene.ok()) << scene.status().message();
+        ASSERT_EQ(scene->lights.size(), 2u);
+        const rp_light &spot = scene->lights[0], &sun = scene->lights[1];
+        EXPECT_EQ(spot.kind, RP_LIGHT_SPOT);
+        EXPECT_NEAR(spot.e1[1], -1, 1e-6);
+        EXPECT_EQ(spot.p[1], 9.0f);
+        EXPECT_NEAR(spot.e2[0], std::cos(0.3), 1e-6);
+        EXPECT_NEAR(spot.e2[1], std::cos(0.1), 1e-6);
+        EXPECT_NEAR(spot.radiance[0], 683 / unit, 1e-3);
+        EXPECT_EQ(sun.kind, RP_LIGHT_DISTANT);
+        EXPECT_NEAR(sun.p[1], 1, 1e-6);  // towards the light
+        EXPECT_NEAR(sun.radiance[2], 1366 / unit, 1e-3);
+    }
+}
+
 TEST(ImportGltf, VertexColorsAreLinear) {
     const TemporaryFolder folder;
     GltfWriter file;

@@ -135,8 +135,8 @@ TEST(ImportGltfMaterials, WhatAMaskTakesAwayAsAWholeIsNotThere) {
 }
 
 TEST(ImportGltfMaterials, TransmissionIsASheetOrASolid) {
-    const Imported sheet(
-        R"({"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0,"baseColorFactor":[1,0.5,1,1]},"extensions":{"KHR_materials_transmission":{"transmissionFactor":0.75}}})");
+    const Imported sheet(R"({"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0,"baseColorFactor":[1,0.5,1,1]},)"
+                         R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.75}}})");
     EXPECT_TRUE(sheet.material().flags & RP_MATERIAL_THIN);
     EXPECT_NEAR(sheet.material().refracted[1], 0.375, 1e-6);
     EXPECT_NEAR(sheet.material().color[0], 0.25, 1e-6);
