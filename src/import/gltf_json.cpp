@@ -195,17 +195,14 @@ private:
         return place.place != GltfBuffer::Place::nowhere && offset < place.bytes && *bytes <= place.bytes - offset;
     }
 
+    // Their accessors have no bytes, which tinygltf does not accept; what Draco has packed says itself what is a triangle.
     void hide_draco_indices() {
         if (!document_.contains("meshes")) return;
         for (json& mesh : document_["meshes"]) {
             const auto primitives = mesh.is_object() ? mesh.find("primitives") : mesh.end();
             if (!mesh.is_object() || primitives == mesh.end() || !primitives->is_array()) continue;
-            for (json& primitive : *primitives) {
-                json* draco = primitive.is_object() ? extension_of(primitive, "KHR_draco_mesh_compression") : nullptr;
-                if (!draco || !primitive.contains("indices")) continue;
-                (*draco)[gltf_draco_indices] = primitive["indices"];
-                primitive.erase("indices");
-            }
+            for (json& primitive : *primitives)
+                if (primitive.is_object() && extension_of(primitive, "KHR_draco_mesh_compression")) primitive.erase("indices");
         }
     }
 

@@ -30,9 +30,6 @@ struct GltfJson {
 // Whether an extension is read, be it in part.
 bool is_known_gltf_extension(std::string_view extension);
 
-// In the extension of a primitive that Draco has compressed: the accessor of its indices.
-inline constexpr const char* gltf_draco_indices = "indices of the primitive";
-
 // text: what the file `name` has. chunk_bytes: of binary data that a GLB has behind it.
 Result<GltfJson> prepare_gltf_json(const std::string& name, std::string_view text, uint64_t chunk_bytes);
 

@@ -188,8 +188,8 @@ Status GltfModel::unpack_views() {
 Status GltfModel::unpack_view(size_t number, const tinygltf::Value& packed) {
     const std::string place = fmt::format("buffer view {}", number);
     const auto* buffer = gltf_item(content_.buffers, gltf_index(&packed, "buffer"));
-    const int64_t offset = std::max<int64_t>(gltf_index(&packed, "byteOffset"), 0), bytes = gltf_index(&packed, "byteLength");
-    if (!buffer || bytes <= 0 || static_cast<uint64_t>(offset) > buffer->data.size() ||
+    const int64_t offset = gltf_member(&packed, "byteOffset") ? gltf_index(&packed, "byteOffset") : 0, bytes = gltf_index(&packed, "byteLength");
+    if (!buffer || offset < 0 || bytes <= 0 || static_cast<uint64_t>(offset) > buffer->data.size() ||
         static_cast<uint64_t>(bytes) > buffer->data.size() - static_cast<uint64_t>(offset))
         return failed(place + ": its packed bytes lie outside of their buffer; the file is damaged");
     const auto source = std::as_bytes(std::span(buffer->data)).subspan(static_cast<size_t>(offset), static_cast<size_t>(bytes));
