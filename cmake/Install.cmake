@@ -16,6 +16,12 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/raypager-config-version.cma
 install(FILES ${CMAKE_BINARY_DIR}/raypager-config.cmake ${CMAKE_BINARY_DIR}/raypager-config-version.cmake DESTINATION ${package})
 
 # A static library: whoever links it links what it uses.
+set(gltf_libraries "")
+foreach(library DRACO MESHOPT)
+    if(RAYPAGER_${library} AND RAYPAGER_${library}_INCLUDE)
+        string(APPEND gltf_libraries " ${RAYPAGER_${library}}")
+    endif()
+endforeach()
 set(fmt_library $<IF:$<BOOL:${RAYPAGER_STATIC}>,,-lfmt>)
 # Wherever it is installed, the rest lies where it does from there.
 file(RELATIVE_PATH to_include /${CMAKE_INSTALL_LIBDIR}/pkgconfig /${CMAKE_INSTALL_INCLUDEDIR})
@@ -25,7 +31,7 @@ includedir=\${pcfiledir}/${to_include}
 Name: raypager
 Description: ${PROJECT_DESCRIPTION}
 Version: ${PROJECT_VERSION}
-Libs: -L\${libdir} -lraypager ${RAYPAGER_GLU} -lz ${fmt_library} -lOpenCL -pthread
+Libs: -L\${libdir} -lraypager ${RAYPAGER_GLU}${gltf_libraries} -lz ${fmt_library} -lOpenCL -pthread
 Cflags: -I\${includedir}
 ")
 install(FILES ${CMAKE_BINARY_DIR}/raypager.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

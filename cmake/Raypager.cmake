@@ -1,5 +1,6 @@
 # How the folders of src/ become libraries. One static library a folder group: the engine needs OpenCL and the standard library alone
-# (and fmt and zlib; xxHash and nlohmann-json are header-only here; of GLU the tessellator alone, statically); the edges bring OpenImageIO.
+# (and fmt and zlib; xxHash, nlohmann-json and tinygltf are header-only here; of GLU the tessellator alone, statically; where they are installed, Draco
+# and meshoptimizer); the edges bring OpenImageIO.
 
 macro(raypager_find_dependencies)
     set(THREADS_PREFER_PTHREAD_FLAG ON)
@@ -23,6 +24,23 @@ macro(raypager_find_dependencies)
     # Its tessellator alone, which needs no OpenGL: from the static library where there is one, so that nothing else comes along.
     find_library(RAYPAGER_GLU NAMES libGLU.a GLU REQUIRED)
     find_path(RAYPAGER_GLU_INCLUDE GL/glu.h REQUIRED)
+    # All of its code is in its header, which src/import/gltf_tiny.cpp compiles.
+    find_path(RAYPAGER_TINYGLTF_INCLUDE tiny_gltf.h REQUIRED)
+    # What packs meshes of glTF. Files that need one that is not here are refused.
+    find_path(RAYPAGER_DRACO_INCLUDE draco/compression/decode.h)
+    find_path(RAYPAGER_MESHOPT_INCLUDE meshoptimizer.h)
+    if(RAYPAGER_STATIC)
+        find_library(RAYPAGER_DRACO libdraco.a)
+        find_library(RAYPAGER_MESHOPT libmeshoptimizer.a)
+    else()
+        find_library(RAYPAGER_DRACO draco)
+        find_library(RAYPAGER_MESHOPT meshoptimizer)
+    endif()
+    foreach(library DRACO MESHOPT)
+        if(NOT RAYPAGER_${library} OR NOT RAYPAGER_${library}_INCLUDE)
+            message(STATUS "glTF files that need ${library} will be refused: there is no such library")
+        endif()
+    endforeach()
 endmacro()
 
 add_library(raypager_options INTERFACE)
@@ -92,7 +110,16 @@ function(raypager_libraries)
         CL_HPP_MINIMUM_OPENCL_VERSION=120 RAYPAGER_VERSION="${PROJECT_VERSION}" $<$<BOOL:${RAYPAGER_EDGES}>:RAYPAGER_EDGES=1>)
     target_link_libraries(raypager_inside INTERFACE raypager_options nlohmann_json::nlohmann_json)
     target_link_libraries(raypager_engine PUBLIC $<BUILD_INTERFACE:raypager_inside> PRIVATE OpenCL::OpenCL Threads::Threads ZLIB::ZLIB ${RAYPAGER_GLU})
-    target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_GLU_INCLUDE})
+    target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_GLU_INCLUDE} ${RAYPAGER_TINYGLTF_INCLUDE})
+    foreach(library DRACO MESHOPT)
+        if(RAYPAGER_${library} AND RAYPAGER_${library}_INCLUDE)
+            # For its own source alone: others need not be compiled anew where the library comes or goes.
+            string(TOLOWER ${library} name)
+            set_source_files_properties(${CMAKE_SOURCE_DIR}/src/import/gltf_${name}.cpp PROPERTIES COMPILE_DEFINITIONS RAYPAGER_${library}=1)
+            target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_${library}_INCLUDE})
+            target_link_libraries(raypager_engine PRIVATE ${RAYPAGER_${library}})
+        endif()
+    endforeach()
     # Compiled with each source that uses it, fmt takes more of the time than most sources. Debian has no static library of it.
     if(RAYPAGER_STATIC)
         target_compile_definitions(raypager_inside INTERFACE FMT_HEADER_ONLY)
@@ -101,6 +128,8 @@ function(raypager_libraries)
         target_link_libraries(raypager_inside INTERFACE fmt::fmt)
     endif()
     raypager_unity(raypager_engine)
+    # Thousands of lines that others need not share a name with.
+    set_source_files_properties(${CMAKE_SOURCE_DIR}/src/import/gltf_tiny.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON)
     target_precompile_headers(raypager_engine PRIVATE <algorithm> <string> <vector> <memory> <functional> <filesystem> <fmt/format.h>)
     # The headers of these libraries do not stand up to our warnings.
     if(RAYPAGER_EDGES)

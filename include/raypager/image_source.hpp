@@ -19,6 +19,11 @@ namespace raypager {
 // becomes 0, and a warning counts both.
 std::shared_ptr<const ImageSource> image_file_source(const std::filesystem::path& path, const ImageEncoding& encoding = {});
 
+// A picture's file that is a part of another, and in memory: `size` bytes. ending: of what format it is (".png"); name: for messages. With
+// OpenImageIO alone.
+std::shared_ptr<const ImageSource> embedded_image(std::string name, std::string ending, std::shared_ptr<const std::byte[]> bytes, size_t size,
+                                                  const ImageEncoding& encoding = {});
+
 // REQUIRES: as many texels as the shape has, row by row.
 std::shared_ptr<const ImageSource> memory_image(std::string name, const ImageShape& shape, std::vector<std::byte> texels);
 

@@ -48,9 +48,9 @@ struct ImportOptions {
     PointColumns columns;                      // of text clouds; empty: the files tell
 };
 
-// One .pbrt file, or any number of bare meshes (.ply .obj .stl .off) and point clouds (.las .ply .xyz .pts .txt), also packed (.gz), which are
-// framed, lit and given a ground together. Meshes and clouds are read when they are baked. An error names file and place; what was read but could not
-// be used is in Scene::warnings.
+// One .pbrt, .gltf or .glb file, or any number of bare meshes (.ply .obj .stl .off) and point clouds (.las .ply .xyz .pts .txt), also packed (.gz),
+// which are framed, lit and given a ground together; so are glTF files that have no camera or no light. Meshes and clouds are read when they are
+// baked. An error names file and place; what was read but could not be used is in Scene::warnings.
 Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, const ImportOptions& options = {});
 
 // Gives the disk space back that unpacked files take, which are kept for the next time that they are opened.

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "cli/output_paths.hpp"
 #include "raypager/materials.hpp"
@@ -118,8 +119,10 @@ const char* given_look_option(const BareLook& look) {
 }
 
 // Block files, and scenes, packed ones as well.
-bool says_its_looks(const std::filesystem::path& input) {
+bool says_its_looks(const std::filesystem::path& input, std::string_view option) {
     const std::filesystem::path unpacked = has_ending(input, ".gz") ? input.stem() : input;
+    // glTF files often have no light; their materials are their own.
+    if (has_ending(unpacked, ".gltf") || has_ending(unpacked, ".glb")) return option == "material";
     return has_ending(unpacked, ".rpb") || has_ending(unpacked, ".pbrt");
 }
 
@@ -203,11 +206,13 @@ void add_look_options(OptionParser& parser, BareLook& look, LookTexts& texts) {
                   "GGX alpha, 0 to 1 (default: what the files say, clay where they do not; metals 0.1, chrome and mirror smooth; glass 1.5)",
                   keeping_text(texts.material, into(look.material, parse_material)));
     parser.option("sky", "R,G,B|none",
-                  "light from everywhere around bare meshes and clouds: linear radiance, or #rrggbb in sRGB (default: 0.22,0.25,0.3; over "
+                  "light from everywhere around bare meshes and clouds, and glTF scenes without a light: linear radiance, or #rrggbb in sRGB "
+                  "(default: 0.22,0.25,0.3; over "
                   "landscapes 0.42,0.55,0.75)",
                   keeping_text(texts.sky, into(look.sky, parse_sky)));
     parser.option("light", "SPEC",
-                  "that bare meshes and clouds get: none, key[:STRENGTH], a square at the viewer's left that is not in the picture itself, or "
+                  "that bare meshes and clouds, and glTF scenes without one, get: none, key[:STRENGTH], a square at the viewer's left that is not in "
+                  "the picture itself, or "
                   "sun[:AZIMUTH,ELEVATION[,STRENGTH]], in degrees to the right of the default camera and above the ground; strength 1 is as usual "
                   "(default: key; over landscapes sun)",
                   keeping_text(texts.light, into(look.light, parse_light)));
@@ -218,7 +223,7 @@ Status check_look_options(const OptionParser& parser, const BareLook& look, cons
     const char* given = given_look_option(look);
     if (given == nullptr) return {};
     for (const auto& input : inputs)
-        if (says_its_looks(input))
+        if (says_its_looks(input, given))
             return parser.wrong(fmt::format("--{}: is for bare meshes and point clouds; '{}' says itself what it looks like", given, input.string()));
     return {};
 }

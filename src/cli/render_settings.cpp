@@ -23,7 +23,7 @@ constexpr uint64_t max_loads = 1024;
 constexpr uint64_t deepest = 60000;  // path state counts scattering events in 16 bits
 
 constexpr const char* about_render =
-    "Renders a picture. INPUT is a block file (.rpb), a .pbrt scene, or any number of meshes (.ply .obj .stl .off) and point\n"
+    "Renders a picture. INPUT is a block file (.rpb), a .pbrt, .gltf or .glb scene, or any number of meshes (.ply .obj .stl .off) and point\n"
     "clouds (.las .ply .xyz .pts .txt .asc .csv), also packed (.gz), which are framed, lit and given a ground. What is not baked is baked first; the "
     "block file is kept beside "
     "the input and used again.";

@@ -49,6 +49,12 @@ public:
 // Binary portable maps of grey or colours, and float maps; null if the file is none of these.
 Result<std::unique_ptr<ImageRows>> open_portable_rows(const std::filesystem::path& path, const ImageEncoding& encoding);
 
+// A picture's file that is part of another and in memory. Its ending says of what format it is: ".png".
+struct EmbeddedPicture {
+    std::string name, ending;
+    std::span<const std::byte> bytes;
+};
+
 // For pictures in other formats: a library that the program brings with it.
 struct ImageLibrary {
     // By the file's ending. Alpha and further channels are left out: the picture has one channel or three.
@@ -56,6 +62,8 @@ struct ImageLibrary {
     // .exr and .png. channels: their names; empty: R, G, B and A, or one for grey.
     Status (*write)(const std::filesystem::path& path, const Image& image, const std::vector<std::string>& channels);
     Result<std::unique_ptr<ImageRows>> (*open_rows)(const std::filesystem::path& path, const ImageEncoding& encoding);
+    // REQUIRES: the bytes stay as long as what is opened.
+    Result<std::unique_ptr<ImageRows>> (*open_embedded_rows)(const EmbeddedPicture& picture, const ImageEncoding& encoding);
 };
 // From now on; there is none at first. To be called before other threads read or write pictures.
 void use_image_library(const ImageLibrary& library);

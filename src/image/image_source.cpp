@@ -73,7 +73,46 @@ private:
     const std::vector<std::byte> texels_;
 };
 
+class EmbeddedImage final : public ImageSource {
+public:
+    EmbeddedImage(std::string name, std::string ending, std::shared_ptr<const std::byte[]> bytes, size_t size, const ImageEncoding& encoding)
+        : name_(std::move(name)), ending_(std::move(ending)), bytes_(std::move(bytes)), size_(size), encoding_(encoding) {}
+    std::string name() const override { return name_; }
+
+    Result<ImageShape> shape() const override {
+        const auto rows = open();
+        if (!rows) return rows.status();
+        return (*rows)->shape();
+    }
+
+    Status read(const std::function<Status(std::span<const std::byte>)>& take) const override {
+        const auto rows = open();
+        return rows ? (*rows)->read(take) : rows.status();
+    }
+
+    Result<uint64_t> fingerprint() const override {
+        return hash64(std::span(bytes_.get(), size_), hash64(fmt::format("{} {}", static_cast<int>(encoding_.kind), encoding_.gamma)));
+    }
+
+private:
+    Result<std::unique_ptr<ImageRows>> open() const {
+        if (const ImageLibrary* library = used_image_library())
+            return library->open_embedded_rows({name_, ending_, std::span(bytes_.get(), size_)}, encoding_);
+        return Status::failed(fmt::format("{}: images inside of other files are not read by this build (it is without OpenImageIO)", name_));
+    }
+
+    const std::string name_, ending_;
+    const std::shared_ptr<const std::byte[]> bytes_;
+    const size_t size_;
+    const ImageEncoding encoding_;
+};
+
 }  // namespace
+
+std::shared_ptr<const ImageSource> embedded_image(std::string name, std::string ending, std::shared_ptr<const std::byte[]> bytes, size_t size,
+                                                  const ImageEncoding& encoding) {
+    return std::make_shared<EmbeddedImage>(std::move(name), std::move(ending), std::move(bytes), size, encoding);
+}
 
 std::shared_ptr<const ImageSource> image_file_source(const std::filesystem::path& path, const ImageEncoding& encoding) {
     return std::make_shared<ImageFileSource>(path, encoding);

@@ -170,6 +170,8 @@ Status write_with_openimageio(const std::filesystem::path& path, const Image& im
 
 }  // namespace
 
-void use_openimageio() { use_image_library({read_with_openimageio, write_with_openimageio, open_rows_with_openimageio}); }
+void use_openimageio() {
+    use_image_library({read_with_openimageio, write_with_openimageio, open_rows_with_openimageio, open_embedded_rows_with_openimageio});
+}
 
 }  // namespace raypager

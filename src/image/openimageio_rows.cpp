@@ -76,8 +76,11 @@ StoredTexels stored_texels_of(const OIIO::ImageSpec& spec, const ImageEncoding& 
 
 class LibraryRows final : public ImageRows {
 public:
-    LibraryRows(std::unique_ptr<OIIO::ImageInput> input, std::filesystem::path path, const ImageEncoding& encoding)
-        : input_(std::move(input)),
+    // proxy: of an image in memory; else null.
+    LibraryRows(std::unique_ptr<OIIO::ImageInput> input, std::unique_ptr<OIIO::Filesystem::IOProxy> proxy, std::filesystem::path path,
+                const ImageEncoding& encoding)
+        : proxy_(std::move(proxy)),
+          input_(std::move(input)),
           path_(std::move(path)),
           stored_(stored_texels_of(input_->spec(), encoding)),
           conversion_(path_.string(), stored_) {}
@@ -117,31 +120,51 @@ private:
                                    : input_->read_scanlines(0, 0, top, top + count, 0, 0, channels, type, rows);
     }
 
+    const std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;
     const std::unique_ptr<OIIO::ImageInput> input_;
     const std::filesystem::path path_;
     const StoredTexels stored_;
     TexelConversion conversion_;
 };
 
-}  // namespace
-
-Result<std::unique_ptr<ImageRows>> open_rows_with_openimageio(const std::filesystem::path& path, const ImageEncoding& encoding) try {
-    // Colours are wanted as they are in the file, not multiplied by alpha.
+// Colours are wanted as they are in the file, not multiplied by alpha.
+OIIO::ImageSpec plain_colors() {
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
-    auto input = open_image_input(path, config);
-    if (!input) return input.status();
-    const OIIO::ImageSpec& spec = (*input)->spec();
+    return config;
+}
+
+Status check_texture(const OIIO::ImageInput& input, const std::filesystem::path& path, uint64_t bytes) {
+    const OIIO::ImageSpec& spec = input.spec();
     if (spec.width < 0 || spec.height < 0 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
         return Status::failed(fmt::format("{}: is not a flat image ({} x {} x {} texels, {} channels)", path.string(), spec.width, spec.height,
                                           spec.depth, spec.nchannels));
     RAYPAGER_TRY(check_texture_size(path, static_cast<uint64_t>(spec.width), static_cast<uint64_t>(spec.height)));
-    if (claims_too_much(spec, (*input)->format_name(), std::filesystem::file_size(path)))
+    if (claims_too_much(spec, input.format_name(), bytes))
         return Status::failed(fmt::format("{}: claims {} x {} texels, more than its {} bytes can hold; it is damaged or cut off", path.string(),
-                                          spec.width, spec.height, std::filesystem::file_size(path)));
-    return std::unique_ptr<ImageRows>(std::make_unique<LibraryRows>(std::move(*input), path, encoding));
+                                          spec.width, spec.height, bytes));
+    return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ImageRows>> open_rows_with_openimageio(const std::filesystem::path& path, const ImageEncoding& encoding) try {
+    auto input = open_image_input(path, plain_colors());
+    if (!input) return input.status();
+    RAYPAGER_TRY(check_texture(**input, path, std::filesystem::file_size(path)));
+    return std::unique_ptr<ImageRows>(std::make_unique<LibraryRows>(std::move(*input), nullptr, path, encoding));
 } catch (const std::exception& error) {
     return Status::failed(fmt::format("{}: cannot be read: {}", path.string(), one_line(error.what())));
+}
+
+Result<std::unique_ptr<ImageRows>> open_embedded_rows_with_openimageio(const EmbeddedPicture& picture, const ImageEncoding& encoding) try {
+    auto proxy = std::make_unique<OIIO::Filesystem::IOMemReader>(const_cast<std::byte*>(picture.bytes.data()), picture.bytes.size());
+    auto input = open_image_input(picture, *proxy, plain_colors());
+    if (!input) return input.status();
+    RAYPAGER_TRY(check_texture(**input, picture.name, picture.bytes.size()));
+    return std::unique_ptr<ImageRows>(std::make_unique<LibraryRows>(std::move(*input), std::move(proxy), picture.name, encoding));
+} catch (const std::exception& error) {
+    return Status::failed(fmt::format("{}: cannot be read: {}", picture.name, one_line(error.what())));
 }
 
 }  // namespace raypager

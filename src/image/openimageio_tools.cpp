@@ -53,8 +53,8 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_image_input(const std::filesystem
     // Absent, unreadable and irregular files are told apart by us: the library's words for them vary with the format.
     auto file = InputFile::open(path);
     if (!file) return file.status();
-    RAYPAGER_TRY(check_exr_attributes(*file));
-    RAYPAGER_TRY(check_png_chunks(*file));
+    RAYPAGER_TRY(check_exr_attributes(bytes_of_file(*file)));
+    RAYPAGER_TRY(check_png_chunks(bytes_of_file(*file)));
     const SilentStderr silent;
     // The reader of this ending. Asked with the file's name instead, the library offers a file that this reader refuses to all others.
     const std::string ending = lower_case_ending(path);
@@ -64,6 +64,23 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_image_input(const std::filesystem
     if (!input->open(path.string(), ignored, config))
         return Status::failed(
             fmt::format("{}: is not a {} picture that can be read: {}", path.string(), input->format_name(), one_line(input->geterror())));
+    return input;
+}
+
+Result<std::unique_ptr<OIIO::ImageInput>> open_image_input(const EmbeddedPicture& picture, OIIO::Filesystem::IOProxy& bytes,
+                                                           const OIIO::ImageSpec& config) {
+    RAYPAGER_TRY(check_exr_attributes(bytes_in_memory(picture.name, picture.bytes)));
+    RAYPAGER_TRY(check_png_chunks(bytes_in_memory(picture.name, picture.bytes)));
+    const SilentStderr silent;
+    std::unique_ptr<OIIO::ImageInput> input = picture.ending.size() > 1 ? OIIO::ImageInput::create(picture.ending.substr(1)) : nullptr;
+    if (!input || input->supports("ioproxy") == 0)
+        return Status::failed(picture.name + ": is a picture of no kind that can be read inside of a file");
+    OIIO::Filesystem::IOProxy* proxy = &bytes;
+    OIIO::ImageSpec with_proxy = config, ignored;
+    with_proxy.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    if (!input->open("picture" + picture.ending, ignored, with_proxy))
+        return Status::failed(
+            fmt::format("{}: is not a {} picture that can be read: {}", picture.name, input->format_name(), one_line(input->geterror())));
     return input;
 }
 

@@ -1,6 +1,7 @@
 // What both ways of reading through OpenImageIO need.
 #pragma once
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <filesystem>
@@ -30,6 +31,11 @@ bool claims_too_much(const OIIO::ImageSpec& spec, const std::string& format, uin
 // Opened by the reader of its ending; an error names the file. config: of OpenImageIO's readers.
 Result<std::unique_ptr<OIIO::ImageInput>> open_image_input(const std::filesystem::path& path, const OIIO::ImageSpec& config);
 
+// The same of one in memory, which bytes read.
+Result<std::unique_ptr<OIIO::ImageInput>> open_image_input(const EmbeddedPicture& picture, OIIO::Filesystem::IOProxy& bytes,
+                                                           const OIIO::ImageSpec& config);
+
+Result<std::unique_ptr<ImageRows>> open_embedded_rows_with_openimageio(const EmbeddedPicture& picture, const ImageEncoding& encoding);
 Result<std::unique_ptr<ImageRows>> open_rows_with_openimageio(const std::filesystem::path& path, const ImageEncoding& encoding);
 
 }  // namespace raypager

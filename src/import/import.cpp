@@ -6,12 +6,15 @@
 #include "import/bare_scene.hpp"
 #include "import/cloud_file.hpp"
 #include "import/endings.hpp"
+#include "import/gltf_scene.hpp"
 #include "import/mesh_file.hpp"
 #include "import/pbrt_reader.hpp"
 #include "import/precision.hpp"
 
 namespace raypager {
 namespace {
+
+bool is_scene_ending(const std::string& ending) { return ending == ".pbrt" || ending == ".gltf" || ending == ".glb"; }
 
 Result<Scene> with_precision_checked(Result<Scene> scene) {
     if (scene) warn_of_precision(*scene);
@@ -22,17 +25,20 @@ Result<Scene> with_precision_checked(Result<Scene> scene) {
 
 Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, const ImportOptions& options) {
     if (inputs.empty())
-        return Status::usage("no input; name a .pbrt scene, meshes (.ply .obj .stl .off) or point clouds (.las .ply .xyz .pts .txt .asc .csv)");
+        return Status::usage(
+            "no input; name a .pbrt, .gltf or .glb scene, meshes (.ply .obj .stl .off) or point clouds (.las .ply .xyz .pts .txt .asc .csv)");
     try {
-        const auto pbrt = std::find_if(inputs.begin(), inputs.end(), [](const auto& path) { return format_ending(path) == ".pbrt"; });
-        if (pbrt != inputs.end()) {
-            if (inputs.size() > 1) return Status::usage(pbrt->string() + ": a scene stands alone; give either one .pbrt file or meshes and clouds");
-            return with_precision_checked(PbrtReader(options.columns).read(*pbrt));
+        const auto scene = std::find_if(inputs.begin(), inputs.end(), [](const auto& path) { return is_scene_ending(format_ending(path)); });
+        if (scene != inputs.end()) {
+            if (inputs.size() > 1) return Status::usage(scene->string() + ": a scene stands alone; give either one scene file or meshes and clouds");
+            if (format_ending(*scene) != ".pbrt") return with_precision_checked(import_gltf(*scene, options.look));
+            return with_precision_checked(PbrtReader(options.columns).read(*scene));
         }
         for (const auto& path : inputs)
             if (!mesh_format(path) && !is_cloud_file(path))
-                return Status::failed(path.string() +
-                                      ": of no kind that can be read; .pbrt, .ply, .obj, .stl, .off, .las, .xyz, .pts, .txt, .asc and .csv can");
+                return Status::failed(
+                    path.string() +
+                    ": of no kind that can be read; .pbrt, .gltf, .glb, .ply, .obj, .stl, .off, .las, .xyz, .pts, .txt, .asc and .csv can");
         return with_precision_checked(import_bare(inputs, options));
     } catch (const std::bad_alloc&) {
         return Status::failed(inputs.front().string() + ": not enough memory to import it");

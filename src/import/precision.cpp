@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "import/gltf_mesh.hpp"
 #include "import/mesh_file.hpp"
 #include "scene/placement_transform.hpp"
 #include "scene/vector.hpp"
@@ -162,6 +163,8 @@ private:
                     if (finite(p)) known->second.add(vector(p));
             } else if (const auto* file = dynamic_cast<const MeshFile*>(shape.mesh.get())) {
                 for (const Vector& p : file->corners_of_sample()) known->second.add(p);
+            } else if (const auto* gltf = dynamic_cast<const GltfMesh*>(shape.mesh.get())) {
+                for (const Vector& p : gltf->corners()) known->second.add(p);
             }
         }
         return placed(known->second, to_world);

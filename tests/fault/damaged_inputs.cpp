@@ -13,6 +13,7 @@
 #include "raypager/picture.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/cloud_files.hpp"
+#include "unit/gltf_files.hpp"
 #include "unit/import_files.hpp"
 
 namespace raypager {
@@ -53,6 +54,17 @@ Shape "trianglemesh" "point3 P" [ 0 0 0 1 0 0 0 1 0 1 1 0 ] "integer indices" [ 
 )";
 }
 
+std::string glb_scene() {
+    const test::GltfSquare square;
+    return square.file.glb(square.scene(",\"material\":0", ",\"scale\":[1,-2,1]", ",\"materials\":[{\"emissiveFactor\":[1,1,1]}]"));
+}
+
+// With its buffer in the text.
+std::string gltf_scene() {
+    const test::GltfSquare square;
+    return square.file.json(square.scene(), test::to_data_uri(square.file.bytes()));
+}
+
 test::LasFile las_with_other_records() {
     test::LasFile file = test::make_las(4, 7);
     file.variable_records = test::las_variable_record("LASF_Projection", 2112, "somewhere") + test::las_variable_record("me", 1, "");
@@ -78,6 +90,8 @@ std::vector<Input> inputs() {
         {"little.ply", test::to_ply_binary(box), true},
         {"big.ply", test::to_ply_binary(box, true), true},
         {"text.ply", test::to_ply_text(box), true},
+        {"scene.gltf", gltf_scene(), false},  // an end that is missing may be blanks
+        {"scene.glb", glb_scene(), true},
         {"mesh.obj", test::to_obj(box), false},
         {"mesh.off", test::to_off(box), true},
         {"text.stl", test::to_stl_text(box), true},
@@ -229,7 +243,9 @@ TEST_P(DamagedInputs, OfAnotherKind) {
         // Both are lines of numbers; the one that starts with a count passes for the other.
         const bool both_lines = ending(input_.file) == ".xyz" && ending(other.file) == ".pts";
         const bool lines_for_pts = ending(input_.file) == ".pts" && ending(other.file) == ".xyz";
-        if (ending(other.file) != ending(input_.file) && !both_lines && !lines_for_pts) expect_error(other.content);
+        const auto is_gltf = [&](const std::string& file) { return ending(file) == ".gltf" || ending(file) == ".glb"; };
+        const bool both_gltf = is_gltf(input_.file) && is_gltf(other.file);  // which of the two it is says the file itself
+        if (ending(other.file) != ending(input_.file) && !both_lines && !lines_for_pts && !both_gltf) expect_error(other.content);
     }
 }
 
@@ -280,6 +296,12 @@ TEST(DamagedInputs, HugeClaimsTakeNoMemory) {
     claims.push_back({"b.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000" + vertex + "0" + face});
     claims.push_back({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 999999999999999999999 2 x\n"});
     claims.push_back({"b.obj", "mtllib /dev/zero\n" + std::string(100, 'v')});
+    test::GltfWriter zeros;
+    claims.push_back({"a.gltf", zeros.json(test::gltf_scene_of(zeros.accessor("\"componentType\":5126,\"type\":\"VEC3\",\"count\":4000000000")))});
+    claims.push_back({"b.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4000000000000}]})"});
+    claims.push_back({"c.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"uri":"/dev/zero","byteLength":4000000000000}]})"});
+    claims.push_back({"d.gltf", R"({"asset":{"version":"2.0"},"a":)" + std::string(1000000, '[')});
+    claims.push_back({"e.glb", "glTF" + test::bytes_of(uint32_t{2}) + std::string(8, '\xff') + "JSON{}"});
     claims.push_back({"a.pbrt", "Film \"rgb\" \"integer xresolution\" 4294967296"});
     claims.push_back({"b.pbrt", "WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [4294967296 1e300 -5"});
 

@@ -257,6 +257,9 @@ TEST(CliLook, WhatDoesNotGoTogetherIsRefused) {
             arguments.insert(arguments.end(), option.begin(), option.end());
             expect_refused(arguments, option[0] + ": is for bare meshes and point clouds; '" + input + "'");
         }
+    // Files of glTF have materials, but not always lights.
+    expect_refused({"a.glb", "-o", "a.pfm", "--material", "gold"}, "--material: is for bare meshes and point clouds; 'a.glb'");
+    EXPECT_EQ(parsed({"a.glb", "-o", "a.pfm", "--sky", "none", "--light", "key", "--no-ground"}).look.sky, (Float3{0, 0, 0}));
     expect_refused({"a.rpb", "-o", "a.pfm", "--background", "transparent"}, "--background transparent: 'a.pfm'");
     expect_refused({"a.rpb", "-o", "a.pfm", "--background", "blue"}, "--background: 'blue'");
     expect_refused({"a.rpb", "-o", "a.pfm", "--exposure", "bright"}, "--exposure: 'bright'");
