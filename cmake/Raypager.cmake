@@ -75,7 +75,7 @@ endfunction()
 
 function(raypager_libraries)
     set(engine "")
-    foreach(folder base scene image device block lights store texture procedural import world clouds cut gather pack bake residency film wavefront render bench)
+    foreach(folder base scene image denoise device block lights store texture procedural import world clouds cut gather pack bake residency film wavefront render bench)
         file(GLOB found CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${folder}/*.cpp)
         list(APPEND engine ${found})
     endforeach()
@@ -91,7 +91,7 @@ function(raypager_libraries)
     target_compile_definitions(raypager_inside INTERFACE CL_TARGET_OPENCL_VERSION=120 CL_HPP_TARGET_OPENCL_VERSION=120
         CL_HPP_MINIMUM_OPENCL_VERSION=120 RAYPAGER_VERSION="${PROJECT_VERSION}" $<$<BOOL:${RAYPAGER_EDGES}>:RAYPAGER_EDGES=1>)
     target_link_libraries(raypager_inside INTERFACE raypager_options nlohmann_json::nlohmann_json)
-    target_link_libraries(raypager_engine PUBLIC $<BUILD_INTERFACE:raypager_inside> PRIVATE OpenCL::OpenCL Threads::Threads ZLIB::ZLIB ${RAYPAGER_GLU})
+    target_link_libraries(raypager_engine PUBLIC $<BUILD_INTERFACE:raypager_inside> PRIVATE OpenCL::OpenCL Threads::Threads ZLIB::ZLIB ${RAYPAGER_GLU} ${CMAKE_DL_LIBS})
     target_include_directories(raypager_engine SYSTEM PRIVATE ${RAYPAGER_GLU_INCLUDE})
     # Compiled with each source that uses it, fmt takes more of the time than most sources. Debian has no static library of it.
     if(RAYPAGER_STATIC)

@@ -7,6 +7,7 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
+#include "cli/developing.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/report.hpp"
 #include "cli/stop_signal.hpp"
@@ -69,8 +70,10 @@ Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions op
     if (!result) return result.status();
     // An empty picture must not take the place of an older one.
     if (!result->report.complete && result->report.average_spp == 0) return result;
+    const Status denoised = denoise_picture(settings, result->image, result->layers);
     expose(result->image, settings.exposure);
-    RAYPAGER_TRY(write_image_with_layers(settings.output, result->image, result->layers));
+    RAYPAGER_TRY(write_picture(settings, result->image, result->layers));
+    if (!denoised) return denoised.at(settings.output.string() + " is the picture with its noise");
     const std::string unfinished = result->report.complete ? "" : fmt::format(", stopped at {:.1f} samples per pixel", result->report.average_spp);
     log_note(fmt::format("picture {}: {}, {}{}", which, settings.output.string(), format_duration(result->report.seconds.total), unfinished));
     return result;
