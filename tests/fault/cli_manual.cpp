@@ -112,6 +112,18 @@ TEST_F(CliManual, BashCompletesVerbsOptionsAndNothingElse) {
     EXPECT_EQ(complete("render --spp \"\""), "compopt +o default\n\n") << "a number is no file";
 }
 
+TEST_F(CliManual, FishCompletesWithAWordAboutEach) {
+    if (!installed("fish")) GTEST_SKIP() << "fish is not installed";
+    run("\"$raypager\" generate fish >completions.fish");
+    const auto complete = [&](const std::string& words) {
+        return run(fmt::format("HOME=$PWD fish --no-config -c 'source completions.fish; complete -C \"raypager {}\"'", words));
+    };
+    EXPECT_EQ(complete("ren"), "render\trender a scene or a block file\n");
+    EXPECT_EQ(complete("bench tra"), "traverse\trays per second of the engine's own kernels on a baked scene\n");
+    EXPECT_EQ(complete("compare --js").substr(0, 7), "--json\t");
+    EXPECT_EQ(complete("devices --geometry"), "") << "an option of another verb";
+}
+
 TEST_F(CliManual, ShellsReadTheirCompletions) {
     for (const auto& [shell, command] : {std::pair{"bash", "bash -n"}, std::pair{"zsh", "zsh -n"}, std::pair{"fish", "fish --no-execute"}})
         if (installed(shell)) {
