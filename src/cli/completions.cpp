@@ -74,10 +74,10 @@ std::string bash_case(const DescribedVerb& verb) {
 }
 
 std::string zsh_option(const OptionDescription& option) {
-    const std::string text = "[" + escaped(short_help(option.help), "[]:\\") + "]";
-    const std::string value = option.value.empty() ? "" : ":" + escaped(option.value, "[]:\\") + (takes_path(option) ? ":_files" : ": ");
-    if (option.letter.empty()) return "            " + shell_quoted("--" + option.name + text + value);
-    return fmt::format("            '(-{0} --{1})'{{-{0},--{1}}}{2}", option.letter, option.name, shell_quoted(text + value));
+    std::string text = fmt::format("[{}]", escaped(short_help(option.help), "[]:\\"));
+    if (!option.value.empty()) text += fmt::format(":{}:{}", escaped(option.value, "[]:\\"), takes_path(option) ? "_files" : " ");
+    if (option.letter.empty()) return fmt::format("            {}", shell_quoted(fmt::format("--{}{}", option.name, text)));
+    return fmt::format("            '(-{0} --{1})'{{-{0},--{1}}}{2}", option.letter, option.name, shell_quoted(text));
 }
 
 std::string zsh_case(const DescribedVerb& verb) {
@@ -88,7 +88,7 @@ std::string zsh_case(const DescribedVerb& verb) {
 
 std::string zsh_list(const char* variable, const std::vector<std::pair<std::string, std::string>>& words) {
     std::string text = fmt::format("    {}=(\n", variable);
-    for (const auto& [name, summary] : words) text += "        " + shell_quoted(name + ":" + summary) + "\n";
+    for (const auto& [name, summary] : words) text += fmt::format("        {}\n", shell_quoted(fmt::format("{}:{}", name, summary)));
     return text + "    )\n";
 }
 

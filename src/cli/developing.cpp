@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
+
 #include "base/log.hpp"
 #include "raypager/denoise.hpp"
 
@@ -26,12 +28,13 @@ Status choose_denoiser(RenderSettings& settings) {
 }
 
 // Before the exposure, which then only multiplies the picture: what is detail and what is noise does not depend on it.
-Status denoise_picture(const RenderSettings& settings, Image& image, const std::vector<FilmLayerImage>& layers, bool fast) {
-    if (!settings.denoise) return {};
+Result<double> denoise_picture(const RenderSettings& settings, Image& image, const std::vector<FilmLayerImage>& layers, bool fast) {
+    if (!settings.denoise) return 0.0;
+    const auto begin = std::chrono::steady_clock::now();
     auto denoised = denoise(image, find_layer(layers, FilmLayer::albedo), find_layer(layers, FilmLayer::normal), {{}, fast});
     if (!denoised) return denoised.status();
     image = std::move(*denoised);
-    return {};
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 Status write_picture(const RenderSettings& settings, const Image& image, std::vector<FilmLayerImage> layers) {

@@ -62,10 +62,6 @@ void print_summary(const RenderSettings& settings, const Blocks& scene, const Re
     log_note(fmt::format("picture: {}", settings.output.string()));
 }
 
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 // What a render that was stopped before its time has to say for itself.
 Status stopped_early(const RenderSettings& settings, const RenderReport& report) {
     std::string what = fmt::format("stopped by a signal; the picture has {:.1f} samples per pixel", report.average_spp);
@@ -111,15 +107,14 @@ Status render_to_files(const RenderSettings& settings) {
     // An empty picture must not take the place of an older one.
     if (!complete && result->report.average_spp == 0 && settings.options.checkpoint.file.empty())
         return Status::interrupted("stopped by a signal before any sample was complete; no picture was written");
-    const auto rendered = std::chrono::steady_clock::now();
-    const Status denoised = denoise_picture(settings, result->image, result->layers);
-    const double denoise_seconds = settings.denoise ? seconds_since(rendered) : 0;
+    const auto denoised = denoise_picture(settings, result->image, result->layers);
     expose(result->image, settings.exposure);
     const Status logged = monitor->finish(result->image, result->report);
-    const ReportSeconds seconds{seconds_since(begin), opened->bake_seconds, denoise_seconds};
+    const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds,
+                                denoised ? *denoised : 0};
     RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
     RAYPAGER_TRY(logged);
-    if (!denoised) return denoised.at(settings.output.string() + " is the picture with its noise");
+    if (!denoised) return denoised.status().at(settings.output.string() + " is the picture with its noise");
     print_summary(settings, scene, result->report, seconds, monitor->final_rmse(), opened->ground_triangles);
     return complete ? Status() : stopped_early(settings, result->report);
 }

@@ -87,7 +87,7 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
 
 // Denoised, too, wherever anybody looks at the picture: a file, or the log's comparison with a reference.
 Status RenderMonitor::develop(Image& image, std::vector<FilmLayerImage>& layers, const RenderProgress& progress) {
-    if (settings_.snapshot_seconds > 0 || reference_) RAYPAGER_TRY(denoise_picture(settings_, image, layers, true));
+    if (settings_.snapshot_seconds > 0 || reference_) RAYPAGER_TRY(denoise_picture(settings_, image, layers, true).status());
     expose(image, settings_.exposure);
     if (settings_.snapshot_seconds > 0) RAYPAGER_TRY(write_picture(settings_, image, std::move(layers)));
     return log_.is_open() ? log_row(image, progress) : Status();
