@@ -13,7 +13,8 @@
 
 namespace raypager {
 
-// Means over all samples of a pixel, of what their camera rays meet first. Samples that meet nothing count as zeros.
+// Means over all samples of a pixel, of what their camera rays meet first. Samples that meet nothing count as zeros. Pixels without samples, of
+// renders that were stopped, have the means around them, as in the picture.
 //   albedo    the share of light that the surface reflects or lets through, 0 to 1, whatever its roughness; 0 of what only emits
 //   normal    shading normal in the world, unit length in each sample, towards the camera
 // Of the first sample of a pixel, what its camera ray meets first. Means of these would be of no use.

@@ -141,9 +141,10 @@ struct RenderResult {
 // All may be empty. All but warning are called from the thread that renders, between two rounds.
 struct RenderCallbacks {
     std::function<void(const RenderProgress&)> progress;
-    std::function<Status(Image&, const RenderProgress&)> snapshot;  // may change the picture; an error ends the render
-    std::function<void(const std::string&)> warning;                // a line for the user, from any thread; empty: to stderr
-    std::function<void()> begins;                                   // before the first round: from now on there is work to lose
+    // Picture and layers so far, which may be changed; an error ends the render.
+    std::function<Status(Image&, std::vector<FilmLayerImage>&, const RenderProgress&)> snapshot;
+    std::function<void(const std::string&)> warning;  // a line for the user, from any thread; empty: to stderr
+    std::function<void()> begins;                     // before the first round: from now on there is work to lose
 };
 
 // Renders from start to end.

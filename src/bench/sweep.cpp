@@ -44,7 +44,7 @@ Status add_point(SweepRun& run, const Image& image, const Image& reference, doub
 Result<SweepRun> run_one(const BlockSource& file, const RenderOptions& options, bool keep_journal, const Image& reference) {
     SweepRun run;
     RenderCallbacks callbacks;
-    callbacks.snapshot = [&](const Image& image, const RenderProgress& progress) {
+    callbacks.snapshot = [&](const Image& image, const std::vector<FilmLayerImage>&, const RenderProgress& progress) {
         if (progress.spp < 1) return Status();  // a picture with black pixels is no stage of convergence
         return add_point(run, image, reference, progress.seconds - progress.snapshot_seconds, progress.spp, progress.bytes_loaded);
     };

@@ -12,13 +12,7 @@
 namespace raypager {
 namespace {
 
-struct Measurement {
-    const char *name, *about;
-    Status (*run)(const Arguments&);
-};
-
-// In the order in which the help lists them.
-constexpr Measurement measurements[] = {
+constexpr Verb measurements[] = {
     {"export", "writes a baked scene for Mitsuba 3, to compare with it", run_bench_export},
     {"traverse", "rays per second of the engine's own kernels on a baked scene", run_bench_traverse},
     {"sweep", "renders at many limits, policies and path counts: tables, curves", run_bench_sweep},
@@ -29,11 +23,13 @@ std::string usage() {
     std::string text =
         "Usage: raypager bench MEASUREMENT ...\n\nMeasures the program itself. 'raypager help bench MEASUREMENT' shows the options\nof "
         "one.\n\nMeasurements:\n";
-    for (const Measurement& m : measurements) text += fmt::format("  {:<10} {}\n", m.name, m.about);
+    for (const Verb& m : measurements) text += fmt::format("  {:<10} {}\n", m.name, m.about);
     return text;
 }
 
 }  // namespace
+
+std::span<const Verb> bench_measurements() { return measurements; }
 
 Status run_bench(const Arguments& arguments) {
     if (arguments.empty()) return Status::usage("bench: the measurement is missing; see 'raypager help bench'");
@@ -41,8 +37,7 @@ Status run_bench(const Arguments& arguments) {
         std::fputs(usage().c_str(), stdout);
         return {};
     }
-    const auto* found =
-        std::find_if(std::begin(measurements), std::end(measurements), [&](const Measurement& m) { return arguments.front() == m.name; });
+    const auto* found = std::find_if(std::begin(measurements), std::end(measurements), [&](const Verb& m) { return arguments.front() == m.name; });
     if (found == std::end(measurements))
         return Status::usage(fmt::format("bench: '{}' is not a measurement; see 'raypager help bench'", arguments.front()));
     return found->run(Arguments(arguments.begin() + 1, arguments.end()));

@@ -4,6 +4,7 @@
 
 #include <boost/program_options.hpp>
 #include <cstdio>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -16,6 +17,8 @@ namespace options = boost::program_options;
 
 constexpr unsigned help_columns = 80;
 
+constexpr const char *help_name = "help,h", *help_of_help = "show this text";
+
 constexpr const char* inputs_key = "(inputs)";  // no option can be called so
 
 options::options_description describe(const auto& declared) {
@@ -26,7 +29,7 @@ options::options_description describe(const auto& declared) {
         else
             visible.add_options()(entry.name.c_str(), options::value<std::string>()->value_name(entry.value), entry.help.c_str());
     }
-    visible.add_options()("help,h", "show this text");
+    visible.add_options()(help_name, help_of_help);
     return visible;
 }
 
@@ -67,7 +70,20 @@ std::string wrapped(const std::string& text) {
 
 std::string long_name(const std::string& name) { return name.substr(0, name.find(',')); }
 
+// Where the next parser is to describe itself instead of reading arguments; null: nowhere.
+thread_local std::optional<VerbDescription>* described = nullptr;
+
 }  // namespace
+
+Result<VerbDescription> describe_verb(Status (*run)(const Arguments& arguments)) {
+    std::optional<VerbDescription> description;
+    described = &description;
+    const Status status = run({"--help"});
+    described = nullptr;
+    if (!status) return status;
+    if (!description) return Status::failed("a verb without options; this is a bug");
+    return std::move(*description);
+}
 
 OptionParser::OptionParser(std::string verb, std::string usage, std::string about)
     : verb_(std::move(verb)), usage_(std::move(usage)), about_(std::move(about)) {}
@@ -98,6 +114,17 @@ std::string OptionParser::help_text() const {
     return text.str();
 }
 
+VerbDescription OptionParser::description() const {
+    VerbDescription result{usage_, about_, {}, inputs_ != nullptr};
+    const auto add = [&](const std::string& name, const std::string& value, const std::string& help) {
+        const size_t comma = name.find(',');
+        result.options.push_back({long_name(name), comma == std::string::npos ? "" : name.substr(comma + 1), value, help});
+    };
+    for (const Declared& entry : declared_) add(entry.name, entry.value, entry.help);
+    add(help_name, "", help_of_help);
+    return result;
+}
+
 Status OptionParser::apply(const std::string& key, const std::string& text) const {
     for (const Declared& entry : declared_) {
         if (long_name(entry.name) != key) continue;
@@ -108,6 +135,10 @@ Status OptionParser::apply(const std::string& key, const std::string& text) cons
 }
 
 Result<OptionParser::Outcome> OptionParser::parse(const Arguments& arguments) const {
+    if (described) {
+        *described = description();
+        return Outcome::help_shown;
+    }
     options::options_description all = describe(declared_);
     all.add_options()(inputs_key, options::value<std::vector<std::string>>());
     options::positional_options_description positional;

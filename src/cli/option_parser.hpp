@@ -14,6 +14,18 @@ namespace raypager {
 
 using Arguments = std::vector<std::string>;  // behind the verb
 
+// What --help says of a verb, as data.
+struct OptionDescription {
+    std::string name, letter, value, help;  // "output", "o" or empty, "FILE" or empty for a flag
+};
+struct VerbDescription {
+    std::string usage, about;
+    std::vector<OptionDescription> options;  // --help among them
+    bool takes_inputs = false;
+};
+// Of the verb that this runs: no option is read, and nothing is done but declaring them.
+Result<VerbDescription> describe_verb(Status (*run)(const Arguments& arguments));
+
 class OptionParser {
 public:
     using Setter = std::function<Status(const std::string& text)>;
@@ -38,6 +50,7 @@ private:
         Setter set;
     };
     std::string help_text() const;
+    VerbDescription description() const;
     Status apply(const std::string& key, const std::string& text) const;
 
     std::string verb_, usage_, about_;

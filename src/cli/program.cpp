@@ -17,11 +17,6 @@
 namespace raypager {
 namespace {
 
-struct Verb {
-    std::string_view name, about;
-    Status (*run)(const Arguments& arguments);
-};
-
 constexpr std::array<Verb, 7> verbs = {{
     {"devices", "list the OpenCL devices", run_devices},
     {"make-scene", "write a procedural scene of any size", run_make_scene},
@@ -78,6 +73,7 @@ Status dispatch(const Arguments& arguments) {
         std::fputs("raypager " RAYPAGER_VERSION "\n", stdout);
         return {};
     }
+    if (first == "generate") return run_generate({arguments.begin() + 1, arguments.end()});
     const auto verb = find_verb(first);
     return verb ? (*verb)->run({arguments.begin() + 1, arguments.end()}) : verb.status();
 }
@@ -110,6 +106,8 @@ void print_error(std::string message) {
 }
 
 }  // namespace
+
+std::span<const Verb> all_verbs() { return verbs; }
 
 int run_program(const Arguments& arguments) noexcept {
 #ifdef SIGXFSZ

@@ -6,6 +6,7 @@
 
 #include "base/files.hpp"
 #include "base/log.hpp"
+#include "cli/developing.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/render_settings.hpp"
@@ -45,7 +46,7 @@ Result<std::optional<Image>> read_reference(const RenderSettings& settings) {
 
 Status write_results(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderResult& result,
                      const ReportSeconds& seconds) {
-    RAYPAGER_TRY(write_image_with_layers(settings.output, result.image, result.layers));
+    RAYPAGER_TRY(write_picture(settings, result.image, result.layers));
     if (const auto& trace = effective.record.file; !trace.empty() && result.report.complete)
         log_note(fmt::format("demand trace: {}, {} of {} paths", trace.string(), format_count(result.report.recorded_paths),
                              format_count(result.report.rays.camera)));
@@ -102,15 +103,18 @@ Status render_to_files(const RenderSettings& settings) {
     auto result = render(opened->blocks, *options, callbacks);
     progress_line("");
     if (!result) return result.status();
-    expose(result->image, settings.exposure);
     const bool complete = result->report.complete;
     // An empty picture must not take the place of an older one.
     if (!complete && result->report.average_spp == 0 && settings.options.checkpoint.file.empty())
         return Status::interrupted("stopped by a signal before any sample was complete; no picture was written");
+    const auto denoised = denoise_picture(settings, result->image, result->layers);
+    expose(result->image, settings.exposure);
     const Status logged = monitor->finish(result->image, result->report);
-    const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds};
+    const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened->bake_seconds,
+                                denoised ? *denoised : 0};
     RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
     RAYPAGER_TRY(logged);
+    if (!denoised) return denoised.status().at(settings.output.string() + " is the picture with its noise");
     print_summary(settings, scene, result->report, seconds, monitor->final_rmse(), opened->ground_triangles);
     return complete ? Status() : stopped_early(settings, result->report);
 }
@@ -118,9 +122,11 @@ Status render_to_files(const RenderSettings& settings) {
 }  // namespace
 
 Status run_render(const Arguments& arguments) {
-    const auto settings = parse_render_settings(arguments);
+    auto settings = parse_render_settings(arguments);
     if (!settings) return settings.status();
-    return *settings ? render_to_files(**settings) : Status();
+    if (!*settings) return {};
+    RAYPAGER_TRY(choose_denoiser(**settings));
+    return render_to_files(**settings);
 }
 
 }  // namespace raypager

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/log.hpp"
+#include "cli/developing.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/values.hpp"
 #include "raypager/picture.hpp"
@@ -53,9 +54,7 @@ std::string progress_text(const RenderProgress& progress, uint32_t spp) {
 
 Result<RenderMonitor> RenderMonitor::create(const RenderSettings& settings, const RenderOptions& effective, std::optional<Image> reference) {
     RenderMonitor monitor;
-    monitor.output_ = settings.output;
-    monitor.snapshot_seconds_ = settings.snapshot_seconds;
-    monitor.exposure_ = settings.exposure;
+    monitor.settings_ = settings;
     monitor.total_spp_ = settings.options.spp == 0 && settings.options.time_seconds > 0 ? 0 : effective.spp;
     monitor.show_progress_ = settings.progress || stderr_is_terminal();
     if (reference) RAYPAGER_TRY(check_reference_size(*reference, *settings.reference, effective));
@@ -78,16 +77,25 @@ RenderCallbacks RenderMonitor::callbacks(RenderOptions& options) {
         options.progress_seconds = stderr_is_terminal() ? terminal_progress_seconds : file_progress_seconds;
         result.progress = [spp = total_spp_](const RenderProgress& progress) { progress_line(progress_text(progress, spp)); };
     }
-    options.snapshot_seconds = snapshot_seconds_ > 0 ? snapshot_seconds_ : log_.is_open() ? log_seconds : 0;
-    if (options.snapshot_seconds > 0) result.snapshot = [this](Image& image, const RenderProgress& progress) { return snapshot(image, progress); };
+    options.snapshot_seconds = settings_.snapshot_seconds > 0 ? settings_.snapshot_seconds : log_.is_open() ? log_seconds : 0;
+    if (options.snapshot_seconds > 0)
+        result.snapshot = [this](Image& image, std::vector<FilmLayerImage>& layers, const RenderProgress& progress) {
+            return snapshot(image, layers, progress);
+        };
     return result;
 }
 
+// Denoised, too, wherever anybody looks at the picture: a file, or the log's comparison with a reference.
+Status RenderMonitor::develop(Image& image, std::vector<FilmLayerImage>& layers, const RenderProgress& progress) {
+    if (settings_.snapshot_seconds > 0 || reference_) RAYPAGER_TRY(denoise_picture(settings_, image, layers, true).status());
+    expose(image, settings_.exposure);
+    if (settings_.snapshot_seconds > 0) RAYPAGER_TRY(write_picture(settings_, image, std::move(layers)));
+    return log_.is_open() ? log_row(image, progress) : Status();
+}
+
 // A snapshot or a row that cannot be written is no reason to throw the render away: the disk may have room again at its end.
-Status RenderMonitor::snapshot(Image& image, const RenderProgress& progress) {
-    expose(image, exposure_);
-    Status status = snapshot_seconds_ > 0 ? write_image(output_, image) : Status();
-    if (status && log_.is_open()) status = log_row(image, progress);
+Status RenderMonitor::snapshot(Image& image, std::vector<FilmLayerImage>& layers, const RenderProgress& progress) {
+    const Status status = develop(image, layers, progress);
     if (!status && !warned_) log_warning(status.message() + "; the render goes on");
     warned_ = warned_ || !status;
     return {};

@@ -23,13 +23,12 @@ public:
     std::optional<double> final_rmse() const { return final_rmse_; }
 
 private:
-    Status snapshot(Image& image, const RenderProgress& progress);
+    Status snapshot(Image& image, std::vector<FilmLayerImage>& layers, const RenderProgress& progress);
+    Status develop(Image& image, std::vector<FilmLayerImage>& layers, const RenderProgress& progress);
     Status log_row(const Image& image, const RenderProgress& progress);
     Result<std::optional<double>> rmse(const Image& image) const;
 
-    std::filesystem::path output_;
-    double snapshot_seconds_ = 0;
-    double exposure_ = 0;
+    RenderSettings settings_;
     bool show_progress_ = false;
     uint32_t total_spp_ = 0;  // 0: as many as there is time for
     bool warned_ = false;     // about a snapshot that could not be written

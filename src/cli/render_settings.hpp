@@ -23,6 +23,8 @@ struct RenderSettings {
     BakeOptions bake;        // of what is not baked
     BareLook look;           // of bare inputs
     LookTexts texts;         // what was said of it
+    bool denoise = false;    // pictures, before they are exposed
+    std::string denoiser;    // by what; empty: not looked for yet
     double exposure = 0;     // the picture is multiplied by 2 to the power of this
     uint32_t turntable = 0;  // pictures all around; 0: one, and none of that
     std::optional<std::filesystem::path> cache_directory, reference, log, report;
@@ -41,7 +43,8 @@ void add_picture_options(OptionParser& parser, RenderSettings& settings);
 void add_device_options(OptionParser& parser, RenderSettings& settings);
 void add_tuning_options(OptionParser& parser, RenderSettings& settings);
 
-// settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given.
+// settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given, and the layers that denoising
+// needs.
 Result<RenderOptions> effective_options(const RenderSettings& settings, const Blocks& scene);
 
 }  // namespace raypager

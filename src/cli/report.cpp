@@ -81,7 +81,8 @@ Json settings_json(const RenderSettings& settings, const RenderOptions& effectiv
             {"background", text_json(settings.texts.background)},
             {"exposure", settings.exposure},
             {"adaptive", effective.adaptive_error > 0 ? Json(effective.adaptive_error) : Json(nullptr)},
-            {"layers", report.layers.any() ? Json(film_layer_list(report.layers)) : Json(nullptr)},
+            {"denoise", settings.denoise ? Json(settings.denoiser) : Json(nullptr)},
+            {"layers", settings.options.layers.any() ? Json(film_layer_list(settings.options.layers)) : Json(nullptr)},
             {"turntable", settings.turntable > 0 ? Json(settings.turntable) : Json(nullptr)},
             {"point_radius", point_radius_json(settings.bake.points)},
             {"point_scale", settings.bake.points.radius_scale},
@@ -201,6 +202,7 @@ Json report_json(const RenderSettings& settings, const RenderOptions& effective,
             {"seconds",
              {{"total", seconds.total},
               {"bake", seconds.bake},
+              {"denoise", seconds.denoise},
               {"render", report.seconds.render},
               {"trace", report.seconds.trace},
               {"stall", report.seconds.stall},
@@ -244,6 +246,7 @@ std::string summary_text(const Blocks& scene, const RenderReport& report, const 
     std::string text = fmt::format("raypager: {}x{}, {} spp in {} (baking {}, rendering {})\n", report.width, report.height, spp,
                                    format_duration(seconds.total), format_duration(seconds.bake), format_duration(report.seconds.render));
     text += paging_table(scene, report, ground);
+    if (seconds.denoise > 0) text += fmt::format("  {:<16} {}\n", "denoised", format_duration(seconds.denoise));
     if (report.clamped_samples > 0)
         text += fmt::format("raypager: warning: too bright or not finite, and so clamped: {}\n", counted(report.clamped_samples, "sample"));
     return text;

@@ -12,7 +12,7 @@
 namespace raypager {
 
 struct ReportSeconds {
-    double total = 0, bake = 0;  // of the whole program, and of its part before rendering; the rest is in RenderReport
+    double total = 0, bake = 0, denoise = 0;  // of the whole program, and of its parts before and after rendering; the rest is in RenderReport
 };
 
 // The report's "scene" object; 'inspect --json' prints the same.

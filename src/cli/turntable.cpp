@@ -7,6 +7,7 @@
 #include "base/files.hpp"
 #include "base/hash.hpp"
 #include "base/log.hpp"
+#include "cli/developing.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/report.hpp"
 #include "cli/stop_signal.hpp"
@@ -59,8 +60,9 @@ Camera as_printed(const Camera& camera, uint32_t width, uint32_t height) {
     return made.value_or(camera);
 }
 
-// One picture of them.
-Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions options, const Blocks& file, const std::string& which) {
+// One picture of them. What its denoising took is added to denoise_seconds.
+Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions options, const Blocks& file, const std::string& which,
+                                double& denoise_seconds) {
     auto monitor = RenderMonitor::create(settings, options, std::nullopt);
     if (!monitor) return monitor.status();
     const RenderCallbacks callbacks = monitor->callbacks(options);
@@ -69,8 +71,11 @@ Result<RenderResult> render_one(const RenderSettings& settings, RenderOptions op
     if (!result) return result.status();
     // An empty picture must not take the place of an older one.
     if (!result->report.complete && result->report.average_spp == 0) return result;
+    const auto denoised = denoise_picture(settings, result->image, result->layers);
     expose(result->image, settings.exposure);
-    RAYPAGER_TRY(write_image_with_layers(settings.output, result->image, result->layers));
+    RAYPAGER_TRY(write_picture(settings, result->image, result->layers));
+    if (!denoised) return denoised.status().at(settings.output.string() + " is the picture with its noise");
+    denoise_seconds += *denoised;
     const std::string unfinished = result->report.complete ? "" : fmt::format(", stopped at {:.1f} samples per pixel", result->report.average_spp);
     log_note(fmt::format("picture {}: {}, {}{}", which, settings.output.string(), format_duration(result->report.seconds.total), unfinished));
     return result;
@@ -103,12 +108,13 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
     Json pictures = Json::array();
     std::optional<RenderReport> last;
     uint32_t finished = 0;
+    double denoise_seconds = 0;
     for (uint32_t i = 0; i < settings.turntable && !stopped; i++) {
         one.output = turntable_picture(settings.output, i, settings.turntable);
         turned.camera = turned_camera(turning.first, turning.center, turning.upright, static_cast<double>(i) / settings.turntable);
         if (!same_place(*turned.camera, options.camera.value_or(scene.camera())))
             turned.camera = as_printed(*turned.camera, turned.width, turned.height);
-        const auto result = render_one(one, turned, opened.blocks, fmt::format("{} of {}", i + 1, settings.turntable));
+        const auto result = render_one(one, turned, opened.blocks, fmt::format("{} of {}", i + 1, settings.turntable), denoise_seconds);
         if (!result && stopped) break;  // compilers of kernels, too, end at signals, as if there were an error
         if (!result) return result.status();
         if (!result->report.complete && result->report.average_spp == 0) break;  // of which there is no picture
@@ -117,7 +123,8 @@ Status render_turntable(const RenderSettings& settings, const RenderOptions& opt
         pictures.push_back(picture_json(one, turned, scene, *last));
     }
     if (settings.report && last) {
-        const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened.bake_seconds};
+        const ReportSeconds seconds{std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), opened.bake_seconds,
+                                    denoise_seconds};
         Json report = report_json(settings, turned, scene, *last, seconds);
         report["turntable"] = pictures;
         RAYPAGER_TRY(write_text(*settings.report, json_text(report)));

@@ -112,7 +112,11 @@ Image FilmResolver::take_image() {
 
 std::vector<FilmLayerImage> FilmResolver::take_layers() {
     RAYPAGER_CHECK(added_ == pixels_);
-    return layers_.take();
+    std::vector<FilmLayerImage> layers = layers_.take();
+    if (unsampled_count_ > 0)
+        for (FilmLayerImage& layer : layers)
+            if (layer.layer == FilmLayer::albedo || layer.layer == FilmLayer::normal) fill_unsampled(layer.image, unsampled_);
+    return layers;
 }
 
 uint64_t FilmResolver::hash() const {

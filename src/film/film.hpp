@@ -33,8 +33,8 @@ public:
     FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false, const FilmLayout& layout = FilmLayout());
     void add(std::span<const uint32_t> words);  // whole pixels, of layout.words() words each
     // REQUIRES from here on: every pixel was added.
-    Image take_image();  // pixels without samples have the colours around them (fill.hpp)
-    std::vector<FilmLayerImage> take_layers();
+    Image take_image();                            // pixels without samples have the colours around them (fill.hpp)
+    std::vector<FilmLayerImage> take_layers();     // so do their albedos and normals, for these go with the picture
     uint64_t hash() const;                         // of the picture, whatever its layers
     uint64_t layers_hash() const;                  // of layers that are the same for every limit; 0: there are none
     uint64_t samples() const { return samples_; }  // finished, in all pixels together

@@ -180,7 +180,8 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
     if (mine.background != identity.background) return differs("its --background is another one");
     if (mine.film_layers != identity.film_layers) {
         const auto layers = [](uint32_t bits) { return bits == 0 ? "none" : film_layer_list(FilmLayers(bits)); };
-        return differs(fmt::format("its --layers are {}, not {}", layers(mine.film_layers), layers(identity.film_layers)));
+        return differs(
+            fmt::format("its --layers are {}, not {} (--denoise adds albedo and normal)", layers(mine.film_layers), layers(identity.film_layers)));
     }
     if (mine.max_depth != identity.max_depth) return differs(fmt::format("its --max-depth is {}, not {}", mine.max_depth, identity.max_depth));
     const auto connection = [](const RenderIdentity& i) { return i.roulette_connection ? "roulette" : "queue"; };

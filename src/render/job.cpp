@@ -222,7 +222,8 @@ Status RenderJob::snapshot(double now) {
     if (!film) return film.status();
     p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
     Image image = film->take_image();
-    RAYPAGER_TRY(callbacks_.snapshot(image, p));
+    std::vector<FilmLayerImage> layers = film->take_layers();
+    RAYPAGER_TRY(callbacks_.snapshot(image, layers, p));
     const double end = render_seconds();
     snapshot_seconds_ += end - now;
     snapshot_interval_ *= options_.snapshot_growth;

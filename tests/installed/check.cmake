@@ -11,6 +11,13 @@ file(REMOVE_RECURSE ${FOLDER})
 file(MAKE_DIRECTORY ${FOLDER})
 file(COPY ${SOURCE}/CMakeLists.txt ${SOURCE}/example.cpp DESTINATION ${FOLDER}/example)  # on a tree without the sources
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${FOLDER}/prefix)
+foreach(file bin/raypager share/man/man1/raypager.1 share/bash-completion/completions/raypager share/zsh/site-functions/_raypager
+        share/fish/vendor_completions.d/raypager.fish)
+    file(SIZE ${FOLDER}/prefix/${file} bytes)
+    if(bytes LESS 1000)
+        message(FATAL_ERROR "${file} has ${bytes} bytes")
+    endif()
+endforeach()
 run(${CMAKE_COMMAND} -S example -B build -DCMAKE_PREFIX_PATH=${FOLDER}/prefix -DCMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build build)
 run(build/example)

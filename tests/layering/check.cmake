@@ -3,6 +3,7 @@ set(layer_base 1)
 set(layer_scene 2)
 set(layer_device 2)
 set(layer_image 2)
+set(layer_denoise 2)
 set(layer_import 3)
 set(layer_procedural 3)
 set(layer_block 3)
@@ -25,6 +26,7 @@ set(layer_cli 9)
 # header pattern | files that may include it
 set(owners
     "CL/|^src/device/"
+    "dlfcn|^src/denoise/"
     "GL/|^src/import/[^/]*glu"
     "OpenImageIO/|^src/image/[^/]*openimageio"
     "boost/|^src/cli/"

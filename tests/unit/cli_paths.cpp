@@ -6,10 +6,13 @@
 #include "base/files.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/scene_cache.hpp"
+#include "support/environment.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace raypager {
 namespace {
+
+using support::ScopedVariable;
 
 using Paths = std::vector<std::filesystem::path>;
 
@@ -44,23 +47,6 @@ TEST_F(CliPaths, SameFileUnderOtherNames) {
     EXPECT_FALSE(same_file(folder_ / "a", folder_ / "absent"));
     EXPECT_FALSE(same_file(folder_ / "absent", folder_ / "absent2"));
 }
-
-// Sets an environment variable (null: takes it away) and puts the old value back in the end.
-class ScopedVariable {
-public:
-    ScopedVariable(const char* name, const char* value) : name_(name) {
-        if (const char* old = std::getenv(name)) old_ = old;
-        set(value);
-    }
-    ~ScopedVariable() { set(old_ ? old_->c_str() : nullptr); }
-    ScopedVariable(const ScopedVariable&) = delete;
-    ScopedVariable& operator=(const ScopedVariable&) = delete;
-
-private:
-    void set(const char* value) const { EXPECT_EQ(value ? ::setenv(name_, value, 1) : ::unsetenv(name_), 0); }
-    const char* name_;
-    std::optional<std::string> old_;
-};
 
 TEST_F(CliPaths, CachesLieBesideTheInputOrWithTheUser) {
     {

@@ -48,14 +48,14 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     settings.inputs = {"a.rpb"};
     settings.output = "out.exr";
     const auto json = report_json(settings, RenderOptions(), support::blocks_of(small_scene()), sample_report(), {5, 1});
-    EXPECT_EQ(keys_of(json), (Keys{"raypager", "device", "scene", "limits", "peak", "image", "camera", "bounds", "seconds", "rays", "paging",
-                                   "checkpoint", "settings"}));
+    EXPECT_EQ(keys_of(json), (Keys{"raypager", "device", "scene", "limits", "peak", "image", "layers", "camera", "bounds", "seconds", "rays",
+                                   "paging", "checkpoint", "settings"}));
     EXPECT_EQ(keys_of(json["device"]), (Keys{"name", "platform", "driver", "type"}));
     EXPECT_EQ(keys_of(json["scene"]), (Keys{"triangles", "spheres", "blocks", "block_bytes_max", "geometry_bytes", "stored_bytes",
                                             "bytes_per_primitive", "images", "pages", "texture_bytes"}));
     for (const char* part : {"limits", "peak"}) EXPECT_EQ(keys_of(json[part]), (Keys{"memory_bytes", "geometry_bytes", "host_bytes"}));
     EXPECT_EQ(keys_of(json["image"]), (Keys{"width", "height", "spp", "average_spp", "complete", "film_hash"}));
-    EXPECT_EQ(keys_of(json["seconds"]), (Keys{"total", "bake", "render", "trace", "stall", "kernel_build", "checkpoints", "stages"}));
+    EXPECT_EQ(keys_of(json["seconds"]), (Keys{"total", "bake", "denoise", "render", "trace", "stall", "kernel_build", "checkpoints", "stages"}));
     EXPECT_EQ(keys_of(json["checkpoint"]), (Keys{"runs", "written"}));
     EXPECT_EQ(keys_of(json["rays"]), (Keys{"camera", "bounce", "shadow", "total", "per_second"}));
     EXPECT_EQ(keys_of(json["paging"]), (Keys{"policy", "loads", "evictions", "bytes_loaded", "rounds", "wants_without_hit", "texture_waits"}));
@@ -63,7 +63,8 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
          {"device",         "memory_limit", "geometry_limit",   "host_limit", "spp",       "time",      "size",         "max_depth",
           "seed",           "paths",        "policy",           "connection", "traversal", "camera",    "point_radius", "point_scale",
           "cull_to_camera", "cull_margin",  "filter_to_image",  "reference",  "log",       "snapshots", "report",       "cache_dir",
-          "progress",       "checkpoint",   "checkpoint_every", "resume",     "tile",      "together",  "region",       "tune"})
+          "progress",       "checkpoint",   "checkpoint_every", "resume",     "tile",      "together",  "region",       "tune",
+          "layers",         "denoise"})
         EXPECT_TRUE(json["settings"].contains(option)) << option;
 }
 

@@ -57,5 +57,26 @@ TEST(FilmFill, FilmsCountAndFillThem) {
     for (const float value : film.take_image().values) EXPECT_FLOAT_EQ(value, 2);
 }
 
+// Means that go with the picture are filled as it is; what is of single samples stays empty.
+TEST(FilmFill, FilmsFillAlbedosAndNormals) {
+    FilmLayers layers;
+    for (const FilmLayer layer : {FilmLayer::albedo, FilmLayer::normal, FilmLayer::material}) layers.add(layer);
+    const FilmLayout layout{layers};
+    std::vector<uint32_t> words(4 * layout.words());
+    const auto pixel = std::span(words).first(layout.words());
+    add_sample(pixel.first<RP_FILM_WORDS>(), {2, 2, 2});
+    for (size_t i = 0; i < 3; i++) pixel[layout.first(FilmLayer::albedo) + 2 * i] = 1u << (RP_FILM_SCALE_BITS - 1);
+    for (size_t i = 0; i < 3; i++) pixel[layout.first(FilmLayer::normal) + 2 * i] = 3u << (RP_FILM_SCALE_BITS - 2);  // packed as (1 + n) / 2
+    pixel[layout.first(FilmLayer::normal) + RP_NORMAL_LAYER_COUNT] = 1;
+    pixel[layout.first(FilmLayer::material)] = 7;
+    FilmResolver film(2, 2, {}, false, layers);
+    film.add(words);
+    const auto images = film.take_layers();
+    ASSERT_EQ(images.size(), 3u);
+    for (const float value : images[0].image.values) EXPECT_FLOAT_EQ(value, 0.5f);
+    for (const float value : images[1].image.values) EXPECT_FLOAT_EQ(value, 0.5f);
+    EXPECT_EQ(images[2].image.values, (std::vector<float>{7, 0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace raypager
