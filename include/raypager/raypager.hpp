@@ -13,6 +13,7 @@
 #include "raypager/import.hpp"
 #include "raypager/materials.hpp"
 #include "raypager/picture.hpp"
+#include "raypager/report.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/session.hpp"
 #include "raypager/sky.hpp"

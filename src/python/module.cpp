@@ -1,0 +1,19 @@
+// raypager._raypager: the public library as Python sees it, plain and typed. What users call is the package around it (raypager/).
+#include <nanobind/nanobind.h>
+
+#include "python/bindings.hpp"
+#include "raypager/picture.hpp"
+
+NB_MODULE(_raypager, module) {
+    using namespace raypager;
+    module.doc() = "The engine's part of raypager. Use the package raypager, which checks what it hands on.";
+    module.attr("__version__") = RAYPAGER_VERSION;
+#ifdef RAYPAGER_OPENIMAGEIO
+    use_openimageio();
+#endif
+    python::add_devices(module);
+    python::add_materials(module);
+    python::add_scene(module);
+    python::add_blocks(module);
+    python::add_render(module);
+}
