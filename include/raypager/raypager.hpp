@@ -8,6 +8,7 @@
 
 #include "raypager/bake.hpp"
 #include "raypager/blocks.hpp"
+#include "raypager/camera_text.hpp"
 #include "raypager/devices.hpp"
 #include "raypager/image_source.hpp"
 #include "raypager/import.hpp"

@@ -13,8 +13,8 @@ struct ReportSeconds {
     double total = 0, bake = 0;  // of the whole program, and of its part before rendering; the rest is in RenderReport
 };
 
-// A JSON object with all figures, in the keys of the command line's --report: raypager, device, scene, limits, peak, image, bounds, seconds, rays,
-// paging, checkpoint, and settings, the effective values of what options ask for. Bytes, seconds, counts. Names that are no UTF-8 are mended.
+// A JSON object with all figures, in the keys of the command line's --report: raypager, device, scene, limits, peak, image, camera, bounds, seconds,
+// rays, paging, checkpoint, and settings, the effective values of what options ask for. Bytes, seconds, counts. Names that are no UTF-8 are mended.
 std::string report_text(const Blocks& scene, const RenderOptions& options, const RenderReport& report, const ReportSeconds& seconds);
 // What is in a scene, as the report's "scene" has it: of blocks in the form that a device has them in.
 std::string scene_text(const Blocks& scene, BlockForm form);

@@ -99,20 +99,11 @@ Json camera_json(const Camera& camera, uint32_t width, uint32_t height, const Bl
     return text.empty() ? Json(nullptr) : Json(text);
 }
 
-// A camera that was given is told as it was given.
-Json effective_camera_json(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderReport& report) {
-    if (settings.camera && settings.turntable == 0) return format_camera(*settings.camera);
-    return camera_json(effective.camera.value_or(scene.camera()), report.width, report.height, scene);
-}
-
 Json report_json(const RenderSettings& settings, const RenderOptions& effective, const Blocks& scene, const RenderReport& report,
                  const ReportSeconds& seconds) {
-    const Json facts = Json::parse(report_text(scene, effective, report, seconds));
-    Json json;
-    for (const auto& [key, value] : facts.items()) {
-        if (key == "bounds") json["camera"] = effective_camera_json(settings, effective, scene, report);
-        json[key] = key == "settings" ? settings_json(settings, value) : value;
-    }
+    Json json = Json::parse(report_text(scene, effective, report, seconds));
+    if (settings.camera && settings.turntable == 0) json["camera"] = format_camera(*settings.camera);  // as it was given
+    json["settings"] = settings_json(settings, json["settings"]);
     return json;
 }
 

@@ -86,7 +86,9 @@ Result<Baked> bake_anywhere(const Scene& scene, const BakeOptions& options, cons
 }
 
 // The bake has a thread of its own, so that this one, which Python gives signals to, can look for them and tell how far it is.
-nb::tuple bake_scene(const Scene& scene, BakeOptions options, const std::optional<std::filesystem::path>& path, const nb::object& progress) {
+// on_stop is called when it is to end before its time: chunks that Python hands out must end, too.
+nb::tuple bake_scene(const Scene& scene, BakeOptions options, const std::optional<std::filesystem::path>& path, const nb::object& progress,
+                     const nb::callable& on_stop) {
     std::atomic<bool> stop{false};
     Stage stage;
     options.stop = &stop;
@@ -104,6 +106,10 @@ nb::tuple bake_scene(const Scene& scene, BakeOptions options, const std::optiona
         tell();
     } catch (...) {
         stop = true;
+        {
+            const nb::error_scope raised;
+            on_stop();
+        }
         without_gil([&] { work.wait(); });
         throw;
     }
@@ -152,7 +158,7 @@ void add_blocks(nb::module_& module) {
         .def_prop_ro("pages", &Blocks::pages)
         .def_prop_ro("stored_bytes", [](const Blocks& blocks) { return blocks.memory_bytes(BlockForm::stored); })
         .def_prop_ro("wide_bytes", [](const Blocks& blocks) { return blocks.memory_bytes(BlockForm::wide); });
-    module.def("bake", &bake_scene, nb::arg("scene"), nb::arg("options"), nb::arg("path").none(), nb::arg("progress").none(),
+    module.def("bake", &bake_scene, nb::arg("scene"), nb::arg("options"), nb::arg("path").none(), nb::arg("progress").none(), nb::arg("on_stop"),
                "Blocks, figures, and what was met and mended. progress(stage, fraction) is called now and then.");
     module.def("smallest_bake_limit", [] { return smallest_bake_limit(); });
     module.def(

@@ -14,6 +14,7 @@
 #include "python/bindings.hpp"
 #include "python/errors.hpp"
 #include "python/sources.hpp"
+#include "raypager/camera_text.hpp"
 #include "raypager/image_source.hpp"
 #include "raypager/import.hpp"
 #include "raypager/materials.hpp"
@@ -113,6 +114,11 @@ void add_camera(nb::module_& module) {
         .def_rw("window", &Camera::window)
         .def("__copy__", [](const Camera& c) { return c; });
     module.def("make_camera", &camera_of);
+    module.def("camera_of_text", [](const std::string& text, uint32_t width, uint32_t height) {
+        const auto camera = make_camera(value_of(parse_camera(text)), width, height);
+        if (!camera) raise(Status::usage("'" + text + "' has no direction; give other points"));
+        return *camera;
+    });
     module.def("fit_camera", &fit_camera);
 }
 

@@ -1,8 +1,10 @@
 #include "raypager/report.hpp"
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/hash.hpp"
+#include "raypager/camera_text.hpp"
 
 namespace raypager {
 namespace {
@@ -48,6 +50,14 @@ Json scene_object(const Blocks& scene, BlockForm form) {
 }
 
 Json bounds_object(const Blocks& scene) { return {{"min", scene.lower()}, {"max", scene.upper()}}; }
+
+// What --camera takes to look like this at the middle of the scene.
+Json camera_object(const RenderOptions& options, const RenderReport& report, const Blocks& scene) {
+    std::array<double, 3> center = {};
+    for (size_t a = 0; a < 3; a++) center[a] = 0.5 * (double(scene.lower()[a]) + scene.upper()[a]);
+    const std::string text = camera_string(options.camera.value_or(scene.camera()), report.width, report.height, center);
+    return text.empty() ? Json(nullptr) : Json(text);
+}
 
 // Streams extend and connect in one.
 Json stages_json(const std::array<double, 5>& seconds, BlockForm form) {
@@ -120,6 +130,7 @@ std::string report_text(const Blocks& scene, const RenderOptions& options, const
            {"average_spp", report.average_spp},
            {"complete", report.complete},
            {"film_hash", hex64(report.film_hash)}}},
+         {"camera", camera_object(options, report, scene)},
          {"bounds", bounds_object(scene)},
          {"seconds",
           {{"total", seconds.total},

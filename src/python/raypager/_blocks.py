@@ -120,9 +120,10 @@ def bake(
     points.filter_to_image = filter_to_image
     options.points = points
     scene._faults.clear()
+    scene._stopped = False
     try:
         core, summary, issues = _raypager.bake(
-            scene._core.copy_for_bake(), options, None if path is None else os.fspath(path), progress
+            scene._core.copy_for_bake(), options, None if path is None else os.fspath(path), progress, scene._stop
         )
     except Error as error:
         # What a user's chunks raised is where it comes from.

@@ -112,7 +112,7 @@ class Render:
         time: float | None = None,
         max_depth: int | None = None,
         seed: int = 0,
-        camera: _raypager.Camera | None = None,
+        camera: _raypager.Camera | str | None = None,
         background: Color | Literal["transparent"] | None = None,
         device: int | str | None = None,
         memory_limit: int | str | None = None,
@@ -153,6 +153,8 @@ class Render:
             options.set_transparent()
         elif background is not None:
             options.set_background(color(background, "render: background"))
+        if camera is not None and not isinstance(camera, (_raypager.Camera, str)):
+            raise usage(f"render: camera: one of raypager's is expected, such as look_at() makes, not {camera!r}")
         sides = (None if width is None else whole(width, 1, 2**20, "render: width"), None if height is None else whole(height, 1, 2**20, "render: height"))
         samples = None if spp is None else whole(spp, 1, 65535, "render: spp")
         blocks = _baked(scene, options.host_limit)
@@ -167,7 +169,7 @@ class Render:
         blocks: _blocks.Blocks,
         sides: tuple[int | None, int | None],
         spp: int | None,
-        camera: _raypager.Camera | None,
+        camera: _raypager.Camera | str | None,
     ) -> None:
         old_width, old_height = blocks.size
         width, height = sides
@@ -180,6 +182,8 @@ class Render:
             width = max(1, round(height * old_width / old_height))
         options.width, options.height = width, height
         options.spp = spp or (65535 if options.time_seconds > 0 else blocks.spp)
+        if isinstance(camera, str):
+            camera = _raypager.camera_of_text(camera, width, height)
         options.camera = camera or _raypager.fit_camera(blocks.camera, old_width, old_height, width, height)
 
     def _running(self) -> _raypager.Session:
@@ -281,6 +285,10 @@ def _set_checkpoint(options: _raypager.RenderOptions, path: str | os.PathLike[st
         if resume:
             raise usage("render: resume: from which file? Name it with checkpoint")
         return
+    # Found now, not after hours.
+    folder = Path(path).absolute().parent
+    if not os.access(folder, os.W_OK):
+        raise Error(f"{os.fspath(path)}: cannot be written: its folder {'is not writable' if folder.is_dir() else 'does not exist'}")
     checkpoint = options.checkpoint
     checkpoint.file = os.fspath(path)
     checkpoint.every_seconds = number(every, 1e-6, 1e9, "render: checkpoint_every")
@@ -292,7 +300,7 @@ def render(scene: Source, *, progress: Callable[[Progress], object] | None = Non
 
     ``width``, ``height``, ``spp``, ``max_depth``: of the picture, in pixels, samples per pixel and scattering events; by default as the scene says. Of
     width and height alone, the other follows. ``time``: stops after about so many seconds. ``seed``: of the random numbers. ``camera``: see
-    :func:`look_at`. ``background``: what the camera sees where nothing is, a colour or "transparent".
+    :func:`look_at`; or text as the command line takes it, and as reports have it. ``background``: what the camera sees where nothing is, a colour or "transparent".
 
     ``device``: a number or part of a name, see :func:`devices`. ``memory_limit``: of the device's memory, for all of the render: bytes, or text such as
     "8G". ``geometry_limit``: of it, for blocks and pages: bytes, or a share of the scene such as "25%". ``host_limit``: of main memory, for blocks that

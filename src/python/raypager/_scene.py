@@ -154,14 +154,16 @@ class _Shapes:
         again: Callable[[], Iterable[Chunk]] = source if callable(source) else lambda: iter(source)
         if not callable(source) and iter(source) is source:
             raise usage("points: an iterator can be gone through only once; give the function that makes it, or something that can be iterated again")
-        faults = self._scene._faults
+        scene = self._scene
 
         def columns() -> Iterator[tuple[Array, Array | None, Array | None]]:
             try:
                 for chunk in again():
+                    if scene._stopped:
+                        raise InterruptedError("the bake was stopped")
                     yield _columns(chunk)
             except Exception as error:
-                faults.append(error)
+                scene._faults.append(error)
                 raise
 
         if count is None or colored is None:
@@ -257,6 +259,7 @@ class Scene(_Shapes):
         self._scene, self._where, self._name, self._count = self, None, name, 0
         self._numbers: dict[int, tuple[Material, int]] = {}
         self._faults: list[Exception] = []
+        self._stopped = False
         self._default = clay()
         self._baked: Blocks | None = None
 
@@ -269,6 +272,9 @@ class Scene(_Shapes):
 
     def _changed(self) -> None:
         self._baked = None
+
+    def _stop(self) -> None:
+        self._stopped = True
 
     def _material(self, material: Material) -> int:
         if not isinstance(material, Material):
