@@ -8,7 +8,7 @@ NB_MODULE(_raypager, module) {
     using namespace raypager;
     nanobind::set_leak_warnings(false);  // a traceback that is shown at the end keeps what was in use
     module.doc() = "The engine's part of raypager. Use the package raypager, which checks what it hands on.";
-    module.attr("__version__") = RAYPAGER_VERSION;
+    module.attr("VERSION") = RAYPAGER_VERSION;
 #ifdef RAYPAGER_OPENIMAGEIO
     use_openimageio();
 #endif

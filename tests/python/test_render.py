@@ -162,6 +162,18 @@ def test_goes_on_from_a_checkpoint(scene: rp.Scene, tmp_path: Path) -> None:
     assert picture.film.tobytes() == whole.film.tobytes()
 
 
+def test_one_that_goes_on_and_ends_at_once_keeps_its_checkpoint(scene: rp.Scene, tmp_path: Path) -> None:
+    settings: dict[str, Any] = {"spp": 64, "width": 100, "height": 80, "checkpoint": tmp_path / "a.ckpt", "interval": 0}
+    for runs in (1, 2, 3):
+        with rp.Render(scene, resume=runs > 1, **settings) as render:
+            if runs == 1:
+                next(render)
+            assert render.progress.spp > 0
+    picture = scene.render(resume=True, **settings)
+    assert picture.report["checkpoint"]["runs"] == 4
+    assert picture.film.tobytes() == scene.render(spp=64, width=100, height=80).film.tobytes()
+
+
 INTERRUPTED = """
 import sys
 sys.path.insert(0, sys.argv[2])

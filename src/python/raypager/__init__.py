@@ -31,7 +31,8 @@ from ._materials import (
     thin_dielectric,
     translucent,
 )
-from ._raypager import Camera, Device, Progress, __version__, devices
+from ._raypager import VERSION as __version__
+from ._raypager import Camera, Device, Progress, devices
 from ._render import Picture, Render, read_image, render, save
 from ._scene import Object, Scene, load, look_at
 

@@ -124,7 +124,7 @@ def whole(value: int, low: int, high: int, what: str) -> int:
 def matrix(value: ArrayLike | None, what: str) -> list[list[float]]:
     """[4, 4], also of the first three rows."""
     if value is None:
-        return np.eye(4).tolist()  # type: ignore[no-any-return]
+        return np.eye(4).tolist()
     array = _numbers(value, what)
     rows = 3 if array.shape == (3, 4) else 4
     _shape(array, (rows, 4), what)
@@ -132,7 +132,7 @@ def matrix(value: ArrayLike | None, what: str) -> list[list[float]]:
         raise usage(f"{what}: is not finite")
     whole_matrix = np.eye(4)
     whole_matrix[:rows] = array
-    return whole_matrix.tolist()  # type: ignore[no-any-return]
+    return whole_matrix.tolist()
 
 
 def is_chunks(value: object) -> bool:

@@ -119,16 +119,18 @@ def bake(
     points.cull_margin = number(cull_margin, 0, 1e6, "bake: cull_margin")
     points.filter_to_image = filter_to_image
     options.points = points
-    scene._faults.clear()
-    scene._stopped = False
+    watch = scene._watch
+    watch.begin()
     try:
         core, summary, issues = _raypager.bake(
-            scene._core.copy_for_bake(), options, None if path is None else os.fspath(path), progress, scene._stop
+            scene._core.copy_for_bake(), options, None if path is None else os.fspath(path), progress, watch.stop
         )
     except Error as error:
         # What a user's chunks raised is where it comes from.
-        if scene._faults:
-            raise error from scene._faults[0]
+        faults = watch.faults
+        watch.begin()
+        if faults:
+            raise error from faults[0]
         raise
     for text in issues:
         warnings.warn(text, RaypagerWarning, stacklevel=2)

@@ -23,6 +23,20 @@ Chunks: TypeAlias = "Iterable[Chunk] | Callable[[], Iterable[Chunk]]"
 _PROJECTIONS = {"perspective": 0, "orthographic": 1, "equirectangular": 2, "equal-area": 3}
 
 
+class _Watch:
+    """What a bake and the chunks that it reads tell each other."""
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        self.faults: list[Exception] = []
+        self.stopped = False
+
+    def stop(self) -> None:
+        self.stopped = True
+
+
 class _Shapes:
     """What a scene and an object share: shapes that are put into them."""
 
@@ -135,10 +149,10 @@ class _Shapes:
         shape = self._shape("points", material, transform, emission, power, False)
         shape.radius_scale = number(radius_scale, 1e-30, 1e30, "points: radius_scale")
         each: ArrayLike | None = None
-        if radius is not None and np.ndim(radius) == 0:  # type: ignore[arg-type]
+        if radius is not None and np.ndim(radius) == 0:
             shape.point_radius = number(radius, 1e-30, 1e30, "points: radius")  # type: ignore[arg-type]
         else:
-            each = radius  # type: ignore[assignment]
+            each = radius
         if is_chunks(positions):
             if colors is not None or each is not None:
                 raise usage("points: with chunks, colours and radii come in them: yield (positions, colors, radius)")
@@ -154,16 +168,16 @@ class _Shapes:
         again: Callable[[], Iterable[Chunk]] = source if callable(source) else lambda: iter(source)
         if not callable(source) and iter(source) is source:
             raise usage("points: an iterator can be gone through only once; give the function that makes it, or something that can be iterated again")
-        scene = self._scene
+        watch = self._scene._watch  # not the scene itself: it would keep itself alive, by way of the engine
 
         def columns() -> Iterator[tuple[Array, Array | None, Array | None]]:
             try:
                 for chunk in again():
-                    if scene._stopped:
+                    if watch.stopped:
                         raise InterruptedError("the bake was stopped")
                     yield _columns(chunk)
             except Exception as error:
-                scene._faults.append(error)
+                watch.faults.append(error)
                 raise
 
         if count is None or colored is None:
@@ -191,6 +205,7 @@ class _Shapes:
         """
         if object._scene is not self._scene:
             raise usage("instances: the object is one of another scene")
+        assert object._where is not None
         places = floats(transforms, (None, 3, 4), "instances: transforms", np.float64)
         n = len(places)
         ids = self._ids(materials, material_ids, n)
@@ -258,8 +273,7 @@ class Scene(_Shapes):
     def _prepare(self, name: str) -> None:
         self._scene, self._where, self._name, self._count = self, None, name, 0
         self._numbers: dict[int, tuple[Material, int]] = {}
-        self._faults: list[Exception] = []
-        self._stopped = False
+        self._watch = _Watch()
         self._default = clay()
         self._baked: Blocks | None = None
 
@@ -272,9 +286,6 @@ class Scene(_Shapes):
 
     def _changed(self) -> None:
         self._baked = None
-
-    def _stop(self) -> None:
-        self._stopped = True
 
     def _material(self, material: Material) -> int:
         if not isinstance(material, Material):
@@ -384,7 +395,7 @@ class Scene(_Shapes):
         self,
         path: str | os.PathLike[str] | None = None,
         *,
-        progress: Callable[[str, float], object] | None = None,
+        progress: Callable[[str, float], Any] | None = None,
         **options: Any,
     ) -> Blocks:
         """Cuts it into blocks, in memory, or in the block file ``path``; see :func:`raypager.bake`."""
