@@ -11,6 +11,9 @@ NB_MODULE(_raypager, module) {
     module.attr("VERSION") = RAYPAGER_VERSION;
 #ifdef RAYPAGER_OPENIMAGEIO
     use_openimageio();
+    module.attr("writes_png") = true;
+#else
+    module.attr("writes_png") = false;
 #endif
     python::add_devices(module);
     python::add_materials(module);

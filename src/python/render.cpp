@@ -224,7 +224,6 @@ void add_render(nb::module_& module) {
         const SizeOrPercent limit = value_of(parse_size_or_percent(text));
         return std::pair(limit.bytes, limit.percent);
     });
-    module.def("holds_alpha", &holds_alpha);
 }
 
 }  // namespace raypager::python

@@ -10,6 +10,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
 #include "python/errors.hpp"
@@ -31,28 +34,36 @@ using Where = std::optional<uint32_t>;
 
 std::vector<Shape>& shapes_of(Scene& scene, Where object) { return object ? scene.objects.at(*object).shapes : scene.shapes; }
 
+// Before backdrops, which come last.
+void put(Scene& scene, Where object, Shape shape) {
+    auto& shapes = shapes_of(scene, object);
+    auto at = shapes.end();
+    while (!shape.backdrop && at != shapes.begin() && std::prev(at)->backdrop) --at;
+    shapes.insert(at, std::move(shape));
+}
+
 void add_mesh(Scene& scene, Where object, Shape shape, const Table<float, 3>& positions, const Table<uint32_t, 3>& triangles,
               const std::optional<Table<float, 3>>& normals, const std::optional<Table<float, 2>>& uvs,
               const std::optional<Column<uint32_t>>& colors) {
     shape.mesh = std::make_shared<ArrayMesh>(shape.name, MeshRows{rows_of<Float3>(positions), rows_of<Triangle>(triangles), rows_of<Float3>(normals),
                                                                   rows_of<Float2>(uvs), rows_of<uint32_t>(colors)});
-    shapes_of(scene, object).push_back(std::move(shape));
+    put(scene, object, std::move(shape));
 }
 
 void add_points(Scene& scene, Where object, Shape shape, const Table<float, 3>& positions, const std::optional<Column<float>>& radii,
                 const std::optional<Column<uint32_t>>& colors) {
     shape.points = std::make_shared<ArrayPoints>(shape.name, PointRows{rows_of<Float3>(positions), rows_of<float>(radii), rows_of<uint32_t>(colors)});
-    shapes_of(scene, object).push_back(std::move(shape));
+    put(scene, object, std::move(shape));
 }
 
 void add_chunks(Scene& scene, Where object, Shape shape, nb::object chunks, uint64_t count, bool has_color) {
     shape.points = std::make_shared<ChunkedPoints>(shape.name, std::move(chunks), count, has_color);
-    shapes_of(scene, object).push_back(std::move(shape));
+    put(scene, object, std::move(shape));
 }
 
 void add_sphere(Scene& scene, Where object, Shape shape, const Triple& center, float radius) {
     shape.sphere = {float3(center), radius};
-    shapes_of(scene, object).push_back(std::move(shape));
+    put(scene, object, std::move(shape));
 }
 
 void add_instances(Scene& scene, Where parent, uint32_t object, const std::string& name, const Matrices& transforms,

@@ -69,6 +69,12 @@ def test_a_mesh_in_a_file_and_in_arrays_is_the_same(tmp_path: Path) -> None:
     assert film(loaded, **look) == film(scene, **look)
 
 
+def test_what_was_loaded_may_be_added_to(mesh_file: Path) -> None:
+    scene, same = (rp.load(mesh_file, size=(32, 24)) for _ in range(2))
+    scene.sphere((0, 0.5, 0), 0.2, material=rp.metal())  # before the ground, which comes last
+    assert scene.bake().spheres == 1 and film(scene, spp=4) != film(same, spp=4)
+
+
 def test_every_attribute_counts() -> None:
     positions, triangles = waves()
     n = len(positions)

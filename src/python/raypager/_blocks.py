@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,11 @@ from ._arrays import number, whole
 from ._errors import Error, RaypagerWarning, usage
 from ._scene import Scene
 from ._sizes import size
+
+if TYPE_CHECKING:
+    from ._options import RenderOptions
+    from ._raypager import Progress
+    from ._render import Picture
 
 
 class Blocks:
@@ -66,11 +71,11 @@ class Blocks:
     def __repr__(self) -> str:
         return f"Blocks({len(self)} blocks, {self.triangles} triangles, {self.spheres} spheres and points, {self.bytes} bytes)"
 
-    def render(self, **options: Any) -> Any:
+    def render(self, *, progress: Callable[[Progress], object] | None = None, **options: Unpack[RenderOptions]) -> Picture:
         """See :func:`raypager.render`."""
         from ._render import render
 
-        return render(self, **options)
+        return render(self, progress=progress, **options)
 
 
 def open(path: str | os.PathLike[str]) -> Blocks:

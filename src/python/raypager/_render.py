@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from . import _blocks, _raypager
 from ._arrays import Array, Color, color, number, whole
 from ._errors import Error, RaypagerWarning, usage
+from ._options import RenderOptions
 from ._raypager import Progress
 from ._scene import Scene, load
 from ._sizes import size, size_or_percent
@@ -295,7 +296,7 @@ def _set_checkpoint(options: _raypager.RenderOptions, path: str | os.PathLike[st
     checkpoint.resume = resume
 
 
-def render(scene: Source, *, progress: Callable[[Progress], object] | None = None, **options: Any) -> Picture:
+def render(scene: Source, *, progress: Callable[[Progress], object] | None = None, **options: Unpack[RenderOptions]) -> Picture:
     """Renders a scene, blocks, or a file, which is loaded and baked in memory if it is no block file (.rpb).
 
     ``width``, ``height``, ``spp``, ``max_depth``: of the picture, in pixels, samples per pixel and scattering events; by default as the scene says. Of

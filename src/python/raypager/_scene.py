@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from ._materials import Image, Material, clay
 
 if TYPE_CHECKING:
     from ._blocks import Blocks
+    from ._options import BakeOptions, RenderOptions
+    from ._raypager import Progress
+    from ._render import Picture
 
 Chunk: TypeAlias = "Array | tuple[Any, ...] | dict[str, Any]"
 Chunks: TypeAlias = "Iterable[Chunk] | Callable[[], Iterable[Chunk]]"
@@ -396,18 +399,18 @@ class Scene(_Shapes):
         path: str | os.PathLike[str] | None = None,
         *,
         progress: Callable[[str, float], Any] | None = None,
-        **options: Any,
+        **options: Unpack[BakeOptions],
     ) -> Blocks:
         """Cuts it into blocks, in memory, or in the block file ``path``; see :func:`raypager.bake`."""
         from ._blocks import bake
 
         return bake(self, path, progress=progress, **options)
 
-    def render(self, **options: Any) -> Any:
+    def render(self, *, progress: Callable[[Progress], Any] | None = None, **options: Unpack[RenderOptions]) -> Picture:
         """Bakes it in memory, once, and renders it; see :func:`raypager.render`."""
         from ._render import render
 
-        return render(self, **options)
+        return render(self, progress=progress, **options)
 
 
 def look_at(
