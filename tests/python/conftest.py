@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,6 +36,10 @@ def empty_scene(width: int = 32, height: int = 24, spp: int = 4) -> rp.Scene:
     scene.infinite_light(1)
     scene.camera((0, 1, 2), (0, 0, 0))
     return scene
+
+
+def film(scene: rp.Scene, **options: Any) -> bytes:
+    return bytes(scene.render(**options).film.tobytes())
 
 
 @pytest.fixture

@@ -34,7 +34,8 @@ from ._materials import (
 from ._raypager import VERSION as __version__
 from ._raypager import Camera, Device, Progress, devices
 from ._render import Picture, Render, read_image, render, save
-from ._scene import Object, Scene, load, look_at
+from ._scene import Scene, load, look_at
+from ._shapes import Object
 
 __all__ = [
     "Blocks",

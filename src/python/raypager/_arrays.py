@@ -31,7 +31,7 @@ def _numbers(value: ArrayLike, what: str) -> Array:
 
 
 def _shape(array: Array, shape: tuple[int | None, ...], what: str) -> None:
-    if array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape)):
+    if array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape, strict=True)):
         return
     names = iter("nm")
     expected = ", ".join(next(names) if s is None else str(s) for s in shape)

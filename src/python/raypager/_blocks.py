@@ -100,11 +100,11 @@ def bake(
 ) -> Blocks:
     """Cuts a scene into blocks and builds their hierarchies: in memory, or in the block file ``path``.
 
-    ``progress``: called with the name of a stage and how much of it is done, 0 to 1, on the thread that called this. ``block_size``: bytes per block
-    at most, 16K to 32M; by default for about a thousand blocks. ``sub_boxes``: boxes per block in the top tree, 1 to 64. ``host_limit``: main memory
-    for the work, besides the scene's own arrays; what does not fit goes over the disk. ``position_error``: vertices may move by so much onto a grid, for
-    fewer bytes. ``point_radius``: of all points, or from their spacing ("auto"); ``point_scale``: times that. ``cull_to_camera``, ``cull_margin``:
-    leave points out that the camera does not see. ``filter_to_image``: keep about one point a pixel.
+    ``progress``: called with the name of a stage and how much of it is done, 0 to 1, on the thread that called this. ``block_size``: bytes per
+    block at most, 16K to 32M; by default for about a thousand blocks. ``sub_boxes``: boxes per block in the top tree, 1 to 64. ``host_limit``:
+    main memory for the work, besides the scene's own arrays; what does not fit goes over the disk. ``position_error``: vertices may move by so
+    much onto a grid, for fewer bytes. ``point_radius``: of all points, or from their spacing ("auto"); ``point_scale``: times that.
+    ``cull_to_camera``, ``cull_margin``: leave points out that the camera does not see. ``filter_to_image``: keep about one point a pixel.
 
     Ctrl-C ends it; a file that was there stays as it was.
     """
@@ -127,9 +127,7 @@ def bake(
     watch = scene._watch
     watch.begin()
     try:
-        core, summary, issues = _raypager.bake(
-            scene._core.copy_for_bake(), options, None if path is None else os.fspath(path), progress, watch.stop
-        )
+        core, summary, issues = _raypager.bake(scene._core.copy_for_bake(), options, None if path is None else os.fspath(path), progress, watch.stop)
     except Error as error:
         # What a user's chunks raised is where it comes from.
         faults = watch.faults

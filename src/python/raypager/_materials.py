@@ -60,9 +60,7 @@ class Image:
         array = np.ascontiguousarray(array)
         srgb = array.dtype == np.uint8 and encoding != "linear"
         height, width, channels = array.shape
-        self._core = _raypager.texture_image(
-            name, width, height, channels, array.dtype.name, srgb, has_alpha, array.reshape(-1).view(np.uint8)
-        )
+        self._core = _raypager.texture_image(name, width, height, channels, array.dtype.name, srgb, has_alpha, array.reshape(-1).view(np.uint8))
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +135,13 @@ def mirror() -> Material:
 
 
 def dielectric(ior: float = 1.5, *, roughness: float = 0, reflected: Color = 1, refracted: Color = 1) -> Material:
-    """Glass and the like; normals point outside. ``ior``: the index inside over that outside. What it reflects and refracts is multiplied by colours."""
+    """Glass and the like; normals point outside. ``ior``: the index inside over that outside. Colours multiply what it reflects and refracts."""
     n = number(ior, 0.01, 100, "dielectric: ior")
-    alpha, up, down = number(roughness, 0, 1, "dielectric: roughness"), color(reflected, "dielectric: reflected"), color(refracted, "dielectric: refracted")
+    alpha, up, down = (
+        number(roughness, 0, 1, "dielectric: roughness"),
+        color(reflected, "dielectric: reflected"),
+        color(refracted, "dielectric: refracted"),
+    )
     if alpha == 0 and up == down == (1, 1, 1):
         return Material("dielectric", _raypager.dielectric(n))
     return Material("dielectric", _raypager.rough_dielectric(n, alpha, up, down))

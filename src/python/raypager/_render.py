@@ -98,9 +98,9 @@ class Render:
                 print(f"{progress.fraction:.0%}")
             picture = render.finish()
 
-    Arguments are those of :func:`render`. ``interval``: seconds between two steps of the iteration. Everything that takes long releases the GIL. Other
-    threads may call :meth:`cancel` at any time. Ctrl-C is answered within a round of the wavefront, and leaves the checkpoint, where there is one, with all
-    that was rendered; :meth:`finish` still gives the picture so far.
+    Arguments are those of :func:`render`. ``interval``: seconds between two steps of the iteration. Everything that takes long releases the GIL.
+    Other threads may call :meth:`cancel` at any time. Ctrl-C is answered within a round of the wavefront, and leaves the checkpoint, where there
+    is one, with all that was rendered; :meth:`finish` still gives the picture so far.
     """
 
     def __init__(
@@ -156,7 +156,10 @@ class Render:
             options.set_background(color(background, "render: background"))
         if camera is not None and not isinstance(camera, (_raypager.Camera, str)):
             raise usage(f"render: camera: one of raypager's is expected, such as look_at() makes, not {camera!r}")
-        sides = (None if width is None else whole(width, 1, 2**20, "render: width"), None if height is None else whole(height, 1, 2**20, "render: height"))
+        sides = (
+            None if width is None else whole(width, 1, 2**20, "render: width"),
+            None if height is None else whole(height, 1, 2**20, "render: height"),
+        )
         samples = None if spp is None else whole(spp, 1, 65535, "render: spp")
         blocks = _baked(scene, options.host_limit)
         self._set_view(options, blocks, sides, samples, camera)
@@ -234,7 +237,7 @@ class Render:
         return self.step(self._interval)
 
     def snapshot(self) -> npt.NDArray[np.float32]:
-        """The picture so far, [height, width, 3 or 4]: pixels without a sample show what is around them. The render goes on as if nothing had happened."""
+        """The picture so far, [height, width, 3 or 4]: pixels without a sample show what is around them. The render goes on unchanged."""
         return self._running().snapshot()
 
     def checkpoint(self) -> None:
@@ -299,13 +302,15 @@ def _set_checkpoint(options: _raypager.RenderOptions, path: str | os.PathLike[st
 def render(scene: Source, *, progress: Callable[[Progress], object] | None = None, **options: Unpack[RenderOptions]) -> Picture:
     """Renders a scene, blocks, or a file, which is loaded and baked in memory if it is no block file (.rpb).
 
-    ``width``, ``height``, ``spp``, ``max_depth``: of the picture, in pixels, samples per pixel and scattering events; by default as the scene says. Of
-    width and height alone, the other follows. ``time``: stops after about so many seconds. ``seed``: of the random numbers. ``camera``: see
-    :func:`look_at`; or text as the command line takes it, and as reports have it. ``background``: what the camera sees where nothing is, a colour or "transparent".
+    ``width``, ``height``, ``spp``, ``max_depth``: of the picture, in pixels, samples per pixel and scattering events; by default as the scene
+    says. Of width and height alone, the other follows. ``time``: stops after about so many seconds. ``seed``: of the random numbers. ``camera``:
+    see :func:`look_at`; or text as the command line takes it, and as reports have it. ``background``: what the camera sees where nothing is, a
+    colour or "transparent".
 
-    ``device``: a number or part of a name, see :func:`devices`. ``memory_limit``: of the device's memory, for all of the render: bytes, or text such as
-    "8G". ``geometry_limit``: of it, for blocks and pages: bytes, or a share of the scene such as "25%". ``host_limit``: of main memory, for blocks that
-    are read, and for the bake. The picture is the same to the bit whatever the limits are; one that is too small is an error that says what would do.
+    ``device``: a number or part of a name, see :func:`devices`. ``memory_limit``: of the device's memory, for all of the render: bytes, or text
+    such as "8G". ``geometry_limit``: of it, for blocks and pages: bytes, or a share of the scene such as "25%". ``host_limit``: of main memory,
+    for blocks that are read, and for the bake. The picture is the same to the bit whatever the limits are; one that is too small is an error that
+    says what would do.
 
     ``checkpoint``: a file that keeps all work, every ``checkpoint_every`` seconds and at the end; ``resume``: goes on from it. ``connection``,
     ``policy``, ``traversal``, ``paths``: as the command line's. ``progress``: called a few times a second.
