@@ -61,8 +61,11 @@ def test_takes_the_camera_that_a_report_has(scene: rp.Scene) -> None:
 def test_is_the_same_at_every_limit(scene: rp.Scene) -> None:
     scene.mesh(*waves(80))
     blocks = scene.bake(block_size="16K")
-    films = {blocks.render(**limits).film.tobytes() for limits in ({}, {"geometry_limit": "10%"}, {"memory_limit": "64M"}, {"paths": 999})}
-    assert len(blocks) > 8 and len(films) == 1
+    pictures = [blocks.render(**limits) for limits in ({}, {"geometry_limit": "10%"}, {"memory_limit": "64M"}, {"paths": 999})]
+    for picture in pictures:
+        assert picture.film.tobytes() == pictures[0].film.tobytes()
+        assert all(picture.report["peak"][kind] <= limit for kind, limit in picture.report["limits"].items())
+    assert len(blocks) > 8 and pictures[1].report["paging"]["evictions"] > 0
 
 
 def test_sizes_are_those_of_the_command_line(scene: rp.Scene) -> None:

@@ -185,6 +185,21 @@ def test_what_chunks_raise_comes_out() -> None:
         empty_scene().points(broken)
 
 
+def test_what_cannot_even_be_said_comes_out() -> None:
+    class Mute(Exception):
+        def __str__(self) -> str:
+            raise RuntimeError
+
+    def broken() -> Iterator[Any]:
+        yield np.zeros((10, 3), np.float32)
+        raise Mute
+
+    scene = empty_scene()
+    scene.points(broken, count=20, colored=False, radius=0.1)
+    with pytest.raises(rp.Error, match="cannot be read: an exception without words"):
+        scene.bake()
+
+
 def test_chunks_that_change_are_refused() -> None:
     scene = empty_scene()
     sizes = iter([10, 7, 12])

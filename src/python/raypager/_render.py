@@ -215,7 +215,8 @@ class Render:
         """How far it is."""
         if self._session is not None:
             self._last = self._session.progress
-        assert self._last is not None
+        if self._last is None:
+            raise usage("render: ended before its first step; begin another")
         return self._last
 
     def step(self, seconds: float) -> Progress:
