@@ -1,10 +1,15 @@
 // Materials and lights for scenes that are built in memory. Colours are linear sRGB; alpha is GGX roughness, 0 to 1.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "raypager/scene.hpp"
+#include "raypager/status.hpp"
 
 namespace raypager {
 
@@ -37,6 +42,26 @@ rp_material clear_material();  // lets everything through: what has an opacity i
 std::optional<rp_material> named_metal(std::string_view name, float roughness);
 rp_material clay_material();       // light, a little warm: what has no material of its own
 rp_material absorbing_material();  // for surfaces that only emit
+
 rp_light infinite_light(const Float3& radiance);
+// Light without a surface; intensity is what it gives a facing surface at distance 1.
+rp_light point_light(const Float3& position, const Float3& intensity);
+// It shines along axis within `full` degrees of it, and ends at `end` degrees. REQUIRES of directions: some length; 0 <= full <= end <= 180.
+rp_light spot_light(const Float3& position, const std::array<double, 3>& axis, const Float3& intensity, double end, double full);
+// towards: where it comes from; irradiance: on a surface that faces it.
+rp_light distant_light(const std::array<double, 3>& towards, const Float3& irradiance);
+
+// A parameter of a material that an image says: its texel at (u, v) times scale. v goes upwards, rows of images come from the top; outside of
+// 0 to 1 it repeats.
+struct ImageParameter {
+    uint32_t parameter = RP_PARAMETER_COLOR;  // RP_PARAMETER_* (abi/texture.h)
+    std::shared_ptr<const ImageSource> image;
+    Float3 scale{1, 1, 1};
+    std::array<float, 2> repeat{1, 1};  // times from 0 to 1, along u and v
+};
+// Adds a material, some of whose parameters are images, and returns its number. A usage error if they are more than a path can keep texels of.
+Result<uint32_t> add_material(Scene& scene, const rp_material& material, std::span<const ImageParameter> images);
+// To be called when all shapes are there, also those of objects: spheres get coordinates of textures around them.
+void prepare_spheres(Scene& scene);
 
 }  // namespace raypager

@@ -52,9 +52,10 @@ struct RenderOptions {
     double geometry_limit_percent = 0;
     uint64_t host_limit = 0;                  // cache of stored blocks in host memory, in bytes; 0: half of the memory, if so much is free
     uint32_t spp = 0, width = 0, height = 0;  // samples per pixel; pixels. 0: as the scene says
-    // More than 0: adaptive sampling, with at most spp samples per pixel. After 16 samples, and each time that their number has doubled, those pixels go
-    // on whose standard error is still above adaptive_error times the picture's mean luminance times sqrt(n / spp), with n samples so far. Pixels get
-    // different numbers of samples (FilmLayer::samples), but the same ones whatever the limits are. With time_seconds it ends when either says so.
+    // More than 0: adaptive sampling, with at most spp samples per pixel. After 16 samples, and each time that their number has doubled, those pixels
+    // go on whose standard error is still above adaptive_error times the picture's mean luminance times sqrt(n / spp), with n samples so far. Pixels
+    // get different numbers of samples (FilmLayer::samples), but the same ones whatever the limits are. With time_seconds it ends when either says
+    // so.
     double adaptive_error = 0;
     std::optional<uint32_t> max_depth;  // scattering events of a path
     double time_seconds = 0;            // stop after about so long, at the end of a pass (one sample of each pixel) or of some passes; 0: no limit

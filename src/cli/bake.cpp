@@ -46,11 +46,11 @@ Status run_bake(const Arguments& arguments) {
     BareLook look;
     LookTexts texts;  // only reports need them
     bool progress = false;
-    OptionParser parser(
-        "bake", "INPUT... -o FILE.rpb [options]",
-        "Cuts a scene into blocks, builds their hierarchies and writes a block file that 'raypager render' takes. INPUT is one\n"
-        ".pbrt, .gltf or .glb scene, or any number of meshes (.ply .obj .stl .off) and point clouds (.las .ply .xyz .pts .txt .asc .csv), also packed (.gz), which\n"
-        "are framed, lit and given a ground.");
+    OptionParser parser("bake", "INPUT... -o FILE.rpb [options]",
+                        "Cuts a scene into blocks, builds their hierarchies and writes a block file that 'raypager render' takes. INPUT is one\n"
+                        ".pbrt, .gltf or .glb scene, or any number of meshes (.ply .obj .stl .off) and point clouds (.las .ply .xyz .pts .txt .asc "
+                        ".csv), also packed (.gz), which\n"
+                        "are framed, lit and given a ground.");
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), names);
     parser.option("output,o", "FILE.rpb", "the block file to write", into_path(output));
     parser.option("block-size", "SIZE", "bytes per block at most, in device memory: 16K to 32M (default: for about a thousand blocks, 128K to 4M)",

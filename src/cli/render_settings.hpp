@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "cli/camera_text.hpp"
 #include "cli/look_options.hpp"
 #include "cli/option_parser.hpp"
 #include "raypager/bake.hpp"
+#include "raypager/camera_text.hpp"
 #include "raypager/import.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/session.hpp"

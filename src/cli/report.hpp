@@ -7,13 +7,10 @@
 
 #include "cli/render_settings.hpp"
 #include "raypager/blocks.hpp"
+#include "raypager/report.hpp"
 #include "raypager/session.hpp"
 
 namespace raypager {
-
-struct ReportSeconds {
-    double total = 0, bake = 0, denoise = 0;  // of the whole program, and of its parts before and after rendering; the rest is in RenderReport
-};
 
 // The report's "scene" object; 'inspect --json' prints the same.
 nlohmann::ordered_json scene_json(const Blocks& scene, BlockForm form);

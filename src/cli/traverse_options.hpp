@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "bench/traverse.hpp"
-#include "cli/camera_text.hpp"
 #include "cli/option_parser.hpp"
 #include "cli/values.hpp"
+#include "raypager/camera_text.hpp"
 
 namespace raypager {
 

@@ -7,6 +7,7 @@
 
 #include "cli/bench_lists.hpp"
 #include "cli/values.hpp"
+#include "raypager/report.hpp"
 
 namespace raypager {
 namespace {
@@ -47,15 +48,7 @@ Result<ProfileChanges> parse_tuning(const std::string& text) {
     return changes;
 }
 
-nlohmann::ordered_json tuning_json(const ProfileChanges& tuning) {
-    nlohmann::ordered_json json;
-    for (const ProfileChange& change : tuning) {
-        const bool whole = change.field->unit != ProfileField::Unit::number;
-        json[std::string(change.field->name)] =
-            whole ? nlohmann::ordered_json(static_cast<uint64_t>(change.value)) : nlohmann::ordered_json(change.value);
-    }
-    return json;
-}
+nlohmann::ordered_json tuning_json(const ProfileChanges& tuning) { return nlohmann::ordered_json::parse(tuning_text(tuning)); }
 
 void add_tune_option(OptionParser& parser, ProfileChanges& tuning) {
     parser.option("tune", "NAME=VALUE,...", "change what is chosen by the kind of device; 'raypager devices --profile' lists the names and values",

@@ -103,10 +103,4 @@ Camera stand_back_for_turns(const Camera& camera, const std::array<double, 3>& c
     return moved;
 }
 
-std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center) {
-    const double distance = dot(center - vector(camera.eye), unit(vector(camera.forward)));
-    const auto text = describe_camera(camera, width, height, distance);
-    return text ? format_camera(*text) : "";
-}
-
 }  // namespace raypager

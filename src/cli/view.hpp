@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "cli/camera_text.hpp"
 #include "cli/option_parser.hpp"
+#include "raypager/camera_text.hpp"
 #include "raypager/scene.hpp"
 #include "scene/box.hpp"
 
@@ -36,8 +36,5 @@ Camera turned_camera(const Camera& camera, const std::array<double, 3>& center, 
 // where it is if some of them is behind it.
 Camera stand_back_for_turns(const Camera& camera, const std::array<double, 3>& center, const std::array<double, 3>& upright, uint32_t count,
                             std::span<const Box> boxes);
-
-// What --camera takes to look as this one does at something around center; empty if no text describes it.
-std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center);
 
 }  // namespace raypager

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "import/pbrt_spectra.hpp"
+#include "scene/vector.hpp"
 
 namespace raypager {
 namespace {
@@ -182,6 +184,31 @@ rp_light infinite_light(const Float3& radiance) {
     rp_light light{};
     light.kind = RP_LIGHT_INFINITE;
     store(radiance, light.radiance);
+    return light;
+}
+
+rp_light point_light(const Float3& position, const Float3& intensity) {
+    rp_light light{};
+    light.kind = RP_LIGHT_POINT;
+    store(position, light.p);
+    store(intensity, light.radiance);
+    return light;
+}
+
+rp_light spot_light(const Float3& position, const std::array<double, 3>& axis, const Float3& intensity, double end, double full) {
+    rp_light light = point_light(position, intensity);
+    light.kind = RP_LIGHT_SPOT;
+    store(float3(unit(axis)), light.e1);
+    light.e2[0] = static_cast<float>(std::cos(end * std::numbers::pi / 180));
+    light.e2[1] = static_cast<float>(std::cos(full * std::numbers::pi / 180));
+    return light;
+}
+
+rp_light distant_light(const std::array<double, 3>& towards, const Float3& irradiance) {
+    rp_light light{};
+    light.kind = RP_LIGHT_DISTANT;
+    store(float3(unit(towards)), light.p);
+    store(irradiance, light.radiance);
     return light;
 }
 

@@ -126,7 +126,7 @@ Status RenderJob::begin_fewer(bool stop) {
 Status RenderJob::keep_checkpoint() {
     RAYPAGER_TRY(settle());
     watchdog_->doing("writing the checkpoint");
-    const Status status = checkpointer_->write(wavefront(), rounds_->counters().next_sample(), work());
+    const Status status = checkpointer_->write(wavefront(), samples_begun(), work());
     if (!status) warn(status.message() + "; the checkpoint before it stays, and the render goes on");
     return {};
 }

@@ -41,7 +41,8 @@ private:
     using Clock = std::chrono::steady_clock;
     Status finish_round();
     Status settle();
-    uint64_t samples_begun() const { return rounds_->counters().next_sample(); }
+    // Before the first round has ended, nothing has been counted yet.
+    uint64_t samples_begun() const { return rounds_->ended() > 0 ? rounds_->counters().next_sample() : wavefront().params().first_sample; }
     uint64_t samples_to_begin() const { return wavefront().params().sample_limit + coarse_; }
     Status wait_for_block();
     Status end_early();

@@ -22,6 +22,7 @@ set(layer_bake 7)
 set(layer_render 7)
 set(layer_bench 8)
 set(layer_cli 9)
+set(layer_python 9)
 
 # header pattern | files that may include it
 set(owners
@@ -30,6 +31,8 @@ set(owners
     "GL/|^src/import/[^/]*glu"
     "OpenImageIO/|^src/image/[^/]*openimageio"
     "boost/|^src/cli/"
+    "nanobind/|^src/python/"
+    "Python[.]h|^NEVER"
     "nlohmann/|^src/(cli/|render/|import/gltf_json)"
     "tiny_gltf|^src/import/gltf_tiny"
     "draco/|^src/import/gltf_draco"
@@ -76,12 +79,22 @@ foreach(file ${files})
         endforeach()
     endforeach()
 endforeach()
-# What users of the command line see is made of the public library alone. Measurements, and what looks into block files, know more.
+# What users of the command line and of Python see is made of the public library alone. Measurements, and what looks into block files, know more.
 foreach(file ${files})
     if(file MATCHES "^src/cli/" AND NOT file MATCHES "^src/cli/(bench|sweep_state|traverse_options|inspect|make_scene)")
         file(STRINGS ${ROOT}/${file} includes REGEX "^ *# *include +\"")
         foreach(line ${includes})
             if(NOT line MATCHES "\"(raypager|cli|base)/|\"scene/(vector|box)[.]hpp\"")
+                list(APPEND errors "${file}: ${line} is not in the public library")
+            endif()
+        endforeach()
+    endif()
+endforeach()
+foreach(file ${files})
+    if(file MATCHES "^src/python/")
+        file(STRINGS ${ROOT}/${file} includes REGEX "^ *# *include +\"")
+        foreach(line ${includes})
+            if(NOT line MATCHES "\"(raypager|python|base)/")
                 list(APPEND errors "${file}: ${line} is not in the public library")
             endif()
         endforeach()

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "cli/camera_text.hpp"
 #include "cli/view.hpp"
+#include "raypager/camera_text.hpp"
 #include "scene/vector.hpp"
 
 namespace raypager {

@@ -1,8 +1,8 @@
 // Sizes, counts, percentages, picture sizes and cameras as they are written on the command line.
 #include <gtest/gtest.h>
 
-#include "cli/camera_text.hpp"
 #include "cli/values.hpp"
+#include "raypager/camera_text.hpp"
 
 namespace raypager {
 namespace {

@@ -1,4 +1,4 @@
-#include "cli/camera_text.hpp"
+#include "raypager/camera_text.hpp"
 
 #include <fmt/format.h>
 
@@ -204,6 +204,12 @@ std::array<double, 3> upright_axis(const Camera& camera) {
         most = dot(axis, up);
     }
     return best;
+}
+
+std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center) {
+    const double distance = dot(center - vector(camera.eye), unit(vector(camera.forward)));
+    const auto text = describe_camera(camera, width, height, distance);
+    return text ? format_camera(*text) : "";
 }
 
 }  // namespace raypager

@@ -36,5 +36,7 @@ std::optional<CameraText> describe_camera(const Camera& camera, uint32_t width, 
 
 // The axis of the world that stands upright in the picture, as up does in LookAt; the camera's own up if none does.
 std::array<double, 3> upright_axis(const Camera& camera);
+// What --camera takes to look as this one does at something around center; empty if no text describes it.
+std::string camera_string(const Camera& camera, uint32_t width, uint32_t height, const std::array<double, 3>& center);
 
 }  // namespace raypager
