@@ -30,7 +30,7 @@ void add_layered(nb::module_& module) {
 }
 
 void add_lights(nb::module_& module) {
-    nb::class_<rp_light>(module, "Light");
+    const nb::class_<rp_light> light(module, "Light");
     module.def("infinite_light", [](const Color& radiance) { return infinite_light(float3(radiance)); });
     module.def("point_light", [](const Color& position, const Color& intensity) { return point_light(float3(position), float3(intensity)); });
     module.def("distant_light",

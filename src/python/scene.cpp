@@ -184,7 +184,7 @@ void add_import(nb::module_& module) {
 void add_scene(nb::module_& module) {
     add_camera(module);
     add_shape(module);
-    nb::class_<ImageSource>(module, "TextureImage");
+    const nb::class_<ImageSource> image(module, "TextureImage");
     nb::class_<ImageParameter>(module, "ImageParameter")
         .def("__init__", [](ImageParameter* self, uint32_t parameter, const std::shared_ptr<ImageSource>& image, const Triple& scale,
                             const std::array<float, 2>& repeat) {
