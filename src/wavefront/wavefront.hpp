@@ -44,8 +44,9 @@ struct BlockNotes {
 };
 
 // The stages whose kernels a render runs, in whatever form the blocks are: what can change a picture (kernels_identity).
-inline constexpr std::array<std::string_view, 7> render_stages = {"single_ray/publish", "single_ray/wake", "single_ray/generate", "single_ray/extend",
-                                                                  "single_ray/connect", "shading/shade",   "stream/all_stages"};
+inline constexpr std::array<std::string_view, 8> render_stages = {"single_ray/publish",  "single_ray/wake",    "single_ray/generate",
+                                                                  "single_ray/extend",   "single_ray/connect", "shading/shade",
+                                                                  "shading/count_waits", "stream/all_stages"};
 
 class Wavefront {
 public:

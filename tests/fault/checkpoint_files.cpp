@@ -101,7 +101,7 @@ TEST_F(CheckpointFiles, of_another_render_are_refused_with_the_reason) {
 
 TEST_F(CheckpointFiles, of_another_program_are_refused) {
     ASSERT_TRUE(put(with_header([](Header& h) { h.version++; })).ok());
-    expect_refused(options_, "version 3");
+    expect_refused(options_, "version 4");
     ASSERT_TRUE(put(with_header([](Header& h) { std::memcpy(h.program, "99.1", 5); })).ok());
     expect_refused(options_, "99.1");
     ASSERT_TRUE(put(with_header([](Header& h) { h.identity.kernels ^= 1; })).ok());

@@ -81,7 +81,7 @@ TEST_F(Adaptive, pictures_are_the_same_for_every_limit) {
     EXPECT_EQ(fewest, 16);
     EXPECT_EQ(most, 50);
     for (const Traversal traversal : support::traversals()) {
-        for (const PolicyName& policy : policy_names)
+        for (const PolicyName& policy : policy_names) {
             for (const double percent : {100.0, 20.0, 0.001}) {
                 if (policy.kind != PolicyKind::most_wanted && percent != 20) continue;
                 support::TestOptions options = base_;
@@ -96,6 +96,7 @@ TEST_F(Adaptive, pictures_are_the_same_for_every_limit) {
                 EXPECT_EQ(other->report.layers_hash, first->report.layers_hash);
                 EXPECT_LE(other->report.peak.memory_bytes, other->report.limits.memory_bytes);
             }
+        }
     }
 }
 

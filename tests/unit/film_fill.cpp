@@ -69,7 +69,7 @@ TEST(FilmFill, FilmsFillAlbedosAndNormals) {
     for (size_t i = 0; i < 3; i++) pixel[layout.first(FilmLayer::normal) + 2 * i] = 3u << (RP_FILM_SCALE_BITS - 2);  // packed as (1 + n) / 2
     pixel[layout.first(FilmLayer::normal) + RP_NORMAL_LAYER_COUNT] = 1;
     pixel[layout.first(FilmLayer::material)] = 7;
-    FilmResolver film(2, 2, {}, false, layers);
+    FilmResolver film(2, 2, {}, false, layout);
     film.add(words);
     const auto images = film.take_layers();
     ASSERT_EQ(images.size(), 3u);
