@@ -119,7 +119,9 @@ TEST_F(Adaptive, pictures_are_the_same_after_stops_in_every_stage) {
         // Of different lengths, so that it stops everywhere, but long enough for paths to end.
         for (uint32_t round = 0; round < 40 + 7 * (runs % 5) && !session->done(); round++) ASSERT_TRUE(session->step(0).ok());
         done = session->done();
-        if (!done) ASSERT_TRUE(session->checkpoint().ok());
+        if (!done) {
+            ASSERT_TRUE(session->checkpoint().ok());
+        }
         options.checkpoint.resume = true;
         options.tuning.paths = 200 + 100 * (runs % 5);
         if (!done) continue;
