@@ -47,6 +47,7 @@ private:
 };
 
 std::string_view film_layer_name(FilmLayer layer);
+Result<FilmLayer> film_layer_named(std::string_view name);  // a usage error if there is none
 // A list as users write it: "albedo,normal,depth", or "all". An error of usage names the word that is none.
 Result<FilmLayers> parse_film_layers(std::string_view list);
 // The other way round; empty if there are none.

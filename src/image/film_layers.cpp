@@ -33,17 +33,21 @@ const LayerFacts& facts_of(FilmLayer layer) { return layer_facts()[static_cast<u
 std::string_view film_layer_name(FilmLayer layer) { return facts_of(layer).name; }
 std::vector<std::string> film_layer_channels(FilmLayer layer) { return facts_of(layer).channels; }
 
+Result<FilmLayer> film_layer_named(std::string_view name) {
+    for (uint32_t i = 0; i < film_layer_count; i++)
+        if (layer_facts()[i].name == name) return static_cast<FilmLayer>(i);
+    return Status::usage(fmt::format("'{}' is not a layer; there are {}, and all", name, film_layer_list(FilmLayers(~0u))));
+}
+
 Result<FilmLayers> parse_film_layers(std::string_view list) {
     if (list == "all") return FilmLayers((1u << film_layer_count) - 1);
     FilmLayers layers;
     for (size_t begin = 0; begin <= list.size();) {
         const size_t end = std::min(list.find(',', begin), list.size());
         const std::string_view word = list.substr(begin, end - begin);
-        uint32_t i = 0;
-        while (i < film_layer_count && layer_facts()[i].name != word) i++;
-        if (i == film_layer_count)
-            return Status::usage(fmt::format("'{}' is not a layer; there are {}, and all", word, film_layer_list(FilmLayers(~0u))));
-        layers.add(static_cast<FilmLayer>(i));
+        const auto layer = film_layer_named(word);
+        if (!layer) return layer.status();
+        layers.add(*layer);
         begin = end + 1;
     }
     return layers;

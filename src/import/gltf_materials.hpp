@@ -31,7 +31,7 @@ struct GltfSurface {
 
 class GltfMaterials {
 public:
-    GltfMaterials(Scene& scene, std::shared_ptr<const GltfModel> model, GltfNotes& notes)
+    GltfMaterials(Scene& scene, const std::shared_ptr<const GltfModel>& model, GltfNotes& notes)
         : scene_(scene), model_(model), notes_(notes), textures_(model, notes) {}
 
     // The set of coordinates that its textures use, and whether it has a normal map.

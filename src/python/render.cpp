@@ -20,6 +20,7 @@
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
 #include "python/errors.hpp"
+#include "raypager/denoise.hpp"
 #include "raypager/report.hpp"
 #include "raypager/session.hpp"
 
@@ -97,7 +98,7 @@ public:
         }));
     }
 
-    // Picture and report. Afterwards the device's memory is free again.
+    // Picture, report, and names and images of layers. Afterwards the device's memory is free again.
     nb::tuple finish(double total_seconds, double bake_seconds) {
         auto result = value_of(alone([&](Session& session) {
             auto finished = session.finish();
@@ -105,7 +106,10 @@ public:
             return finished;
         }));
         const std::string report = report_text(blocks_, options_, result.report, {total_seconds, bake_seconds});
-        return nb::make_tuple(film_of(std::move(result.image)), report);
+        nb::list layers;
+        for (FilmLayerImage& layer : result.layers)
+            layers.append(nb::make_tuple(std::string(film_layer_name(layer.layer)), film_of(std::move(layer.image))));
+        return nb::make_tuple(film_of(std::move(result.image)), report, layers);
     }
     std::vector<std::string> warnings() { return warnings_->take(); }
 
@@ -164,6 +168,8 @@ void add_render_options(nb::module_& module) {
         .def_rw("max_depth", &RenderOptions::max_depth, nb::arg().none())
         .def_rw("time_seconds", &RenderOptions::time_seconds)
         .def_rw("seed", &RenderOptions::seed)
+        .def_rw("adaptive_error", &RenderOptions::adaptive_error)
+        .def("set_layers", [](RenderOptions& options, const std::string& list) { options.layers = value_of(parse_film_layers(list)); })
         .def_rw("camera", &RenderOptions::camera, nb::arg().none())
         .def_rw("checkpoint", &RenderOptions::checkpoint)
         .def_rw("tuning", &RenderOptions::tuning)
@@ -210,14 +216,36 @@ void add_render(nb::module_& module) {
         .def("warnings", &SharedSession::warnings);
     module.def(
         "write_image",
-        [](const std::filesystem::path& path, const Pixels& film, double stops) {
-            check(without_gil([&] {
+        [](const std::filesystem::path& path, const Pixels& film, double stops, const std::vector<std::pair<std::string, Pixels>>& layers) {
+            check(without_gil([&]() -> Status {
                 Image image = image_of(film);
                 expose(image, stops);
-                return write_image(path, image);
+                std::vector<FilmLayerImage> images;
+                for (const auto& [name, values] : layers) {
+                    auto layer = film_layer_named(name);
+                    if (!layer) return layer.status();
+                    images.push_back({*layer, image_of(values)});
+                }
+                return write_image_with_layers(path, image, images);
             }));
         },
-        nb::arg("path"), nb::arg("film").noconvert(), nb::arg("exposure") = 0.0);
+        nb::arg("path"), nb::arg("film").noconvert(), nb::arg("exposure"), nb::arg("layers"));
+    module.def("holds_layers", [](const std::filesystem::path& path) { return holds_layers(path); });
+    module.def("find_denoiser", [](const std::filesystem::path& library) {
+        const Denoiser found = value_of(without_gil([&] { return find_denoiser(library); }));
+        return std::pair(found.library, found.version);
+    });
+    module.def(
+        "denoise",
+        [](const Pixels& film, const std::optional<Pixels>& albedo, const std::optional<Pixels>& normal, const std::filesystem::path& library,
+           bool fast) {
+            return film_of(value_of(without_gil([&] {
+                const auto image = [](const std::optional<Pixels>& pixels) { return pixels ? std::optional(image_of(*pixels)) : std::nullopt; };
+                const std::optional<Image> albedos = image(albedo), normals = image(normal);
+                return denoise(image_of(film), albedos ? &*albedos : nullptr, normals ? &*normals : nullptr, {library, fast});
+            })));
+        },
+        nb::arg("film").noconvert(), nb::arg("albedo").none(), nb::arg("normal").none(), nb::arg("library"), nb::arg("fast"));
     module.def("read_image", [](const std::filesystem::path& path) { return film_of(value_of(without_gil([&] { return read_image(path); }))); });
     module.def("parse_size", [](const std::string& text) { return value_of(parse_size(text)); });
     module.def("parse_size_or_percent", [](const std::string& text) {

@@ -13,6 +13,7 @@ A picture is made in three steps: a :class:`Scene`, loaded or built from numpy a
 """
 
 from ._blocks import Blocks, bake, open
+from ._denoise import denoise
 from ._errors import Error, RaypagerWarning
 from ._materials import (
     Image,
@@ -56,6 +57,7 @@ __all__ = [
     "clay",
     "coated_conductor",
     "conductor",
+    "denoise",
     "devices",
     "dielectric",
     "diffuse",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import Literal, TypedDict
 
 from . import _raypager
@@ -28,6 +29,8 @@ class RenderOptions(TypedDict, total=False):
     time: float | None
     max_depth: int | None
     seed: int
+    adaptive: float | None
+    layers: str | Iterable[str] | None
     camera: _raypager.Camera | str | None
     background: Color | Literal["transparent"] | None
     device: int | str | None

@@ -7,7 +7,7 @@ import os
 import tempfile
 import time as clock
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, TypeAlias, Unpack
@@ -33,10 +33,13 @@ class Picture:
     """[height, width, 3], or 4 with a transparent background (alpha last, colours premultiplied): linear sRGB, rows from the top."""
     report: dict[str, Any]
     """All figures, in the keys of the command line's ``--report``: bytes, seconds, counts."""
+    layers: dict[str, npt.NDArray[np.float32]]
+    """Those that the render was asked for, by their names: [height, width, 3] for albedo, normal and position, else [height, width, 1]."""
 
-    def __init__(self, film: Array, report: dict[str, Any]) -> None:
+    def __init__(self, film: Array, report: dict[str, Any], layers: dict[str, npt.NDArray[np.float32]] | None = None) -> None:
         self.film = film
         self.report = report
+        self.layers = layers or {}
 
     @property
     def complete(self) -> bool:
@@ -44,8 +47,8 @@ class Picture:
         return bool(self.report["image"]["complete"])
 
     def save(self, path: str | os.PathLike[str], *, exposure: float = 0) -> None:
-        """Writes .exr, .png or .pfm. The picture is multiplied by 2 to the power of ``exposure``."""
-        save(path, self.film, exposure=exposure)
+        """Writes .exr, with layers, .png or .pfm. The picture is multiplied by 2 to the power of ``exposure``."""
+        save(path, self.film, exposure=exposure, layers=self.layers if _raypager.holds_layers(os.fspath(path)) else None)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.film, dtype=dtype) if copy else np.asarray(self.film, dtype=dtype)
@@ -61,12 +64,30 @@ class Picture:
             return path.read_bytes()
 
 
-def save(path: str | os.PathLike[str], film: npt.ArrayLike, *, exposure: float = 0) -> None:
-    """Writes a picture, [height, width, 1, 3 or 4], linear: .exr, .png or .pfm. The file appears whole or not at all."""
+def save(path: str | os.PathLike[str], film: npt.ArrayLike, *, exposure: float = 0, layers: Mapping[str, npt.ArrayLike] | None = None) -> None:
+    """Writes a picture, [height, width, 1, 3 or 4], linear: .exr, .png or .pfm. The file appears whole or not at all. ``layers``: of .exr files, as
+    :class:`Picture` has them.
+    """
     pixels = np.ascontiguousarray(film, dtype=np.float32)
     if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or pixels.size == 0:
         raise usage(f"save: a picture of shape [height, width, 1, 3 or 4] is expected, not {list(pixels.shape)}")
-    _raypager.write_image(os.fspath(path), pixels, number(exposure, -64, 64, "save: exposure"))
+    kept = [(name, _pixels(values, f"save: layer '{name}'")) for name, values in (layers or {}).items()]
+    for name, values in kept:
+        if values.shape[:2] != pixels.shape[:2] or values.shape[2] != _channels_of_layer(name):
+            expected = [*pixels.shape[:2], _channels_of_layer(name)]
+            raise usage(f"save: layer '{name}': shape {expected} is expected, not {list(values.shape)}")
+    _raypager.write_image(os.fspath(path), pixels, number(exposure, -64, 64, "save: exposure"), kept)
+
+
+def _pixels(values: npt.ArrayLike, what: str) -> npt.NDArray[np.float32]:
+    pixels = np.ascontiguousarray(values, dtype=np.float32)
+    if pixels.ndim != 3 or pixels.size == 0:
+        raise usage(f"{what}: an array of shape [height, width, channels] is expected, not {list(pixels.shape)}")
+    return pixels
+
+
+def _channels_of_layer(name: str) -> int:
+    return 3 if name in ("albedo", "normal", "position") else 1
 
 
 def read_image(path: str | os.PathLike[str]) -> npt.NDArray[np.float32]:
@@ -113,6 +134,8 @@ class Render:
         time: float | None = None,
         max_depth: int | None = None,
         seed: int = 0,
+        adaptive: float | None = None,
+        layers: str | Iterable[str] | None = None,
         camera: _raypager.Camera | str | None = None,
         background: Color | Literal["transparent"] | None = None,
         device: int | str | None = None,
@@ -142,6 +165,9 @@ class Render:
         options.device = "" if device is None else str(device)
         options.time_seconds = 0 if time is None else number(time, 1e-6, 1e9, "render: time")
         options.seed = whole(seed, 0, 2**32 - 1, "render: seed")
+        options.adaptive_error = 0 if adaptive is None else number(adaptive, 1e-4, 10, "render: adaptive")
+        if layers is not None:
+            options.set_layers(layers if isinstance(layers, str) else ",".join(layers))
         options.max_depth = None if max_depth is None else whole(max_depth, 0, 60000, "render: max_depth")
         _set_checkpoint(options, checkpoint, checkpoint_every, resume)
         if connection not in ("queue", "roulette"):
@@ -260,10 +286,10 @@ class Render:
         if self._picture is None:
             session = self._running()
             self._last = session.progress
-            film, report = session.finish(clock.perf_counter() - self._begin, self._bake_seconds)
+            film, report, layers = session.finish(clock.perf_counter() - self._begin, self._bake_seconds)
             self._warn()
             self._session = None
-            self._picture = Picture(film, json.loads(report))
+            self._picture = Picture(film, json.loads(report), dict(layers))
         return self._picture
 
     def close(self) -> None:
@@ -304,7 +330,10 @@ def render(scene: Source, *, progress: Callable[[Progress], object] | None = Non
     """Renders a scene, blocks, or a file, which is loaded and baked in memory if it is no block file (.rpb).
 
     ``width``, ``height``, ``spp``, ``max_depth``: of the picture, in pixels, samples per pixel and scattering events; by default as the scene
-    says. Of width and height alone, the other follows. ``time``: stops after about so many seconds. ``seed``: of the random numbers. ``camera``:
+    says. Of width and height alone, the other follows. ``time``: stops after about so many seconds. ``seed``: of the random numbers. ``adaptive``:
+    pixels stop, with ``spp`` samples at most, when their error is below this share of the picture's mean brightness, 0.0001 to 10. ``layers``: names
+    of what the film keeps beside the picture, or "all": albedo, normal, depth, position, object, instance, material, samples, variance, waits
+    (:attr:`Picture.layers`). ``camera``:
     see :func:`look_at`; or text as the command line takes it, and as reports have it. ``background``: what the camera sees where nothing is, a
     colour or "transparent".
 
