@@ -52,7 +52,9 @@ Result<std::unique_ptr<PointReader>> open_reader(const InputFile& file, CloudFor
     if (format == CloudFormat::obj) return open_obj_points(file);
     if (format == CloudFormat::text) return open_text_points(file, columns);
     if (format == CloudFormat::laz)
-        return Status::failed(name + ": compressed points (LAZ) cannot be read; unpack them, for instance with: laszip -i FILE.laz -o FILE.las");
+        return Status::failed(name +
+                              ": compressed points (LAZ) cannot be read here; unpack them, for instance with: laszip -i FILE.laz -o FILE.las; "
+                              "or read them with Python: python -m raypager render FILE.laz (pip install 'raypager[las]')");
     auto header = read_ply_header(file);
     if (!header) return header.status();
     return open_ply_points(file, std::move(*header));

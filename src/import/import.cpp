@@ -36,9 +36,10 @@ Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, con
         }
         for (const auto& path : inputs)
             if (!mesh_format(path) && !is_cloud_file(path))
-                return Status::failed(
-                    path.string() +
-                    ": of no kind that can be read; .pbrt, .gltf, .glb, .ply, .obj, .stl, .off, .las, .xyz, .pts, .txt, .asc and .csv can");
+                return Status::failed(path.string() +
+                                      ": of no kind that can be read; .pbrt, .gltf, .glb, .ply, .obj, .stl, .off, .las, .xyz, .pts, .txt, .asc and "
+                                      ".csv can, .laz, .e57 and "
+                                      "ept.json by way of Python: python -m raypager");
         return with_precision_checked(import_bare(inputs, options));
     } catch (const std::bad_alloc&) {
         return Status::failed(inputs.front().string() + ": not enough memory to import it");

@@ -20,4 +20,5 @@ NB_MODULE(_raypager, module) {
     python::add_scene(module);
     python::add_blocks(module);
     python::add_render(module);
+    python::add_program(module);
 }

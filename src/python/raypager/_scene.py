@@ -14,6 +14,7 @@ from ._arrays import ArrayLike, Color, Vector, color, floats, number, vector, wh
 from ._errors import RaypagerWarning, usage
 from ._materials import Material, clay
 from ._shapes import Object, Shapes, Watch
+from ._surveys import Unpacked
 
 if TYPE_CHECKING:
     from ._blocks import Blocks
@@ -45,6 +46,7 @@ class Scene(Shapes):
         self._watch = Watch()
         self._default = clay()
         self._baked: Blocks | None = None
+        self._unpacked: Unpacked | None = None
 
     @classmethod
     def _loaded(cls, core: _raypager.Scene, name: str) -> Scene:
@@ -232,7 +234,10 @@ def load(
     columns: str = "",
     host_limit: int | str | None = None,
 ) -> Scene:
-    """Reads one pbrt scene, or any number of meshes and point clouds, which are framed, lit and given a ground together.
+    """Reads one pbrt or glTF scene, or any number of meshes and point clouds, which are framed, lit and given a ground together.
+
+    Clouds may also be in LAZ or COPC (``pip install raypager[las]``), Entwine tiles (their ept.json) or E57 (``raypager[e57]``); these are unpacked
+    into a scratch file first.
 
     Of meshes and clouds: ``material``, what they are made of, by default what the files say. ``sky``: radiance from all around. ``light``: a
     square at the viewer's left (key), the sun, or none; ``light_strength``: 1 is as usual. ``sun``: its azimuth and elevation in degrees.
@@ -259,8 +264,10 @@ def load(
     look.no_ground = not ground
     if size is not None:
         look.width, look.height = (whole(s, 1, 65535, "load: size") for s in size)
-    core = _raypager.load([os.fspath(p) for p in paths], look, columns, bytes_of(host_limit, "load: host_limit"))
+    unpacked = Unpacked([os.fspath(p) for p in paths])
+    core = _raypager.load(unpacked.paths, look, columns, bytes_of(host_limit, "load: host_limit"))
     scene = Scene._loaded(core, os.fspath(paths[0]))
+    scene._unpacked = unpacked  # read when the scene is baked
     for text in scene.warnings:
         warnings.warn(text, RaypagerWarning, stacklevel=2)
     return scene
