@@ -9,11 +9,11 @@
 #endif
 
 #ifdef RP_FIRST_HITS
-// Sums in fixed point, as those of light.
+// Sums in fixed point, as those of light. A normal may be longer than 1 by a rounding error.
 static inline void rp_add_to_layer(volatile __global uint* words, float3 value) {
-    rp_film_add_channel(words, value.x);
-    rp_film_add_channel(words + 2, value.y);
-    rp_film_add_channel(words + 4, value.z);
+    rp_film_add_channel(words, rp_max(value.x, 0.0f));
+    rp_film_add_channel(words + 2, rp_max(value.y, 0.0f));
+    rp_film_add_channel(words + 4, rp_max(value.z, 0.0f));
 }
 
 // Only now: what is traced again from its camera on, after a checkpoint, must not be added twice.

@@ -3,6 +3,9 @@
 #ifndef RP_PATH_RUNS_CL
 #define RP_PATH_RUNS_CL
 
+#ifdef RP_FIRST_HITS
+#include "common/arithmetic.cl"
+#endif
 #if defined(RP_HIT_IDS) && defined(RP_INSTANCES)
 #include "raypager/abi/instance.h"
 #endif
@@ -91,7 +94,8 @@ static inline rp_first_hit rp_first_hit_of(const rp_paths* paths, uint slot) {
 }
 // albedo: 0 to 1.
 static inline void rp_set_first_hit(const rp_paths* paths, uint slot, float3 albedo, uint normal) {
-    const uint3 root = convert_uint3_rtz(sqrt(clamp(albedo, 0.0f, 1.0f)) * 1023.0f + 0.5f);
+    const float3 exact = sqrt(clamp(albedo, 0.0f, 1.0f));
+    const uint3 root = convert_uint3_rtz((float3)(rp_mul(exact.x, 1023.0f), rp_mul(exact.y, 1023.0f), rp_mul(exact.z, 1023.0f)) + 0.5f);
     RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT, slot) = root.x | root.y << 10 | root.z << 20 | RP_FIRST_HIT_ANY;
     RP_SLOT_WORD(paths, RP_RUN_FIRST_HIT + 1u, slot) = normal;
 }

@@ -41,6 +41,10 @@ static inline float3 rp_albedo(RP_MATERIAL_SPACE const rp_material* material, fl
 }
 #endif
 
+#ifdef RP_LAYER_DEPTH
+static inline float rp_dot_apart(float3 a, float3 b) { return rp_add(rp_add(rp_mul(a.x, b.x), rp_mul(a.y, b.y)), rp_mul(a.z, b.z)); }
+#endif
+
 // vertex: the first of a path. ids: of the hit, as rp_ids_of has them. material_number: of the scene.
 static inline void rp_keep_first_hit(__global uint* film, const __constant rp_camera* camera, const rp_paths* paths, uint slot,
                                      const rp_vertex_1* vertex, RP_MATERIAL_SPACE const rp_material* material, float distance, uint2 ids,
@@ -55,9 +59,11 @@ static inline void rp_keep_first_hit(__global uint* film, const __constant rp_ca
     // One work-item writes these: of each pixel there is one first sample. However often it is traced, they are the same.
     volatile __global uint* words = rp_film_pixel(film, vertex->pixel);
 #ifdef RP_LAYER_DEPTH
+    // Not fused in one kernel and rounded in another.
     const float3 forward = (float3)(camera->forward[0], camera->forward[1], camera->forward[2]);
+    const float along = rp_dot_apart(forward, direction) / sqrt(rp_dot_apart(forward, forward));
     const bool planar = camera->projection == RP_PROJECTION_PERSPECTIVE || camera->projection == RP_PROJECTION_ORTHOGRAPHIC;
-    words[RP_LAYER_DEPTH] = as_uint(planar ? distance * (dot(forward, direction) / length(forward)) : distance);
+    words[RP_LAYER_DEPTH] = as_uint(planar ? rp_mul(distance, along) : distance);
 #endif
 #ifdef RP_LAYER_POSITION
     words[RP_LAYER_POSITION] = as_uint(vertex->position.x);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "base/check.hpp"
 #include "raypager/abi/film.h"
@@ -45,11 +46,11 @@ AdaptiveSampling::AdaptiveSampling(const AdaptiveSettings& settings, const FilmL
 
 void AdaptiveSampling::take(std::span<const uint32_t> words) {
     const uint64_t pixels = uint64_t{settings_.width} * settings_.height;
-    if (film_.size() == pixels) film_.clear();
+    film_.reserve(pixels);
     for (size_t at = 0; at < words.size(); at += layout_.words()) {
         const std::span<const uint32_t> own = words.subspan(at + layout_.adaptive_words(), RP_ADAPTIVE_WORDS);
-        film_.push_back(
-            {luminance_sum(words.subspan(at, RP_FILM_WORDS)), std::bit_cast<double>(own[0] | uint64_t{own[1]} << 32), own[RP_ADAPTIVE_GRANTED]});
+        film_.push_back({luminance_sum(words.subspan(at, RP_FILM_WORDS)), std::bit_cast<double>(own[0] | uint64_t{own[1]} << 32),
+                         own[RP_ADAPTIVE_GRANTED], words[at + RP_FILM_COUNT] & RP_FILM_COUNT_MASK});
     }
     RAYPAGER_CHECK(film_.size() <= pixels);
 }
@@ -95,6 +96,9 @@ std::vector<bool> AdaptiveSampling::pixels_that_go_on(uint32_t end) const {
 void AdaptiveSampling::list_pixels(const std::vector<bool>& chosen) {
     stage_.pixels.clear();
     std::vector<std::pair<uint64_t, uint32_t>> places;
+    const auto count = static_cast<size_t>(std::count(chosen.begin(), chosen.end(), true));
+    places.reserve(count);
+    stage_.pixels.reserve(count);
     for (uint32_t i = 0; i < chosen.size(); i++)
         if (chosen[i])
             places.emplace_back(place_in_tiles(i % settings_.width, i / settings_.width, settings_.width, settings_.height, settings_.tile_size), i);
@@ -133,20 +137,34 @@ void AdaptiveSampling::put(uint64_t first_pixel, std::span<uint32_t> words) cons
     }
 }
 
-const SampleStage& AdaptiveSampling::resume() {
+bool AdaptiveSampling::is_stage_end(uint32_t samples) const {
+    uint32_t end = next_end(0);
+    while (end < samples && end < settings_.spp) end = next_end(end);
+    return end == samples && samples > first_samples;
+}
+
+Result<SampleStage> AdaptiveSampling::resume(uint64_t next_sample) {
+    const Status damaged =
+        Status::failed("the film does not say which samples its pixels are to have; the checkpoint is damaged, remove it to start over");
     const uint32_t end = stage_end();
     stage_ = {};
-    if (end == 0) return stage_;
+    if (end == 0) {
+        const uint64_t first_of_all = film_.size() * std::min(first_samples, settings_.spp);
+        return next_sample <= first_of_all ? Result<SampleStage>(stage_) : damaged;
+    }
     uint32_t first = first_samples;
-    for (uint32_t stage = next_end(0); stage < end; stage = next_end(stage)) first = stage;
+    for (uint32_t stage = next_end(0); stage < end && stage < settings_.spp; stage = next_end(stage)) first = stage;
     std::vector<bool> chosen(film_.size());
     for (size_t i = 0; i < film_.size(); i++) {
-        chosen[i] = film_[i].granted == end;
-        stage_.begin += chosen[i] ? first : film_[i].granted;
+        const Pixel& pixel = film_[i];
+        if (!is_stage_end(pixel.granted) || pixel.finished > pixel.granted || !std::isfinite(pixel.before)) return damaged;
+        chosen[i] = pixel.granted == end;
+        stage_.begin += chosen[i] ? first : pixel.granted;
     }
     stage_.first_sample = first;
     stage_.passes = end - first;
     list_pixels(chosen);
+    if (next_sample < stage_.begin || next_sample > stage_.end()) return damaged;
     return stage_;
 }
 

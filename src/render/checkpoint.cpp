@@ -10,6 +10,7 @@
 #include "base/hash.hpp"
 #include "film/film_layout.hpp"
 #include "raypager/abi/film.h"
+#include "render/adaptive.hpp"
 #include "render/checkpoint_format.hpp"
 #include "wavefront/sample_order.hpp"
 
@@ -195,7 +196,8 @@ Status CheckpointFile::check(const RenderIdentity& identity, uint32_t spp) const
         return differs(fmt::format("its --adaptive is {:g}, not {:g}", mine.adaptive_error, identity.adaptive_error));
     if (mine.adaptive_error > 0 && state_.spp != spp)
         return differs(fmt::format("its --spp is {}, not {}, and sampling is adaptive", state_.spp, spp));
-    if (mine.adaptive_error > 0) return {};
+    if (mine.adaptive_error > 0)
+        return state_.order.grouped_passes == std::min(spp, AdaptiveSampling::first_samples) ? Status() : damaged("the order of samples is wrong");
     const uint64_t pixels = pixels_of(mine), fewest = fewest_passes(state_.order, state_.next_sample, pixels);
     if (fewest > spp) return differs(fmt::format("it was begun for {} samples per pixel at least, more than --spp {}", fewest, spp));
     return {};

@@ -124,6 +124,7 @@ Status RenderJob::begin_fewer(bool stop) {
 
 // A checkpoint that cannot be written is no reason to end: the disk may have room again the next time.
 Status RenderJob::keep_checkpoint() {
+    if (between_stages_) return {};
     RAYPAGER_TRY(settle());
     watchdog_->doing("writing the checkpoint");
     const Status status = checkpointer_->write(wavefront(), samples_begun(), work());
@@ -240,6 +241,7 @@ Result<Image> RenderJob::picture() {
 
 Status RenderJob::write_checkpoint() {
     if (!checkpointer_->enabled()) return Status::usage("there is no checkpoint file; name one in the options");
+    if (between_stages_) return Status::failed("the render failed between two stages; the checkpoint before it stays");
     RAYPAGER_TRY(settle());
     return checkpointer_->write(wavefront(), samples_begun(), work());
 }

@@ -77,6 +77,7 @@ private:
     WorkDone earlier_;  // by runs before this one
     std::optional<AdaptiveSampling> adaptive_;
     bool last_stage_ended_ = false;  // of adaptive sampling
+    bool between_stages_ = false;    // an error has ended the render there: its film is of neither
     uint64_t pixels_ = 0;
     std::atomic<bool> cancelled_{false};
     bool late_ = false;                 // time is up: few samples begin any more

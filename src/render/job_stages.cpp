@@ -4,6 +4,7 @@
 namespace raypager {
 
 Status RenderJob::read_for_stage() {
+    adaptive_->begin_taking();
     return for_film_pieces([this](uint64_t, std::span<uint32_t> words) -> Status {
         adaptive_->take(words);
         return {};
@@ -18,10 +19,11 @@ Status RenderJob::begin_adaptive() {
     const rp_render_params& params = wavefront().params();
     const AdaptiveSettings settings = {params.adaptive_error, params.width, params.height, params.spp, params.order.tile_size};
     adaptive_.emplace(settings, FilmLayout(params));
-    if (params.first_sample == 0) return {};
+    if (!checkpointer_->resumed()) return {};
     RAYPAGER_TRY(read_for_stage());
-    const SampleStage& stage = adaptive_->resume();
-    return stage.passes > 0 ? begin_stage(stage) : Status();
+    const auto stage = adaptive_->resume(params.first_sample);
+    if (!stage) return stage.status().at(options_.checkpoint.file.string());
+    return stage->passes > 0 ? begin_stage(*stage) : Status();
 }
 
 // Once the last path of a stage has ended, the film says which pixels go on.
@@ -40,11 +42,14 @@ Status RenderJob::end_stage() {
         return {};
     }
     const uint64_t words = FilmLayout(wavefront().params()).words();
+    between_stages_ = true;
     RAYPAGER_TRY(for_film_pieces([&](uint64_t first, std::span<uint32_t> piece) {
         adaptive_->put(first / words, piece);
         return wavefront().write_film(first, piece);
     }));
-    return begin_stage(stage);
+    RAYPAGER_TRY(begin_stage(stage));
+    between_stages_ = false;
+    return {};
 }
 
 }  // namespace raypager

@@ -126,6 +126,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, max_together));
     const uint32_t together = options.tuning.together ? options.tuning.together : is_seen_growing(options) ? 1 : default_together(pixels);
     // Where sampling is adaptive, of the samples before the first stage.
+    if (options.adaptive_error != 0 && !(options.adaptive_error >= 1e-4 && options.adaptive_error <= 10))
+        return Status::usage(fmt::format("--adaptive {:g}: from 0.0001 to 10", options.adaptive_error));
     const uint32_t ordered = options.adaptive_error > 0 ? std::min(params.spp, AdaptiveSampling::first_samples) : params.spp;
     params.order = make_order(options.tuning.tile_size, together, ordered, pixels, options.tuning.region.value_or(0));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
@@ -170,7 +172,8 @@ Status check_picture_size(const rp_render_params& params, const DeviceInfo& devi
     uint64_t channels = params.background_kind == RP_BACKGROUND_TRANSPARENT ? 4 : 3;
     for (uint32_t i = 0; i < film_layer_count; i++)
         if (layout.layers().has(static_cast<FilmLayer>(i))) channels += film_layer_channels(static_cast<FilmLayer>(i)).size();
-    const uint64_t picture = pixels * channels * sizeof(float), free = available_memory();
+    const uint64_t of_stages = layout.adaptive() ? AdaptiveSampling::bytes_per_pixel : 0;
+    const uint64_t picture = pixels * (channels * sizeof(float) + of_stages), free = available_memory();
     if (picture > free)
         return Status::failed(fmt::format("--size {}x{}: the picture needs {} of main memory, of which {} are free; render a smaller one",
                                           params.width, params.height, format_bytes(picture), format_bytes(free)));

@@ -31,7 +31,8 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
                                     const rp_render_params& params, const DeviceInfo& device) {
     VisitLogSettings visits;
     if (instruments.record_paths == 0) return visits;
-    const double share = std::min(1.0, static_cast<double>(instruments.record_paths) / static_cast<double>(params.sample_limit));
+    const double share =
+        std::min(1.0, static_cast<double>(instruments.record_paths) / (static_cast<double>(params.spp) * params.width * params.height));
     const double slots = static_cast<double>(options.tuning.paths ? options.tuning.paths : device.profile.max_slots);
     visits.threshold = static_cast<uint32_t>(share * 4294967295.0);
     // What one shadow ray passes is logged together (kernels/single_ray/visits.cl).
@@ -68,7 +69,8 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     // Of a render that ends by the clock, all that is under way then must still come to its end: a few samples a pixel.
     constexpr uint64_t few_spp = 16;
     needs.total_paths = options.time_seconds > 0 ? std::min(params.sample_limit, few_spp * params.width * params.height) : params.sample_limit;
-    if (params.adaptive_error > 0) needs.total_paths *= std::max<uint64_t>(1, params.spp / AdaptiveSampling::first_samples);
+    if (params.adaptive_error > 0 && options.time_seconds == 0)
+        needs.total_paths *= std::max<uint64_t>(1, params.spp / AdaptiveSampling::first_samples);
     needs.max_region_slots = chooses_region(options) ? max_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
     needs.max_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <random>
 
@@ -26,9 +27,16 @@ public:
         for (uint32_t row = 0; row < height; row++) sampling_.put(row * width, piece(row));
         return stage;
     }
-    SampleStage resume() {
+    Result<SampleStage> resume(uint64_t next_sample) {
         take();
-        return sampling_.resume();
+        return sampling_.resume(next_sample);
+    }
+    // What a damaged checkpoint may say.
+    void grant(uint32_t pixel, uint32_t samples) { words_[pixel * layout_.words() + layout_.adaptive_words() + RP_ADAPTIVE_GRANTED] = samples; }
+    void set_before(uint32_t pixel, double sum) {
+        const auto bits = std::bit_cast<uint64_t>(sum);
+        words_[pixel * layout_.words() + layout_.adaptive_words()] = static_cast<uint32_t>(bits);
+        words_[pixel * layout_.words() + layout_.adaptive_words() + 1] = static_cast<uint32_t>(bits >> 32);
     }
     void finish(const SampleStage& stage) {
         for (const uint32_t pixel : stage.pixels) add(pixel, stage.passes);
@@ -37,6 +45,7 @@ public:
 
 private:
     void take() {
+        sampling_.begin_taking();
         for (uint32_t row = 0; row < height; row++) sampling_.take(piece(row));
     }
     std::span<uint32_t> piece(uint32_t row) { return std::span(words_).subspan(row * width * layout_.words(), width * layout_.words()); }
@@ -73,11 +82,14 @@ TEST(AdaptiveStages, double_the_samples_of_noisy_pixels_alone) {
             EXPECT_EQ(before, width * height) << "all have a second half";
         }
         // A render that goes on in the middle of the stage finds the same one.
-        const SampleStage again = film.resume();
-        EXPECT_EQ(again.begin, stage.begin);
-        EXPECT_EQ(again.first_sample, stage.first_sample);
-        EXPECT_EQ(again.passes, stage.passes);
-        EXPECT_EQ(again.pixels, stage.pixels);
+        const auto again = film.resume(stage.begin + stage.passes / 2);
+        ASSERT_TRUE(again.ok()) << again.status().message();
+        EXPECT_EQ(again->begin, stage.begin);
+        EXPECT_EQ(again->first_sample, stage.first_sample);
+        EXPECT_EQ(again->passes, stage.passes);
+        EXPECT_EQ(again->pixels, stage.pixels);
+        EXPECT_FALSE(film.resume(stage.begin - 1).ok());
+        EXPECT_FALSE(film.resume(stage.end() + 1).ok());
         film.finish(stage);
         begun = stage.end();
         end *= 2;
@@ -109,9 +121,32 @@ TEST(AdaptiveStages, end_at_the_most_samples) {
 
 TEST(AdaptiveStages, have_none_to_go_on_with_before_the_first) {
     AdaptiveFilm film(settings_of(0.1, 64));
-    const SampleStage stage = film.resume();
-    EXPECT_EQ(stage.passes, 0u);
-    EXPECT_TRUE(stage.pixels.empty());
+    const uint64_t all = uint64_t{width} * height * AdaptiveSampling::first_samples;
+    const auto stage = film.resume(all);
+    ASSERT_TRUE(stage.ok()) << stage.status().message();
+    EXPECT_EQ(stage->passes, 0u);
+    EXPECT_TRUE(stage->pixels.empty());
+    EXPECT_FALSE(film.resume(all + 1).ok());
+}
+
+// Checksums do not say that a film is one that a render has left.
+TEST(AdaptiveStages, of_damaged_films_are_refused) {
+    for (const uint32_t wrong : {1u, 7u, 8u, 12u, 20u, 63u, 65u, 128u, 0xffffffffu}) {
+        AdaptiveFilm film(settings_of(0.01, 64));
+        film.grant(5, wrong);
+        EXPECT_FALSE(film.resume(width * height * 8).ok()) << wrong;
+    }
+    AdaptiveFilm film(settings_of(0.01, 64));
+    const SampleStage stage = film.next();
+    ASSERT_TRUE(film.resume(stage.begin).ok());
+    film.set_before(3, NAN);
+    EXPECT_FALSE(film.resume(stage.begin).ok());
+    film.set_before(3, 8);
+    ASSERT_TRUE(film.resume(stage.begin).ok());
+    film.grant(3, 64);  // others are to have 16
+    EXPECT_FALSE(film.resume(stage.begin).ok());
+    film.grant(3, 0);
+    EXPECT_FALSE(film.resume(stage.begin).ok());
 }
 
 }  // namespace
