@@ -20,8 +20,9 @@ namespace raypager {
 // Of the first sample of a pixel, what its camera ray meets first. Means of these would be of no use.
 //   depth     along the view direction, in units of the scene; of panoramas the distance from the eye; infinity where nothing is met
 //   position  in the world; 0, 0, 0 where nothing is met
-//   object    number of the object that is placed there, from 1 in the order of Scene::objects; 0: of what is not placed by instances, and nothing
-//   instance  number of the instance, from 1; 0: none
+//   object    number of the object that an instance has placed there, from 1 in the order of Scene::objects; 0: none, also where baking has written
+//             instances out as copies
+//   instance  its number, from 1; 0: none
 //   material  number of the material, from 1 in the order of Scene::materials; 0: nothing is met
 // Of the sums of samples.
 //   samples   how many are finished

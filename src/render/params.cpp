@@ -125,9 +125,9 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (options.tuning.together > max_together)
         return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, max_together));
     const uint32_t together = options.tuning.together ? options.tuning.together : is_seen_growing(options) ? 1 : default_together(pixels);
-    // Where sampling is adaptive, of the samples before the first stage.
     if (options.adaptive_error != 0 && !(options.adaptive_error >= 1e-4 && options.adaptive_error <= 10))
         return Status::usage(fmt::format("--adaptive {:g}: from 0.0001 to 10", options.adaptive_error));
+    // Where sampling is adaptive, of the samples before the first stage.
     const uint32_t ordered = options.adaptive_error > 0 ? std::min(params.spp, AdaptiveSampling::first_samples) : params.spp;
     params.order = make_order(options.tuning.tile_size, together, ordered, pixels, options.tuning.region.value_or(0));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");

@@ -95,10 +95,12 @@ def test_e57_has_positions_and_colours(tmp_path: Path) -> None:
     file = pye57.E57(str(tmp_path / "a.e57"), mode="w")
     positions = np.stack([points.x, points.y, points.z], -1)
     file.write_scan_raw({**dict(zip(names, positions.T.copy(), strict=True)), **colors})
+    # A second scan without colours.
+    file.write_scan_raw(dict(zip(names, positions[:10].T.copy(), strict=True)))
     file.close()
     scene = rp.load(tmp_path / "a.e57", size=(48, 32))
     picture = rp.render(scene, width=48, height=32, spp=2)
-    assert picture.report["scene"]["spheres"] == 2000
+    assert picture.report["scene"]["spheres"] == 2010
     # Colours of 8 bits; the file in LAS has 16.
     assert np.abs(picture.film - film(tmp_path / "a.las")).mean() < 0.02
 

@@ -118,37 +118,42 @@ def _tiles_of_ept(source: Path) -> list[Path]:
     return [source.parent / "ept-data" / f"{node}.laz" for node in found]
 
 
-def _e57_scans(pye57: Any, source: Path) -> Iterator[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
-    """Of each scan the positions, [n, 3] float64, and colours, [n, 3] uint16. A scan is in memory as a whole."""
-    file = pye57.E57(str(source))
+_COLORS = ("colorRed", "colorGreen", "colorBlue")
+
+
+def _e57_scans(file: Any) -> Iterator[tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]]:
+    """Of each scan the points that are finite: positions, [n, 3] float64, and colours, [n, 3] uint16, white where it has none. A scan is in memory
+    as a whole.
+    """
     for number in range(file.scan_count):
         scan = file.read_scan(number, colors=True, ignore_missing_fields=True)
         positions = np.stack([scan["cartesianX"], scan["cartesianY"], scan["cartesianZ"]], -1)
-        names = ("colorRed", "colorGreen", "colorBlue")
-        if all(name in scan for name in names):
-            colors = np.stack([scan[name] for name in names], -1).astype(np.uint16) * 257
+        if all(name in scan for name in _COLORS):
+            colors = np.stack([scan[name] for name in _COLORS], -1).astype(np.uint16) * 257
         else:
-            colors = np.zeros((0, 3), np.uint16)
-        yield positions, colors
+            colors = np.full(positions.shape, 65535, np.uint16)
+        finite = np.isfinite(positions).all(1)
+        yield positions[finite], colors[finite]
 
 
 def _write_e57(source: Path, target: Path) -> None:
     pye57 = _library("pye57", source, "e57")
     laspy = _library("laspy", source, "e57")
+    file = pye57.E57(str(source))
+    colored = any(_COLORS[0] in file.get_header(number).point_fields for number in range(file.scan_count))
     writer = None
     try:
-        for positions, colors in _e57_scans(pye57, source):
-            positions = positions[np.isfinite(positions).all(1)] if not np.isfinite(positions).all() else positions
+        for positions, colors in _e57_scans(file):
             if len(positions) == 0:
                 continue
             if writer is None:
-                header = laspy.LasHeader(version="1.4", point_format=7 if len(colors) else 6)
+                header = laspy.LasHeader(version="1.4", point_format=7 if colored else 6)
                 header.offsets = np.floor(positions.min(0))
                 header.scales = np.full(3, max(1e-5, float(np.ptp(positions, 0).max()) * 1e-8))
                 writer = laspy.open(target, mode="w", header=header, do_compress=False)
             points = laspy.ScaleAwarePointRecord.zeros(len(positions), header=header)
             points.x, points.y, points.z = positions.T
-            if len(colors) == len(positions) and header.point_format.id == 7:
+            if colored:
                 points.red, points.green, points.blue = colors.T
             writer.write_points(points)
         if writer is None:
