@@ -16,6 +16,7 @@
 #include "shading/paged_sky.cl"
 #endif
 #include "shading/film_layers.cl"
+#include "shading/mixes.cl"
 
 static inline float3 rp_background(__constant rp_render_params* params, const __global rp_light* lights, const __global uint* light_steps,
                                    float3 direction, float bsdf_density, bool full) {
@@ -46,35 +47,6 @@ static inline float3 rp_emission(const __global rp_light* lights, const __global
     if (light_density < 0.0f) return (float3)(0.0f);
     return rp_light_radiance(light) * (full ? 1.0f : rp_mis_weight_1(bsdf_density, light_density));
 }
-
-#ifdef RP_LAYERED
-// Random numbers that choose from mixes: one for each within another.
-static inline uint4 rp_mix_numbers(__constant rp_render_params* params, uint pixel, uint sample, uint depth, uint purpose) {
-    const rp_numbers_1 bits = rp_random_bits_1(pixel, sample, depth + 1u, purpose, params->seed);
-    return (uint4)(bits.x, bits.z, bits.y, bits.w);
-}
-static inline uint rp_chosen_of_mix(RP_MATERIAL_SPACE const rp_material* mix, uint4 numbers, uint i) {
-    const uint mine = i == 0u ? numbers.x : i == 1u ? numbers.y : i == 2u ? numbers.z : numbers.w;
-    return rp_unit_1(mine) < mix->amount ? mix->second : mix->first;
-}
-#endif
-#if defined(RP_LAYERED) && !defined(RP_TEXTURES)
-// The material with this number, or if that is a mix, the one of its parts that this sample meets.
-static inline const __global rp_material* rp_of_mix(__constant rp_render_params* params, const __global rp_material* materials, uint number,
-                                                    uint pixel, uint sample, uint depth) {
-    if (materials[number].kind != RP_MATERIAL_MIX) return materials + number;
-    const uint4 numbers = rp_mix_numbers(params, pixel, sample, depth, RP_RANDOM_MIX);
-    for (uint i = 0u; i < RP_MAX_MIXES && materials[number].kind == RP_MATERIAL_MIX; i++) {
-#ifdef RP_TRAITS
-        const rp_material mix = materials[number];
-        number = rp_chosen_of_mix(&mix, numbers, i);
-#else
-        number = rp_chosen_of_mix(materials + number, numbers, i);
-#endif
-    }
-    return materials + number;
-}
-#endif
 
 // Slots that are to be shaded: those of the extension rays of this round, of which some wait, and with textures, from the end of the free list on,
 // those whose page has come.

@@ -5,14 +5,13 @@
 #include "base/check.hpp"
 #include "base/hash.hpp"
 #include "film/fill.hpp"
+#include "film/film_sums.hpp"
 
 namespace raypager {
 namespace {
 
 static_assert(RP_FILM_COUNT == 6 && RP_FILM_CLAMPED == 7 && RP_FILM_WORDS == 8, "three sums of two words, then the two counts");
 static_assert(RP_FILM_SCALE_BITS == 28, "to_fixed_point splits at 2^4, that is at bit 32 of the sum");
-
-uint64_t channel_sum(std::span<const uint32_t> pixel, size_t channel) { return pixel[2 * channel] | uint64_t{pixel[2 * channel + 1]} << 32; }
 
 template <class Visit>
 void for_each_pixel(std::span<const uint32_t> words, const Visit& visit) {
@@ -35,7 +34,7 @@ void append_mean(std::span<const uint32_t> pixel, const std::array<double, 9>& r
     const double scale = double{1u << RP_FILM_SCALE_BITS} * samples;
     std::array<double, 3> mean = {};
     for (size_t channel = 0; channel < 3; channel++)
-        if (samples != 0) mean[channel] = static_cast<double>(channel_sum(pixel, channel)) / scale;
+        if (samples != 0) mean[channel] = static_cast<double>(film_units(pixel, 2 * channel)) / scale;
     for (size_t row = 0; row < 9; row += 3)
         values.push_back(static_cast<float>(response[row] * mean[0] + response[row + 1] * mean[1] + response[row + 2] * mean[2]));
     if (alpha) values.push_back(samples == 0 ? 0.0f : 1.0f - static_cast<float>(misses) / static_cast<float>(samples));
@@ -98,9 +97,10 @@ void FilmResolver::add(std::span<const uint32_t> words) {
         }
         samples_ += finished_samples(pixel);
         clamped_ += pixel[RP_FILM_CLAMPED];
-        hash_.add(std::as_bytes(pixel));
+        if (stride != RP_FILM_WORDS) hash_.add(std::as_bytes(pixel));
         if (layers_.layout().layers().any()) layers_.add(words.subspan(at, stride), finished_samples(pixel));
     }
+    if (stride == RP_FILM_WORDS) hash_.add(std::as_bytes(words));  // at once
     added_ += words.size() / stride;
 }
 

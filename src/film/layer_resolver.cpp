@@ -4,16 +4,11 @@
 #include <bit>
 #include <limits>
 
+#include "film/film_sums.hpp"
 #include "raypager/abi/film.h"
 
 namespace raypager {
 namespace {
-
-constexpr double sum_unit = 1.0 / (uint64_t{1} << RP_FILM_SCALE_BITS);
-
-double sum_at(std::span<const uint32_t> words, size_t first) {
-    return static_cast<double>(words[first] | uint64_t{words[first + 1]} << 32) * sum_unit;
-}
 
 float float_of_id(uint32_t id) {
     constexpr uint32_t most = (1u << 24) - 1;
@@ -24,19 +19,19 @@ float float_of_id(uint32_t id) {
 float variance_of(std::span<const uint32_t> words, size_t first, uint32_t samples) {
     if (samples < 2) return 0;
     const double n = samples;
-    const double mean = (0.2126729 * sum_at(words, 0) + 0.7151522 * sum_at(words, 2) + 0.0721750 * sum_at(words, 4)) / n;
-    return static_cast<float>(std::max(0.0, sum_at(words, first) / n - mean * mean) / (n - 1));
+    const double mean = luminance_sum(words) / n;
+    return static_cast<float>(std::max(0.0, film_sum(words, first) / n - mean * mean) / (n - 1));
 }
 
 void append_layer(FilmLayer layer, std::span<const uint32_t> words, size_t first, uint32_t samples, std::vector<float>& values) {
     const double n = std::max(samples, 1u);
     switch (layer) {
         case FilmLayer::albedo:
-            for (size_t i = 0; i < 3; i++) values.push_back(static_cast<float>(sum_at(words, first + 2 * i) / n));
+            for (size_t i = 0; i < 3; i++) values.push_back(static_cast<float>(film_sum(words, first + 2 * i) / n));
             break;
         case FilmLayer::normal:
             for (size_t i = 0; i < 3; i++)
-                values.push_back(static_cast<float>((2 * sum_at(words, first + 2 * i) - words[first + RP_NORMAL_LAYER_COUNT]) / n));
+                values.push_back(static_cast<float>((2 * film_sum(words, first + 2 * i) - words[first + RP_NORMAL_LAYER_COUNT]) / n));
             break;
         case FilmLayer::depth:
             values.push_back(words[first] == 0 ? std::numeric_limits<float>::infinity() : std::bit_cast<float>(words[first]));

@@ -13,11 +13,9 @@
 namespace raypager {
 namespace {
 
-class ImageFileSource final : public ImageSource {
+// Opened each time that somebody wants to know of it.
+class OpenedImage : public ImageSource {
 public:
-    ImageFileSource(std::filesystem::path path, const ImageEncoding& encoding) : path_(std::move(path)), encoding_(encoding) {}
-    std::string name() const override { return path_.string(); }
-
     Result<ImageShape> shape() const override {
         const auto rows = open();
         if (!rows) return rows.status();
@@ -28,6 +26,15 @@ public:
         const auto rows = open();
         return rows ? (*rows)->read(take) : rows.status();
     }
+
+private:
+    virtual Result<std::unique_ptr<ImageRows>> open() const = 0;
+};
+
+class ImageFileSource final : public OpenedImage {
+public:
+    ImageFileSource(std::filesystem::path path, const ImageEncoding& encoding) : path_(std::move(path)), encoding_(encoding) {}
+    std::string name() const override { return path_.string(); }
 
     // Not by what is in it: that would take as long as to read it.
     Result<uint64_t> fingerprint() const override {
@@ -42,7 +49,7 @@ public:
     }
 
 private:
-    Result<std::unique_ptr<ImageRows>> open() const {
+    Result<std::unique_ptr<ImageRows>> open() const override {
         if (encoding_.kind == ImageEncoding::Kind::gamma && !(encoding_.gamma > 0 && std::isfinite(encoding_.gamma)))
             return Status::failed(fmt::format("{}: cannot be read with a gamma of {}; it must be more than 0", name(), encoding_.gamma));
         auto portable = open_portable_rows(path_, encoding_);
@@ -73,29 +80,18 @@ private:
     const std::vector<std::byte> texels_;
 };
 
-class EmbeddedImage final : public ImageSource {
+class EmbeddedImage final : public OpenedImage {
 public:
     EmbeddedImage(std::string name, std::string ending, std::shared_ptr<const std::byte[]> bytes, size_t size, const ImageEncoding& encoding)
         : name_(std::move(name)), ending_(std::move(ending)), bytes_(std::move(bytes)), size_(size), encoding_(encoding) {}
     std::string name() const override { return name_; }
-
-    Result<ImageShape> shape() const override {
-        const auto rows = open();
-        if (!rows) return rows.status();
-        return (*rows)->shape();
-    }
-
-    Status read(const std::function<Status(std::span<const std::byte>)>& take) const override {
-        const auto rows = open();
-        return rows ? (*rows)->read(take) : rows.status();
-    }
 
     Result<uint64_t> fingerprint() const override {
         return hash64(std::span(bytes_.get(), size_), hash64(fmt::format("{} {}", static_cast<int>(encoding_.kind), encoding_.gamma)));
     }
 
 private:
-    Result<std::unique_ptr<ImageRows>> open() const {
+    Result<std::unique_ptr<ImageRows>> open() const override {
         if (const ImageLibrary* library = used_image_library())
             return library->open_embedded_rows({name_, ending_, std::span(bytes_.get(), size_)}, encoding_);
         return Status::failed(fmt::format("{}: images inside of other files are not read by this build (it is without OpenImageIO)", name_));

@@ -5,18 +5,12 @@
 #include <cmath>
 
 #include "base/check.hpp"
+#include "film/film_sums.hpp"
 #include "raypager/abi/film.h"
 #include "wavefront/sample_order.hpp"
 
 namespace raypager {
 namespace {
-
-constexpr double sum_unit = 1.0 / (uint64_t{1} << RP_FILM_SCALE_BITS);
-
-double luminance_sum(std::span<const uint32_t> pixel) {
-    const auto sum = [&](size_t channel) { return static_cast<double>(pixel[2 * channel] | uint64_t{pixel[2 * channel + 1]} << 32) * sum_unit; };
-    return 0.2126729 * sum(0) + 0.7151522 * sum(1) + 0.0721750 * sum(2);
-}
 
 // Sums over the square of pixels around each, cut off at the edges of the picture: first along rows, then along columns.
 std::vector<double> box_sums(const std::vector<double>& values, uint32_t width, uint32_t height, int reach) {

@@ -8,6 +8,7 @@
 #include "raypager/raypager.hpp"
 #include "reference/scenes.hpp"
 #include "support/device_scene.hpp"
+#include "support/floor_shape.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/test_options.hpp"
 
@@ -18,13 +19,7 @@ namespace {
 Scene caustic() {
     Scene scene;
     scene.materials = {diffuse_material({0.6f, 0.6f, 0.6f}), dielectric_material(1.5f), absorbing_material()};
-    TriangleMesh floor;
-    floor.positions = {{-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0}};
-    floor.triangles = {{0, 1, 2}, {0, 2, 3}};
-    Shape shape;
-    shape.name = "floor";
-    shape.mesh = std::make_shared<MeshInMemory>("floor", floor);
-    scene.shapes.push_back(shape);
+    scene.shapes.push_back(support::floor_shape());
     Shape ball;
     ball.name = "ball";
     ball.material = 1;

@@ -10,6 +10,7 @@
 #include "reference/scenes.hpp"
 #include "reference/textured_scenes.hpp"
 #include "support/device_scene.hpp"
+#include "support/floor_shape.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/test_options.hpp"
 
@@ -126,13 +127,7 @@ INSTANTIATE_TEST_SUITE_P(scenes, FilmLayersOf, testing::ValuesIn(layer_cases), [
 Scene balls_from_above() {
     Scene scene;
     scene.materials = {diffuse_material({0.2f, 0.5f, 0.8f}), conductor_of_reflectance({0.9f, 0.6f, 0.3f}, 0.2f)};
-    TriangleMesh floor;
-    floor.positions = {{-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0}};
-    floor.triangles = {{0, 1, 2}, {0, 2, 3}};
-    Shape shape;
-    shape.name = "floor";
-    shape.mesh = std::make_shared<MeshInMemory>("floor", floor);
-    scene.shapes.push_back(shape);
+    scene.shapes.push_back(support::floor_shape());
     Object ball;
     ball.name = "ball";
     Shape sphere;
