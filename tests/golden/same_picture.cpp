@@ -230,6 +230,7 @@ TEST_P(SamePicture, with_room_for_one_block) {
 TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
     for (const uint32_t paths : {64u, 1000u, 20000u})
         for (const double percent : {100.0, 20.0}) {
+            if (!is_its_turn()) continue;
             support::TestOptions options = base_;
             options.tuning.paths = paths;
             options.geometry_limit_percent = percent;
@@ -269,6 +270,7 @@ TEST_P(SamePicture, for_other_slabs_and_loads_in_flight) {
 TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
     for (const uint32_t rounds : {1u, 2u})
         for (const double percent : {100.0, 10.0, 1.0}) {
+            if (!is_its_turn()) continue;
             support::TestOptions options = base_;
             options.instruments.rounds_under_way = rounds;
             options.geometry_limit_percent = percent;
