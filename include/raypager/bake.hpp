@@ -42,8 +42,7 @@ struct BakeOptions {
     // Camera rays and mirrors see such a sky as it is, surfaces that scatter light its largest level of at most so many pixels a side: that of 2048
     // has one for each tenth of a degree.
     uint32_t scattered_sky_size = 2048;
-    // What an object places (Object::instances) is put where the object is placed instead, as long as that makes at most so many instances: rays find
-    // them sooner so. More are kept in the object.
+    // Nested instances (Object::instances) are flattened as long as that makes at most this many instances: rays find them sooner. More stay nested.
     uint64_t flatten_limit = uint64_t{1} << 16;
     uint64_t host_limit = 0;                  // bytes of main memory for the work, besides the program itself; 0: half of what there is
     const std::atomic<bool>* stop = nullptr;  // the bake ends soon after it becomes true

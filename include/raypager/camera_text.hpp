@@ -11,8 +11,8 @@
 
 namespace raypager {
 
-// A camera of the real world: what lies to its right is at the right of the picture. Mirrored, it is at the left: so look most .pbrt scenes at their
-// world, whose LookAt is that of a left-handed space.
+// A camera of the real world: what lies to its right is at the right of the picture. Mirrored, it is at the left. Most .pbrt scenes are mirrored,
+// since pbrt's LookAt is left-handed.
 struct CameraText {
     Float3 eye;
     std::array<double, 3> target = {}, up = {};

@@ -23,7 +23,7 @@ Result<Denoiser> find_denoiser(const std::filesystem::path& library = {});
 
 struct DenoiseOptions {
     std::filesystem::path library;  // empty: looked for
-    // Albedo and normal are taken with the noise that they have. A seventh of the time; what is small gets less sharp, and lamps with it.
+    // Albedo and normal are taken with the noise that they have. Takes a seventh of the time; small details and lamps get less sharp.
     bool fast = false;
 };
 

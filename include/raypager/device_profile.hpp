@@ -32,7 +32,7 @@ struct DeviceProfile {
     uint64_t preferred_slots = 0;   // that suit it better where all geometry fits beside them
     uint64_t max_slots = 0;         // where blocks must be swapped
     uint32_t scenes_for_slots = 0;  // how many times the bytes of the scene they may take there
-    double loads_for_slots = 0;     // with caches_slots: bytes of slots, in bytes of the scene over the share of it that is resident
+    double loads_for_slots = 0;     // with caches_slots: bytes of slots = this * bytes of the scene / resident fraction
     uint32_t rounds_under_way = 1;  // at most
 
     // Paging.

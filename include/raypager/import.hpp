@@ -28,7 +28,7 @@ struct BareLook {
     std::optional<rp_material> material;  // of all meshes and clouds; none: as their files say, clay where they do not
     std::optional<Float3> sky;            // radiance; black: there is none; not given: dim, or blue over landscapes
     BareLight light;
-    bool no_ground = false;          // objects stand on one otherwise; landscapes have their own
+    bool no_ground = false;          // meshes and clouds get one otherwise; landscapes have their own
     uint32_t width = 0, height = 0;  // of the picture that is framed; 0: as a Scene has it
 };
 

@@ -258,9 +258,9 @@ private:
 // Shapes that are placed in the world by instances, as often as these say. Their to_world leads to the object's own space. None of them is a
 // backdrop. Those that shine do so in every place, with the radiance or, at its size there, the power of their area light. The lights of all
 // instances are in memory and on the device one by one; there can be 2^24 of them. An instance must not stretch a sphere that shines, or points that
-// do. An object may also place objects that come before it in Scene::objects: a tree its leaves, a forest its trees. Where
-// that takes little more room, where it is more than four levels deep, and where it shines, baking puts what is placed so in their place. What
-// objects place, and objects that place others, must not be given a material or a colour by their instances.
+// do. An object may also place objects that come before it in Scene::objects: a tree its leaves, a forest its trees. Baking
+// flattens nested instances that add little memory, are more than four levels deep, or shine. Instances must not give a material or a colour to
+// objects that are placed by objects, or that place others.
 struct Object {
     std::string name;  // for messages
     std::vector<Shape> shapes;

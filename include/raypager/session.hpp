@@ -70,9 +70,9 @@ struct RenderOptions {
     double snapshot_seconds = 0;    // between calls of RenderCallbacks::snapshot; 0: never
     double snapshot_growth = 1;     // each interval between snapshots is longer by this factor than the one before
     double stall_seconds = 30;      // a render that makes no progress for so long says so; 0: never
-    // Set from outside, and there as long as the render. stop: end soon, with an even picture. Few more samples begin, so that every pixel gets one,
-    // and paths under way may finish for stop_seconds; with a checkpoint, which keeps all work, the render ends after the round under way. stop_now:
-    // end after that round in any case.
+    // Set from outside, and there as long as the render. stop: end soon, but evenly: only those samples still begin that every pixel needs to
+    // have one, and paths in flight get stop_seconds to finish; with a checkpoint, which keeps all work, the render ends after the current round.
+    // stop_now: end after that round in any case.
     const std::atomic<bool>*stop = nullptr, *stop_now = nullptr;
     double stop_seconds = 1.5;
     RenderTuning tuning;

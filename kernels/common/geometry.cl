@@ -64,14 +64,14 @@ static inline void rp_add_without_result(volatile __global uint* word, uint numb
 }
 
 // `rays` rays enter a block together. origin, reciprocal: of one of their stream. Whether they are counted follows from these bits, since a walk has
-// no register left for a number of its own: origins differ where directions are the same, and the other way round. RP_COUNT_ENTRIES: 2^k - 1, one in
+// no register left for a number of its own: origins differ where directions are the same, and the other way round. RP_TRACK_ENTERS: 2^k - 1, one in
 // 2^k is counted.
 static inline void rp_note_entry(const rp_geometry* g, float2 origin, float2 reciprocal, uint rays, uint block, uint round) {
-#ifdef RP_COUNT_ENTRIES
+#ifdef RP_TRACK_ENTERS
     const uint2 bits = as_uint2(origin) ^ as_uint2(reciprocal);
     // By a product, since last bits are often 0 where coordinates were subtracted.
-    if (((bits.x ^ bits.y) * 0x9e3779b9u >> 16 & RP_COUNT_ENTRIES) == 0u) rp_add_without_result(g->used + block, rays);
-#elif defined(RP_NOTE_ROUNDS)
+    if (((bits.x ^ bits.y) * 0x9e3779b9u >> 16 & RP_TRACK_ENTERS) == 0u) rp_add_without_result(g->used + block, rays);
+#elif defined(RP_TRACK_LAST_ROUND)
     if (g->used[block] != round) g->used[block] = round;
 #endif
 }

@@ -95,7 +95,7 @@ static inline void rp_set_standing_of_stream(const rp_paths* paths, uint slot, c
     if (!instance || (const __global uint4*)instance == units) return;
     for (uint i = 0u; i < RP_STANDING_AT; i++) units[i] = ((const __global uint4*)instance)[i];
 }
-static inline uint rp_standing_unit(const rp_paths* paths, uint slot) { return rp_standing_units(paths, slot)[RP_STANDING_AT].w; }
+static inline uint rp_inner_block_entry(const rp_paths* paths, uint slot) { return rp_standing_units(paths, slot)[RP_STANDING_AT].w; }
 #endif
 
 #endif

@@ -45,7 +45,7 @@ static inline float rp_fresnel_dielectric(float cosine, float eta, float* cosine
 }
 
 static inline bool rp_is_specular(RP_MATERIAL_SPACE const rp_material* m) {
-    return m->kind == RP_MATERIAL_DIELECTRIC || m->kind == RP_MATERIAL_NONE || (m->kind == RP_MATERIAL_CONDUCTOR && m->alpha <= 0.0f);
+    return m->kind == RP_MATERIAL_DIELECTRIC || m->kind == RP_MATERIAL_ABSORBING || (m->kind == RP_MATERIAL_CONDUCTOR && m->alpha <= 0.0f);
 }
 
 // BSDF * cosine and density by solid angle of the unit direction; zero for specular materials and below the geometric surface.
@@ -74,7 +74,7 @@ static inline rp_scatter rp_bsdf_sample(RP_MATERIAL_SPACE const rp_material* m, 
     r.density = 0.0f;
     r.transmitted = false;
     const float3 v = rp_to_local(f, rp_float3(f->view));
-    if (m->kind == RP_MATERIAL_NONE || v.z <= 0.0f) return r;
+    if (m->kind == RP_MATERIAL_ABSORBING || v.z <= 0.0f) return r;
     if (m->kind == RP_MATERIAL_CONDUCTOR) {
         const bool mirror = m->alpha <= 0.0f;
         const rp_roughness alpha = rp_roughness_of(m);
@@ -89,7 +89,7 @@ static inline rp_scatter rp_bsdf_sample(RP_MATERIAL_SPACE const rp_material* m, 
             r.density = rp_ggx_d(h, alpha) / ((1.0f + lambda_v) * 4.0f * v.z);
         }
     } else {
-        const float eta = f->inside ? 1.0f / m->ior : m->ior;
+        const float eta = f->back_facing ? 1.0f / m->ior : m->ior;
         float cosine_t;
         const float reflectance = rp_fresnel_dielectric(fmin(v.z, 1.0f), eta, &cosine_t);
         float3 l;

@@ -8,7 +8,7 @@ typedef struct RP_NAME(rp_frame_) {
     RP_NAME(rp_vector_) tangent, bitangent;
     RP_NAME(rp_vector_) geometric_normal;  // towards the viewer
     RP_NAME(rp_vector_) view;              // unit, towards the viewer
-    RP_INTS inside;                        // the viewer is on the side that the surface's own normal points away from
+    RP_INTS back_facing;                   // the viewer is on the side that the surface's own normal points away from
 } RP_NAME(rp_frame_);
 
 static inline RP_NAME(rp_vector_) RP_NAME(rp_facing_)(RP_INTS turn, RP_NAME(rp_vector_) v) {
@@ -22,8 +22,8 @@ static inline RP_NAME(rp_frame_) RP_NAME(rp_make_frame_)(RP_NAME(rp_vector_) dir
     const RP_NAME(rp_vector_) geometric = RP_NAME(rp_decode_normal_)(geometric_normal);
     const RP_NAME(rp_vector_) shading = RP_NAME(rp_decode_normal_)(shading_normal);
     f.view = RP_NAME(rp_times_)(direction, (RP_FLOATS)(-1.0f));
-    f.inside = RP_NAME(rp_dot_)(geometric, direction) > 0.0f;
-    f.geometric_normal = RP_NAME(rp_facing_)(f.inside, geometric);
+    f.back_facing = RP_NAME(rp_dot_)(geometric, direction) > 0.0f;
+    f.geometric_normal = RP_NAME(rp_facing_)(f.back_facing, geometric);
     f.normal = RP_NAME(rp_facing_)(RP_NAME(rp_dot_)(shading, f.geometric_normal) < 0.0f, shading);
     // Where interpolation turned the normal away from the viewer, the geometric one serves.
     f.normal = RP_NAME(rp_choose_)(RP_NAME(rp_dot_)(f.normal, f.view) <= 0.0f, f.geometric_normal, f.normal);

@@ -41,7 +41,7 @@ static inline rp_layers rp_choose_layers(RP_MATERIAL_SPACE const rp_material* m,
     rp_layers r;
     r.view = rp_to_local(f, rp_float3(f->view));
     r.color = color;
-    r.eta = (m->flags & RP_MATERIAL_SOLID) && f->inside ? 1.0f / m->ior : m->ior;
+    r.eta = (m->flags & RP_MATERIAL_SOLID) && f->back_facing ? 1.0f / m->ior : m->ior;
     r.below = false;
     r.side = r.single = r.glossy = 0.0f;
     r.rest = u;
@@ -56,7 +56,7 @@ static inline rp_layers rp_choose_layers(RP_MATERIAL_SPACE const rp_material* m,
     float base = m->flags & RP_MATERIAL_METAL_BASE ? 1.0f : fmax(fmax(color.x, color.y), color.z);
     if (m->flags & RP_MATERIAL_COAT) base *= 1.0f - r.fresnel;
     const float mirror = rp_greatest(m->mirror) * r.fresnel, above = base + interface + mirror;
-    const bool clear = !rough || (m->flags & RP_MATERIAL_CLEAR) != 0u;
+    const bool clear = !rough || (m->flags & RP_MATERIAL_SMOOTH_REFRACTION) != 0u;
     const float refracted = rp_greatest(m->refracted) * (1.0f - (clear && rough ? r.fresnel : share)), diffuse = rp_greatest(m->transmittance),
                 through = refracted + diffuse;
     if (above + through <= 0.0f) return r;

@@ -88,9 +88,9 @@ static inline ulong rp_light_tree_width(const __global uint* tree) {
 static inline uint rp_choose_light_at(const __global uint* tree, const __global rp_light* lights, float3 place, float3 normal, uint random, uint more,
                                       float* rest, float* chance, float* weighed) {
     const float fine = (float)(more >> 8) * 0x1p-24f;
-    const uint group = rp_choose_light(tree + tree[RP_LIGHT_TREE_STEPS], tree[RP_LIGHT_TREE_COUNT], random, fine, rest);
-    if (group != 0u) {
-        const uint light = tree[tree[RP_LIGHT_TREE_OTHERS] + group - 1u];
+    const uint choice = rp_choose_light(tree + tree[RP_LIGHT_TREE_STEPS], tree[RP_LIGHT_TREE_COUNT], random, fine, rest);
+    if (choice != 0u) {
+        const uint light = tree[tree[RP_LIGHT_TREE_OTHERS] + choice - 1u];
         *chance = *weighed = lights[light].probability;
         return light;
     }

@@ -53,8 +53,8 @@ static inline uint rp_chosen_sky(const rp_textures* t, __constant rp_render_para
     const __global uint* steps = t->light_steps;
     const float fine = rp_unit_1(bits->z);
 #ifdef RP_LIGHT_TREE
-    const uint group = rp_choose_light(steps + steps[RP_LIGHT_TREE_STEPS], steps[RP_LIGHT_TREE_COUNT], bits->x, fine, along);
-    const uint light = group != 0u ? steps[steps[RP_LIGHT_TREE_OTHERS] + group - 1u] : RP_NONE;
+    const uint choice = rp_choose_light(steps + steps[RP_LIGHT_TREE_STEPS], steps[RP_LIGHT_TREE_COUNT], bits->x, fine, along);
+    const uint light = choice != 0u ? steps[steps[RP_LIGHT_TREE_OTHERS] + choice - 1u] : RP_NONE;
 #else
     const uint light = rp_choose_light(steps, params->light_count, bits->x, fine, along);
 #endif

@@ -96,7 +96,7 @@ static inline void rp_scatter_special(__constant rp_render_params* params, const
         // Both rays of a vertex begin at the same point: only specular scattering leaves on the other side, and it has no shadow ray.
         out->start = rp_minus_1(vertex->position, away);
         const int change = rp_refraction(material->ior);
-        out->refraction = clamp(vertex->refraction + (frame.inside ? -change : change), -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION);
+        out->refraction = clamp(vertex->refraction + (frame.back_facing ? -change : change), -RP_PATH_MAX_REFRACTION, RP_PATH_MAX_REFRACTION);
     }
     // Specular surfaces make no connection: what comes next is all that a path brings from there. But one between mirrors ends some day.
     if (rp_is_specular(material) && vertex->depth < RP_MAX_SPARED)

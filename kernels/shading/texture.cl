@@ -27,7 +27,7 @@ typedef struct rp_textures {
     __constant rp_texture_tables* at;  // where the tables begin
     volatile __global uint* demand;
     volatile __global uint* counters;
-    uint page_count, round;  // pages: of geometry and of images
+    uint block_count, round;  // pages: of geometry and of images
 #ifdef RP_SKY_PAGED
     const __global rp_light* lights;
     const __global uint* light_steps;
@@ -50,12 +50,12 @@ typedef struct rp_texture_site {
 
 // The path of a slot waits for a page. waiting_status: as of rp_wait_to_shade.
 static inline void rp_await_page(const rp_textures* t, const rp_paths* paths, uint slot, uint waiting_status, uint page) {
-    volatile __global uint* const requests = t->demand + RP_DEMAND_REQUESTS * (size_t)t->page_count;
+    volatile __global uint* const requests = t->demand + RP_DEMAND_REQUESTS * (size_t)t->block_count;
 #ifdef RP_SHORT_STATES
     rp_wait_for_block(paths, slot, page, waiting_status, requests);
 #else
     rp_set_status(paths, slot, waiting_status);
-    rp_set_wait_word(paths, slot, atomic_xchg(rp_lists_of(t->demand, t->page_count, page) + slot / 64u % RP_LISTS, slot + 1u));
+    rp_set_wait_word(paths, slot, atomic_xchg(rp_lists_of(t->demand, t->block_count, page) + slot / 64u % RP_LISTS, slot + 1u));
     atomic_inc(requests + page);
     atomic_inc(t->counters + RP_COUNT_IN_LISTS);
 #endif
@@ -224,15 +224,15 @@ static inline float3 rp_of_channels(float4 c, uint op) {
 // A lookup counts as a ray that enters a block, and as one that ends there: what of policies is about use is about both. bits: random, which say
 // whether it is one of those that are counted (rp_note_entry).
 static inline void rp_note_texture_page(const rp_textures* t, uint page, uint bits) {
-#ifdef RP_COUNT_BOUNCES
-    atomic_inc(t->demand + RP_DEMAND_BOUNCES * (size_t)t->page_count + page);
+#ifdef RP_TRACK_BOUNCES
+    atomic_inc(t->demand + RP_DEMAND_BOUNCES * (size_t)t->block_count + page);
 #endif
-#if defined(RP_COUNT_ENTRIES) || defined(RP_NOTE_ROUNDS)
-    volatile __global uint* const used = t->demand + RP_DEMAND_USED * (size_t)t->page_count + page;
+#if defined(RP_TRACK_ENTERS) || defined(RP_TRACK_LAST_ROUND)
+    volatile __global uint* const used = t->demand + RP_DEMAND_USED * (size_t)t->block_count + page;
 #endif
-#if defined(RP_COUNT_ENTRIES)
-    if ((bits >> 16 & RP_COUNT_ENTRIES) == 0u) rp_add_without_result(used, 1u);
-#elif defined(RP_NOTE_ROUNDS)
+#if defined(RP_TRACK_ENTERS)
+    if ((bits >> 16 & RP_TRACK_ENTERS) == 0u) rp_add_without_result(used, 1u);
+#elif defined(RP_TRACK_LAST_ROUND)
     if (*used != t->round) *used = t->round;
 #endif
 }

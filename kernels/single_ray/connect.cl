@@ -35,7 +35,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 #else
     rp_begin_any(geometry, &walk, stack, ray.block_entry);
 #endif
-    rp_run_any(geometry, &walk, stack, round);
+    rp_traverse_any(geometry, &walk, stack, round);
 #ifdef RP_RECORD
     rp_visit_end(&walk.visits, walk.visits.stopped_by);
 #endif

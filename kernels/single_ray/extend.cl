@@ -102,7 +102,7 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
             rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_extension_waits(offset_exponent, 0u),
                               demand + RP_DEMAND_REQUESTS * block_count);
     }
-#ifdef RP_COUNT_BOUNCES
+#ifdef RP_TRACK_BOUNCES
     if (block_entry == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
 #endif
 }
@@ -145,7 +145,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
         }
         // A walk can end where it begins: in an empty scene.
         if (rp_ballot(under_way) == 0u && part == RP_NONE) break;
-        rp_run_closest(&geometry, &walk, stack, round);
+        rp_traverse_closest(&geometry, &walk, stack, round);
     }
 #else
     for (uint i = get_global_id(0); i < count; i += get_global_size(0)) {
@@ -156,7 +156,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
                             RP_VISIT_RESUME_EXTEND))
             continue;
 #endif
-        rp_run_closest(&geometry, &walk, stack, round);
+        rp_traverse_closest(&geometry, &walk, stack, round);
 #ifdef RP_RECORD
         rp_visit_end(&walk.visits, walk.best.found_in);
 #endif

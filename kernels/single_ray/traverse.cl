@@ -63,7 +63,7 @@
 #if RP_ANY_HIT
 #define RP_WALK rp_any_walk
 #define RP_BEGIN rp_begin_any
-#define RP_RUN rp_run_any
+#define RP_TRAVERSE rp_traverse_any
 #define RP_LEAF rp_any_at_leaf
 #define RP_ENTER rp_any_enter
 #define RP_TO_TOP rp_any_to_top
@@ -88,7 +88,7 @@
 #else
 #define RP_WALK rp_closest_walk
 #define RP_BEGIN rp_begin_closest
-#define RP_RUN rp_run_closest
+#define RP_TRAVERSE rp_traverse_closest
 #define RP_LEAF rp_closest_at_leaf
 #define RP_ENTER rp_closest_enter
 #define RP_TO_TOP rp_closest_to_top
@@ -353,7 +353,7 @@ static inline void RP_ENTER(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* st
 // Goes on to the end of the walk. With RP_PERSISTENT, all work-items of a sub-group come here together, those whose walks have ended as
 // well, and return together when too few have walks left. Leaves, returns and block entries are looked at in turn, so that a ray that comes from
 // one to the next does not wait for the others to go round the loop.
-static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
+static inline void RP_TRAVERSE(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stack, uint round) {
     do {
         RP_WHILE_INNER(w->current) {
             RP_STEP(w, stack);
@@ -384,7 +384,7 @@ static inline void RP_RUN(const rp_geometry* g, RP_WALK* w, RP_STACK_ENTRY* stac
 
 #undef RP_WALK
 #undef RP_BEGIN
-#undef RP_RUN
+#undef RP_TRAVERSE
 #undef RP_LEAF
 #undef RP_ENTER
 #undef RP_TO_TOP

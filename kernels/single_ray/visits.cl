@@ -87,7 +87,7 @@ static inline void rp_visit_stop(rp_visit_log* log, uint block) {
         (void)rp_visit_add(log, RP_VISIT_STOPS, block);
 }
 
-// Logs every block that a shadow ray passes up to t_limit, in the order of rp_run_any: the top tree alone, no geometry. False if the log
+// Logs every block that a shadow ray passes up to t_limit, in the order of rp_traverse_any: the top tree alone, no geometry. False if the log
 // is full; then the ray's next head tells that what was written so far is to be forgotten.
 static bool rp_visit_candidates(const rp_visit_log* log, const rp_geometry* g, const rp_ray* ray, float t_limit) {
     uint stack[RP_STACK_SIZE];

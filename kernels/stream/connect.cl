@@ -53,7 +53,8 @@ static inline void rp_load_connect_stream(const rp_geometry* g, const rp_paths* 
 
 // Returns whether the ray waits from now on.
 static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_walk* walk, const rp_connect_rays* c, uint r, uint block_count,
-                                        volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene, rp_chains* chains) {
+                                        volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene,
+                                        rp_pending_lists* lists) {
     const rp_stream* const s = &walk->stream;
 #ifdef RP_INSTANCES
     const bool occluded = !((s->active | walk->kept) >> r & 1ul);
@@ -82,18 +83,18 @@ static inline bool rp_store_connect_ray(const rp_geometry* g, const rp_walk* wal
 #else
     const uint block = rp_block_entry_block(g, block_entry);
 #endif
-    rp_wait_for_block_in_chain(chains, paths, c->slot[r], block, rp_shadow_waits(status), demand, block_count);
+    rp_wait_for_block_in_list(lists, paths, c->slot[r], block, rp_shadow_waits(status), demand, block_count);
     return true;
 }
 
 // Returns how many of them wait from now on.
 static inline uint rp_store_connect_stream(const rp_geometry* g, const rp_walk* walk, const rp_connect_rays* c, uint block_count,
                                            volatile __global uint* demand, const rp_paths* paths, const rp_connect_scene* scene) {
-    rp_chains chains;
-    rp_begin_chains(&chains, c->first / RP_STREAM_RAYS, true);
+    rp_pending_lists lists;
+    rp_begin_pending_lists(&lists, c->first / RP_STREAM_RAYS, true);
     uint waiting = 0u;
-    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, walk, c, r, block_count, demand, paths, scene, &chains) ? 1u : 0u;
-    rp_end_chains(&chains, paths, demand, block_count);
+    for (uint r = 0u; r < c->count; r++) waiting += rp_store_connect_ray(g, walk, c, r, block_count, demand, paths, scene, &lists) ? 1u : 0u;
+    rp_end_pending_lists(&lists, paths, demand, block_count);
     return waiting;
 }
 

@@ -54,7 +54,7 @@ typedef struct rp_extend_counts {
 // row: if it has a hit, what its planes are to say of it (rp_lay_out_hits8).
 static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk, const rp_extend_rays* e, const rp_wide_surfaces* surfaces, uint r,
                                        uint block_entry, uint8 row, uint block_count, volatile __global uint* demand, const rp_paths* paths,
-                                       rp_chains* chains, rp_extend_counts* counts) {
+                                       rp_pending_lists* lists, rp_extend_counts* counts) {
     const rp_stream* const s = &walk->stream;
     const uint slot = e->slot[r], status = e->status[r], waited_at = e->block_entry[r];
     const float t = RP_OF_RAY(s->t, r);
@@ -86,7 +86,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk
     }
     if (block_entry == RP_NONE) {
         rp_finish_stream_extension(paths, slot, offset_exponent, kept, last_block);
-#ifdef RP_COUNT_BOUNCES
+#ifdef RP_TRACK_BOUNCES
         if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
 #endif
     } else {
@@ -96,7 +96,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk
 #else
         const uint block = rp_block_entry_block(g, block_entry);
 #endif
-        rp_wait_for_block_in_chain(chains, paths, slot, block, rp_extension_waits(offset_exponent, kept), demand, block_count);
+        rp_wait_for_block_in_list(lists, paths, slot, block, rp_extension_waits(offset_exponent, kept), demand, block_count);
     }
 }
 
@@ -109,8 +109,8 @@ static inline void rp_store_extend_stream(const rp_geometry* g, rp_walk* walk, c
 #else
     rp_find_surfaces(s, &surfaces);
 #endif
-    rp_chains chains;
-    rp_begin_chains(&chains, e->first / RP_STREAM_RAYS, false);
+    rp_pending_lists lists;
+    rp_begin_pending_lists(&lists, e->first / RP_STREAM_RAYS, false);
     for (uint first = 0u; first < e->count; first += 8u) {
         const uint i = first / 8u;
         uint block_entry[8];
@@ -132,9 +132,9 @@ static inline void rp_store_extend_stream(const rp_geometry* g, rp_walk* walk, c
         uint8 rows[8];
         rp_lay_out_hits8(&hits, vload8(i, e->status), rows);
         for (uint k = 0u; k < min(e->count - first, 8u); k++)
-            rp_store_extend_ray(g, walk, e, &surfaces, first + k, block_entry[k], rows[k], block_count, demand, paths, &chains, counts);
+            rp_store_extend_ray(g, walk, e, &surfaces, first + k, block_entry[k], rows[k], block_count, demand, paths, &lists, counts);
     }
-    rp_end_chains(&chains, paths, demand, block_count);
+    rp_end_pending_lists(&lists, paths, demand, block_count);
 }
 
 // Traces RP_WALKS streams of 64 rays in turn: while one computes, the next record of another is on its way from memory.

@@ -17,10 +17,10 @@ static inline void rp_end_inside(rp_walk* walk, ulong rays) {
         if (rp_lanes_of(rays, p) != 0u) walk->until[p] = rp_max(s->t[p] * (RP_BOX_WIDEN * RP_BOX_WIDEN) - s->start[p], (float16)(0.0f));
 }
 
-// page_entry: block entry of the instance's block. number: as rp_ray has it. What the rays have found so far goes with them. Packets without rays are
-// left as they were: often few rays of a stream meet an instance.
+// outer_block_entry: block entry of the instance's block. number: as rp_ray has it. What the rays have found so far goes with them. Packets without
+// rays are left as they were: often few rays of a stream meet an instance.
 static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong rays, const __global rp_instance* instance, uint number,
-                                     uint page_entry) {
+                                     uint outer_block_entry) {
     const rp_stream* const world = &walk->stream;
     rp_stream* const s = &walk->inner;
     const __global rp_object* const object = g->objects + instance->object;
@@ -67,7 +67,7 @@ static RP_NOINLINE void rp_go_inside(const rp_geometry* g, rp_walk* walk, ulong 
     walk->inside = true;
     walk->inner_rays = rays;
     walk->inner_bottom = walk->stack.depth;
-    walk->page_entry = page_entry;
+    walk->outer_block_entry = outer_block_entry;
     rp_end_inside(walk, rays);
 }
 
@@ -102,7 +102,7 @@ static inline uint rp_ahead_inside(rp_walk* walk, uint p, ulong rays, const __gl
         lanes & rp_enter_bounds(&walk->inner, p, until[p], block_entries[2u * block_entry], block_entries[2u * block_entry + 1u], entry);
     *entry += walk->inner.start[p];
     const uint16 number = (uint16)(walk->inner.inside_number), unit = (uint16)(block_entry);
-    const uint here = (uint)(walk->behind >> (RP_PACKET_RAYS * p)) & rp_mask16(walk->stream.from_block_entry[p] == (uint16)(walk->page_entry));
+    const uint here = (uint)(walk->behind >> (RP_PACKET_RAYS * p)) & rp_mask16(walk->stream.from_block_entry[p] == (uint16)(walk->outer_block_entry));
     const int16 later =
         (*entry > walk->from_entry[p]) |
         ((*entry == walk->from_entry[p]) & ((number > walk->from_number[p]) | ((number == walk->from_number[p]) & (unit > walk->from_unit[p]))));
@@ -119,21 +119,21 @@ static inline ulong rp_still_before_inside(rp_walk* walk, ulong rays, const __gl
 // As rp_meet_absent.
 static inline void rp_meet_absent_inside(rp_walk* walk, ulong rays, const __global uint4* block_entries, uint block_entry) {
     rp_stream* const s = &walk->stream;
-    const uint16 page_entry = (uint16)(walk->page_entry), number = (uint16)(walk->inner.inside_number), unit = (uint16)(block_entry);
+    const uint16 outer_block_entry = (uint16)(walk->outer_block_entry), number = (uint16)(walk->inner.inside_number), unit = (uint16)(block_entry);
     for (uint p = 0u; p < RP_PACKETS; p++) {
         float16 entry, page;
         uint first = rp_ahead_inside(walk, p, rays, block_entries, block_entry, &entry);
         if (first == 0u) continue;
         // The block of the instance is met: no hit lies before it.
-        rp_enter_bounds(s, p, s->t[p], block_entries[2u * walk->page_entry], block_entries[2u * walk->page_entry + 1u], &page);
+        rp_enter_bounds(s, p, s->t[p], block_entries[2u * walk->outer_block_entry], block_entries[2u * walk->outer_block_entry + 1u], &page);
         const int16 before_unit =
             (entry < walk->wait_entry[p]) |
             ((entry == walk->wait_entry[p]) & ((number < walk->wait_number[p]) | ((number == walk->wait_number[p]) & (unit < walk->wait_unit[p]))));
-        first &= rp_mask16((page < s->wait[p]) |
-                           ((page == s->wait[p]) & ((page_entry < s->wait_block_entry[p]) | ((page_entry == s->wait_block_entry[p]) & before_unit))));
+        first &= rp_mask16((page < s->wait[p]) | ((page == s->wait[p]) & ((outer_block_entry < s->wait_block_entry[p]) |
+                                                                          ((outer_block_entry == s->wait_block_entry[p]) & before_unit))));
         const int16 better = rp_lanes16(first);
         s->wait[p] = better ? page : s->wait[p];
-        s->wait_block_entry[p] = better ? page_entry : s->wait_block_entry[p];
+        s->wait_block_entry[p] = better ? outer_block_entry : s->wait_block_entry[p];
         walk->wait_entry[p] = better ? entry : walk->wait_entry[p];
         walk->wait_number[p] = better ? number : walk->wait_number[p];
         walk->wait_unit[p] = better ? unit : walk->wait_unit[p];
@@ -195,7 +195,7 @@ static inline void rp_resume_standing(const rp_geometry* g, rp_walk* walk, const
     for (; resumed != 0ul; resumed &= resumed - 1ul) {
         const uint r = rp_lowest(resumed);
         const rp_standing standing = rp_standing_of(paths, slot[r], true);
-        if (standing.block_entry != RP_NONE) rp_resume_inside(g, walk, r, &standing, rp_standing_unit(paths, slot[r]), round, any_hit);
+        if (standing.block_entry != RP_NONE) rp_resume_inside(g, walk, r, &standing, rp_inner_block_entry(paths, slot[r]), round, any_hit);
     }
 }
 

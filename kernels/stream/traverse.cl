@@ -204,7 +204,7 @@ typedef struct rp_walk {
     rp_stream inner;
     bool inside;
     ulong inner_rays;
-    uint inner_bottom, page_entry;
+    uint inner_bottom, outer_block_entry;
     // Units (instances.cl): where the ray enters it in the world, number of the instance + 1 (0: it waits in the world), block entry of the object.
     float16 from_entry[RP_PACKETS], wait_entry[RP_PACKETS];
     uint16 from_number[RP_PACKETS], wait_number[RP_PACKETS], from_unit[RP_PACKETS], wait_unit[RP_PACKETS];

@@ -47,7 +47,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
         rp_change_pages(pages, &changes);
         for (uint i = 0u; i < RP_COUNTERS_PER_ROUND; i++) counters[i] = 0u;
     }
-#ifdef RP_COUNT_BOUNCES
+#ifdef RP_TRACK_BOUNCES
     for (uint block = item; block < block_count; block += items) demand[RP_DEMAND_BOUNCES * block_count + block] = 0u;
 #endif
     uint names[RP_MAX_NAMED], woken = 0u;

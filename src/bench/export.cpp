@@ -43,7 +43,7 @@ std::string material_xml(const rp_material& m, size_t index) {
         }
         case RP_MATERIAL_DIELECTRIC:
             return named("dielectric", fmt::format("<float name=\"int_ior\" value=\"{}\"/><float name=\"ext_ior\" value=\"1\"/>", m.ior), "</bsdf>");
-        case RP_MATERIAL_NONE:
+        case RP_MATERIAL_ABSORBING:
             return named("diffuse", rgb("reflectance", 0, 0, 0), "</bsdf>");
         default:  // refused before
             return {};
@@ -209,7 +209,7 @@ private:
             summary_.triangles += group.triangles;
             summary_.spheres += group.spheres;
         }
-        if (std::ranges::any_of(file_.scene().materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; }))
+        if (std::ranges::any_of(file_.scene().materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_ABSORBING; }))
             return bad("has layered or mixed materials; Mitsuba has others, and what differs there would not be the speed alone");
         if (summary_.spheres > max_spheres) return bad(fmt::format("has {} spheres; at most {} can be exported", summary_.spheres, max_spheres));
         return {};

@@ -201,7 +201,7 @@ uint32_t GltfMaterials::sheet(const GltfMaterial& m, const Parts& parts, const T
     const Texture refracted = parts.base * through;
     TexturedMaterial result{glossy_material(color.mean(), straight.mean(), parts.alpha.mean().x), {}};
     rp_material& material = result.material;
-    material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_CLEAR;
+    material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_SMOOTH_REFRACTION;
     material.ior = static_cast<float>(std::clamp(m.ior >= 1 ? m.ior : 1.5, 1.0, 10.0));
     result.set(RP_PARAMETER_COLOR, color, material.color);
     result.set(RP_PARAMETER_SPECULAR, straight, material.specular);

@@ -158,7 +158,7 @@ rp_material with_opacity(rp_material material, float opacity) {
     if (opacity >= 1 || !(material.kind == RP_MATERIAL_DIFFUSE || glossy)) return material;
     opacity = std::max(opacity, 0.0f);
     material.kind = RP_MATERIAL_LAYERED;
-    material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_CLEAR;
+    material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_SMOOTH_REFRACTION;
     material.ior = 1;
     for (float* channels : {material.color, material.specular})
         for (size_t i = 0; i < 3; ++i) channels[i] *= opacity;
@@ -176,7 +176,7 @@ rp_material clay_material() { return diffuse_material({0.70f, 0.61f, 0.53f}); }
 
 rp_material absorbing_material() {
     rp_material material{};
-    material.kind = RP_MATERIAL_NONE;
+    material.kind = RP_MATERIAL_ABSORBING;
     return material;
 }
 

@@ -137,7 +137,7 @@ Status PbrtReader::glossy(const Directive& directive, const std::string& type, c
         RAYPAGER_TRY(color_texture(parameters, {"Kt"}, black.mean(), refracted));
         RAYPAGER_TRY(color_texture(parameters, {"opacity"}, white_surface, opacity));
         const bool none = reflected.is_constant() && refracted.is_constant() && reflected.mean() == black.mean() && refracted.mean() == black.mean();
-        m.flags = none ? 0 : RP_MATERIAL_SOLID | RP_MATERIAL_CLEAR;
+        m.flags = none ? 0 : RP_MATERIAL_SOLID | RP_MATERIAL_SMOOTH_REFRACTION;
         material.set(RP_PARAMETER_MIRROR, reflected, m.mirror);
         material.set(RP_PARAMETER_REFRACTED, refracted, m.refracted);
     }

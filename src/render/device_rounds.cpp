@@ -62,7 +62,7 @@ void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std:
 }
 
 Status DeviceRounds::start() {
-    if (++started_ == RP_NONE) return Status::failed("more rounds than blocks can count; give more --paths");
+    if (++started_ == RP_NONE) return Status::failed("too many rounds: the counters of blocks end at 2^32 - 2; go on with more --paths");
     RAYPAGER_TRY(residency_->publish(device_->kernels()));
     return wavefront_->start_round(started_, residency_->page_changes(), residency_->newly_published());
 }

@@ -38,7 +38,7 @@ const char* fault_of_layers(const rp_material& m) {
     const uint32_t base = m.flags & (RP_MATERIAL_COAT | RP_MATERIAL_BLEND | RP_MATERIAL_SCHLICK);
     if (base & (base - 1)) return "its base is lit in more than one way";
     if (base & (RP_MATERIAL_BLEND | RP_MATERIAL_SCHLICK) && !(m.alpha > 0)) return "an interface of this kind must be rough";
-    if (m.flags & RP_MATERIAL_THIN && m.alpha > 0 && !(m.flags & RP_MATERIAL_CLEAR)) return "what a thin sheet refracts passes smoothly";
+    if (m.flags & RP_MATERIAL_THIN && m.alpha > 0 && !(m.flags & RP_MATERIAL_SMOOTH_REFRACTION)) return "what a thin sheet refracts passes smoothly";
     if (!(m.oren_a >= -0.5f && m.oren_a <= 0) || !(m.oren_b >= 0 && m.oren_b <= 0.45f)) return "the roughness of its base is out of range";
     if (!(m.flags & RP_MATERIAL_METAL_BASE))
         return m.internal >= 0 && m.internal < 1 ? nullptr : "the inner reflectance of its coat must be 0 or more, and less than 1";
@@ -55,7 +55,7 @@ const char* fault_of(std::span<const rp_material> materials, size_t index) {
             return fault_of_metal(m, m.alpha, RP_ALPHA_ACROSS(m));
         case RP_MATERIAL_DIELECTRIC:
             return m.ior > 0 && std::isfinite(m.ior) ? nullptr : "the index of refraction must be more than 0";
-        case RP_MATERIAL_NONE:
+        case RP_MATERIAL_ABSORBING:
             return nullptr;
         case RP_MATERIAL_LAYERED:
             return fault_of_layers(m);

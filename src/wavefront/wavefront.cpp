@@ -84,7 +84,7 @@ std::string shading_definitions(const BakedScene& scene) {
     if (any([](const rp_light& light) { return light.kind == RP_LIGHT_INFINITE && image_of(light); })) result += " -DRP_SKY";
     if (scene.has_paged_sky()) result += " -DRP_SKY_PAGED";
     if (any([](const rp_light& l) { return l.kind >= RP_LIGHT_SPOT || (l.kind == RP_LIGHT_POINT && image_of(l)); })) result += " -DRP_LAMPS";
-    if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_NONE; })) result += " -DRP_LAYERED";
+    if (std::ranges::any_of(scene.materials, [](const rp_material& m) { return m.kind > RP_MATERIAL_ABSORBING; })) result += " -DRP_LAYERED";
     if (std::ranges::any_of(scene.texture_ops, [](const rp_texture_op& op) {
             const uint32_t kind = op.op & RP_TEXTURE_OPERATION_MASK;
             return kind == RP_TEXTURE_DOTS || (kind >= RP_TEXTURE_FBM && kind <= RP_TEXTURE_MARBLE);

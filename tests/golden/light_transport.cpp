@@ -172,7 +172,7 @@ TEST(Furnace, a_coarse_level_of_a_sky_sheds_what_the_sky_does) {
 // What only shines reflects nothing, so no path goes on from it.
 TEST(Furnace, no_ray_leaves_a_surface_that_absorbs_everything) {
     Scene scene = reference::furnace(reference::FurnaceKind::diffuse, 0.5, 0.3, 3).scene;
-    for (rp_material& material : scene.materials) material.kind = RP_MATERIAL_NONE;
+    for (rp_material& material : scene.materials) material.kind = RP_MATERIAL_ABSORBING;
     const RenderReport report = render_with_report(scene, 4, 1, Connection::queue, 0).report;
     EXPECT_GT(report.rays.camera, 0u);
     EXPECT_EQ(report.rays.bounce, 0u);
@@ -199,7 +199,7 @@ TEST(FilmResponse, limits_and_exposure_are_seen_in_the_picture) {
     sky.radiance[2] = 4;
     scene.lights = {sky};
     scene.materials.resize(1);
-    scene.materials[0].kind = RP_MATERIAL_NONE;
+    scene.materials[0].kind = RP_MATERIAL_ABSORBING;
     scene.shapes.resize(1);
     scene.shapes[0].sphere = {{0, 0, -10}, 1};  // behind the camera
     FilmResponse exposed, dim, cut;

@@ -52,12 +52,12 @@ public:
 
 private:
     bool has(uint32_t flag) const { return (m_.flags & flag) != 0; }
-    bool refracts_roughly() const { return !alpha_.none() && !has(RP_MATERIAL_CLEAR) && !is_black(Vec3(m_.refracted)); }
+    bool refracts_roughly() const { return !alpha_.none() && !has(RP_MATERIAL_SMOOTH_REFRACTION) && !is_black(Vec3(m_.refracted)); }
     double reflected_share() const { return has(RP_MATERIAL_THIN) ? 2 * fresnel_ / (1 + fresnel_) : fresnel_; }
 
     Vec3 mirror_weight() const { return (Vec3(m_.mirror) + (!alpha_.none() ? Vec3() : Vec3(m_.specular))) * reflected_share(); }
     Vec3 window_weight() const {
-        if (!alpha_.none() && !has(RP_MATERIAL_CLEAR)) return {};
+        if (!alpha_.none() && !has(RP_MATERIAL_SMOOTH_REFRACTION)) return {};
         const double passes = 1 - reflected_share();
         return Vec3(m_.refracted) * (has(RP_MATERIAL_THIN) ? passes : passes / (eta_ * eta_));
     }

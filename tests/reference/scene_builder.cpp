@@ -41,7 +41,7 @@ rp_material glass(double ior) {
 
 rp_material absorber() {
     rp_material m{};
-    m.kind = RP_MATERIAL_NONE;
+    m.kind = RP_MATERIAL_ABSORBING;
     return m;
 }
 

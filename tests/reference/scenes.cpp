@@ -263,7 +263,7 @@ Scene coated_balls(PictureSize size) {
 }
 
 Scene clear_balls(PictureSize size) {
-    rp_material uber = layers(RP_MATERIAL_SOLID | RP_MATERIAL_CLEAR, 1.4, 0.2, Vec3(0.1), Vec3(0.2)),
+    rp_material uber = layers(RP_MATERIAL_SOLID | RP_MATERIAL_SMOOTH_REFRACTION, 1.4, 0.2, Vec3(0.1), Vec3(0.2)),
                 leaf = layers(RP_MATERIAL_SOLID, 1.5, 0.3, {0.1, 0.3, 0.1}, Vec3(0.2));
     for (int k = 0; k < 3; k++) uber.mirror[k] = 0.3f, uber.refracted[k] = 0.6f, leaf.transmittance[k] = 0.3f, leaf.refracted[k] = 0.2f;
     return rows_of_balls({dielectric_material(1.5f, 0.2f, {1, 1, 1}, {1, 1, 1}), dielectric_material(1.5f, 0, {1, 1, 1}, {0.3f, 0.8f, 0.2f}),

@@ -42,7 +42,7 @@ TEST_F(ImportPbrtMaterials, GlossOfVersion3) {
     EXPECT_FLOAT_EQ(uber.mirror[0], 0.5f);
     EXPECT_FLOAT_EQ(uber.refracted[2], 0.3f);
     EXPECT_FLOAT_EQ(uber.ior, 1.3f);
-    EXPECT_TRUE(uber.flags & RP_MATERIAL_CLEAR);
+    EXPECT_TRUE(uber.flags & RP_MATERIAL_SMOOTH_REFRACTION);
     const Scene veil = silent("Material \"uber\" \"rgb opacity\" [.3 .3 .3]");
     EXPECT_EQ(last(veil).kind, RP_MATERIAL_MIX);
     EXPECT_FLOAT_EQ(last(veil).amount, 0.3f);

@@ -142,8 +142,8 @@ typedef struct rp_path_sample {
 
 // Demand: arrays of one word a block, one after the other.
 #define RP_DEMAND_REQUESTS 0u  // rays that wait for the block
-#define RP_DEMAND_BOUNCES 1u   // with RP_COUNT_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
-// With RP_NOTE_ROUNDS: the last round in which a ray entered the block; with RP_COUNT_ENTRIES: how many have so far, of a
+#define RP_DEMAND_BOUNCES 1u   // with RP_TRACK_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
+// With RP_TRACK_LAST_ROUND: the last round in which a ray entered the block; with RP_TRACK_ENTERS: how many have so far, of a
 // sample of rays, modulo 2^32 (streams, and rays that are recorded, enter it by each of its block entries).
 // A residency policy needs one or the other, and where everything is resident none is kept.
 #define RP_DEMAND_USED 2u

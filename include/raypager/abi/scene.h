@@ -8,7 +8,7 @@
 #define RP_MATERIAL_DIFFUSE 0u     // color = reflectance; both sides
 #define RP_MATERIAL_CONDUCTOR 1u   // eta + i k by channel, GGX if alpha > 0, a mirror otherwise; both sides
 #define RP_MATERIAL_DIELECTRIC 2u  // ior = index inside over index outside; the normal points outside; smooth, and clear
-#define RP_MATERIAL_NONE 3u        // absorbs everything (surfaces that only emit)
+#define RP_MATERIAL_ABSORBING 3u   // absorbs everything (surfaces that only emit)
 #define RP_MATERIAL_LAYERED 4u     // an interface over a base, see below
 #define RP_MATERIAL_MIX 5u         // material `second` with probability `amount`, else `first`; either may be a mix; `first` may be RP_NONE: nothing
 #define RP_MAX_MIXES 4u            // of mixes, within each other
@@ -19,10 +19,10 @@
 #define RP_MATERIAL_THIN 4u        // the interface is a sheet of two parallel surfaces: what passes goes straight on. Smooth.
 #define RP_MATERIAL_METAL_BASE 8u  // the base is a conductor of eta + i k (over the index of the coat) with roughness base_alpha
 // How the base of a layered material is lit: one of these, or as if there were no interface.
-#define RP_MATERIAL_COAT 16u     // through the interface and back, with all reflections between the two
-#define RP_MATERIAL_BLEND 32u    // Ashikhmin and Shirley 2000, as in the substrate of pbrt-v3
-#define RP_MATERIAL_SCHLICK 64u  // by what Schlick's approximation of the interface leaves; as glTF 2.0 has it
-#define RP_MATERIAL_CLEAR 128u   // what is refracted meets a smooth interface, whatever alpha says
+#define RP_MATERIAL_COAT 16u                // through the interface and back, with all reflections between the two
+#define RP_MATERIAL_BLEND 32u               // Ashikhmin and Shirley 2000, as in the substrate of pbrt-v3
+#define RP_MATERIAL_SCHLICK 64u             // by what Schlick's approximation of the interface leaves; as glTF 2.0 has it
+#define RP_MATERIAL_SMOOTH_REFRACTION 128u  // what is refracted meets a smooth interface, whatever alpha says
 #define RP_MATERIAL_FLAGS 255u
 #define RP_MATERIAL_PROGRAM_SHIFT 8  // flags from here on: the first operation of the material's texture program (abi/texture.h), from 1; 0: none
 

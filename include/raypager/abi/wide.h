@@ -1,5 +1,5 @@
 // The wide form: a block, or the top tree, as it lies in the memory of a CPU. A vector unit tests one ray against eight boxes, or one
-// box against sixteen rays, so nodes have eight children, and what is tested together lies side by side. src/wide makes it from
+// box against sixteen rays, so nodes have eight children, and what is tested together lies side by side. src/block/wide_* makes it from
 // the stored form (block.h) in linear time; kernels/stream/traverse.cl walks it.
 //
 // Records (nodes and leaves) are multiples of RP_WIDE_UNIT bytes. The children of a node follow each other, in order, from

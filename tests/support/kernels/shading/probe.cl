@@ -8,7 +8,7 @@ static inline rp_frame_1 rp_probe_frame(float4 view) {
     f.tangent = rp_vector_of((float3)(1.0f, 0.0f, 0.0f));
     f.bitangent = rp_vector_of((float3)(0.0f, 1.0f, 0.0f));
     f.view = rp_vector_of(view.xyz);
-    f.inside = view.w != 0.0f ? -1 : 0;
+    f.back_facing = view.w != 0.0f ? -1 : 0;
     return f;
 }
 

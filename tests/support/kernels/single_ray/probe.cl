@@ -45,7 +45,7 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
 #else
     rp_begin_closest(&geometry, &walk, stack, RP_NONE);
 #endif
-    rp_run_closest(&geometry, &walk, stack, 1u);
+    rp_traverse_closest(&geometry, &walk, stack, 1u);
     rp_any_walk any;
     any.ray = rp_make_ray(origin.xyz, direction.xyz);
     any.search.t_limit = origin.w;
@@ -54,7 +54,7 @@ __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global 
 #else
     rp_begin_any(&geometry, &any, any_stack, RP_NONE);
 #endif
-    rp_run_any(&geometry, &any, any_stack, 1u);
+    rp_traverse_any(&geometry, &any, any_stack, 1u);
     uint3 position = (uint3)(0u);
     uint normal = 0u;
     if (walk.best.found_in != RP_NONE) {

@@ -177,9 +177,9 @@ __kernel void rp_probe_chains(const __global uint* restrict blocks, uint block_c
                               volatile __global uint* restrict demand) {
     const uint first = RP_STREAM_RAYS * (uint)get_global_id(0);
     const rp_paths paths = {slot_count, status, 0};
-    rp_chains chains;
-    rp_begin_chains(&chains, 3u, shadow != 0u);
+    rp_pending_lists lists;
+    rp_begin_pending_lists(&lists, 3u, shadow != 0u);
     for (uint r = 0u; r < RP_STREAM_RAYS; r++)
-        rp_wait_for_block_in_chain(&chains, &paths, first + r, blocks[first + r], rp_extension_waits(0u, 0u), demand, block_count);
-    rp_end_chains(&chains, &paths, demand, block_count);
+        rp_wait_for_block_in_list(&lists, &paths, first + r, blocks[first + r], rp_extension_waits(0u, 0u), demand, block_count);
+    rp_end_pending_lists(&lists, &paths, demand, block_count);
 }
