@@ -112,7 +112,7 @@ class MeshReader:
         if counts.min() < 3:
             reading.notes.add("few corners", prim.GetPath(), "has faces of fewer than three corners; they are left out")
             polygons = polygons.some(counts >= 3)
-        finite: Array = np.isfinite(points).all(axis=1)
+        finite = np.isfinite(points).min(1)
         if not finite.all():
             reading.notes.add("not finite", prim.GetPath(), "has points that are not finite; faces that use them are left out")
             if len(polygons.counts):

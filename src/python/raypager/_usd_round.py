@@ -61,17 +61,20 @@ def cylinder(bottom: float, top: float, height: float, *, caps: bool = True) -> 
 
 
 def capsule(bottom: float, top: float, height: float) -> Tessellation:
-    """A cylinder with half a ball at each end, beyond its height."""
-    angle = np.linspace(0, np.pi / 2, AROUND // 4 + 1)
-    upper = np.stack([np.cos(angle), np.sin(angle)], 1)
-    upper[-1, 0] = 0
-    lower = (upper * (1, -1))[::-1]
-    slope = np.array([[height, bottom - top]]) / max(np.hypot(height, bottom - top), 1e-30)
-    profile = np.concatenate([bottom * lower - (0, height / 2), top * upper + (0, height / 2)])
-    normals = np.concatenate([lower, upper])
-    if bottom != top:
-        normals[len(lower) - 1], normals[len(lower)] = slope[0], slope[0]
-    return swept(profile, normals)
+    """A cylinder, or where the radii differ the side of a cone, with a part of a ball beyond each end, into which it passes without an edge."""
+    slope = np.arctan2(bottom - top, max(height, 1e-3 * abs(bottom - top)))  # of the side's normal
+    steps = np.linspace(0, 1, AROUND // 4 + 1)
+    parts, normals = [], []
+    for radius, end, angle in (
+        (bottom, -height / 2, slope * steps - np.pi / 2 * (1 - steps)),
+        (top, height / 2, slope * (1 - steps) + np.pi / 2 * steps),
+    ):
+        arc = np.stack([np.cos(angle), np.sin(angle)], 1)
+        arc[np.abs(angle) == np.pi / 2, 0] = 0
+        ball = radius / np.cos(slope)
+        parts.append(ball * arc + (0, end - ball * np.sin(slope)))
+        normals.append(arc)
+    return swept(np.concatenate(parts), np.concatenate(normals))
 
 
 def disk(radius: float) -> Tessellation:
