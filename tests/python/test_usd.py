@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
 import warnings
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ import raypager as rp
 
 pytest.importorskip("pxr")
 import usd_files as usd
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel, UsdUtils, Vt
 
 SIZE = (64, 36)
 
@@ -239,9 +241,16 @@ def test_colours_by_point_face_and_corner(path: Path) -> None:
 
 
 def write_png(path: Path, pixels: np.ndarray) -> None:
-    """[height, width, 3 or 4] floats, linear or not: values are stored as they are."""
-    image = pytest.importorskip("PIL.Image")
-    image.fromarray(np.round(np.clip(pixels, 0, 1) * 255).astype(np.uint8)).save(path)
+    """[height, width, 3 or 4] floats from 0 to 1, which are stored as they are, in 8 bits."""
+    height, width, channels = pixels.shape
+    rows = np.zeros((height, 1 + width * channels), np.uint8)  # each begins with its filter: none
+    rows[:, 1:] = np.round(np.clip(pixels, 0, 1) * 255).reshape(height, -1)
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b""))
 
 
 def quarters(path: Path) -> None:
@@ -691,6 +700,32 @@ def test_animation_is_taken_at_its_first_frame(path: Path) -> None:
     scene = loaded(path, ground=False)
     assert any("is animated; the picture is that of frame 5" in text for text in scene.warnings)
     assert np.allclose(scene.bake().bounds[:, 0], [4, 6])
+
+
+@pytest.mark.parametrize("animated", [False, True])
+def test_skeletons_stand_as_they_are_posed(path: Path, animated: bool) -> None:
+    """A cube whose upper half goes with a joint that is 2 above its place, at the first frame."""
+    stage = usd.new_stage(path)
+    UsdSkel.Root.Define(stage, "/root")
+    skeleton, animation = UsdSkel.Skeleton.Define(stage, "/root/skeleton"), UsdSkel.Animation.Define(stage, "/root/animation")
+    rest = [Gf.Matrix4d(1), Gf.Matrix4d().SetTranslate((0, 1, 0))]
+    for made in (skeleton, animation):
+        made.CreateJointsAttr(["a", "a/b"])
+    skeleton.CreateBindTransformsAttr(rest)
+    skeleton.CreateRestTransformsAttr(rest)
+    animation.CreateRotationsAttr([Gf.Quatf(1)] * 2)
+    animation.CreateScalesAttr([Gf.Vec3h(1)] * 2)
+    places = animation.CreateTranslationsAttr([(0, 0, 0), (0, 3, 0)])
+    if animated:
+        places.Set([(0, 0, 0), (0, 3, 0)], 1)
+        places.Set([(0, 0, 0), (0, 9, 0)], 2)
+    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets(["/root/animation"])
+    binding = UsdSkel.BindingAPI.Apply(usd.cube(stage, "/root/cube").GetPrim())
+    binding.CreateSkeletonRel().SetTargets(["/root/skeleton"])
+    binding.CreateJointIndicesPrimvar(False, 1).Set([int(y > 0) for _, y, _ in usd.CORNERS])
+    binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * 8)
+    stage.Save()
+    assert np.allclose(loaded(path, ground=False).bake().bounds, [[-1, -1, -1], [1, 3, 1]])
 
 
 @pytest.mark.parametrize("ending", [".usda", ".usdc", ".usd"])

@@ -54,14 +54,31 @@ def scatter_sum(places: Array, values: Array, n: int) -> Array:
     return np.stack([np.bincount(places, values[:, k], n) for k in range(values.shape[1])], 1) if values.shape[1] else np.zeros((n, 0))
 
 
+def cross(a: Array, b: Array) -> Array:
+    """As numpy's of [n, 3], in a fraction of the time."""
+    x, y, z = a.T
+    u, v, w = b.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], 1)
+
+
 def face_normals(polygons: Polygons) -> Array:
     """[f, 3]: after Newell, as long as twice the area."""
-    if len(polygons.counts) == 0:
-        return np.zeros((0, 3))
-    points = polygons.vertices[polygons.corners, :3]
-    # About the face's first corner: far from the origin products would cancel.
-    points = points - np.repeat(points[polygons.starts()], polygons.counts, 0)
-    return np.add.reduceat(np.cross(points, points[polygons.following()]), polygons.starts())
+    counts, starts = polygons.counts, polygons.starts()
+    normals = np.zeros((len(counts), 3))
+    points = polygons.vertices[:, :3]
+    for count in np.unique(counts):
+        chosen = slice(None) if (counts == count).all() else np.flatnonzero(counts == count)
+        corners = [polygons.corners[starts[chosen] + k] for k in range(min(count, 4))]
+        if count == 3:
+            normals[chosen] = cross(points[corners[1]] - points[corners[0]], points[corners[2]] - points[corners[0]])
+        elif count == 4:
+            normals[chosen] = cross(points[corners[2]] - points[corners[0]], points[corners[3]] - points[corners[1]])
+        else:
+            # About the face's first corner: far from the origin products would cancel.
+            around = points[polygons.corners[starts[chosen, None] + np.arange(count)]]
+            around = around - around[:, :1]
+            normals[chosen] = np.cross(around, np.roll(around, -1, 1)).sum(1)
+    return normals
 
 
 def unit(vectors: Array) -> Array:
@@ -113,28 +130,35 @@ def triangulate(polygons: Polygons) -> tuple[Array, Array, int]:
     counts, starts = polygons.counts, polygons.starts()
     if (counts == 3).all():
         return np.arange(3 * len(counts)).reshape(-1, 3), np.arange(len(counts)), 0
-    points, normals = polygons.vertices[polygons.corners, :3], face_normals(polygons)
+    points = polygons.vertices[:, :3]
     pieces, owners, too_long = [], [], 0
     for count in np.unique(counts):
         chosen = np.flatnonzero(counts == count)
         around = starts[chosen, None] + np.arange(count)
         fans = np.stack([np.broadcast_to(around[:, :1], (len(chosen), count - 2)), around[:, 1:-1], around[:, 2:]], -1)
-        if count > 3:
-            dents = _dents(points[around], normals[chosen])
-            if count == 4:
-                turned = dents[:, 1] | dents[:, 3]  # then the diagonal begins there
-                fans[turned] = around[turned][:, [[1, 2, 3], [1, 3, 0]]]
-            else:
-                for row in np.flatnonzero(dents.any(1)):
-                    if count > _MOST_CORNERS:
-                        too_long += 1
-                    else:
-                        fans[row] = around[row][_along_outline(points[around[row]], normals[chosen[row]])]
+        if count == 4:
+            turned = _bends(*(points[polygons.corners[around[:, k]]] for k in range(4)))
+            fans[turned] = around[turned][:, [[1, 2, 3], [1, 3, 0]]]
+        elif count > 4:
+            outlines, normals = points[polygons.corners[around]], face_normals(polygons.some(counts == count))
+            for row in np.flatnonzero(_dents(outlines, normals).any(1)):
+                if count > _MOST_CORNERS:
+                    too_long += 1
+                else:
+                    fans[row] = around[row][_along_outline(outlines[row], normals[row])]
         pieces.append(fans.reshape(-1, 3))
         owners.append(np.repeat(chosen, count - 2))
     triangles, owner = np.concatenate(pieces), np.concatenate(owners)
     order = np.argsort(owner, kind="stable")
     return triangles[order], owner[order], too_long
+
+
+def _bends(a: Array, b: Array, c: Array, d: Array) -> Array:
+    """[f]: the quads that must be cut from b to d, for cut from a to c one half would be turned over. Each [f, 3]."""
+    one, other = cross(b - a, c - a), cross(c - a, d - a)
+    whole = one + other
+    least: Array = np.minimum((one * whole).sum(1), (other * whole).sum(1)) < -1e-9 * (whole * whole).sum(1)
+    return least
 
 
 def _dents(points: Array, normals: Array) -> Array:

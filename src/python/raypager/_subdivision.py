@@ -41,22 +41,25 @@ def refine(polygons: Polygons, sharpness: Sharpness, levels: int, scheme: Scheme
 
     Loop's scheme takes triangles alone. With the boundary "none", faces at it are left out, as if they were holes.
     """
+    edges = _edges_of(polygons, sharpness)
     if boundary == "none":
-        edges = _edges_of(polygons, sharpness)
         at_boundary = np.zeros(len(polygons.vertices), bool)
         at_boundary[edges.ends[edges.faces == 1].ravel()] = True
         hidden = np.unique(polygons.owners()[at_boundary[polygons.corners]])
         hidden_faces = polygons.faces[hidden]
-    for _ in range(levels):
-        edges = _edges_of(polygons, sharpness)
+    for level in range(levels):
+        edges = _edges_of(polygons, sharpness) if level else edges
         step = {"catmullClark": _catmull_clark, "loop": _loop, "bilinear": _bilinear}[scheme]
         vertices = step(polygons, edges, _vertex_sharpness(polygons, edges, sharpness, boundary))
         cut = _cut_triangles if scheme == "loop" else _cut_faces
         refined = cut(polygons, edges, vertices)
         sharpness = _sharpness_below(edges, sharpness, len(polygons.vertices), len(vertices))
         polygons = refined
-    edges = _edges_of(polygons, sharpness)
-    sharp = (edges.sharp > 0)[edges.of] & (scheme != "bilinear")
+    sharp = np.zeros(len(polygons.corners), bool)
+    # Boundaries are at the end of a surface anyway.
+    if scheme != "bilinear" and (len(sharpness.edges) or edges.faces.max(initial=0) > 2):
+        edges = _edges_of(polygons, sharpness)
+        sharp = (edges.sharp > 0)[edges.of]
     if boundary == "none":
         chosen = ~np.isin(polygons.faces, hidden_faces)
         sharp = sharp[np.repeat(chosen, polygons.counts)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from pxr import Ar, Tf, Usd, UsdGeom, UsdUtils
+from pxr import Ar, Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from . import _raypager
 from ._errors import Error
@@ -21,6 +21,7 @@ def read(path: str, look: _raypager.BareLook, levels: int, camera: str | None) -
     scene._too_many_images = []
     reading = Reading(path, stage, _time_of(stage), levels, camera, scene, Notes(path))
     files = _files_of(stage, path)
+    _pose(reading)
     scene._core.files = files
     # Of the other options how deep meshes are cut is in their names.
     scene._files = files
@@ -67,6 +68,20 @@ def _first_line(error: Tf.ErrorException) -> str:
 def _time_of(stage: Usd.Stage) -> Usd.TimeCode:
     """The first frame, where the stage says which that is."""
     return Usd.TimeCode(stage.GetStartTimeCode()) if stage.HasAuthoredTimeCodeRange() else Usd.TimeCode.EarliestTime()
+
+
+def _pose(reading: Reading) -> None:
+    """Meshes with a skeleton as it stands, in a layer that is not kept. Those of instances stay as they are."""
+    stage, time = reading.stage, reading.time
+    if not any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse()):
+        return
+    stage.SetEditTarget(stage.GetSessionLayer())
+    interval = Gf.Interval.GetFullInterval() if time.IsEarliestTime() else Gf.Interval(time.GetValue(), time.GetValue())
+    if not UsdSkel.BakeSkinning(Usd.PrimRange(stage.GetPseudoRoot()), interval):
+        reading.notes.add("skeleton", "skeletons", "cannot be posed; meshes are shown as they are without them")
+    for prototype in stage.GetPrototypes():
+        if any(prim.IsA(UsdSkel.Root) for prim in Usd.PrimRange(prototype)):
+            reading.notes.add("placed skeleton", prototype.GetPath(), "skeletons in instanceable prims are left out")
 
 
 def _files_of(stage: Usd.Stage, path: str) -> list[str]:

@@ -18,7 +18,7 @@ from ._usd_materials import Surface
 from ._usd_primvars import Primvar, find_primvar
 from ._usd_reading import Reading
 
-_MOST_FACES = 1 << 23  # of one mesh that subdivision makes
+_MOST_FACES = 1 << 22  # of one mesh that subdivision makes
 
 
 @dataclass
