@@ -130,7 +130,8 @@ def test_like_the_naive_one(seed: int) -> None:
 def test_a_grid_stays_what_it_is(scheme: str) -> None:
     points, faces = grid(4)
     corners = np.concatenate(faces)
-    fine, sharp = refine(polygons(points, faces, points[corners, :2] / 4), sharpness(len(points)), 2, scheme, "edgeAndCorner")  # type: ignore[arg-type]
+    mesh = polygons(points, faces, points[corners, :2] / 4)
+    fine, sharp = refine(mesh, sharpness(len(points)), 2, scheme, "edgeAndCorner")  # type: ignore[arg-type]
     assert np.abs(fine.vertices[:, 2]).max() == 0
     assert np.allclose([fine.vertices.min(0), fine.vertices.max(0)], [[0, 0, 0], [4, 4, 0]])
     assert np.allclose(face_normals(fine)[:, 2].sum(), 2 * 16)  # twice the area

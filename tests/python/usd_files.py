@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import struct
+import warnings
+import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import raypager as rp
 
 pytest.importorskip("pxr")
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
+SIZE = (64, 36)  # of pictures
 CORNERS = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
 SIDES = [0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 3, 7, 6, 2, 0, 4, 7, 3, 1, 2, 6, 5]
 _TYPES = {
@@ -117,3 +122,28 @@ def bounds_of(stage: Usd.Stage, *, purposes: Any = ("default", "render")) -> np.
     """[2, 3], as USD itself counts them."""
     box = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(purposes)).ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
     return np.array([box.GetMin(), box.GetMax()])
+
+
+def loaded(path: Path, *, quiet: bool = True, **options: Any) -> rp.Scene:
+    """What is warned of is in the scene's warnings, too."""
+    with warnings.catch_warnings():
+        if quiet:
+            warnings.simplefilter("ignore", rp.RaypagerWarning)
+        return rp.load(path, **options)
+
+
+def film(scene: rp.Scene, **options: Any) -> np.ndarray:
+    return scene.render(**({"width": SIZE[0], "height": SIZE[1], "spp": 4} | options)).film
+
+
+def write_png(path: Path, pixels: np.ndarray) -> None:
+    """[height, width, 3 or 4] floats from 0 to 1, which are stored as they are, in 8 bits."""
+    height, width, channels = pixels.shape
+    rows = np.zeros((height, 1 + width * channels), np.uint8)  # each begins with its filter: none
+    rows[:, 1:] = np.round(np.clip(pixels, 0, 1) * 255).reshape(height, -1)
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b""))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 
 import numpy as np
 from pxr import Ar, Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
@@ -25,7 +26,8 @@ def read(path: str, look: _raypager.BareLook, levels: int, camera: str | None) -
     scene._core.files = files
     # Of the other options how deep meshes are cut is in their names.
     scene._files = files
-    has_camera, points = StageReader(reading).read()
+    with np.errstate(all="ignore"):  # numbers of damaged files are looked at where they matter
+        has_camera, points = StageReader(reading).read()
     core = scene._core
     if not (scene._count or len(points)):
         raise Error(f"{path}: has no surface that can be seen")
@@ -50,7 +52,7 @@ def _opened(path: str) -> Usd.Stage:
     try:
         stage = Usd.Stage.Open(path)
     except Tf.ErrorException as error:
-        raise Error(f"{path}: cannot be read: {_first_line(error)}") from None
+        raise Error(f"{path}: cannot be read: {_first_line(error).removeprefix(path + ':')}") from None
     if not stage:
         raise Error(f"{path}: cannot be read")
     return stage
@@ -62,7 +64,7 @@ def _first_line(error: Tf.ErrorException) -> str:
         text = str(error.args[0].commentary)
     except (AttributeError, IndexError):
         text = str(error).strip().splitlines()[-1] if str(error).strip() else "usd-core refuses it"
-    return " ".join(text.split())
+    return re.sub(r" matching pxrInternal\S*", "", " ".join(text.split()))
 
 
 def _time_of(stage: Usd.Stage) -> Usd.TimeCode:

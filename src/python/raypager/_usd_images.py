@@ -42,8 +42,11 @@ class Images:
         return None if name is None else self._read(name, place)
 
     def pixels_of(self, image: Any, place: Usd.Prim) -> Array | None:
-        """Those of what :meth:`texture` gave."""
-        return self._read(self._names[id(image)], place)
+        """Those of what :meth:`texture` gave. What is made of a mesh depends on the file then."""
+        name = self._names[id(image)]
+        if name not in self._pixels and os.path.isfile(name):
+            self._reading.scene._files.append(name)
+        return self._read(name, place)
 
     def _found(self, asset: Sdf.AssetPath, place: Usd.Prim) -> str | None:
         if "<UDIM>" in asset.path:

@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from ._arrays import Array
+from ._errors import Error
 from ._shapes import Object
 from ._usd_camera import CameraReader
 from ._usd_content import Content, corners_of_box
@@ -50,7 +51,12 @@ class StageReader:
         left = list(work)[::-1]
         while left:
             prim, matrix = left.pop()
-            left += self._visit(prim, matrix, content)[::-1]
+            try:
+                left += self._visit(prim, matrix, content)[::-1]
+            except (Error, KeyboardInterrupt, MemoryError):
+                raise
+            except Exception as error:  # attributes of damaged files have values of any type
+                raise self._reading.failed(prim, f"cannot be read: {' '.join(str(error).split())}") from error
 
     def _visit(self, prim: Usd.Prim, outside: Array, content: Content) -> _Work:
         """What lies in it, to be visited next."""
