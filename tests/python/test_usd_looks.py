@@ -204,6 +204,30 @@ def test_normal_maps_turn_normals_as_usd_says(path: Path, mirrored: bool) -> Non
     assert np.ptp(expected) > 0.2 and np.allclose(found, expected, atol=0.02)
 
 
+@pytest.mark.parametrize("scheme", ["none", "catmullClark"])
+def test_the_left_hand_and_mirrors_change_nothing(path: Path, scheme: str) -> None:
+    """A shape that shines outside and is dark inside: as it is, with all its faces the other way round and leftHanded, and mirrored."""
+    films = []
+    for kind in ("plain", "left", "mirrored"):
+        stage = usd.new_stage(path.with_name(f"{kind}.usda"))
+        usd.camera(stage, (2, 3, 6), (0, 0, 0))
+        material, _ = usd.preview(stage, "/m", emissiveColor=(0.8, 0.4, 0.2), diffuseColor=(0.5, 0.5, 0.5))
+        sides = usd.SIDES if kind == "plain" else [side for at in range(0, 24, 4) for side in usd.SIDES[at : at + 4][::-1]]
+        made = usd.mesh(stage, "/cube", usd.CORNERS, [4] * 6, sides if kind == "left" else usd.SIDES, scheme)
+        if kind == "left":
+            made.CreateOrientationAttr("leftHanded")
+        if kind == "mirrored":
+            UsdGeom.Xformable(made).AddScaleOp().Set(Gf.Vec3f(-1, 1, 1))
+        usd.bind(made, material)
+        UsdLux.DistantLight.Define(stage, "/sun").CreateAngleAttr(0.0)
+        stage.GetPrimAtPath("/sun").GetAttribute("inputs:intensity").Set(1.0)
+        stage.Save()
+        films.append(film(loaded(path.with_name(f"{kind}.usda")), spp=64))
+    assert films[0].max() > 0.7
+    for other in films[1:]:
+        assert np.abs(other - films[0]).mean() < 0.01 * films[0].mean()
+
+
 # Lights
 
 
