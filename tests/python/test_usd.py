@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -370,10 +371,45 @@ def test_damaged_files_are_errors(path: Path, ending: str) -> None:
         assert "\n" not in str(found.value)
 
 
+@pytest.mark.filterwarnings("ignore::raypager.RaypagerWarning")
+@pytest.mark.parametrize("seed", range(3))
+def test_changed_numbers_are_errors_or_scenes(path: Path, seed: int) -> None:
+    """Of a stage with something of everything: one clear line, or a picture of what is left."""
+    print(f"seed {seed}")
+    random = np.random.default_rng(seed)
+    stage = usd.new_stage(path)
+    scattered(stage, 6)
+    usd.cube(stage, "/smooth", None).CreateCreaseIndicesAttr([0, 1])
+    UsdGeom.Sphere.Define(stage, "/ball")
+    curves = UsdGeom.BasisCurves.Define(stage, "/curves")
+    curves.CreatePointsAttr([(0, 0, 0), (0, 4, 0), (0, 4, 4), (0, 0, 4)])
+    curves.CreateCurveVertexCountsAttr([4])
+    curves.CreateWidthsAttr([0.5])
+    usd.bind(usd.square(stage, "/square"), usd.preview(stage, "/m", metallic=0.5, clearcoat=0.5, opacity=0.5, ior=1.4)[0])
+    usd.camera(stage, (0, 0, 9), (0, 0, 0), fStop=2.0, focusDistance=3.0)
+    UsdLux.RectLight.Define(stage, "/light").CreateIntensityAttr(3.0)
+    text = stage.GetRootLayer().ExportToString()
+    begin = text.index("def ")
+    numbers = [(begin + m.start(), begin + m.end()) for m in re.finditer(r"(?<![\w.])-?\d+(\.\d+)?(e-?\d+)?", text[begin:])]
+    others = ["-1", "0", "7", "1e38", "-1e38", "nan", "inf", "2147483647", "-2147483648", "1e-30"]
+    outcomes = set()
+    for count in range(40):
+        start, end = numbers[random.integers(len(numbers))]
+        name = path.with_name(f"changed{count}.usda")
+        name.write_text(text[:start] + others[random.integers(len(others))] + text[end:])
+        try:
+            loaded(name).bake()
+            outcomes.add("scene")
+        except rp.Error as error:
+            assert "\n" not in str(error)
+            outcomes.add("error")
+    assert outcomes == {"scene", "error"}
+
+
 def test_what_is_missing_is_said(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stage = usd.new_stage(path)
     material, shader = usd.preview(stage, "/material")
-    usd.texture(shader, "diffuseColor", "rgb", "none.png", fallback="x")
+    usd.texture(shader, "diffuseColor", "rgb", "none.png")
     usd.bind(usd.square(stage, "/square"), material)
     stage.DefinePrim("/gone", "Xform").GetReferences().AddReference("gone.usda")
     stage.Save()

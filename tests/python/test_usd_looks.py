@@ -129,6 +129,33 @@ def test_images_are_moved_scaled_and_shifted(path: Path) -> None:
     assert np.allclose(colours_seen(loaded(path), PLACES), expected, atol=0.02)
 
 
+def test_images_in_tiles(path: Path) -> None:
+    """Two squares side by side lie in the tiles 1001 and 1012; a third is in one that there is not."""
+    for tile, color in {1001: (1, 0, 0), 1012: (0, 1, 0)}.items():
+        write_png(path.parent / f"tile.{tile}.png", np.full((8, 8, 3), color, np.float64))
+    stage = usd.new_stage(path)
+    looking_at_squares(stage)
+    plain = {"roughness": 1.0, "specularColor": (0, 0, 0), "useSpecularWorkflow": 1}
+    material, shader = usd.preview(stage, "/material", **plain)
+    usd.texture(shader, "diffuseColor", "rgb", "tile.<UDIM>.png", fallback=(0.1, 0.2, 0.3, 1))
+    made = usd.mesh(stage, "/two", [(-1, -1, 0), (-1, 1, 0), (0, -1, 0), (0, 1, 0), (1, -1, 0), (1, 1, 0)], [4, 4], [0, 2, 3, 1, 2, 4, 5, 3])
+    uvs = UsdGeom.PrimvarsAPI(made).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "faceVarying")
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float64)
+    uvs.Set(np.concatenate([corners, corners + (1, 1)]).tolist())
+    usd.bind(made, material)
+    third = usd.mesh(stage, "/third", [(-1, 1.2, 0), (1, 1.2, 0), (1, 2, 0)], [3], [0, 1, 2])
+    UsdGeom.PrimvarsAPI(third).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex").Set([(5, 0), (5.5, 0), (5.5, 1)])
+    usd.bind(third, material)
+    stage.Save()
+    scene = loaded(path)
+    left = 0.5 - 0.25 * SIZE[1] / SIZE[0]
+    assert np.allclose(colours_seen(scene, [(left, 0.5), (1 - left, 0.5)]), [(1, 0, 0), (0, 1, 0)], atol=0.02)
+    assert scene.warnings == [] and scene.bake().triangles == 5
+    usd.texture(shader, "diffuseColor", "rgb", "none.<UDIM>.png")
+    stage.Save()
+    assert any("none.<UDIM>.png: there is no tile of it" in text for text in loaded(path).warnings)
+
+
 def test_cut_outs_and_channels(path: Path) -> None:
     """Opacity is the alpha of an image, half of which is clear; roughness, one of its channels, makes no difference there."""
     pixels = np.ones((16, 16, 4))

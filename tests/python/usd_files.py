@@ -27,6 +27,7 @@ _TYPES = {
     "file": Sdf.ValueTypeNames.Asset,
     "scale": Sdf.ValueTypeNames.Float4,
     "bias": Sdf.ValueTypeNames.Float4,
+    "fallback": Sdf.ValueTypeNames.Float4,
     "varname": Sdf.ValueTypeNames.String,
 }
 

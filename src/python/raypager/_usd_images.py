@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Ar, Sdf, Usd
+from pxr import Ar, Sdf, Usd, UsdShade
 
 from . import _raypager
 from ._arrays import Array
@@ -36,6 +36,15 @@ class Images:
             self._textures[key] = self._opened(*key, place)
         return self._textures[key]
 
+    def tiles(self, asset: Sdf.AssetPath, space: str, attribute: Usd.Attribute) -> tuple[tuple[int, Any], ...]:
+        """Those of an image in tiles (UDIM), by their numbers; none if they cannot be had, which is noted."""
+        prim, stack = attribute.GetPrim(), attribute.GetPropertyStack(self._reading.time)
+        found = UsdShade.UdimUtils.ResolveUdimTilePaths(asset.path, stack[0].layer) if stack else []
+        if not found:
+            self._reading.notes.add("missing image", prim.GetPath(), f"{asset.path}: there is no tile of it; its fallback is used")
+        opened = [(int(number), self.texture(Sdf.AssetPath(path, path), space, prim)) for path, number in found]
+        return tuple((number, image) for number, image in opened if image is not None)
+
     def pixels(self, asset: Sdf.AssetPath, place: Usd.Prim) -> Array | None:
         """[height, width, 3] float32, linear; None if it cannot be had, which is noted."""
         name = self._found(asset, place)
@@ -49,9 +58,6 @@ class Images:
         return self._read(name, place)
 
     def _found(self, asset: Sdf.AssetPath, place: Usd.Prim) -> str | None:
-        if "<UDIM>" in asset.path:
-            self._reading.notes.add("udim", place.GetPath(), f"{asset.path}: an image in tiles (UDIM) is not read; its fallback is used")
-            return None
         name = asset.resolvedPath or str(Ar.GetResolver().Resolve(asset.path))
         if not name:
             self._reading.notes.add("missing image", place.GetPath(), f"{asset.path}: no such file; its fallback is used")

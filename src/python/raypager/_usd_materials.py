@@ -83,6 +83,7 @@ class Surface:
         mode = shader.GetInput("opacityMode")
         self._presence = bool(mode) and mode.Get() == "presence"
         images_read = [v for v in self._values.values() if isinstance(v, FromImage)]
+        self.is_tiled = any(v.tiles for v in images_read)
         self.uvs = images_read[0].uvs if images_read else None
         for name, value in self._values.items():
             self._values[name] = self._usable(name, value)
@@ -93,7 +94,8 @@ class Surface:
             self.colors = base.name
         self._read_emission()
 
-    has_normal_map = False
+    has_normal_map = is_tiled = False
+    _tile: int | None = None  # for which a material is being made
 
     def _usable(self, name: str, value: Value) -> Value:
         if isinstance(value, FromPrimvar) and name != "diffuseColor":
@@ -110,19 +112,29 @@ class Surface:
 
     def _read_emission(self) -> None:
         value = self._values["emissiveColor"]
-        if isinstance(value, FromImage):
+        if isinstance(value, FromImage) and value.tiles:
+            self._network.note("emission tiles", "shines by an image in tiles (UDIM), which is not supported; it does not shine")
+        elif isinstance(value, FromImage):
             self.glow = value
         elif isinstance(value, Constant):
             r, g, b = (float(np.clip(v, 0, 1e9)) for v in value.value)
             self.emission = r, g, b
 
     def material(
-        self, tint: Color | None = None, *, varied: bool = False, mirrored: bool = False, opacity: float = 1, shines: bool = False
+        self,
+        tint: Color | None = None,
+        *,
+        varied: bool = False,
+        mirrored: bool = False,
+        opacity: float = 1,
+        shines: bool = False,
+        tile: int | None = None,
     ) -> Material:
         """``tint``: the constant colour that it reads from a primvar; ``varied``: vertices have colours; ``mirrored``: u and v of the surface are.
-        ``opacity``: of what has only colours. ``shines``: it is not cut out then.
+        ``opacity``: of what has only colours. ``shines``: it is not cut out then. ``tile``: in which u and v are, of images in tiles.
         """
-        key = (tuple(np.ravel(np.asarray(tint, np.float64)).tolist()) if tint is not None else None, varied, mirrored, opacity, shines)
+        key = (tuple(np.ravel(np.asarray(tint, np.float64)).tolist()) if tint is not None else None, varied, mirrored, opacity, shines, tile)
+        self._tile = tile
         if key not in self._made:
             self._made[key] = self._bare(tint, varied, opacity) if self.is_bare else self._preview(tint, varied, mirrored, shines)
         return self._made[key]
@@ -144,7 +156,7 @@ class Surface:
     def _texture(self, name: str, low: float = 0, high: float = 1) -> Any:
         value = self._values[name]
         if isinstance(value, FromImage):
-            return value.texture()
+            return value.texture(tile=self._tile)
         numbers = value.fallback if isinstance(value, FromPrimvar) else value.value
         clipped = np.clip(np.nan_to_num(numbers), low, high)
         return Texture((clipped if len(clipped) == 3 else np.repeat(clipped, 3)).tolist())
@@ -174,7 +186,7 @@ class Surface:
             return None
         if value.is_plain:
             self._network.note("normal scale", "its normal map has neither scale nor bias; it is read as if they were 2 and -1")
-        normals = value.texture() if value.is_plain else value.texture(0.5, 0.5)
+        normals = value.texture(tile=self._tile) if value.is_plain else value.texture(0.5, 0.5, self._tile)
         return _raypager.mixed(normals, _raypager.one_minus(normals), Texture([0, 1, 0])) if mirrored else normals
 
     def _normals(self, inputs: _Inputs) -> _Textures:

@@ -263,8 +263,10 @@ class MeshReader:
         for emission, lit in [(flat, triangles)] if glow is None else [(shine, triangles[chosen]) for shine, chosen in glow]:
             shines = max(emission) > 0
             self._reading.has_light |= max(emission) > 1 or (own_light is not None and shines)
-            for mirrored, some in _by_handedness(surface, uvs, lit, bool(np.linalg.det(matrix[:3, :3]) < 0)):
-                material = surface.material(tint, varied=varied, mirrored=mirrored, opacity=opacity, shines=shines)
+            mirrors = bool(np.linalg.det(matrix[:3, :3]) < 0)
+            pieces = [(m, tile, t) for m, whole in _by_handedness(surface, uvs, lit, mirrors) for tile, t in _by_tile(surface, uvs, whole)]
+            for mirrored, tile, some in pieces:
+                material = surface.material(tint, varied=varied, mirrored=mirrored, opacity=opacity, shines=shines, tile=tile)
 
                 def put(
                     into: Shapes,
@@ -358,3 +360,12 @@ def _by_handedness(surface: Surface, uvs: Array | None, triangles: Array, mirror
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     turned = (area < 0) != mirrors
     return [(bool(side), triangles[turned == side]) for side in (False, True) if (turned == side).any()]
+
+
+def _by_tile(surface: Surface, uvs: Array | None, triangles: Array) -> list[tuple[int | None, Array]]:
+    """For images in tiles (UDIM): triangles by the tile in which their middle is."""
+    if not surface.is_tiled or uvs is None:
+        return [(None, triangles)]
+    column, row = np.floor(np.clip(uvs[triangles].mean(1), -1, 1e4)).astype(np.int64).T
+    number = np.where((column >= 0) & (column < 10) & (row >= 0), 1001 + column + 10 * row, 0)
+    return [(int(tile), triangles[number == tile]) for tile in np.unique(number)]

@@ -42,15 +42,24 @@ class FromImage:
     uvs: str
     matrix: tuple[tuple[float, ...], ...]
     is_plain: bool  # the file says neither scale nor bias
+    tiles: tuple[tuple[int, Any], ...] = ()  # of an image in tiles (UDIM), numbers from 1001 on; ``image`` is the first
+    fallback: tuple[float, ...] = (0.0, 0.0, 0.0)  # of a tile that there is not
 
-    def texture(self, factor: float = 1, offset: float = 0) -> _raypager.Texture:
+    def texture(self, factor: float = 1, offset: float = 0, tile: int | None = None) -> _raypager.Texture:
         """(texel * scale + bias) * factor + offset."""
         one = self.channel - 3 if self.channel else None
+        image, corner = self.image, np.eye(3)
+        if self.tiles:
+            number = self.tiles[0][0] if tile is None else tile
+            image = dict(self.tiles).get(number)
+            if image is None:
+                return _raypager.Texture((np.resize(self.fallback, 3) * factor + offset).tolist())
+            corner[:2, 2] = -((number - 1001) % 10), -((number - 1001) // 10)
         scale = self.scale[:3] if one is None else (self.scale[one],) * 3
         bias = np.array(self.bias[:3] if one is None else (self.bias[one],) * 3) * factor + offset
-        place = _TOP_LEFT @ np.array(self.matrix)
+        place = _TOP_LEFT @ corner @ np.array(self.matrix)
         times = tuple(s * factor for s in scale)
-        texture = _raypager.texture_of(self.image, tuple(place[:2].ravel().tolist()), times, self.channel, self.wraps)
+        texture = _raypager.texture_of(image, tuple(place[:2].ravel().tolist()), times, self.channel, self.wraps)
         if not bias.any():
             return texture
         return _raypager.mixed(_raypager.Texture(bias.tolist()), _raypager.Texture((bias + 1).tolist()), texture)
@@ -99,7 +108,13 @@ class Network:
         if not isinstance(asset, Sdf.AssetPath) or not asset.path:
             self.note("no file", f"{shader.GetPath()} names no file; its fallback is used")
             return otherwise
-        image = self._images.texture(asset, str(_value(self._reading, shader, "sourceColorSpace") or "auto"), shader.GetPrim())
+        space = str(_value(self._reading, shader, "sourceColorSpace") or "auto")
+        tiles: tuple[tuple[int, Any], ...] = ()
+        if "<UDIM>" in asset.path:
+            tiles = self._images.tiles(asset, space, _producer(shader.GetInput("file")))
+            image = tiles[0][1] if tiles else None
+        else:
+            image = self._images.texture(asset, space, shader.GetPrim())
         if image is None:
             return otherwise
         uvs, matrix = self._coordinates(shader.GetInput("st"), 0)
@@ -113,6 +128,8 @@ class Network:
             uvs,
             tuple(map(tuple, matrix.tolist())),
             scale is None and bias is None,
+            tiles,
+            otherwise.value,
         )
 
     def _wrap(self, shader: UsdShade.Shader, name: str) -> int:
