@@ -155,6 +155,7 @@ class MeshReader:
         if not refines:
             attributes.of_vertices.update(vertex_columns)
             attributes.of_corners.update(corner_columns)
+            self._add_normals(prim, mesh, polygons, original, attributes)
         else:
             columns = [polygons.vertices, *(values for _, values in vertex_columns)]
             polygons.vertices = np.concatenate(columns, 1, dtype=np.float64)
@@ -170,8 +171,6 @@ class MeshReader:
                     attributes.of_vertices["normals"] = flip * of_vertices
                 if of_corners is not None:
                     attributes.of_corners["normals"] = flip * of_corners
-        if not refines:
-            self._add_normals(prim, mesh, polygons, original, attributes)
         return polygons, attributes
 
     def _add_normals(self, prim: Usd.Prim, mesh: UsdGeom.Mesh, polygons: Polygons, original: Array, attributes: _Attributes) -> None:
@@ -211,9 +210,8 @@ class MeshReader:
         corner_sharp = reading.numbers(prim, mesh.GetCornerSharpnessesAttr()).astype(np.float64)
         sharpness = Sharpness(np.zeros((0, 2), np.int64), np.zeros(0), np.zeros(n))
         usable = len(lengths) == 0 or (lengths.min() >= 2 and lengths.sum() == len(indices))
-        usable = (
-            usable and len(creases) in (len(lengths), int((lengths - 1).sum())) and (len(indices) == 0 or 0 <= indices.min() <= indices.max() < n)
-        )
+        usable = usable and len(creases) in (len(lengths), int((lengths - 1).sum()))
+        usable = usable and (len(indices) == 0 or 0 <= indices.min() <= indices.max() < n)
         if not usable or len(corners) != len(corner_sharp) or (len(corners) and not 0 <= corners.min() <= corners.max() < n):
             reading.notes.add("creases", prim.GetPath(), "its creases or corners do not fit its points; they are left out")
             return sharpness
@@ -223,10 +221,10 @@ class MeshReader:
             inner[ends - 1] = False
             at = np.flatnonzero(inner)
             sharpness.edges = np.stack([indices[at], indices[at + 1]], 1)
-            sharpness.creases = np.clip(
-                creases if len(creases) == len(at) and len(creases) != len(lengths) else np.repeat(creases, lengths - 1), 0, INFINITE
-            )
-        np.maximum.at(sharpness.vertices, corners, np.clip(corner_sharp, 0, INFINITE))
+            # One for each crease, or for each of its edges.
+            each = np.repeat(creases, lengths - 1) if len(creases) == len(lengths) else creases
+            sharpness.creases = np.clip(np.nan_to_num(each), 0, INFINITE)
+        np.maximum.at(sharpness.vertices, corners, np.clip(np.nan_to_num(corner_sharp), 0, INFINITE))
         return sharpness
 
     def _add_part(

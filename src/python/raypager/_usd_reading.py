@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,6 @@ class Reading:
     scene: Scene
     notes: Notes
     has_light: bool = False
-    image_shapes: dict[Any, Any] = field(default_factory=dict)
 
     def failed(self, prim: Usd.Prim, text: str) -> Error:
         return Error(f"{self.path}: {prim.GetPath()}: {text}")
