@@ -207,6 +207,9 @@ def test_a_point_instancer_is_like_copies(path: Path) -> None:
     assert one.summary is not None and one.summary["instances"] == 18 and one.summary["objects"] == 2
     assert other.summary is not None and other.triangles == 18 * 12
     assert one.triangles < other.triangles
+    UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/many")).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "vertex").Set([(1, 0, 0)] * 20)
+    stage.Save()
+    assert loaded(path).warnings == [f"{path}: /many: its displayColor, one for each instance, is left out"]
     assert np.allclose(one.bounds, other.bounds, atol=1e-4)
     pictures = [b.render(width=SIZE[0], height=SIZE[1], spp=16).film for b in (one, other)]
     assert np.abs(pictures[0] - pictures[1]).mean() < 0.02 * pictures[1].mean()

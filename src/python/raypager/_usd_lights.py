@@ -104,6 +104,8 @@ class LightReader:
                 self._note(prim, "links", "shines on everything: what it is linked to is left out")
         if self._input(prim, "shadow:enable", True) is False:
             self._note(prim, "shadows", "casts shadows, though it says otherwise")
+        if any(prim.GetAttribute(f"inputs:shadow:{name}").HasAuthoredValue() for name in ("color", "distance", "falloff")):
+            self._note(prim, "shadow look", "its shadows are plain: their colour, distance and falloff are left out")
         if self._input(prim, "shaping:ies:file", None) not in (None, Sdf.AssetPath()):
             self._note(prim, "ies", "its IES profile is left out")
         if self._input(prim, "shaping:focus", 0.0):

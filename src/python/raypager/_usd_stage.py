@@ -175,6 +175,9 @@ class StageReader:
         if len(places) != len(numbers):
             raise self._reading.failed(prim, f"has {len(numbers)} protoIndices, but not as many positions, or not as many scales or orientations")
         matrices = matrix @ np.asarray(places, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+        for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
+            if primvar.GetInterpolation() != UsdGeom.Tokens.constant:
+                self._reading.notes.add("instance primvars", prim.GetPath(), f"its {primvar.GetPrimvarName()}, one for each instance, is left out")
         mask = instancer.ComputeMaskAtTime(time)
         shown = np.array(mask, bool) if len(mask) == len(numbers) else np.ones(len(numbers), bool)
         for number in np.unique(numbers[shown]):
