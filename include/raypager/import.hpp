@@ -1,9 +1,12 @@
 // Scene files -> Scene.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,6 +55,19 @@ struct ImportOptions {
 // which are framed, lit and given a ground together; so are glTF files that have no camera or no light. Meshes and clouds are read when they are
 // baked. An error names file and place; what was read but could not be used is in Scene::warnings.
 Result<Scene> import_scene(const std::vector<std::filesystem::path>& inputs, const ImportOptions& options = {});
+
+// Reads scenes of a format that the library does not know.
+using SceneReader = std::function<Result<Scene>(const std::filesystem::path&, const ImportOptions&)>;
+// From now on import_scene hands files with this ending (".usd") to it; null: no longer. Not while other threads import.
+void use_scene_reader(const std::string& ending, SceneReader reader);
+
+// What a scene that was read so has of its own, and which axis points up in it.
+struct SceneParts {
+    bool camera = false, light = false, z_up = false;
+};
+// Gives it what it lacks, as bare meshes have it: a camera that frames the points, in world space, which are some of what is seen, such as corners
+// of boxes around it; light; and where it had neither, a ground. An error if there are no points, or none that can be framed.
+Status complete_scene(const BareLook& look, const SceneParts& parts, std::span<const std::array<double, 3>> points, Scene& scene);
 
 // Gives the disk space back that unpacked files take, which are kept for the next time that they are opened.
 void forget_unpacked_files();

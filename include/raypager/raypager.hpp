@@ -20,3 +20,4 @@
 #include "raypager/session.hpp"
 #include "raypager/sky.hpp"
 #include "raypager/status.hpp"
+#include "raypager/textures.hpp"

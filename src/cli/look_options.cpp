@@ -121,8 +121,9 @@ const char* given_look_option(const BareLook& look) {
 // Block files, and scenes, packed ones as well.
 bool says_its_looks(const std::filesystem::path& input, std::string_view option) {
     const std::filesystem::path unpacked = has_ending(input, ".gz") ? input.stem() : input;
-    // glTF files often have no light; their materials are their own.
-    if (has_ending(unpacked, ".gltf") || has_ending(unpacked, ".glb")) return option == "material";
+    // glTF and USD files often have no light; their materials are their own.
+    for (const char* ending : {".gltf", ".glb", ".usd", ".usda", ".usdc", ".usdz"})
+        if (has_ending(unpacked, ending)) return option == "material";
     return has_ending(unpacked, ".rpb") || has_ending(unpacked, ".pbrt");
 }
 

@@ -79,6 +79,8 @@ void add_ground(const BareSubject& subject, const Axes& axes, uint32_t material,
 
 }  // namespace
 
+rp_material bare_ground_material() { return diffuse_material({0.40f, 0.38f, 0.35f}); }
+
 void light_bare_scene(const BareLook& look, const BareSubject& subject, const Framing& view, const Axes& axes, uint32_t ground_material,
                       Scene& scene) {
     const Float3 sky = look.sky.value_or(subject.landscape ? sky_of_landscapes : sky_of_objects);

@@ -17,6 +17,8 @@ struct BareSubject {
     bool points = false;  // some of it are points, which reach down further than their centres
 };
 
+rp_material bare_ground_material();
+
 // Sets lights and ground. REQUIRES: the material `ground_material` exists.
 void light_bare_scene(const BareLook& look, const BareSubject& subject, const Framing& view, const Axes& axes, uint32_t ground_material,
                       Scene& scene);

@@ -225,7 +225,7 @@ Result<Scene> import_bare(const std::vector<std::filesystem::path>& paths, const
 
     // Light clay on a warm grey ground.
     constexpr uint32_t ground_material = 1;
-    scene.materials = {clay_material(), diffuse_material({0.40f, 0.38f, 0.35f})};
+    scene.materials = {clay_material(), bare_ground_material()};
     add_objects(inputs, scale, scene);
     if (look.material)
         for (const Shape& shape : scene.shapes) scene.materials[shape.material] = *look.material;

@@ -26,7 +26,7 @@ public:
     Result<Scene> read() {
         note_the_file();
         scene_.files = model_->files();
-        scene_.materials = {diffuse_material({0.40f, 0.38f, 0.35f})};  // of a ground
+        scene_.materials = {bare_ground_material()};
         auto nodes = walk_gltf_nodes(*model_, notes_);
         if (!nodes) return nodes.status();
         nodes_ = std::move(*nodes);

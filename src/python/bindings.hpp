@@ -10,6 +10,7 @@ void add_blocks(nanobind::module_& module);
 void add_render(nanobind::module_& module);
 void add_scene(nanobind::module_& module);
 void add_materials(nanobind::module_& module);
+void add_textures(nanobind::module_& module);
 void add_program(nanobind::module_& module);
 
 }  // namespace raypager::python

@@ -3,6 +3,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <string>
 #include <utility>
 
 #include "raypager/status.hpp"
@@ -11,6 +12,11 @@ namespace raypager::python {
 
 // Raises it. REQUIRES: the GIL, and that status is not ok.
 [[noreturn]] void raise(const Status& status);
+
+// What Python raised, in one line. REQUIRES: the GIL.
+std::string text_of(const nanobind::python_error& error);
+// As an error of the engine: raypager.Error keeps its exit status, Ctrl-C is an interruption. REQUIRES: the GIL.
+Status status_of(const nanobind::python_error& error);
 
 inline void check(const Status& status) {
     if (!status) raise(status);

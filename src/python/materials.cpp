@@ -1,10 +1,12 @@
-// Materials and lights. What textures set, is said where a material comes into a scene (scene.cpp).
+// Materials and lights. What textures set, is said where a material comes into a scene (textures.cpp).
 #include "raypager/materials.hpp"
 
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+
+#include <algorithm>
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
@@ -23,6 +25,13 @@ void add_layered(nb::module_& module) {
                [](const Color& color, const Color& specular, float alpha) { return glossy_material(float3(color), float3(specular), alpha); });
     module.def("rough_dielectric", [](float ior, float alpha, const Color& reflected, const Color& refracted) {
         return dielectric_material(ior, alpha, float3(reflected), float3(refracted));
+    });
+    module.def("sheet", [](const Color& color, const Color& specular, float alpha, float ior, const Color& refracted) {
+        rp_material material = glossy_material(float3(color), float3(specular), alpha);
+        material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_CLEAR;
+        material.ior = ior;
+        std::copy(refracted.begin(), refracted.end(), material.refracted);
+        return material;
     });
     module.def("anisotropic", &anisotropic);
     module.def("with_opacity", &with_opacity);
@@ -63,6 +72,8 @@ void add_materials(nb::module_& module) {
     module.attr("PARAMETER_ALPHA") = RP_PARAMETER_ALPHA;
     module.attr("PARAMETER_AMOUNT") = RP_PARAMETER_AMOUNT;
     module.attr("PARAMETER_METAL") = RP_PARAMETER_METAL;
+    module.attr("PARAMETER_REFRACTED") = RP_PARAMETER_REFRACTED;
+    module.attr("PARAMETER_BASE_ALPHA") = RP_PARAMETER_BASE_ALPHA;
     module.attr("PARAMETER_NORMAL") = RP_PARAMETER_NORMAL;
 }
 

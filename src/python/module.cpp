@@ -17,6 +17,7 @@ NB_MODULE(_raypager, module) {
 #endif
     python::add_devices(module);
     python::add_materials(module);
+    python::add_textures(module);
     python::add_scene(module);
     python::add_blocks(module);
     python::add_render(module);

@@ -18,7 +18,6 @@
 #include "python/errors.hpp"
 #include "python/sources.hpp"
 #include "raypager/camera_text.hpp"
-#include "raypager/image_source.hpp"
 #include "raypager/import.hpp"
 #include "raypager/materials.hpp"
 #include "raypager/sky.hpp"
@@ -43,16 +42,18 @@ void put(Scene& scene, Where object, Shape shape) {
 }
 
 void add_mesh(Scene& scene, Where object, Shape shape, const Table<float, 3>& positions, const Table<uint32_t, 3>& triangles,
-              const std::optional<Table<float, 3>>& normals, const std::optional<Table<float, 2>>& uvs,
-              const std::optional<Column<uint32_t>>& colors) {
-    shape.mesh = std::make_shared<ArrayMesh>(shape.name, MeshRows{rows_of<Float3>(positions), rows_of<Triangle>(triangles), rows_of<Float3>(normals),
-                                                                  rows_of<Float2>(uvs), rows_of<uint32_t>(colors)});
+              const std::optional<Table<float, 3>>& normals, const std::optional<Table<float, 2>>& uvs, const std::optional<Column<uint32_t>>& colors,
+              std::vector<std::string> files) {
+    MeshRows rows{rows_of<Float3>(positions), rows_of<Triangle>(triangles), rows_of<Float3>(normals), rows_of<Float2>(uvs),
+                  rows_of<uint32_t>(colors)};
+    shape.mesh = std::make_shared<ArrayMesh>(shape.name, std::move(rows), std::move(files));
     put(scene, object, std::move(shape));
 }
 
 void add_points(Scene& scene, Where object, Shape shape, const Table<float, 3>& positions, const std::optional<Column<float>>& radii,
-                const std::optional<Column<uint32_t>>& colors) {
-    shape.points = std::make_shared<ArrayPoints>(shape.name, PointRows{rows_of<Float3>(positions), rows_of<float>(radii), rows_of<uint32_t>(colors)});
+                const std::optional<Column<uint32_t>>& colors, std::vector<std::string> files) {
+    PointRows rows{rows_of<Float3>(positions), rows_of<float>(radii), rows_of<uint32_t>(colors)};
+    shape.points = std::make_shared<ArrayPoints>(shape.name, std::move(rows), std::move(files));
     put(scene, object, std::move(shape));
 }
 
@@ -71,10 +72,6 @@ void add_instances(Scene& scene, Where parent, uint32_t object, const std::strin
     InstanceRows rows{object, rows_of<std::array<std::array<double, 4>, 3>>(transforms), rows_of<uint32_t>(materials), rows_of<Float3>(colors)};
     auto& sources = parent ? scene.objects.at(*parent).instances : scene.instances;
     sources.push_back(std::make_shared<ArrayInstances>(name, std::move(rows)));
-}
-
-uint32_t add_textured(Scene& scene, const rp_material& material, const std::vector<ImageParameter>& images) {
-    return value_of(add_material(scene, material, images));
 }
 
 std::shared_ptr<ImageSource> texture_image(const std::string& name, uint32_t width, uint32_t height, uint32_t channels, const std::string& kind,
@@ -156,6 +153,7 @@ void add_import(nb::module_& module) {
         .def_rw("material", &BareLook::material, nb::arg().none())
         .def_prop_rw(
             "sky", [](const BareLook&) { return nb::none(); }, [](BareLook& look, const Triple& color) { look.sky = float3(color); })
+        .def_prop_ro("says_light", [](const BareLook& look) { return look.sky || look.light.kind != BareLight::Kind::usual; })
         .def_rw("no_ground", &BareLook::no_ground)
         .def_rw("width", &BareLook::width)
         .def_rw("height", &BareLook::height)
@@ -177,6 +175,11 @@ void add_import(nb::module_& module) {
             return value_of(without_gil([&] { return import_scene(inputs, options); }));
         },
         nb::arg("inputs"), nb::arg("look"), nb::arg("columns"), nb::arg("host_limit"));
+    // points: in world space.
+    module.def("complete_scene", [](Scene& scene, const BareLook& look, bool has_camera, bool has_light, bool z_up, const Table<double, 3>& points) {
+        const auto rows = rows_of<std::array<double, 3>>(points);
+        check(without_gil([&] { return complete_scene(look, {has_camera, has_light, z_up}, rows.values, scene); }));
+    });
 }
 
 }  // namespace
@@ -184,19 +187,7 @@ void add_import(nb::module_& module) {
 void add_scene(nb::module_& module) {
     add_camera(module);
     add_shape(module);
-    const nb::class_<ImageSource> image(module, "TextureImage");
-    nb::class_<ImageParameter>(module, "ImageParameter")
-        .def("__init__", [](ImageParameter* self, uint32_t parameter, const std::shared_ptr<ImageSource>& image, const Triple& scale,
-                            const std::array<float, 2>& repeat) {
-            new (self) ImageParameter{parameter, image, float3(scale), repeat};
-        });
     module.def("texture_image", &texture_image);
-    module.def("texture_file", [](const std::filesystem::path& path, const std::string& kind) {
-        const auto encoding = kind == "linear" ? ImageEncoding::Kind::linear
-                              : kind == "srgb" ? ImageEncoding::Kind::srgb
-                                               : ImageEncoding::Kind::automatic;
-        return std::const_pointer_cast<ImageSource>(image_file_source(path, {encoding, 1}));
-    });
     nb::class_<Scene>(module, "Scene")
         .def(nb::init<>())
         .def_rw("width", &Scene::width)
@@ -204,9 +195,11 @@ void add_scene(nb::module_& module) {
         .def_rw("spp", &Scene::spp)
         .def_rw("max_depth", &Scene::max_depth)
         .def_rw("camera", &Scene::camera)
-        .def_ro("warnings", &Scene::warnings)
+        .def_rw("warnings", &Scene::warnings)
+        .def_rw("files", &Scene::files)
+        .def_prop_rw(
+            "exposure", [](const Scene& scene) { return scene.film.exposure; }, [](Scene& scene, float value) { scene.film.exposure = value; })
         .def_prop_ro("materials", [](const Scene& scene) { return scene.materials.size(); })
-        .def("add_material", &add_textured)
         .def("add_area_light",
              [](Scene& scene, const Triple& radiance, bool two_sided, float power) {
                  scene.area_lights.push_back({float3(radiance), two_sided, power});

@@ -48,18 +48,6 @@ void add(Hash64Stream& hash, const Rows<T>& rows) {
     hash.add(std::as_bytes(rows.values));
 }
 
-// What Python raised, in one line. To say what it is may fail as well.
-std::string text_of(const nb::python_error& error) {
-    try {
-        const std::string type = nb::cast<std::string>(error.type().attr("__name__"));
-        std::string text = nb::cast<std::string>(nb::str(error.value()));
-        std::replace(text.begin(), text.end(), '\n', ' ');
-        return text.empty() ? type : type + ": " + text;
-    } catch (const std::exception&) {
-        return "an exception without words";
-    }
-}
-
 }  // namespace
 
 Status ArrayMesh::load(TriangleMesh& mesh, MeshIssues& issues) const {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "python/arrays.hpp"
 #include "raypager/scene.hpp"
@@ -25,15 +26,19 @@ struct MeshRows {
 
 class ArrayMesh final : public MeshSource {
 public:
-    ArrayMesh(std::string name, MeshRows rows) : name_(std::move(name)), rows_(std::move(rows)) {}
+    // files: where the arrays came from.
+    ArrayMesh(std::string name, MeshRows rows, std::vector<std::string> files)
+        : name_(std::move(name)), rows_(std::move(rows)), files_(std::move(files)) {}
     Status load(TriangleMesh& mesh, MeshIssues& issues) const override;
     Status stream(MeshSink& sink, MeshIssues& issues) const override;
     std::string name() const override { return name_; }
+    std::vector<std::string> files() const override { return files_; }
     uint64_t bytes_to_read() const override;
 
 private:
     const std::string name_;
     const MeshRows rows_;
+    const std::vector<std::string> files_;
 };
 
 // As many radii and colours as positions, or none.
@@ -45,15 +50,18 @@ struct PointRows {
 
 class ArrayPoints final : public PointSource {
 public:
-    ArrayPoints(std::string name, PointRows rows) : name_(std::move(name)), rows_(std::move(rows)) {}
+    ArrayPoints(std::string name, PointRows rows, std::vector<std::string> files)
+        : name_(std::move(name)), rows_(std::move(rows)), files_(std::move(files)) {}
     Status stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const override;
     uint64_t count() const override { return rows_.positions.values.size(); }
     bool has_color() const override { return !rows_.colors.values.empty(); }
     std::string name() const override { return name_; }
+    std::vector<std::string> files() const override { return files_; }
 
 private:
     const std::string name_;
     const PointRows rows_;
+    const std::vector<std::string> files_;
 };
 
 // Points that a function of Python's hands out chunk by chunk: each call returns an iterator over (positions, radii or None, colors or None). The GIL

@@ -114,3 +114,40 @@ def test_lights_and_skies() -> None:
         lit(lambda s: s.sphere((0, 1, 0), 0.1, emission=30)),
     }
     assert len(films) == 9
+
+
+def tilted_square(material: rp.Material, normal: tuple[float, float, float] | None = None) -> np.ndarray:
+    """Seen from above under a sun that stands aslant."""
+    scene = rp.Scene(width=16, height=16, spp=16)
+    scene.distant_light((-1, -0.4, -1), 2)
+    scene.camera((0, 0, 5), (0, 0, 0), fov=20)
+    corners = np.array([(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)], np.float32)
+    normals = None if normal is None else np.tile(np.array(normal, np.float32), (4, 1))
+    uvs = (corners[:, :2] + 2) / 4
+    scene.mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32), uvs=uvs, normals=normals, material=material)
+    return scene.render().film.mean((0, 1))
+
+
+def test_normal_maps_are_like_normals() -> None:
+    """Red is along u, green along v; also in the parts of a mix."""
+    flat = tilted_square(rp.diffuse(0.8))
+    for normal in ((0.6, 0, 0.8), (0, -0.6, 0.8), (-0.36, 0.48, 0.8)):
+        image = rp.Image(np.tile(np.array(normal, np.float32) / 2 + 0.5, (8, 8, 1)), encoding="linear")
+        expected = tilted_square(rp.diffuse(0.8), normal)
+        assert np.abs(expected - flat).max() > 0.02
+        assert np.allclose(tilted_square(rp.with_normals(rp.diffuse(0.8), image)), expected, atol=0.01)
+        assert np.allclose(tilted_square(rp.with_normals(rp.mix(None, rp.diffuse(0.8), 1.0), image)), expected, atol=0.01)
+
+
+def test_bumps_are_like_slopes() -> None:
+    """Heights that rise by 1.2 over 4 units of u tilt the normal as such a slope does."""
+    ramp = rp.Image(np.tile((np.arange(256, dtype=np.float32) + 0.5) / 256, (8, 1)))
+    bumpy = rp.with_bumps(rp.diffuse(0.8), ramp, 1.2)
+    slope = np.array([-1.2 / 4, 0, 1]) / np.hypot(1.2 / 4, 1)
+    expected = tilted_square(rp.diffuse(0.8), tuple(slope.tolist()))
+    assert np.allclose(tilted_square(bumpy), expected, rtol=0.03)
+    assert not np.allclose(tilted_square(rp.with_bumps(rp.diffuse(0.8), ramp, 0)), expected, rtol=0.03)
+    with pytest.raises(rp.Error, match="with_bumps: a raypager.Image is expected"):
+        rp.with_bumps(rp.diffuse(0.8), 0.5)  # type: ignore[arg-type]
+    with pytest.raises(rp.Error, match="with_normals: a raypager.Image is expected"):
+        rp.with_normals(rp.diffuse(0.8), "a.png")  # type: ignore[arg-type]

@@ -31,6 +31,8 @@ from ._materials import (
     plastic,
     thin_dielectric,
     translucent,
+    with_bumps,
+    with_normals,
 )
 from ._raypager import VERSION as __version__
 from ._raypager import Camera, Device, Progress, devices
@@ -74,4 +76,6 @@ __all__ = [
     "save",
     "thin_dielectric",
     "translucent",
+    "with_bumps",
+    "with_normals",
 ]

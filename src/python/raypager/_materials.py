@@ -6,7 +6,7 @@ Where a colour or a roughness may be an :class:`Image`, the mesh needs ``uvs``.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -62,6 +62,11 @@ class Image:
         height, width, channels = array.shape
         self._core = _raypager.texture_image(name, width, height, channels, array.dtype.name, srgb, has_alpha, array.reshape(-1).view(np.uint8))
 
+    def _texture(self, scale: float = 1) -> _raypager.Texture:
+        along_u, along_v = self.repeat
+        repeat = (_raypager.WRAP_REPEAT, _raypager.WRAP_REPEAT)
+        return _raypager.texture_of(self._core, (along_u, 0, 0, 0, -along_v, 1), (scale, scale, scale), 0, repeat)
+
 
 @dataclass(frozen=True, eq=False)
 class Material:
@@ -69,11 +74,12 @@ class Material:
 
     name: str
     _core: _raypager.Material | None = field(repr=False)
-    _images: tuple[tuple[int, Image], ...] = field(default=(), repr=False)
+    _images: tuple[tuple[int, Image | _raypager.Texture], ...] = field(default=(), repr=False)
     _parts: tuple[Material | None, Material, float] | None = field(default=None, repr=False)  # of a mix
+    _height: tuple[Image, float] | None = field(default=None, repr=False)  # an image of heights, and how high 1 is
 
 
-_Images: TypeAlias = dict[int, Image]
+_Images: TypeAlias = dict[int, "Image | _raypager.Texture"]
 
 
 def _mapped(value: _Mapped, parameter: int, images: _Images, what: str) -> tuple[float, float, float]:
@@ -195,3 +201,28 @@ def mix(first: Material | None, second: Material, amount: float | Image) -> Mate
     if isinstance(amount, Image):
         return Material("mix", None, ((_raypager.PARAMETER_AMOUNT, amount),), (first, second, 0.5))
     return Material("mix", None, (), (first, second, number(amount, 0, 1, "mix: amount")))
+
+
+def with_normals(material: Material, normals: Image) -> Material:
+    """The same, with shading normals from an image: red along u, green along v, blue out of the surface, each from 0 for -1 to 1 for 1. Give the
+    image ``encoding="linear"``.
+    """
+    if not isinstance(normals, Image):
+        raise usage(f"with_normals: a raypager.Image is expected, not {normals!r}")
+    if material._parts is not None:
+        first, second, amount = material._parts
+        bent = (None if first is None else with_normals(first, normals), with_normals(second, normals), amount)
+        return replace(material, _parts=bent)
+    return replace(material, _images=(*material._images, (_raypager.PARAMETER_NORMAL, normals)))
+
+
+def with_bumps(material: Material, heights: Image, height: float = 1) -> Material:
+    """The same, shaded as if the surface were raised by what the image says times ``height``, in the world. The image is linear, as a rule."""
+    if not isinstance(heights, Image):
+        raise usage(f"with_bumps: a raypager.Image is expected, not {heights!r}")
+    raised = number(height, -1e30, 1e30, "with_bumps: height")
+    if material._parts is not None:
+        first, second, amount = material._parts
+        bumpy = (None if first is None else with_bumps(first, heights, raised), with_bumps(second, heights, raised), amount)
+        return replace(material, _parts=bumpy)
+    return replace(material, _height=(heights, raised))

@@ -12,9 +12,10 @@ import numpy as np
 from . import _raypager
 from ._arrays import ArrayLike, Color, Vector, color, floats, number, vector, whole
 from ._errors import RaypagerWarning, usage
-from ._materials import Material, clay
+from ._materials import Image, Material, clay
 from ._shapes import Object, Shapes, Watch
 from ._surveys import Unpacked
+from ._usd import LEVELS, is_usd, levels_of, read_usd
 
 if TYPE_CHECKING:
     from ._blocks import Blocks
@@ -47,6 +48,16 @@ class Scene(Shapes):
         self._default = clay()
         self._baked: Blocks | None = None
         self._unpacked: Unpacked | None = None
+        # Of what reads a format: the name of the next shape; files that what is baked depends on; and whether materials with too many images have
+        # their means, and are named here, rather than be errors.
+        self._label = ""
+        self._files: list[str] = []
+        self._too_many_images: list[str] | None = None
+
+    def _take_files(self) -> list[str]:
+        """For the first shape that asks: a bake depends on them once."""
+        files, self._files = self._files, []
+        return files
 
     @classmethod
     def _loaded(cls, core: _raypager.Scene, name: str) -> Scene:
@@ -68,8 +79,13 @@ class Scene(Shapes):
             assert material._parts is not None
             first, second, amount = material._parts
             core = _raypager.mix(_raypager.NOTHING if first is None else self._material(first), self._material(second), amount)
-        images = [_raypager.ImageParameter(parameter, image._core, (1, 1, 1), image.repeat) for parameter, image in material._images]
-        number_of = self._core.add_material(core, images)
+        textures = [(parameter, image._texture() if isinstance(image, Image) else image) for parameter, image in material._images]
+        height = None if material._height is None else material._height[0]._texture(material._height[1])
+        number_of, fits = _raypager.add_textured(self._core, core, textures, height)
+        if not fits and self._too_many_images is not None:
+            self._too_many_images.append(material.name)
+        elif not fits:
+            raise usage(f"{material.name}: reads more images than a path can keep texels of; give it fewer")
         self._numbers[id(material)] = (material, number_of)  # the material is kept, so that its id stays its own
         return number_of
 
@@ -233,11 +249,14 @@ def load(
     size: tuple[int, int] | None = None,
     columns: str = "",
     host_limit: int | str | None = None,
+    subdivision: int = LEVELS,
+    camera: str | None = None,
 ) -> Scene:
-    """Reads one pbrt or glTF scene, or any number of meshes and point clouds, which are framed, lit and given a ground together.
+    """Reads one pbrt, glTF or USD scene, or any number of meshes and point clouds, which are framed, lit and given a ground together.
 
     Clouds may also be in LAZ or COPC (``pip install raypager[las]``), Entwine tiles (their ept.json) or E57 (``raypager[e57]``); these are unpacked
-    into a scratch file first.
+    into a scratch file first. USD (.usd, .usda, .usdc, .usdz) takes ``pip install raypager[usd]``. Of it, ``subdivision``: how often subdivision
+    surfaces are subdivided, 0 to 6; ``camera``: path or name of the camera, by default the first.
 
     Of meshes and clouds: ``material``, what they are made of, by default what the files say. ``sky``: radiance from all around. ``light``: a
     square at the viewer's left (key), the sun, or none; ``light_strength``: 1 is as usual. ``sun``: its azimuth and elevation in degrees.
@@ -264,10 +283,21 @@ def load(
     look.no_ground = not ground
     if size is not None:
         look.width, look.height = (whole(s, 1, 65535, "load: size") for s in size)
+    levels = levels_of(subdivision, "load: subdivision")
+    if any(is_usd(p) for p in paths):
+        if len(paths) > 1:
+            raise usage(f"load: {os.fspath(paths[0])}: a scene stands alone; give either one scene file or meshes and clouds")
+        return _warned(read_usd(os.fspath(paths[0]), look, levels, camera))
+    if camera is not None:
+        raise usage("load: camera names one of a USD file's; cameras of others are those of their files, or of raypager.render")
     unpacked = Unpacked([os.fspath(p) for p in paths])
     core = _raypager.load(unpacked.paths, look, columns, bytes_of(host_limit, "load: host_limit"))
     scene = Scene._loaded(core, os.fspath(paths[0]))
     scene._unpacked = unpacked  # read when the scene is baked
+    return _warned(scene)
+
+
+def _warned(scene: Scene) -> Scene:
     for text in scene.warnings:
-        warnings.warn(text, RaypagerWarning, stacklevel=2)
+        warnings.warn(text, RaypagerWarning, stacklevel=3)
     return scene

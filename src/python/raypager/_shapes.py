@@ -45,7 +45,7 @@ class Shapes:
     ) -> _raypager.Shape:
         shape = _raypager.Shape()
         self._scene._count += 1
-        shape.name = f"{self._name}: {kind} {self._scene._count}"
+        shape.name = self._scene._label or f"{self._name}: {kind} {self._scene._count}"
         shape.to_world = matrix(transform, f"{kind}: transform")
         shape.material = self._scene._material(material or self._scene._default)
         if emission is not None:
@@ -98,6 +98,7 @@ class Shapes:
             None if normals is None else floats(normals, (n, 3), "mesh: normals"),
             None if uvs is None else floats(uvs, (n, 2), "mesh: uvs"),
             None if colors is None else packed_colors(colors, n, "mesh: colors"),
+            self._scene._take_files(),
         )
 
     def sphere(
@@ -158,7 +159,7 @@ class Shapes:
         n = len(rows)
         radii = None if each is None else floats(each, (n,), "points: radius")
         packed = None if colors is None else packed_colors(colors, n, "points: colors")
-        self._scene._core.add_points(self._where, shape, rows, radii, packed)
+        self._scene._core.add_points(self._where, shape, rows, radii, packed, self._scene._take_files())
 
     def _chunks(self, shape: _raypager.Shape, source: Chunks, count: int | None, colored: bool | None) -> None:
         again: Callable[[], Iterable[Chunk]] = source if callable(source) else lambda: iter(source)

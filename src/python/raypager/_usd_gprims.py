@@ -1,0 +1,182 @@
+"""Shapes of USD that are no meshes: spheres and other round ones, clouds, and curves as tubes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from . import _usd_round as round_shapes
+from ._arrays import Array
+from ._shapes import Shapes
+from ._usd_content import Content, is_similarity
+from ._usd_materials import Surface
+from ._usd_mesh import Painter
+from ._usd_primvars import find_primvar
+from ._usd_reading import Reading
+from ._usd_round import Tessellation
+from ._usd_tubes import BASES, tubes
+
+_MOST_TUBES = 1 << 24  # triangles of one prim
+
+
+class GprimReader:
+    def __init__(self, reading: Reading, painter: Painter) -> None:
+        self._reading, self._painter = reading, painter
+
+    def add(self, prim: Usd.Prim, matrix: Array, content: Content) -> bool:
+        """False: it is none of these."""
+        if prim.IsA(UsdGeom.Sphere):
+            self._add_sphere(prim, matrix, content)
+        elif prim.IsA(UsdGeom.Points):
+            self._add_points(prim, matrix, content)
+        elif prim.IsA(UsdGeom.BasisCurves):
+            self._add_curves(prim, matrix, content)
+        else:
+            made = self._tessellated(prim)
+            if made is None:
+                return False
+            shape, axis = made
+            self._add_mesh(prim, shape, matrix @ round_shapes.along(axis), content)
+        return True
+
+    def _number(self, prim: Usd.Prim, name: str) -> float:
+        value = self._reading.get(prim.GetAttribute(name))
+        if value is None or not 0 <= value < 1e30:
+            raise self._reading.failed(prim, f"its {name} is {value}; a number of 0 or more is expected")
+        return float(value)
+
+    def _tessellated(self, prim: Usd.Prim) -> tuple[Tessellation, str] | None:
+        kind = prim.GetTypeName()
+
+        def number(name: str) -> float:
+            return self._number(prim, name)
+
+        axis = str(prim.GetAttribute("axis").Get() or "Z") if prim.HasAttribute("axis") else "Z"
+        if kind == "Cube":
+            return round_shapes.cube(number("size")), "Z"
+        if kind == "Plane":
+            # Its width is along x, or z where that is the axis.
+            sides = number("width"), number("length")
+            return round_shapes.plane(*(sides if axis == "Z" else sides[::-1])), axis
+        if kind == "Cylinder":
+            return round_shapes.cylinder(number("radius"), number("radius"), number("height")), axis
+        if kind == "Cylinder_1":
+            return round_shapes.cylinder(number("radiusBottom"), number("radiusTop"), number("height")), axis
+        if kind == "Cone":
+            return round_shapes.cylinder(number("radius"), 0, number("height")), axis
+        if kind == "Capsule":
+            return round_shapes.capsule(number("radius"), number("radius"), number("height")), axis
+        if kind == "Capsule_1":
+            return round_shapes.capsule(number("radiusBottom"), number("radiusTop"), number("height")), axis
+        return None
+
+    def _look(self, prim: Usd.Prim) -> tuple[Surface, Any, Any, bool]:
+        """The surface, its material, what it shines with, and whether it does so on both sides. Colours that vary have their mean."""
+        surface = self._painter.surface_of(prim)
+        tint = None
+        if surface.reads_colors and (colors := find_primvar(self._reading, prim, surface.colors, 3)):
+            tint = colors.values.mean(0)
+        opacity = 1.0
+        if surface.is_bare and (found := find_primvar(self._reading, prim, "displayOpacity", 1)):
+            opacity = float(np.clip(found.values.mean(), 0, 1))
+        if surface.glow is not None:
+            self._reading.notes.add("round glow", prim.GetPath(), "shines by an image, which only meshes can; it does not shine")
+        shines = max(surface.emission) > 0
+        self._reading.has_light |= max(surface.emission) > 1
+        two_sided = shines and bool(UsdGeom.Gprim(prim).GetDoubleSidedAttr().Get())
+        return surface, surface.material(tint, opacity=opacity, shines=shines), surface.emission if shines else None, two_sided
+
+    def _label(self, prim: Usd.Prim) -> str:
+        return f"{self._reading.path}: {prim.GetPath()}"
+
+    def _add_mesh(self, prim: Usd.Prim, shape: Tessellation, matrix: Array, content: Content) -> None:
+        if len(shape.triangles) == 0:
+            return
+        surface, material, emission, two_sided = self._look(prim)
+        uvs = shape.uvs if surface.uvs else None
+        flip = UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+
+        def put(into: Shapes) -> None:
+            into.mesh(
+                shape.positions.astype(np.float32),
+                shape.triangles.astype(np.uint32),
+                normals=shape.normals,
+                uvs=uvs,
+                material=material,
+                transform=matrix,
+                emission=emission,
+                two_sided=two_sided,
+                flip=flip,
+            )
+
+        content.add(self._label(prim), put, shape.positions, matrix)
+
+    def _add_sphere(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
+        radius = self._number(prim, "radius")
+        surface, material, emission, _ = self._look(prim)
+        if radius == 0:
+            return
+        # Those that shine must not be stretched by instances either.
+        if not is_similarity(matrix) or surface.uvs or (content.in_object and emission is not None):
+            self._add_mesh(prim, round_shapes.sphere(radius), matrix, content)
+            return
+
+        def put(into: Shapes) -> None:
+            into.sphere(radius=radius, material=material, transform=matrix, emission=emission)
+
+        corners = radius * np.array([[i >> a & 1 for a in range(3)] for i in range(8)]) * 2 - radius
+        content.add(self._label(prim), put, corners, matrix)
+
+    def _add_points(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
+        cloud = UsdGeom.Points(prim)
+        positions = self._reading.numbers(prim, cloud.GetPointsAttr(), 3).astype(np.float32, copy=False)
+        if len(positions) == 0:
+            return
+        widths = self._reading.numbers(prim, cloud.GetWidthsAttr()).astype(np.float32)
+        widths = np.clip(np.nan_to_num(widths), 0, 1e30)
+        radius = None
+        if len(widths) == len(positions):
+            radius = widths / 2
+        elif len(widths) >= 1:
+            radius = np.full(len(positions), widths[0] / 2, np.float32)
+        surface, material, emission, _ = self._look(prim)
+        primvar = find_primvar(self._reading, prim, surface.colors, 3) if surface.reads_colors else None
+        colors = np.clip(primvar.values, 0, 1) if primvar is not None and primvar.interpolation != "constant" else None
+        if colors is not None and len(colors) != len(positions):
+            colors = None
+        if emission is not None and content.in_object:
+            self._reading.notes.add("points shine", prim.GetPath(), "points that shine in what instances place do not")
+            emission = None
+
+        def put(into: Shapes) -> None:
+            into.points(positions, radius=radius, colors=colors, material=material, transform=matrix, emission=emission)
+
+        content.add(self._label(prim), put, positions, matrix)
+
+    def _add_curves(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
+        curves, reading = UsdGeom.BasisCurves(prim), self._reading
+        points = reading.numbers(prim, curves.GetPointsAttr(), 3).astype(np.float64)
+        counts = reading.numbers(prim, curves.GetCurveVertexCountsAttr()).astype(np.int64)
+        if len(counts) == 0 or len(points) == 0:
+            return
+        if counts.min() < 0 or counts.sum() != len(points):
+            raise reading.failed(prim, f"its curves have {counts.sum()} points, but there are {len(points)}; the file is damaged")
+        widths = np.nan_to_num(reading.numbers(prim, curves.GetWidthsAttr()).astype(np.float64))
+        if len(widths) == 0:
+            reading.notes.add("curve width", prim.GetPath(), "its curves have no widths; they are left out")
+            return
+        if str(curves.GetTypeAttr().Get()) == "cubic":
+            basis = str(curves.GetBasisAttr().Get() or "bezier")
+        else:
+            basis = "linear"
+        if basis not in BASES:
+            reading.notes.add("curve basis", prim.GetPath(), f"curves of the basis {basis} are not read; they are left out")
+            return
+        wrap = str(curves.GetWrapAttr().Get() or "nonperiodic")
+        shape = tubes(points, counts, widths, basis, wrap, _MOST_TUBES)
+        if shape is None:
+            reading.notes.add("curves", prim.GetPath(), "its curves would be more than 16 million triangles; they are left out")
+            return
+        self._add_mesh(prim, shape, matrix, content)

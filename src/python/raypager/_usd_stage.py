@@ -1,0 +1,187 @@
+"""What a stage shows: its prims, with instances as instances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, TypeAlias
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from ._arrays import Array
+from ._errors import Error
+from ._shapes import Object
+from ._usd_camera import CameraReader
+from ._usd_content import Content, corners_of_box
+from ._usd_gprims import GprimReader
+from ._usd_images import Images
+from ._usd_lights import LightReader, is_light
+from ._usd_materials import Surfaces
+from ._usd_mesh import MeshReader, Painter
+from ._usd_reading import Reading, matrix_of
+
+_Work: TypeAlias = "list[tuple[Usd.Prim, Array]]"
+_DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+_CHILDREN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+
+
+class StageReader:
+    def __init__(self, reading: Reading) -> None:
+        images = Images(reading)
+        surfaces = Surfaces(reading, images)
+        self._reading, self._surfaces = reading, surfaces
+        self._lights, self._cameras = LightReader(reading, images), CameraReader(reading)
+        painter = Painter(surfaces.of, images.pixels_of, self._lights.of_mesh)
+        self._meshes, self._gprims = MeshReader(reading, painter), GprimReader(reading, painter)
+        self._objects: dict[Any, tuple[Object, Array, Array] | None] = {}
+        self._unfinished: set[Any] = set()
+
+    def read(self) -> tuple[bool, Array]:
+        """Fills the scene. Whether it has a camera, and points of what is seen, [n, 3]."""
+        content = Content(in_object=False)
+        self._walk([(prim, np.eye(4)) for prim in self._reading.stage.GetPseudoRoot().GetFilteredChildren(_CHILDREN)], content)
+        self._lights.finish()
+        has_camera = self._cameras.finish()
+        points = content.seen()
+        content.put_into(self._reading.scene, self._reading.scene)
+        return has_camera, points
+
+    def _walk(self, work: Iterable[tuple[Usd.Prim, Array]], content: Content) -> None:
+        """Prims, each with the matrix of what it lies in, and all that lies in them."""
+        left = list(work)[::-1]
+        while left:
+            prim, matrix = left.pop()
+            try:
+                left += self._visit(prim, matrix, content)[::-1]
+            except (Error, KeyboardInterrupt, MemoryError):
+                raise
+            except Exception as error:  # attributes of damaged files have values of any type
+                raise self._reading.failed(prim, f"cannot be read: {' '.join(str(error).split())}") from error
+
+    def _visit(self, prim: Usd.Prim, outside: Array, content: Content) -> _Work:
+        """What lies in it, to be visited next."""
+        if prim.IsA(UsdGeom.Imageable) and self._reading.get(UsdGeom.Imageable(prim).GetVisibilityAttr()) == UsdGeom.Tokens.invisible:
+            return []
+        matrix = self._matrix(prim, outside, content)
+        if prim.IsInstance():
+            self._place(self._object_of_instance(prim), matrix[None], content)
+            return []
+        if prim.IsA(UsdGeom.PointInstancer):
+            if self._is_drawn(prim):
+                self._place_points(UsdGeom.PointInstancer(prim), matrix, content)
+            return []
+        self._add(prim, matrix, content)
+        return [(child, matrix) for child in prim.GetFilteredChildren(_CHILDREN)]
+
+    def _matrix(self, prim: Usd.Prim, outside: Array, content: Content) -> Array:
+        if not prim.IsA(UsdGeom.Xformable):
+            return outside
+        xform = UsdGeom.Xformable(prim)
+        if xform.TransformMightBeTimeVarying():
+            for attribute in [op.GetAttr() for op in xform.GetOrderedXformOps()]:
+                self._reading.get(attribute)  # notes which is animated
+        own = matrix_of(xform.GetLocalTransformation(self._reading.time))
+        if not np.isfinite(own).all():
+            raise self._reading.failed(prim, "its transform is not finite; the file is damaged")
+        if not xform.GetResetXformStack():
+            return outside @ own
+        if content.in_object:
+            self._reading.notes.add("reset", prim.GetPath(), "its !resetXformStack! leads to the object in which it lies, not to the world")
+        return own
+
+    def _is_drawn(self, prim: Usd.Prim) -> bool:
+        return UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN
+
+    def _add(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
+        if prim.IsA(UsdGeom.Camera):
+            if not content.in_object:
+                self._cameras.add(prim, matrix)
+        elif is_light(prim) and not prim.IsA(UsdGeom.Gprim):
+            self._lights.add(prim, matrix, content)
+        elif prim.IsA(UsdGeom.Gprim) and self._is_drawn(prim):
+            if abs(np.linalg.det(matrix[:3, :3])) == 0:
+                self._reading.notes.add("flat", prim.GetPath(), "a transform that cannot be inverted flattens it; it is left out")
+            elif prim.IsA(UsdGeom.Mesh):
+                self._meshes.add(prim, matrix, content)
+            elif not self._gprims.add(prim, matrix, content):
+                kind = prim.GetTypeName()
+                self._reading.notes.add(f"gprim {kind}", prim.GetPath(), f"a {kind} is not read; it is left out")
+
+    # Instances
+
+    def _inherited(self, prim: Usd.Prim) -> tuple[Any, ...]:
+        """What changes the look of a prototype from outside."""
+        primvars = UsdGeom.PrimvarsAPI(prim).FindInheritablePrimvars()
+        material = self._surfaces.bound(prim)
+        values = tuple(sorted((str(p.GetName()), str(p.Get(self._reading.time))) for p in primvars))
+        purpose = str(UsdGeom.Imageable(prim).ComputePurpose()) if prim.IsA(UsdGeom.Imageable) else ""
+        return (None if material is None else material.GetPath()), values, purpose
+
+    def _object_of_instance(self, prim: Usd.Prim) -> Any:
+        def fill(content: Content) -> None:
+            self._add(prim, np.eye(4), content)
+            self._walk([(child, np.eye(4)) for child in prim.GetFilteredChildren(_CHILDREN)], content)
+
+        return self._object((prim.GetPrototype().GetPath(), self._inherited(prim)), prim, fill)
+
+    def _object_of_prototype(self, prim: Usd.Prim) -> Any:
+        return self._object((prim.GetPath(), self._inherited(prim)), prim, lambda content: self._walk([(prim, np.eye(4))], content))
+
+    def _object(self, key: Any, prim: Usd.Prim, fill: Any) -> tuple[Object, Array, Array] | None:
+        """The object, its box, and where it lies in what is placed; None if it shows nothing."""
+        if key in self._objects:
+            return self._objects[key]
+        if key in self._unfinished:
+            raise self._reading.failed(prim, "it places itself; the file is damaged")
+        self._unfinished.add(key)
+        content = Content(in_object=True)
+        fill(content)
+        self._unfinished.remove(key)
+        if content.is_empty():
+            self._objects[key] = None
+        elif (only := content.only_place()) is not None:
+            self._objects[key] = only
+        else:
+            seen = content.seen()
+            object = self._reading.scene.object(f"{self._reading.path}: {prim.GetPath()}")
+            content.put_into(self._reading.scene, object)
+            self._objects[key] = object, corners_of_box(seen), np.eye(4)
+        return self._objects[key]
+
+    def _place(self, found: tuple[Object, Array, Array] | None, matrices: Array, content: Content) -> None:
+        if found is None or len(matrices) == 0:
+            return
+        object, box, inside = found
+        whole = matrices @ inside
+        usable = np.isfinite(whole).all((1, 2)) & (np.linalg.det(whole[:, :3, :3]) != 0)
+        if not usable.all():
+            count = int((~usable).sum())
+            self._reading.notes.add("flat instance", object._name, f"{count} of its instances are flat or not finite; they are left out")
+            whole = whole[usable]
+        if len(whole):
+            content.place(object, box, whole)
+
+    def _place_points(self, instancer: UsdGeom.PointInstancer, matrix: Array, content: Content) -> None:
+        prim, time = instancer.GetPrim(), self._reading.time
+        targets = instancer.GetPrototypesRel().GetForwardedTargets()
+        numbers = self._reading.numbers(prim, instancer.GetProtoIndicesAttr()).astype(np.int64)
+        if len(numbers) == 0:
+            return
+        if numbers.min() < 0 or numbers.max() >= len(targets):
+            raise self._reading.failed(prim, f"its protoIndices go from {numbers.min()} to {numbers.max()}, but it has {len(targets)} prototypes")
+        for attribute in (instancer.GetPositionsAttr(), instancer.GetOrientationsAttr(), instancer.GetScalesAttr()):
+            self._reading.get(attribute)  # notes what is animated
+        places = instancer.ComputeInstanceTransformsAtTime(time, time, instancer.ExcludeProtoXform, instancer.IgnoreMask)
+        if len(places) != len(numbers):
+            raise self._reading.failed(prim, f"has {len(numbers)} protoIndices, but not as many positions, or not as many scales or orientations")
+        matrices = matrix @ np.asarray(places, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+        for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
+            if primvar.GetInterpolation() != UsdGeom.Tokens.constant:
+                self._reading.notes.add("instance primvars", prim.GetPath(), f"its {primvar.GetPrimvarName()}, one for each instance, is left out")
+        mask = instancer.ComputeMaskAtTime(time)
+        shown = np.array(mask, bool) if len(mask) == len(numbers) else np.ones(len(numbers), bool)
+        for number in np.unique(numbers[shown]):
+            prototype = self._reading.stage.GetPrimAtPath(targets[number])
+            if not prototype:
+                raise self._reading.failed(prim, f"its prototype {targets[number]} does not exist")
+            self._place(self._object_of_prototype(prototype), matrices[shown & (numbers == number)], content)
