@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 
-from . import _raypager
-from . import _usd_round as round_shapes
-from ._arrays import Array, Triple
-from ._materials import absorbing
-from ._shapes import Shapes
-from ._usd_content import Content, is_similarity
-from ._usd_images import Images
-from ._usd_reading import Reading
-from ._usd_round import Tessellation
+from .. import _raypager
+from .._arrays import Array, Triple
+from .._materials import absorbing
+from .._shapes import Shapes
+from . import round as round_shapes
+from .content import Content, is_similarity
+from .images import Images
+from .reading import Reading
+from .round import Tessellation
 
 _MOST_RADIANCE = 1e12
 # Of a map of a globe, whose pole is y and whose middle is +z (OpenEXR), the axes that raypager's has: x, y and z.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._arrays import Array
-from ._polygons import unit
-from ._usd_round import Tessellation
+from .._arrays import Array
+from .._polygons import unit
+from .round import Tessellation
 
 # Rows give the weights of four points for 1, t, t^2 and t^3; and how many points one segment is behind the other.
 BASES: dict[str, tuple[Array | None, int]] = {

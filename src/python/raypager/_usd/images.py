@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from pxr import Ar, Sdf, Usd, UsdShade
 
-from . import _raypager
-from ._arrays import Array
-from ._errors import Error
-from ._usd_reading import Reading
+from .. import _raypager
+from .._arrays import Array
+from .._errors import Error
+from .reading import Reading
 
 _SPACES = {"raw": "linear", "sRGB": "srgb", "auto": "automatic"}
 

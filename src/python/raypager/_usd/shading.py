@@ -8,10 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
-from . import _raypager
-from ._arrays import Array
-from ._usd_images import Images
-from ._usd_reading import Reading
+from .. import _raypager
+from .._arrays import Array
+from .images import Images
+from .reading import Reading
 
 _CHANNELS = {"r": 3, "g": 4, "b": 5, "a": 6}
 _WRAPS = {"repeat": _raypager.WRAP_REPEAT, "clamp": _raypager.WRAP_CLAMP, "mirror": _raypager.WRAP_MIRROR, "black": _raypager.WRAP_BLACK}

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from . import _usd_round as round_shapes
-from ._arrays import Array
-from ._shapes import Shapes
-from ._usd_content import Content, is_similarity
-from ._usd_materials import Surface
-from ._usd_mesh import Painter
-from ._usd_primvars import find_primvar
-from ._usd_reading import Reading
-from ._usd_round import Tessellation
-from ._usd_tubes import BASES, tubes
+from .._arrays import Array
+from .._shapes import Shapes
+from . import round as round_shapes
+from .content import Content, is_similarity
+from .materials import Surface
+from .mesh import Painter
+from .primvars import find_primvar
+from .reading import Reading
+from .round import Tessellation
+from .tubes import BASES, tubes
 
 _MOST_TUBES = 1 << 24  # triangles of one prim
 

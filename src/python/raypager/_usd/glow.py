@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _raypager
-from ._arrays import Array, Triple
-from ._usd_shading import FromImage
+from .. import _raypager
+from .._arrays import Array, Triple
+from .shading import FromImage
 
 _MOST_GROUPS = 64
 # Where a triangle is looked at, as shares of its corners.

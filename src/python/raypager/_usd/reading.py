@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from pxr import Usd
 
-from ._arrays import Array
-from ._errors import Error
-from ._scene import Scene
+from .._arrays import Array
+from .._errors import Error
+from .._scene import Scene
 
 
 class Notes:

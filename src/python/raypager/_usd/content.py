@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._arrays import Array
-from ._scene import Scene
-from ._shapes import Object, Shapes
+from .._arrays import Array
+from .._scene import Scene
+from .._shapes import Object, Shapes
 
 _MOST_POINTS = 4096  # of a shape that are framed as they are; of more, the corners of a box
 _AT_ONCE = 1 << 16  # instances

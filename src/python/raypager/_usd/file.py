@@ -8,11 +8,11 @@ import re
 import numpy as np
 from pxr import Ar, Gf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
-from . import _raypager
-from ._errors import Error
-from ._scene import Scene
-from ._usd_reading import Notes, Reading
-from ._usd_stage import StageReader
+from .. import _raypager
+from .._errors import Error
+from .._scene import Scene
+from .reading import Notes, Reading
+from .stage import StageReader
 
 
 def read(path: str, look: _raypager.BareLook, levels: int, camera: str | None) -> Scene:

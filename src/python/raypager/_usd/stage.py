@@ -8,17 +8,17 @@ from typing import Any, TypeAlias
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from ._arrays import Array
-from ._errors import Error
-from ._shapes import Object
-from ._usd_camera import CameraReader
-from ._usd_content import Content, corners_of_box
-from ._usd_gprims import GprimReader
-from ._usd_images import Images
-from ._usd_lights import LightReader, is_light
-from ._usd_materials import Surfaces
-from ._usd_mesh import MeshReader, Painter
-from ._usd_reading import Reading, matrix_of
+from .._arrays import Array
+from .._errors import Error
+from .._shapes import Object
+from .camera import CameraReader
+from .content import Content, corners_of_box
+from .gprims import GprimReader
+from .images import Images
+from .lights import LightReader, is_light
+from .materials import Surfaces
+from .mesh import MeshReader, Painter
+from .reading import Reading, matrix_of
 
 _Work: TypeAlias = "list[tuple[Usd.Prim, Array]]"
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from ._arrays import Array
-from ._polygons import Polygons, smooth_normals, triangulate, unit
-from ._shapes import Shapes
-from ._subdivision import INFINITE, Sharpness, refine
-from ._usd_content import Content
-from ._usd_glow import groups_of
-from ._usd_materials import Surface
-from ._usd_primvars import Primvar, find_primvar
-from ._usd_reading import Reading
+from .._arrays import Array
+from .._polygons import Polygons, smooth_normals, triangulate, unit
+from .._shapes import Shapes
+from .._subdivision import INFINITE, Sharpness, refine
+from .content import Content
+from .glow import groups_of
+from .materials import Surface
+from .primvars import Primvar, find_primvar
+from .reading import Reading
 
 _MOST_FACES = 1 << 22  # of one mesh that subdivision makes
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from . import _raypager
-from ._arrays import Array
-from ._errors import Error, usage
-from ._usd_reading import Reading
+from .. import _raypager
+from .._arrays import Array
+from .._errors import Error, usage
+from .reading import Reading
 
 _MOST_NAMED = 4
 _TENTH = 0.1  # focal length and aperture are in tenths of the stage's units

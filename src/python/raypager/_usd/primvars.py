@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from ._arrays import Array
-from ._usd_reading import Reading
+from .._arrays import Array
+from .reading import Reading
 
 
 @dataclass

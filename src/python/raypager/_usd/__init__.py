@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from . import _raypager
-from ._errors import Error, usage
+from .. import _raypager
+from .._errors import Error, usage
 
 ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
 LEVELS = 2  # of subdivision
@@ -28,7 +28,7 @@ def read_usd(path: str, look: _raypager.BareLook, levels: int = LEVELS, camera: 
         importlib.import_module("pxr.Usd")
     except ImportError as missing:
         raise Error(f"{path}: to read it takes the package usd-core: pip install 'raypager[usd]', or pip install usd-core") from missing
-    reader = importlib.import_module("raypager._usd_file")
+    reader = importlib.import_module("raypager._usd.file")
     try:
         return reader.read(path, look, levels, camera)
     except (Error, KeyboardInterrupt, MemoryError):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._arrays import Array
+from .._arrays import Array
 
 AROUND = 128
 

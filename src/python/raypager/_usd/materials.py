@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdShade
 
-from . import _raypager
-from ._arrays import Color, Triple
-from ._materials import Material, diffuse, mix
-from ._usd_images import Images
-from ._usd_reading import Reading
-from ._usd_shading import Constant, FromImage, FromPrimvar, Network, Value
+from .. import _raypager
+from .._arrays import Color, Triple
+from .._materials import Material, diffuse, mix
+from .images import Images
+from .reading import Reading
+from .shading import Constant, FromImage, FromPrimvar, Network, Value
 
 _SMOOTHEST = 1e-3  # GGX alpha that can be computed with
 _COAT_IOR = 1.5
