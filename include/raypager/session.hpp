@@ -103,7 +103,7 @@ struct RenderProgress {
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval
     uint64_t loads = 0, bytes_loaded = 0;
-    uint64_t resident_bytes = 0, geometry_bytes = 0;
+    uint64_t resident_bytes = 0, geometry_bytes = 0, pool_bytes = 0;  // the last: that may be resident
 };
 
 // Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint.
@@ -192,7 +192,7 @@ public:
     // seconds begin at 0. Not while there is a checkpoint or a recording. After a usage error it goes on as before.
     Status restart(const SessionView& view);
     // Goes on with another RenderOptions::geometry_limit and geometry_limit_percent: the picture is the same as with one limit from start to end.
-    // Blocks come anew. What is too little fails, and the message names the smallest limit that would do; then it goes on as before.
+    // Blocks come anew. What is too little is a usage error that names the smallest limit that would do; then it goes on as before.
     Status limit_geometry(uint64_t bytes, double percent);
     // Writes the checkpoint now. A usage error without RenderOptions::checkpoint.
     Status checkpoint();

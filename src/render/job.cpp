@@ -188,6 +188,7 @@ RenderProgress RenderJob::progress() const {
     p.bytes_loaded = done.bytes_loaded;
     p.resident_bytes = rounds_->residency().resident_bytes();
     p.geometry_bytes = scene_.memory_bytes(rounds_->plan().form);
+    p.pool_bytes = rounds_->residency().pool_bytes();
     return p;
 }
 

@@ -84,12 +84,10 @@ Status Session::restart(const SessionView& view) {
     if (view.camera) state_->options.camera = view.camera;
     if (view.width) state_->options.width = view.width;
     if (view.height) state_->options.height = view.height;
-    Status status = state_->job.check_restart();
-    if (!status)
-        state_->options = before;
-    else
-        status = state_->job.restart();
-    return status;
+    const Status status = state_->job.check_restart();
+    if (status) return state_->job.restart();
+    state_->options = before;
+    return Status::usage(status.message());
 }
 
 Status Session::limit_geometry(uint64_t bytes, double percent) {
@@ -97,12 +95,10 @@ Status Session::limit_geometry(uint64_t bytes, double percent) {
     state_->options.geometry_limit = bytes;
     state_->options.geometry_limit_percent = percent;
     state_->options.tuning.region = state_->job.region();
-    Status status = state_->job.check_limits();
-    if (!status)
-        state_->options = before;
-    else
-        status = state_->job.go_on_within_limits();
-    return status;
+    const Status status = state_->job.check_limits();
+    if (status) return state_->job.go_on_within_limits();
+    state_->options = before;
+    return Status::usage(status.message());
 }
 
 Result<RenderResult> Session::finish() { return for_users(state_->job.finish(), state_->options); }
