@@ -30,7 +30,9 @@ constexpr uint32_t most_samples = 65535;  // which nobody will wait for
 constexpr const char* about_view =
     "Shows a scene in a browser on this machine while it is rendered: the picture as it converges, with a camera that moves, the blocks that come "
     "and\n"
-    "go, and what is at a pixel. The address is printed; nobody else can see the page. INPUT is what 'raypager render' takes. Ctrl-C ends it.";
+    "go, and what is at a pixel. The address is printed; nobody else can see the page. INPUT is what 'raypager render' takes. Without --spp and "
+    "--time\n"
+    "the picture gets better for as long as it is looked at. Ctrl-C ends it.";
 
 struct LiveViewSettings {
     RenderSettings render;

@@ -35,6 +35,7 @@ protected:
         ASSERT_TRUE(session.ok()) << session.status().message();
         session_ = std::make_unique<Session>(std::move(*session));
         thread_ = std::thread([this] { status_ = loop_->run(*session_, [this] { return ended_.load(); }); });
+        while (state()["phase"] == "starting") std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     void end() {
         ended_ = true;

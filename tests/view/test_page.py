@@ -199,7 +199,7 @@ class Page(unittest.TestCase):
 
     def test_11_watches_a_render(self):
         b = self.browser
-        render = self.start("render", "clutter.rpb", "-o", "watched.pfm", "--size", "640x360", "--spp", "64", "--view")
+        render = self.start("render", "clutter.rpb", "-o", "watched.pfm", "--size", "640x360", "--spp", "24", "--view")
         b.open(render.stdout.readline().strip())
         b.wait(f"{PICTURE}?.spp > 0 && {STATE}?.phase === 'rendering'")
         self.assertFalse(self.state("camera_moves"))
@@ -207,7 +207,7 @@ class Page(unittest.TestCase):
         self.assertEqual(render.wait(120), 0)
         render.stdout.close()
         b.wait("document.getElementById('phase').textContent.startsWith('ended')")
-        plain = subprocess.run([PROGRAM, "render", "clutter.rpb", "-o", "plain.pfm", "--size", "640x360", "--spp", "64"],
+        plain = subprocess.run([PROGRAM, "render", "clutter.rpb", "-o", "plain.pfm", "--size", "640x360", "--spp", "24"],
                                cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(plain.returncode, 0, plain.stderr)
         self.assertEqual((self.folder / "watched.pfm").read_bytes(), (self.folder / "plain.pfm").read_bytes())

@@ -79,7 +79,7 @@ export class Camera {
     this.target = add(this.target, by);
   }
 
-  look_at(point) {
+  lookAt(point) {
     const ahead = dot(add(point, this.eye, -1), this.forward);
     if (ahead > 0) this.target = point;
   }
@@ -93,7 +93,7 @@ export class Camera {
   }
 
   // The point that a pixel shows at this depth.
-  point_at(x, y, depth, width, height) {
+  pointAt(x, y, depth, width, height) {
     const scale = Math.min(width, height) / (2 * Math.tan((this.fov * Math.PI) / 360));
     const aside = add(scaled(this.right, (x - width / 2) / scale), this.upward, (height / 2 - y) / scale);
     return add(this.eye, add(this.forward, aside), depth);

@@ -119,7 +119,7 @@ async function orbitAbout(x, y) {
   if (!camera || !movement.moves) return;
   const found = await showPixel(x, y);
   if (!found?.depth || !found.material) return;
-  camera.look_at(camera.point_at(x, y, found.depth, state.width, state.height));
+  camera.lookAt(camera.pointAt(x, y, found.depth, state.width, state.height));
   movement.moved();
 }
 
