@@ -130,8 +130,19 @@ TEST_F(Sessions, may_be_finished_at_any_time) {
     EXPECT_EQ(result->image.values.size(), 48u * 32 * 3);
 }
 
+// Rays one by one, and in streams where the device has them.
+class SessionsOfEitherWay : public Sessions, public testing::WithParamInterface<Traversal> {
+protected:
+    void SetUp() override {
+        options_.tuning.traversal = GetParam();
+        Sessions::SetUp();
+    }
+};
+INSTANTIATE_TEST_SUITE_P(ways, SessionsOfEitherWay, testing::Values(Traversal::automatic, Traversal::ray),
+                         [](const auto& info) { return info.param == Traversal::ray ? "ray" : "automatic"; });
+
 // Whoever watches sees all of the picture early, and gets the same one.
-TEST_F(Sessions, coarse_first_ends_in_the_same_film) {
+TEST_P(SessionsOfEitherWay, coarse_first_ends_in_the_same_film) {
     options_.coarse_first = true;
     options_.width = 150, options_.height = 70, options_.spp = 3;
     auto plain = options_;
@@ -175,7 +186,7 @@ TEST_F(Sessions, coarse_first_stops_like_any_other) {
     EXPECT_EQ(timed->report.unsampled, 0u);
 }
 
-TEST_F(Sessions, begin_anew_with_another_view_as_if_created_with_it) {
+TEST_P(SessionsOfEitherWay, begin_anew_with_another_view_as_if_created_with_it) {
     for (const bool coarse : {false, true}) {
         options_.coarse_first = coarse;
         Session moved = session(options_);
@@ -229,7 +240,7 @@ TEST_F(Sessions, what_cannot_be_shown_leaves_them_as_they_are) {
     EXPECT_EQ(result->report.film_hash, hash_);
 }
 
-TEST_F(Sessions, limits_change_while_they_run_and_the_picture_does_not) {
+TEST_P(SessionsOfEitherWay, limits_change_while_they_run_and_the_picture_does_not) {
     for (const bool coarse : {false, true})
         for (const double adaptive : {0.0, 0.05}) {
             options_.coarse_first = coarse;
