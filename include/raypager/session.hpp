@@ -99,6 +99,7 @@ struct RenderProgress {
     double seconds = 0;           // of rendering, snapshots included
     double snapshot_seconds = 0;  // of these: spent on snapshots by this run
     double spp = 0;               // samples per pixel, on average: begun (progress), finished (snapshot)
+    double finished_spp = 0;      // of those begun, about so many have ended, after the last round
     double fraction = 0;          // of the job
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval

@@ -8,8 +8,12 @@ namespace raypager {
 
 FirstPass::FirstPass(const rp_sample_order& order, uint32_t width, uint32_t height)
     : samples_(coarse_samples(order, 0, width, height, uint64_t{width} * height)) {
-    // Points that are this far apart: as the list has them (coarse_samples), without steps that are too small to be seen.
-    for (uint64_t apart = 8; apart > 0; apart /= 2) ends_.push_back(((width + apart - 1) / apart) * ((height + apart - 1) / apart));
+    // Points that are this far apart, as the list has them (coarse_samples). Steps that are small take as many rounds as others.
+    constexpr uint64_t least = 5000;
+    for (uint64_t apart = 8; apart > 0; apart /= 2) {
+        const uint64_t end = ((width + apart - 1) / apart) * ((height + apart - 1) / apart);
+        if (end >= least || apart == 1) ends_.push_back(end);
+    }
 }
 
 bool FirstPass::due(uint64_t under_way) const {

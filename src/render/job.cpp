@@ -178,6 +178,8 @@ RenderProgress RenderJob::progress() const {
     p.snapshot_seconds = snapshot_seconds_;
     const uint64_t begun = samples_begun() - first_pass_.left() - wavefront().again_left();
     p.spp = static_cast<double>(begun) / static_cast<double>(pixels_);
+    const uint64_t under_way = uint64_t{rounds_->ready_rays()} + rounds_->counters().waiting_rays();
+    p.finished_spp = static_cast<double>(begun - std::min(begun, under_way)) / static_cast<double>(pixels_);
     const uint64_t most = adaptive_ ? pixels_ * wavefront().params().spp : samples_to_begin();
     const double by_samples = last_stage_ended_ ? 1 : static_cast<double>(begun) / static_cast<double>(most);
     const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;

@@ -24,8 +24,9 @@ constexpr double step_seconds = 0.02;
 constexpr double young_seconds = 1, pause_while_young = 4, pause = 32, least_pause = 0.05;
 constexpr auto patience = std::chrono::seconds(5);  // of who waits for a picture; then the page asks again, so that those who have gone are noticed
 constexpr double preview_pixels = 60000;            // while the camera moves
-constexpr double samples_worth_seeing = 10000;
-constexpr double first_picture_seconds = 0.25;  // at the latest, if there is anything to be seen
+// The first picture of a view comes when so many samples are finished, or after this time if there are some at all.
+constexpr double many_samples = 12000, some_samples = 300;
+constexpr double first_picture_seconds = 0.2;
 
 double seconds_between(std::chrono::steady_clock::time_point from, std::chrono::steady_clock::time_point to) {
     return std::chrono::duration<double>(to - from).count();
@@ -269,13 +270,15 @@ void ViewLoop::send_blocks(const Session& session, Task& task) const {
     task.respond({200, "application/octet-stream", block_records(scene_, status, shown)});
 }
 
-// Nobody looks, no picture. The first of a view comes when some thousand points are there.
+// Nobody looks, no picture.
 bool ViewLoop::picture_is_due(const Session& session) const {
     if (lookers_.empty()) return false;
-    if (picture_.view == view_) return !picture_.last && Clock::now() >= next_picture_;
-    const double pixels = static_cast<double>(width_) * height_, begun = session.progress().spp * pixels;
-    if (session.done() || begun > pixels) return true;
-    return seconds_between(view_begin_, Clock::now()) > first_picture_seconds || begun > std::min(pixels, 1.05 * samples_worth_seeing);
+    if (Clock::now() < next_picture_) return false;
+    if (picture_.view == view_) return !picture_.last;
+    const double pixels = static_cast<double>(width_) * height_, finished = session.progress().finished_spp * pixels;
+    if (session.done() || finished >= std::min(pixels, many_samples)) return true;
+    const double seconds = seconds_between(view_begin_, Clock::now());
+    return (seconds > first_picture_seconds && finished >= some_samples) || (seconds > 4 * first_picture_seconds && finished > 0);
 }
 
 Status ViewLoop::take_picture(Session& session) {

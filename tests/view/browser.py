@@ -25,10 +25,26 @@ class Browser:
     def __init__(self, folder, width=1280, height=800):
         profile = pathlib.Path(folder) / "profile"
         self.process = subprocess.Popen(
-            [program(), "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-             "--disable-background-networking", "--disable-component-update", "--hide-scrollbars", "--remote-debugging-port=0",
-             "--remote-allow-origins=*", f"--user-data-dir={profile}", f"--window-size={width},{height}", "about:blank"],
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            [
+                program(),
+                "--headless=new",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-dev-shm-usage",
+                "--no-first-run",
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--hide-scrollbars",
+                "--remote-debugging-port=0",
+                "--remote-allow-origins=*",
+                f"--user-data-dir={profile}",
+                f"--window-size={width},{height}",
+                "about:blank",
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
         for line in self.process.stderr:
             if found := re.search(r"ws://127\.0\.0\.1:(\d+)/", line):
                 port = int(found.group(1))
@@ -105,7 +121,7 @@ class Browser:
         held = {"left": 1, "right": 2}[button]
         self.mouse("mousePressed", *start, button=button, buttons=held, clickCount=1)
         for i in range(1, steps + 1):
-            self.mouse("mouseMoved", *(a + (b - a) * i / steps for a, b in zip(start, end)), button=button, buttons=held)
+            self.mouse("mouseMoved", *(a + (b - a) * i / steps for a, b in zip(start, end, strict=True)), button=button, buttons=held)
             time.sleep(0.02)
         self.mouse("mouseReleased", *end, button=button, clickCount=1)
 

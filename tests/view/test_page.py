@@ -40,8 +40,10 @@ class Page(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
         cls.stderr = open(cls.folder / "stderr", "w")
-        for arguments in (["make-scene", "clutter", "-o", "clutter", "--triangles", "300K"],
-                          ["bake", "clutter/scene.pbrt", "-o", "clutter.rpb", "--block-size", "64K"]):
+        for arguments in (
+            ["make-scene", "clutter", "-o", "clutter", "--triangles", "300K"],
+            ["bake", "clutter/scene.pbrt", "-o", "clutter.rpb", "--block-size", "64K"],
+        ):
             subprocess.run([PROGRAM, *arguments], cwd=cls.folder, check=True, capture_output=True)
         cls.viewer = cls.start("view", "clutter.rpb", "--size", "640x360")
         cls.url = cls.viewer.stdout.readline().strip()
@@ -100,10 +102,12 @@ class Page(unittest.TestCase):
 
     def test_03_moves_the_camera(self):
         b = self.browser
-        for name, act in (("orbit", lambda: b.drag(self.place(0.5, 0.5), self.place(0.7, 0.6))),
-                          ("pan", lambda: b.drag(self.place(0.5, 0.5), self.place(0.55, 0.45), button="right")),
-                          ("zoom", lambda: b.mouse("mouseWheel", *self.place(0.5, 0.5), deltaX=0, deltaY=-200)),
-                          ("fly", lambda: b.key("KeyW", 0.4))):
+        for name, act in (
+            ("orbit", lambda: b.drag(self.place(0.5, 0.5), self.place(0.7, 0.6))),
+            ("pan", lambda: b.drag(self.place(0.5, 0.5), self.place(0.55, 0.45), button="right")),
+            ("zoom", lambda: b.mouse("mouseWheel", *self.place(0.5, 0.5), deltaX=0, deltaY=-200)),
+            ("fly", lambda: b.key("KeyW", 0.4)),
+        ):
             with self.subTest(name):
                 camera, view = self.state("camera"), self.state("view")
                 act()
@@ -132,6 +136,7 @@ class Page(unittest.TestCase):
 
     def test_05_tells_what_is_at_a_pixel(self):
         b = self.browser
+        b.wait(f"{STATE}.spp > 1.5 && !{STATE}.preview")  # every pixel has a sample
         b.click(*self.place(0.5, 0.7))
         text = b.wait("(t => t.includes('depth') && t.includes('material') && t)(document.getElementById('pixel').textContent)")
         self.assertRegex(text, r"pixel 3(19|20|21), 25[123]")
@@ -171,8 +176,12 @@ class Page(unittest.TestCase):
         b.wait("!document.getElementById('notice').hidden")
         line = b.wait("navigator.clipboard.readText()")
         self.assertEqual(line, f"--camera {self.state('camera')}")
-        subprocess.run([PROGRAM, "render", "clutter.rpb", "-o", "same.pfm", "--size", "16x9", "--spp", "1", *line.split()],
-                       cwd=self.folder, check=True, capture_output=True)
+        subprocess.run(
+            [PROGRAM, "render", "clutter.rpb", "-o", "same.pfm", "--size", "16x9", "--spp", "1", *line.split()],
+            cwd=self.folder,
+            check=True,
+            capture_output=True,
+        )
         b.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.folder))
         for name, magic in (("png", b"\x89PNG"), ("exr", b"\x76\x2f\x31\x01")):
             b.value(f"document.getElementById('save-{name}').click()")
@@ -207,8 +216,9 @@ class Page(unittest.TestCase):
         self.assertEqual(render.wait(120), 0)
         render.stdout.close()
         b.wait("document.getElementById('phase').textContent.startsWith('ended')")
-        plain = subprocess.run([PROGRAM, "render", "clutter.rpb", "-o", "plain.pfm", "--size", "640x360", "--spp", "24"],
-                               cwd=self.folder, capture_output=True, text=True)
+        plain = subprocess.run(
+            [PROGRAM, "render", "clutter.rpb", "-o", "plain.pfm", "--size", "640x360", "--spp", "24"], cwd=self.folder, capture_output=True, text=True
+        )
         self.assertEqual(plain.returncode, 0, plain.stderr)
         self.assertEqual((self.folder / "watched.pfm").read_bytes(), (self.folder / "plain.pfm").read_bytes())
 

@@ -50,6 +50,7 @@ export function drawBlocks(canvas, records, camera) {
       for (let k = 0; k < 8; k++) corners.push([box[k & 1 ? 3 : 0], box[k & 2 ? 4 : 1], box[k & 4 ? 5 : 2]]);
       for (const [from, to] of edges) strokeEdge(context, camera, corners[from], corners[to], width, height, near);
     }
+    context.globalAlpha = styles[name].width > 1 ? 1 : Math.max(0.25, Math.min(1, 400 / records.count));  // many hide the picture
     context.strokeStyle = styles[name].stroke;
     context.lineWidth = styles[name].width * (window.devicePixelRatio || 1);
     context.stroke();

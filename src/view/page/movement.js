@@ -26,8 +26,9 @@ export class Movement {
     this.moves = state.camera_moves;
     this.canvas.classList.toggle("moves", this.moves);
     if (this.sending || this.wanted || this.timer || this.drag || !state.camera) return;
-    if (this.camera?.text() === state.camera) return;
-    this.camera = Camera.parse(state.camera);
+    const camera = Camera.parse(state.camera);
+    if (!camera || this.camera?.text() === camera.text()) return;
+    this.camera = camera;
     this.first ??= this.camera.copy();
   }
 

@@ -15,7 +15,7 @@ let state = null, blocks = null, gone = false;
 const movement = new Movement(element("picture"), {
   moved: (camera) => {
     element("camera").textContent = camera.text();
-    drawOverlay();
+    drawOverlaySoon();
   },
   clicked: showPixel,
   doubleClicked: orbitAbout,
@@ -51,6 +51,17 @@ function drawOverlay() {
   const shown = element("blocks").checked;
   element("block-legend").hidden = !shown;
   drawBlocks(element("overlay"), shown ? blocks : null, movement.camera);
+}
+
+// Mice move more often than there is something new to be seen.
+let overlayWaits = false;
+function drawOverlaySoon() {
+  if (overlayWaits) return;
+  overlayWaits = true;
+  requestAnimationFrame(() => {
+    overlayWaits = false;
+    drawOverlay();
+  });
 }
 
 function showState() {
@@ -115,10 +126,10 @@ async function showPixel(x, y) {
 
 // The eye stays; what is there comes into the middle, and orbits go about it.
 async function orbitAbout(x, y) {
-  const camera = movement.camera;
-  if (!camera || !movement.moves) return;
+  if (!movement.camera || !movement.moves) return;
   const found = await showPixel(x, y);
   if (!found?.depth || !found.material) return;
+  const camera = movement.camera;  // it may be another one by now
   camera.lookAt(camera.pointAt(x, y, found.depth, state.width, state.height));
   movement.moved();
 }
