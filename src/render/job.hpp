@@ -27,7 +27,7 @@ public:
 
     // Opens the device and makes everything on it.
     Status prepare();
-    bool done() const { return (rounds_->all_idle() && !first_pass_.pending() && !wavefront().begins_again()) || stopped_ || last_stage_ended_; }
+    bool done() const { return (rounds_->all_idle() && !in_first_pass_ && !wavefront().begins_again()) || stopped_ || last_stage_ended_; }
     // One round, and what is due after it. REQUIRES: !done().
     Status step();
     // Ends rounds under way, and writes the last checkpoint. Then the result.
@@ -54,13 +54,12 @@ private:
     Status settle();
     // Before the first round has ended, nothing has been counted yet.
     uint64_t samples_begun() const { return rounds_->has_counted() ? rounds_->counters().next_sample() : wavefront().params().first_sample; }
-    uint64_t samples_to_begin() const { return (first_pass_.pending() ? all_samples_ : wavefront().params().sample_limit) + coarse_; }
+    uint64_t samples_to_begin() const { return (in_first_pass_ ? all_samples_ : wavefront().params().sample_limit) + coarse_; }
     Status wait_for_block();
     Status end_early();
     Status begin_adaptive(bool resumed);
     bool goes_coarse_first(const rp_render_params& params) const;
     Status begin_first_pass();
-    Status begin_next_step();
     Status go_on_with_first_pass();
     Status end_first_pass();
     void watch();
@@ -97,6 +96,7 @@ private:
     bool last_stage_ended_ = false;          // of adaptive sampling
     bool between_stages_ = false;            // an error has ended the render there: its film is of neither
     FirstPass first_pass_;                   // coarse to fine
+    bool in_first_pass_ = false;             // some of it have not begun
     uint64_t all_samples_ = 0;               // the limit behind it
     uint64_t pixels_ = 0, most_pixels_ = 0;  // the latter: that there is memory for
     std::atomic<bool> cancelled_{false};

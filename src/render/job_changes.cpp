@@ -36,6 +36,7 @@ Status RenderJob::restart() {
     outside_ = before;
     adaptive_.reset();
     first_pass_ = {};
+    in_first_pass_ = false;
     last_stage_ended_ = between_stages_ = late_ = shortened_ = stopped_ = false;
     stop_began_.reset();
     coarse_ = 0;
@@ -63,6 +64,7 @@ Status RenderJob::go_on_within_limits() {
     std::vector<rp_path_sample> samples;
     RAYPAGER_TRY(wavefront().read_samples_under_way(samples));
     const std::vector<rp_path_sample> rest = first_pass_.take_rest();
+    in_first_pass_ = false;
     samples.insert(samples.end(), rest.begin(), rest.end());
     std::vector<uint32_t> film(wavefront().film_words());
     RAYPAGER_TRY(wavefront().read_film(0, film));

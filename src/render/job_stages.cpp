@@ -8,36 +8,37 @@ bool RenderJob::goes_coarse_first(const rp_render_params& params) const {
     return options_.coarse_first && params.adaptive_error == 0 && !checkpointer_->enabled() && instruments_.record_paths == 0;
 }
 
-// Meanwhile no samples are begun by number: those of the first pass count as begun already.
+// Until all of them have begun, no samples are begun by number: those of the first pass count as begun already.
 Status RenderJob::begin_first_pass() {
     const rp_render_params& params = wavefront().params();
     first_pass_ = FirstPass(params.order, params.width, params.height);
     all_samples_ = params.sample_limit;
+    in_first_pass_ = true;
     RAYPAGER_TRY(wavefront().set_sample_limit(params.first_sample));
-    return begin_next_step();
-}
-
-Status RenderJob::begin_next_step() {
+    wavefront().expect_more(true);
     wavefront().begin_with(first_pass_.take_step());
-    wavefront().expect_more(first_pass_.pending());
-    return first_pass_.pending() ? Status() : wavefront().set_sample_limit(all_samples_);
+    return {};
 }
 
 Status RenderJob::go_on_with_first_pass() {
-    if (!first_pass_.pending() || stopped_ || wavefront().begins_again()) return {};
+    if (!in_first_pass_ || stopped_ || wavefront().begins_again()) return {};
+    if (!first_pass_.pending()) return end_first_pass();
     if (!first_pass_.due(rounds_->ready_rays() + rounds_->counters().waiting_rays())) return {};
     RAYPAGER_TRY(settle());
-    return begin_next_step();
+    wavefront().begin_with(first_pass_.take_step());
+    return {};
 }
 
-// All the rest at once.
+// What is left begins at once, beside those that follow by number.
 Status RenderJob::end_first_pass() {
-    if (!first_pass_.pending()) return {};
+    if (!in_first_pass_) return {};
+    RAYPAGER_TRY(settle());
     std::vector<rp_path_sample> rest = wavefront().samples_again_left();
     const std::vector<rp_path_sample> more = first_pass_.take_rest();
     rest.insert(rest.end(), more.begin(), more.end());
     wavefront().begin_with(std::move(rest));
     wavefront().expect_more(false);
+    in_first_pass_ = false;
     return wavefront().set_sample_limit(all_samples_);
 }
 

@@ -105,7 +105,7 @@ async function showPixel(x, y) {
     const found = await readPixel(...at);
     const rows = [["pixel", at.join(", ")]];
     if (found.samples === 0) rows.push(["no sample there yet", ""]);
-    else if ("material" in found && !found.material) rows.push(["nothing there", ""]);
+    else if ("material" in found && !found.material) rows.push([found.samples < 4 ? "nothing seen there yet" : "nothing there", ""]);
     else {
       if ("depth" in found) rows.push(["depth", found.depth === null ? "none" : Number(found.depth.toPrecision(6))]);
       for (const name of ["material", "object", "instance"]) if (name in found) rows.push([name, found[name] || "none"]);
