@@ -1,10 +1,10 @@
-# Writes a C++ file with a function that returns the text of every kernel source and shared header: a list of (name, text).
-set(text "// Generated from .cl files and include/raypager/abi.\n#include \"${HEADER}\"\n\nnamespace raypager {\n\nconst std::vector<KernelSource>& ${FUNCTION}() {\n    static const std::vector<KernelSource> sources = {\n")
+# Writes a C++ file with a function that returns the text of every source, kernels and shared headers or others: a list of (name, text), TYPE in C++.
+set(text "// Generated from the files that are named here.\n#include \"${HEADER}\"\n\nnamespace raypager {\n\nconst std::vector<${TYPE}>& ${FUNCTION}() {\n    static const std::vector<${TYPE}> sources = {\n")
 separate_arguments(SOURCES)
 foreach(source ${SOURCES})
     file(READ ${source} content)
     file(RELATIVE_PATH name ${ROOT} ${source})
-    string(REGEX REPLACE "^(include|kernels|tests/support/kernels)/" "" name "${name}")
+    string(REGEX REPLACE "^(include|kernels|tests/support/kernels|src/view/page)/" "" name "${name}")
     string(APPEND text "        {\"${name}\", R\"kernel(${content})kernel\"},\n")
 endforeach()
 string(APPEND text "    };\n    return sources;\n}\n\n}  // namespace raypager\n")

@@ -58,17 +58,17 @@ endif()
 # kernels/ and the abi headers travel inside the program, so that it needs no files beside it.
 function(raypager_embed_kernels)
     file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/kernels/*/*.cl ${CMAKE_SOURCE_DIR}/include/raypager/abi/*.h)
-    raypager_embed(RAYPAGER_KERNEL_SOURCES kernel_sources device/kernel_sources.hpp ${sources})
+    raypager_embed(RAYPAGER_KERNEL_SOURCES kernel_sources device/kernel_sources.hpp KernelSource ${sources})
     set(RAYPAGER_KERNEL_SOURCES ${RAYPAGER_KERNEL_SOURCES} PARENT_SCOPE)
 endfunction()
 
-# Makes a C++ file that defines the function, which the header declares, to return these sources. Its path comes into the variable.
-function(raypager_embed variable function header)
+# Makes a C++ file that defines the function, which the header declares, to return these sources as that type. Its path comes into the variable.
+function(raypager_embed variable function header type)
     string(REGEX REPLACE ".*::" "" name ${function})
     set(output ${CMAKE_BINARY_DIR}/generated/${name}.cpp)
     add_custom_command(
         OUTPUT ${output}
-        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DFUNCTION=${function} -DHEADER=${header} "-DSOURCES=${ARGN}" -DROOT=${CMAKE_SOURCE_DIR}
+        COMMAND ${CMAKE_COMMAND} -DOUTPUT=${output} -DFUNCTION=${function} -DHEADER=${header} -DTYPE=${type} "-DSOURCES=${ARGN}" -DROOT=${CMAKE_SOURCE_DIR}
             -P ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
         DEPENDS ${ARGN} ${CMAKE_SOURCE_DIR}/cmake/EmbedKernels.cmake
         VERBATIM)
@@ -159,6 +159,11 @@ function(raypager_program)
     raypager_unity(raypager_cli)
     raypager_goes_into_modules(raypager_cli)
     target_link_libraries(raypager_cli PUBLIC raypager_engine Boost::program_options)
+    if(RAYPAGER_VIEW)
+        raypager_live_view()
+        target_compile_definitions(raypager_cli PRIVATE RAYPAGER_VIEW=1)
+        target_link_libraries(raypager_cli PUBLIC raypager_view)
+    endif()
     if(RAYPAGER_SANITIZE)
         target_compile_options(raypager_cli PRIVATE -O0)  # optimising it takes a minute and a half then, for code that runs once
     endif()
@@ -166,6 +171,24 @@ function(raypager_program)
     target_link_libraries(raypager PRIVATE raypager_cli raypager_openimageio)
     if(RAYPAGER_STATIC)
         target_link_options(raypager PRIVATE -static-libstdc++ -static-libgcc)
+    endif()
+endfunction()
+
+# The live view: a web server for a page that lies inside the program. Boost.Beast is headers alone; they come with Boost's others.
+function(raypager_live_view)
+    find_path(RAYPAGER_BEAST_INCLUDE boost/beast/http.hpp HINTS ${Boost_INCLUDE_DIRS} REQUIRED)
+    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/view/*.cpp)
+    file(GLOB page CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/view/page/*)
+    raypager_embed(page_sources page_files view/page_files.hpp PageFile ${page})
+    add_library(raypager_view STATIC ${sources} ${page_sources})
+    raypager_unity(raypager_view)
+    # Its thousands of lines of headers need be read with no other source.
+    set_source_files_properties(${CMAKE_SOURCE_DIR}/src/view/http_server.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    raypager_goes_into_modules(raypager_view)
+    target_include_directories(raypager_view SYSTEM PRIVATE ${RAYPAGER_BEAST_INCLUDE})
+    target_link_libraries(raypager_view PUBLIC raypager_engine PRIVATE Threads::Threads)
+    if(RAYPAGER_SANITIZE)
+        target_compile_options(raypager_view PRIVATE -O0)
     endif()
 endfunction()
 

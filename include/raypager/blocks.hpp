@@ -46,7 +46,11 @@ public:
     uint32_t pages() const;
     uint64_t texture_bytes() const;               // of all pages, in the file and in device memory
     uint64_t memory_bytes(BlockForm form) const;  // of blocks and pages
-    // Bounds of a block, in world space. REQUIRES: block < count().
+    uint64_t instances() const;
+    uint32_t materials() const;
+    // The blocks before this one are those of objects, each in the space of its object.
+    uint32_t first_block_in_world() const;
+    // Bounds of a block, in world space, or that of its object. REQUIRES: block < count().
     std::pair<std::array<float, 3>, std::array<float, 3>> bounds(uint32_t block) const;
 
     const BlockSource& source() const { return *source_; }  // for the engine

@@ -75,7 +75,23 @@ struct RenderOptions {
     // stop_now: end after that round in any case.
     const std::atomic<bool>*stop = nullptr, *stop_now = nullptr;
     double stop_seconds = 1.5;
+    // For who watches: the first sample of each pixel is begun coarse to fine, at points that are far apart first, and each step before the next. The
+    // finished picture is the same. Not with adaptive_error, checkpoint.file and record.file.
+    bool coarse_first = false;
     RenderTuning tuning;
+};
+
+// How a view differs from that of RenderOptions.
+struct SessionView {
+    std::optional<Camera> camera;    // none: as it was
+    uint32_t width = 0, height = 0;  // pixels; 0: as they were
+};
+
+// How a block is doing.
+struct BlockStatus {
+    enum class State : uint8_t { absent, on_its_way, resident };
+    State state = State::absent;
+    uint32_t waiting_rays = 0;
 };
 
 // Counts and seconds include those of the runs before a checkpoint that the render went on from.
@@ -83,11 +99,12 @@ struct RenderProgress {
     double seconds = 0;           // of rendering, snapshots included
     double snapshot_seconds = 0;  // of these: spent on snapshots by this run
     double spp = 0;               // samples per pixel, on average: begun (progress), finished (snapshot)
+    double finished_spp = 0;      // of those begun, about so many have ended, after the last round
     double fraction = 0;          // of the job
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval
     uint64_t loads = 0, bytes_loaded = 0;
-    uint64_t resident_bytes = 0, geometry_bytes = 0;
+    uint64_t resident_bytes = 0, geometry_bytes = 0, pool_bytes = 0;  // the last: that may be resident
 };
 
 // Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint.
@@ -165,8 +182,19 @@ public:
     // Traces rays for about so many seconds, at least one round, unless it is done.
     Status step(double seconds);
     RenderProgress progress() const;
-    // The picture so far: pixels without a sample show what is around them. Rendering goes on as if nothing had happened.
-    Result<Image> snapshot();
+    // The picture so far: pixels without a sample show what is around them. Rendering goes on as if nothing had happened. spp: how many samples per
+    // pixel are finished, on average.
+    Result<Image> snapshot(double* spp = nullptr);
+    // What the film keeps of a pixel, as images of one pixel: those of RenderOptions::layers. REQUIRES: x and y lie in the picture.
+    Result<std::vector<FilmLayerImage>> layers_at(uint32_t x, uint32_t y);
+    // In the order of Blocks::bounds, after the last round.
+    std::vector<BlockStatus> blocks() const;
+    // Begins anew with another view, of at most as many pixels as the session was created with. Blocks and kernels on the device stay; counts and
+    // seconds begin at 0. Not while there is a checkpoint or a recording. After a usage error it goes on as before.
+    Status restart(const SessionView& view);
+    // Goes on with another RenderOptions::geometry_limit and geometry_limit_percent: the picture is the same as with one limit from start to end.
+    // Blocks come anew. What is too little is a usage error that names the smallest limit that would do; then it goes on as before.
+    Status limit_geometry(uint64_t bytes, double percent);
     // Writes the checkpoint now. A usage error without RenderOptions::checkpoint.
     Status checkpoint();
     // From any thread: step() returns soon, after at most one round; what has been rendered stays.

@@ -17,15 +17,18 @@
 namespace raypager {
 namespace {
 
-constexpr std::array<Verb, 7> verbs = {{
+constexpr auto verbs = std::to_array<Verb>({
     {"devices", "list the OpenCL devices", run_devices},
     {"make-scene", "write a procedural scene of any size", run_make_scene},
     {"bake", "cut a scene into blocks and write a block file", run_bake},
     {"inspect", "say what is in a block file; check it", run_inspect},
     {"render", "render a scene or a block file", run_render},
+#ifdef RAYPAGER_VIEW
+    {"view", "look at a scene in a browser while it renders", run_view},
+#endif
     {"compare", "say how far two pictures are apart", run_compare},
     {"bench", "measure the program itself", run_bench},
-}};
+});
 
 std::string help_text() {
     std::string text = "raypager path-traces scenes many times larger than the device's memory.\n\nUsage: raypager VERB ...\n\n";

@@ -7,6 +7,7 @@
 #include "base/files.hpp"
 #include "base/log.hpp"
 #include "cli/developing.hpp"
+#include "cli/live_view.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/render_settings.hpp"
@@ -100,7 +101,7 @@ Status render_to_files(const RenderSettings& settings) {
     options->stop_now = &signal.stop_now();
     RenderCallbacks callbacks = monitor->callbacks(*options);
     callbacks.begins = [&signal] { signal.set_mode(StopMode::keep); };
-    auto result = render(opened->blocks, *options, callbacks);
+    auto result = settings.view ? render_in_view(settings, opened->blocks, *options, callbacks) : render(opened->blocks, *options, callbacks);
     progress_line("");
     if (!result) return result.status();
     const bool complete = result->report.complete;

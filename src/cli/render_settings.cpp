@@ -51,32 +51,6 @@ OptionParser::Setter into_optional_path(std::optional<std::filesystem::path>& ta
     };
 }
 
-// Options that decide how this one render pages; none of them changes the picture.
-void add_paging_options(OptionParser& parser, RenderSettings& settings) {
-    RenderOptions& options = settings.options;
-    parser.option("geometry-limit", "SIZE|%",
-                  "geometry and images of textures resident at once at most, in bytes or as a share of the scene's (default: what the "
-                  "memory limit leaves)",
-                  [&options](const std::string& text) -> Status {
-                      const auto limit = parse_size_or_percent(text);
-                      if (!limit) return limit.status();
-                      options.geometry_limit = limit->bytes;
-                      options.geometry_limit_percent = limit->percent;
-                      return {};
-                  });
-    parser.option("paths", "N", "path slots: paths in flight at once (default: chosen from the limits)",
-                  into_count(options.tuning.paths, 1, max_paths));
-    parser.option("policy", "NAME", "which blocks come and go: aged-wants, most-wanted, wanted-per-byte, lru or sweep (default: aged-wants)",
-                  into(options.tuning.policy, parse_policy));
-    parser.option("connection", "NAME",
-                  "shadow rays: in a queue of their own, or by roulette against path continuation: queue or roulette "
-                  "(default: queue)",
-                  into(options.connection, parse_connection));
-    parser.option("traversal", "NAME",
-                  "rays one by one or in streams, over blocks in the form for either: auto, ray or stream (default: auto, streams on CPUs)",
-                  into(options.tuning.traversal, parse_traversal));
-}
-
 // Options for measurements: what the engine decides by itself, and baselines. None of them changes the picture, but the preset's roulette
 // changes its noise.
 void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
@@ -109,16 +83,7 @@ void add_measurement_options(OptionParser& parser, RenderSettings& settings) {
 
 // What becomes of a picture beside its light: these are for scenes and block files, too.
 void add_developing_options(OptionParser& parser, RenderSettings& settings) {
-    parser.option("background", "SPEC",
-                  "what the camera sees where nothing is, instead of the sky: R,G,B (linear radiance), #rrggbb (sRGB), or transparent, which gives "
-                  ".exr and .png an alpha channel; all else is lit by the sky as ever (default: the sky)",
-                  keeping_text(settings.texts.background, into(settings.options.background, parse_background)));
-    parser.option("exposure", "EV", "the picture is multiplied by 2^EV, its background included, -64 to 64 (default: 0)",
-                  into(settings.exposure, [](const std::string& text) -> Result<double> {
-                      const auto stops = parse_finite(text);
-                      if (!stops || !(std::abs(*stops) <= max_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
-                      return *stops;
-                  }));
+    add_exposure_options(parser, settings);
     parser.option(
         "adaptive", "ERROR",
         "adaptive sampling: a pixel stops, with --spp samples at most, when its error is below this share of the picture's mean brightness; the "
@@ -152,10 +117,12 @@ void add_output_options(OptionParser& parser, RenderSettings& settings) {
                   into_optional_path(settings.log));
     parser.option("reference", "FILE", "picture of the same size to compare with: fills the log's rmse", into_optional_path(settings.reference));
     parser.option("report", "FILE.json", "what was done, with every figure, for scripts", into_optional_path(settings.report));
-    parser.option("cache-dir", "DIR", "folder for baked scenes (default: beside the input; if not writable, the user's cache folder)",
-                  into_optional_path(settings.cache_directory));
-    add_point_options(parser, settings.bake.points);
+    add_baking_options(parser, settings);
     parser.flag("progress", "show progress even if stderr is not a terminal", settings.progress);
+#ifdef RAYPAGER_VIEW
+    parser.flag("view", "watch it in a browser on this machine, at the address that is printed; as 'raypager view', but the camera stays",
+                settings.view);
+#endif
 }
 
 void add_checkpoint_options(OptionParser& parser, RenderSettings& settings) {
@@ -195,7 +162,8 @@ Status check_picture_options(const OptionParser& parser, const RenderSettings& s
     if (settings.options.background && settings.options.background->transparent && !holds_alpha(settings.output))
         return parser.wrong(fmt::format("--background transparent: '{}' has no place for it; write .exr or .png", settings.output.string()));
     if (settings.turntable == 0) return {};
-    const std::pair<bool, const char*> single[] = {{!settings.options.checkpoint.file.empty(), "--checkpoint"},
+    const std::pair<bool, const char*> single[] = {{settings.view, "--view"},
+                                                   {!settings.options.checkpoint.file.empty(), "--checkpoint"},
                                                    {settings.log.has_value(), "--log"},
                                                    {settings.reference.has_value(), "--reference"},
                                                    {!settings.options.record.file.empty(), "--record-trace"},
@@ -209,14 +177,7 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
     const RenderOptions& options = settings.options;
     if (settings.output.empty()) return parser.wrong("-o is missing; name the picture to write");
     if (options.checkpoint.resume && options.checkpoint.file.empty()) return parser.wrong("--resume: from which file? Name it with --checkpoint");
-    if (options.memory_limit > 0 && options.geometry_limit > options.memory_limit)
-        return parser.wrong("--geometry-limit: is more than --memory-limit, which covers all device memory; make it smaller");
-    for (const auto& input : settings.inputs)
-        if (has_ending(input, ".rpb") && settings.inputs.size() > 1)
-            return parser.wrong(fmt::format("'{}' is a block file, which cannot be rendered together with other inputs", input.string()));
-    if (has_ending(settings.inputs.front(), ".rpb") && changes_points(settings.bake.points))
-        return parser.wrong(
-            fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
+    RAYPAGER_TRY(check_inputs(parser, settings));
     if (!options.record.file.empty() && options.spp == 0 && options.time_seconds > 0)
         return parser.wrong("--record-trace: needs --spp as well as --time: the share of paths to record follows from how many there can be");
     if (settings.trace_paths_given && options.record.file.empty())
@@ -225,6 +186,64 @@ Status check_combinations(const OptionParser& parser, const RenderSettings& sett
 }
 
 }  // namespace
+
+// Options that decide how this one render pages; none of them changes the picture.
+void add_paging_options(OptionParser& parser, RenderSettings& settings) {
+    RenderOptions& options = settings.options;
+    parser.option("geometry-limit", "SIZE|%",
+                  "geometry and images of textures resident at once at most, in bytes or as a share of the scene's (default: what the "
+                  "memory limit leaves)",
+                  [&options](const std::string& text) -> Status {
+                      const auto limit = parse_size_or_percent(text);
+                      if (!limit) return limit.status();
+                      options.geometry_limit = limit->bytes;
+                      options.geometry_limit_percent = limit->percent;
+                      return {};
+                  });
+    parser.option("paths", "N", "path slots: paths in flight at once (default: chosen from the limits)",
+                  into_count(options.tuning.paths, 1, max_paths));
+    parser.option("policy", "NAME", "which blocks come and go: aged-wants, most-wanted, wanted-per-byte, lru or sweep (default: aged-wants)",
+                  into(options.tuning.policy, parse_policy));
+    parser.option("connection", "NAME",
+                  "shadow rays: in a queue of their own, or by roulette against path continuation: queue or roulette "
+                  "(default: queue)",
+                  into(options.connection, parse_connection));
+    parser.option("traversal", "NAME",
+                  "rays one by one or in streams, over blocks in the form for either: auto, ray or stream (default: auto, streams on CPUs)",
+                  into(options.tuning.traversal, parse_traversal));
+}
+
+void add_exposure_options(OptionParser& parser, RenderSettings& settings) {
+    parser.option("background", "SPEC",
+                  "what the camera sees where nothing is, instead of the sky: R,G,B (linear radiance), #rrggbb (sRGB), or transparent, which gives "
+                  ".exr and .png an alpha channel; all else is lit by the sky as ever (default: the sky)",
+                  keeping_text(settings.texts.background, into(settings.options.background, parse_background)));
+    parser.option("exposure", "EV", "the picture is multiplied by 2^EV, its background included, -64 to 64 (default: 0)",
+                  into(settings.exposure, [](const std::string& text) -> Result<double> {
+                      const auto stops = parse_finite(text);
+                      if (!stops || !(std::abs(*stops) <= max_stops)) return Status::usage(fmt::format("'{}' is not a number from -64 to 64", text));
+                      return *stops;
+                  }));
+}
+
+void add_baking_options(OptionParser& parser, RenderSettings& settings) {
+    parser.option("cache-dir", "DIR", "folder for baked scenes (default: beside the input; if not writable, the user's cache folder)",
+                  into_optional_path(settings.cache_directory));
+    add_point_options(parser, settings.bake.points);
+}
+
+Status check_inputs(const OptionParser& parser, const RenderSettings& settings) {
+    const RenderOptions& options = settings.options;
+    if (options.memory_limit > 0 && options.geometry_limit > options.memory_limit)
+        return parser.wrong("--geometry-limit: is more than --memory-limit, which covers all device memory; make it smaller");
+    for (const auto& input : settings.inputs)
+        if (has_ending(input, ".rpb") && settings.inputs.size() > 1)
+            return parser.wrong(fmt::format("'{}' is a block file, which cannot be rendered together with other inputs", input.string()));
+    if (has_ending(settings.inputs.front(), ".rpb") && changes_points(settings.bake.points))
+        return parser.wrong(
+            fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
+    return {};
+}
 
 void add_picture_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;

@@ -32,6 +32,7 @@ struct RenderSettings {
     bool trace_paths_given = false;
     double snapshot_seconds = 0;  // 0: no snapshots
     bool progress = false;        // even without a terminal
+    bool view = false;            // in a page
 };
 
 // Nothing if only the help was asked for. All errors are usage errors that name the option.
@@ -41,6 +42,13 @@ Result<std::optional<RenderSettings>> parse_render_settings(const Arguments& arg
 // decides by itself.
 void add_picture_options(OptionParser& parser, RenderSettings& settings);
 void add_device_options(OptionParser& parser, RenderSettings& settings);
+// Those that decide how it pages, and how the picture is shown, which a view has, too.
+void add_paging_options(OptionParser& parser, RenderSettings& settings);
+void add_exposure_options(OptionParser& parser, RenderSettings& settings);
+// Where block files are kept, and what becomes of points.
+void add_baking_options(OptionParser& parser, RenderSettings& settings);
+// Rules between options of a block file and of baking, which are for every verb that shows one.
+Status check_inputs(const OptionParser& parser, const RenderSettings& settings);
 void add_tuning_options(OptionParser& parser, RenderSettings& settings);
 
 // settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given, and the layers that denoising

@@ -75,19 +75,21 @@ uint64_t clamped_samples(std::span<const uint32_t> words) {
     return samples;
 }
 
-FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha, const FilmLayout& layout)
+FilmResolver::FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response, bool alpha, const FilmLayout& layout, FilmUse use)
     : response_(response_matrix(response)),
+      use_(use),
+      stride_(layout.words()),
       pixels_(uint64_t{width} * height),
       image_{width, height, alpha ? 4u : 3u, {}},
-      layers_(width, height, layout),
+      layers_(width, height, use == FilmUse::all ? layout : FilmLayout()),
       hash_(hash_of_size(width, height)) {
     image_.values.reserve(pixels_ * image_.channels);
 }
 
 void FilmResolver::add(std::span<const uint32_t> words) {
-    const size_t stride = layers_.layout().words();
-    RAYPAGER_CHECK(words.size() % stride == 0 && words.size() / stride <= pixels_ - added_);
-    for (size_t at = 0; at < words.size(); at += stride) {
+    RAYPAGER_CHECK(words.size() % stride_ == 0 && words.size() / stride_ <= pixels_ - added_);
+    const bool hashes_pixels = use_ == FilmUse::all && stride_ != RP_FILM_WORDS;
+    for (size_t at = 0; at < words.size(); at += stride_) {
         const auto pixel = words.subspan(at, RP_FILM_WORDS);
         append_mean(pixel, response_, image_.channels == 4, image_.values);
         if (finished_samples(pixel) == 0) {
@@ -97,11 +99,11 @@ void FilmResolver::add(std::span<const uint32_t> words) {
         }
         samples_ += finished_samples(pixel);
         clamped_ += pixel[RP_FILM_CLAMPED];
-        if (stride != RP_FILM_WORDS) hash_.add(std::as_bytes(pixel));
-        if (layers_.layout().layers().any()) layers_.add(words.subspan(at, stride), finished_samples(pixel));
+        if (hashes_pixels) hash_.add(std::as_bytes(pixel));
+        if (layers_.layout().layers().any()) layers_.add(words.subspan(at, stride_), finished_samples(pixel));
     }
-    if (stride == RP_FILM_WORDS) hash_.add(std::as_bytes(words));  // at once
-    added_ += words.size() / stride;
+    if (use_ == FilmUse::all && stride_ == RP_FILM_WORDS) hash_.add(std::as_bytes(words));  // at once
+    added_ += words.size() / stride_;
 }
 
 Image FilmResolver::take_image() {
@@ -120,7 +122,7 @@ std::vector<FilmLayerImage> FilmResolver::take_layers() {
 }
 
 uint64_t FilmResolver::hash() const {
-    RAYPAGER_CHECK(added_ == pixels_);
+    RAYPAGER_CHECK(added_ == pixels_ && use_ == FilmUse::all);
     return hash_.value();
 }
 

@@ -27,14 +27,19 @@ double average_samples(std::span<const uint32_t> words);
 // How many samples had a channel that was negative, NaN or above RP_FILM_MAX_RADIANCE.
 uint64_t clamped_samples(std::span<const uint32_t> words);
 
+// What is wanted of a film: all, or the picture alone, which takes less time.
+enum class FilmUse { all, picture };
+
 // All of the above for a film that comes in pieces, from the first pixel to the last: the raw film need not lie in host memory.
 class FilmResolver {
 public:
-    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false, const FilmLayout& layout = FilmLayout());
+    FilmResolver(uint32_t width, uint32_t height, const FilmResponse& response = {}, bool alpha = false, const FilmLayout& layout = FilmLayout(),
+                 FilmUse use = FilmUse::all);
     void add(std::span<const uint32_t> words);  // whole pixels, of layout.words() words each
     // REQUIRES from here on: every pixel was added.
-    Image take_image();                            // pixels without samples have the colours around them (fill.hpp)
-    std::vector<FilmLayerImage> take_layers();     // so do their albedos and normals, for these go with the picture
+    Image take_image();                         // pixels without samples have the colours around them (fill.hpp)
+    std::vector<FilmLayerImage> take_layers();  // so do their albedos and normals, for these go with the picture
+    // REQUIRES: FilmUse::all.
     uint64_t hash() const;                         // of the picture, whatever its layers
     uint64_t layers_hash() const;                  // of layers that are the same for every limit; 0: there are none
     uint64_t samples() const { return samples_; }  // finished, in all pixels together
@@ -43,6 +48,8 @@ public:
 
 private:
     std::array<double, 9> response_;
+    FilmUse use_;
+    size_t stride_;  // words of a pixel
     uint64_t pixels_ = 0, added_ = 0, samples_ = 0, clamped_ = 0, unsampled_count_ = 0;
     std::vector<bool> unsampled_;  // empty while there are none
     Image image_;

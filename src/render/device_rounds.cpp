@@ -51,6 +51,28 @@ Status DeviceRounds::make(const rp_render_params& params, uint64_t memory_limit)
     return {};
 }
 
+Status DeviceRounds::restart(const rp_render_params& params) {
+    wavefront_.reset();
+    const uint32_t slots = plan_.params.slot_count;
+    plan_.params = params;
+    plan_.params.slot_count = slots;
+    residency_->forget_demand();
+    counters_ = {};
+    demand_ = {};
+    ended_before_ = ended_;
+    auto wavefront = Wavefront::create(*device_, source_.scene(), plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),
+                                       plan_.filled_together, plan_.notes, plan_.visits);
+    if (!wavefront) return wavefront.status();
+    wavefront_ = std::move(*wavefront);
+    return {};
+}
+
+std::unique_ptr<Device> DeviceRounds::release_device() {
+    wavefront_.reset();
+    residency_.reset();
+    return std::move(device_);
+}
+
 // The default limit is the same every time, unless less memory is free; who compares two renders should know, if that made a difference.
 void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const {
     const DefaultLimit& limit = device_->default_limit();

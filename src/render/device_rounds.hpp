@@ -22,10 +22,16 @@ public:
                                                         const rp_render_params& params, std::unique_ptr<Device> device,
                                                         const std::function<void(const std::string&)>& warn);
 
+    // Without rounds under way: begins anew with another picture, of at most as many pixels. Blocks stay, and rounds are numbered on.
+    Status restart(const rp_render_params& params);
+    // Without rounds under way: hands over the device, for who makes others on it. Nothing else may be called afterwards.
+    std::unique_ptr<Device> release_device();
+
     // Rounds are numbered from 1.
     uint32_t started() const { return started_; }
     uint32_t ended() const { return ended_; }
     uint32_t under_way() const { return started_ - ended_; }
+    bool has_counted() const { return ended_ > ended_before_; }  // since the start or restart
     bool may_start() const { return under_way() < (nothing_to_trace() || wavefront_->begins_again() ? 1 : plan_.rounds_under_way); }
     Status start();
     // Waits for the oldest round under way. Afterwards the counters are those of that round.
@@ -69,7 +75,7 @@ private:
     RoundCounters counters_;
     uint64_t texture_waits_ = 0;
     std::span<const uint32_t> demand_;
-    uint32_t started_ = 0, ended_ = 0;
+    uint32_t started_ = 0, ended_ = 0, ended_before_ = 0;  // the last: before a restart
     double stall_seconds_ = 0;
 };
 

@@ -15,7 +15,7 @@ Status RenderJob::prepare() {
     RAYPAGER_TRY(check_instruments(options_, instruments_));
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
-    pixels_ = uint64_t{params->width} * params->height;
+    pixels_ = most_pixels_ = uint64_t{params->width} * params->height;
     auto device = Device::open(options_.device, options_.memory_limit, options_.tuning.profile, instruments_.device_hooks);
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
@@ -29,15 +29,16 @@ Status RenderJob::prepare() {
     params->first_sample = checkpointer_->first_sample();
     params->order = checkpointer_->order();
     earlier_ = checkpointer_->earlier_work();
+    if (goes_coarse_first(*params)) params->first_sample = pixels_;
 
     const auto to_user = [this](const std::string& text) { warn(text); };
     auto rounds = DeviceRounds::create(source_, options_, instruments_, *params, std::move(*device), to_user);
     if (!rounds) return rounds.status();
     rounds_ = std::move(*rounds);
     RAYPAGER_TRY(checkpointer_->restore(wavefront()));
-    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive());
-    watchdog_ = std::make_unique<Watchdog>(
-        options_.stall_seconds, [this] { return rounds_->residency().loader_activity(); }, to_user);
+    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(checkpointer_->resumed()));
+    if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
+    watch();
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), rounds_->device().info().cpu_cores());
     render_start_ = Clock::now();
     next_snapshot_ = snapshot_interval_ = options_.snapshot_seconds;
@@ -55,6 +56,7 @@ Status RenderJob::step() {
         if ((rounds_->nothing_to_trace() || options_.tuning.wait_for_loads) && rounds_->under_way() == 0) RAYPAGER_TRY(wait_for_block());
         RAYPAGER_TRY(end_early());
         if (adaptive_) RAYPAGER_TRY(end_stage());
+        RAYPAGER_TRY(go_on_with_first_pass());
         if (checkpointer_->due()) RAYPAGER_TRY(keep_checkpoint());
         return report_progress();
     };
@@ -103,6 +105,7 @@ Status RenderJob::end_early() {
 
 Status RenderJob::begin_fewer(bool stop) {
     RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(end_first_pass());
     const rp_render_params& params = wavefront().params();
     const uint64_t begun = rounds_->counters().next_sample(), before = params.sample_limit;
     const bool in_stage = adaptive_ && begun >= params.stage_begin;
@@ -160,6 +163,11 @@ WorkDone RenderJob::work() const {
     sum.rounds += rounds_->ended();
     sum.requests_without_hit += rounds_->counters().requests_without_hit();
     sum.runs++;
+    sum.stall_seconds -= outside_.stall_seconds;
+    sum.loads -= outside_.loads;
+    sum.evictions -= outside_.evictions;
+    sum.bytes_loaded -= outside_.bytes_loaded;
+    sum.rounds -= outside_.rounds;
     return sum;
 }
 
@@ -168,9 +176,12 @@ RenderProgress RenderJob::progress() const {
     RenderProgress p;
     p.seconds = done.render_seconds;
     p.snapshot_seconds = snapshot_seconds_;
-    p.spp = static_cast<double>(samples_begun()) / static_cast<double>(pixels_);
+    const uint64_t begun = samples_begun() - first_pass_.left() - wavefront().again_left();
+    p.spp = static_cast<double>(begun) / static_cast<double>(pixels_);
+    const uint64_t under_way = uint64_t{rounds_->ready_rays()} + rounds_->counters().waiting_rays();
+    p.finished_spp = static_cast<double>(begun - std::min(begun, under_way)) / static_cast<double>(pixels_);
     const uint64_t most = adaptive_ ? pixels_ * wavefront().params().spp : samples_to_begin();
-    const double by_samples = last_stage_ended_ ? 1 : static_cast<double>(samples_begun()) / static_cast<double>(most);
+    const double by_samples = last_stage_ended_ ? 1 : static_cast<double>(begun) / static_cast<double>(most);
     const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;
     p.fraction = std::min(1.0, std::max(by_samples, by_time));
     p.rays = done.camera_rays + done.bounce_rays + done.shadow_rays;
@@ -179,6 +190,7 @@ RenderProgress RenderJob::progress() const {
     p.bytes_loaded = done.bytes_loaded;
     p.resident_bytes = rounds_->residency().resident_bytes();
     p.geometry_bytes = scene_.memory_bytes(rounds_->plan().form);
+    p.pool_bytes = rounds_->residency().pool_bytes();
     return p;
 }
 
@@ -193,9 +205,9 @@ Status RenderJob::for_film_pieces(const std::function<Status(uint64_t first_word
     return {};
 }
 
-Result<FilmResolver> RenderJob::read_film() {
+Result<FilmResolver> RenderJob::read_film(FilmUse use) {
     const rp_render_params& params = wavefront().params();
-    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT, FilmLayout(params));
+    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT, FilmLayout(params), use);
     RAYPAGER_TRY(for_film_pieces([&](uint64_t, std::span<uint32_t> words) -> Status {
         film.add(words);
         return {};
@@ -232,10 +244,11 @@ Status RenderJob::snapshot(double now) {
     return {};
 }
 
-Result<Image> RenderJob::picture() {
+Result<Image> RenderJob::picture(double* spp) {
     RAYPAGER_TRY(settle());
-    auto film = read_film();
+    auto film = read_film(FilmUse::picture);
     if (!film) return film.status();
+    if (spp) *spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
     return film->take_image();
 }
 

@@ -12,6 +12,7 @@
 #include "render/adaptive.hpp"
 #include "render/checkpointer.hpp"
 #include "render/device_rounds.hpp"
+#include "render/first_pass.hpp"
 #include "render/recorder.hpp"
 #include "render/render.hpp"
 #include "render/watchdog.hpp"
@@ -26,27 +27,42 @@ public:
 
     // Opens the device and makes everything on it.
     Status prepare();
-    bool done() const { return rounds_->all_idle() || stopped_ || last_stage_ended_; }
+    bool done() const { return (rounds_->all_idle() && !in_first_pass_ && !wavefront().begins_again()) || stopped_ || last_stage_ended_; }
     // One round, and what is due after it. REQUIRES: !done().
     Status step();
     // Ends rounds under way, and writes the last checkpoint. Then the result.
     Result<MeasuredRender> finish();
 
     RenderProgress progress() const;
-    Result<Image> picture();  // so far
+    Result<Image> picture(double* spp = nullptr);  // so far
+    Result<std::vector<FilmLayerImage>> layers_at(uint32_t x, uint32_t y);
+    std::vector<BlockStatus> blocks() const;
     Status write_checkpoint();
     void cancel() { cancelled_ = true; }  // from any thread; the job is done after the round under way
+
+    // Once the camera or the size in the options has changed: whether it can begin anew with them, and then that.
+    Status check_restart() const;
+    Status restart();
+    // Once the limits of geometry in the options have changed: whether they would do, and then going on within them.
+    Status check_limits() const;
+    uint32_t region() const { return wavefront().params().order.region; }  // that the plan must not choose anew then
+    Status go_on_within_limits();
 
 private:
     using Clock = std::chrono::steady_clock;
     Status finish_round();
     Status settle();
     // Before the first round has ended, nothing has been counted yet.
-    uint64_t samples_begun() const { return rounds_->ended() > 0 ? rounds_->counters().next_sample() : wavefront().params().first_sample; }
-    uint64_t samples_to_begin() const { return wavefront().params().sample_limit + coarse_; }
+    uint64_t samples_begun() const { return rounds_->has_counted() ? rounds_->counters().next_sample() : wavefront().params().first_sample; }
+    uint64_t samples_to_begin() const { return (in_first_pass_ ? all_samples_ : wavefront().params().sample_limit) + coarse_; }
     Status wait_for_block();
     Status end_early();
-    Status begin_adaptive();
+    Status begin_adaptive(bool resumed);
+    bool goes_coarse_first(const rp_render_params& params) const;
+    Status begin_first_pass();
+    Status go_on_with_first_pass();
+    Status end_first_pass();
+    void watch();
     Status end_stage();
     Status read_for_stage();
     Status begin_stage(const SampleStage& stage);
@@ -58,7 +74,7 @@ private:
     void warn(const std::string& message) const;
     Status with_advice(const Status& error) const;
     WorkDone work() const;
-    Result<FilmResolver> read_film();
+    Result<FilmResolver> read_film(FilmUse use = FilmUse::all);
     Result<MeasuredRender> result();
     RenderReport make_report(const FilmResolver& film) const;
     Wavefront& wavefront() { return rounds_->wavefront(); }
@@ -75,10 +91,14 @@ private:
     std::unique_ptr<Watchdog> watchdog_;  // asks rounds_: destroyed before it
     RenderRecorder recorder_;
     WorkDone earlier_;  // by runs before this one
+    WorkDone outside_;  // what the device did before a restart: not of this render
     std::optional<AdaptiveSampling> adaptive_;
-    bool last_stage_ended_ = false;  // of adaptive sampling
-    bool between_stages_ = false;    // an error has ended the render there: its film is of neither
-    uint64_t pixels_ = 0;
+    bool last_stage_ended_ = false;          // of adaptive sampling
+    bool between_stages_ = false;            // an error has ended the render there: its film is of neither
+    FirstPass first_pass_;                   // coarse to fine
+    bool in_first_pass_ = false;             // some of it have not begun
+    uint64_t all_samples_ = 0;               // the limit behind it
+    uint64_t pixels_ = 0, most_pixels_ = 0;  // the latter: that there is memory for
     std::atomic<bool> cancelled_{false};
     bool late_ = false;                 // time is up: few samples begin any more
     std::optional<double> stop_began_;  // the same, because of a stop from outside

@@ -84,7 +84,7 @@ uint32_t background_identity(const rp_render_params& params) {
 }  // namespace
 
 bool is_seen_growing(const RenderOptions& options) {
-    return options.time_seconds > 0 || options.snapshot_seconds > 0 || !options.checkpoint.file.empty();
+    return options.time_seconds > 0 || options.snapshot_seconds > 0 || options.coarse_first || !options.checkpoint.file.empty();
 }
 
 Result<rp_render_params> make_params(const BakedScene& scene, const RenderOptions& options) {

@@ -42,7 +42,7 @@ struct Session::State {
         : scene(blocks), options(render_options), callbacks(render_callbacks) {}
 
     const Blocks scene;
-    const RenderOptions options;
+    RenderOptions options;  // the job looks here
     const RenderCallbacks callbacks;
     const RenderInstruments instruments = instruments_of(options);
     RenderJob job{scene.source(), options, callbacks, instruments};
@@ -73,9 +73,33 @@ Status Session::step(double seconds) {
 }
 
 RenderProgress Session::progress() const { return state_->job.progress(); }
-Result<Image> Session::snapshot() { return state_->job.picture(); }
+Result<Image> Session::snapshot(double* spp) { return state_->job.picture(spp); }
+Result<std::vector<FilmLayerImage>> Session::layers_at(uint32_t x, uint32_t y) { return state_->job.layers_at(x, y); }
+std::vector<BlockStatus> Session::blocks() const { return state_->job.blocks(); }
 Status Session::checkpoint() { return state_->job.write_checkpoint(); }
 void Session::cancel() { state_->job.cancel(); }
+
+Status Session::restart(const SessionView& view) {
+    const RenderOptions before = state_->options;
+    if (view.camera) state_->options.camera = view.camera;
+    if (view.width) state_->options.width = view.width;
+    if (view.height) state_->options.height = view.height;
+    const Status status = state_->job.check_restart();
+    if (status) return state_->job.restart();
+    state_->options = before;
+    return Status::usage(status.message());
+}
+
+Status Session::limit_geometry(uint64_t bytes, double percent) {
+    const RenderOptions before = state_->options;
+    state_->options.geometry_limit = bytes;
+    state_->options.geometry_limit_percent = percent;
+    state_->options.tuning.region = state_->job.region();
+    const Status status = state_->job.check_limits();
+    if (status) return state_->job.go_on_within_limits();
+    state_->options = before;
+    return Status::usage(status.message());
+}
 
 Result<RenderResult> Session::finish() { return for_users(state_->job.finish(), state_->options); }
 

@@ -34,6 +34,10 @@ void BlockTable::take_demand(uint32_t round, std::span<const uint32_t> demand) {
     }
 }
 
+void BlockTable::forget_demand() {
+    for (BlockState& block : blocks_) block.requests = block.bounces = block.entries = block.requested_since = 0;
+}
+
 void BlockTable::take_use(BlockState& block, uint32_t use, uint32_t round) const {
     if (!counts_entries(policy_.kind)) {
         block.last_used = std::max(block.last_used, use);

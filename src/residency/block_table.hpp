@@ -28,6 +28,8 @@ public:
 
     // Takes in the demand of the round that has ended: the arrays of abi/path.h (RP_DEMAND_*), one after the other.
     void take_demand(uint32_t round, std::span<const uint32_t> demand);
+    // Nobody waits any more, and RP_DEMAND_USED counts from 0 again.
+    void forget_demand();
     // A load has ended; rounds after this one see the block. REQUIRES: it was loading.
     void arrive(uint32_t round, uint32_t block);
     // Decides what goes and what comes, and counts it as done: evicted blocks are absent, planned ones are loading.

@@ -58,6 +58,8 @@ public:
     // When no ray can go on and no round is under way: waits until a block has arrived since that round ended. False if none has, and none
     // is on its way.
     Result<bool> wait_for_block(uint32_t round);
+    // The rays that waited are gone, and counters of use begin anew at 0. Blocks stay.
+    void forget_demand() { table_.forget_demand(); }
     // For measurements and tests, instead of rounds: brings in every block and publishes the page table. Fails if they do not fit.
     Status load_all(Queue& queue);
 

@@ -29,6 +29,17 @@ uint32_t Blocks::pages() const { return static_cast<uint32_t>(source_->scene().p
 uint64_t Blocks::texture_bytes() const { return source_->scene().texture_bytes(); }
 uint64_t Blocks::memory_bytes(BlockForm form) const { return source_->scene().memory_bytes(form); }
 
+uint64_t Blocks::instances() const { return source_->scene().instances; }
+uint32_t Blocks::materials() const { return static_cast<uint32_t>(source_->scene().materials.size()); }
+
+// Block entries lie object by object, then those of the world, as blocks do.
+uint32_t Blocks::first_block_in_world() const {
+    const BakedScene& scene = source_->scene();
+    uint64_t entry = 0;
+    for (const rp_object& object : scene.objects) entry += object.top.block_entry_count;
+    return entry < scene.block_entries.size() ? scene.block_entries[entry].block : count();
+}
+
 std::pair<std::array<float, 3>, std::array<float, 3>> Blocks::bounds(uint32_t block) const {
     RAYPAGER_CHECK(block < count());
     const BlockRecord& record = source_->scene().blocks[block];

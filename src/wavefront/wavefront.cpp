@@ -259,7 +259,7 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
     // Slots stay free for the stages to come.
-    const bool more = samples_again().size() > listed_again_ || film_layout().adaptive();
+    const bool more = samples_again().size() > listed_again_ || expects_more_ || film_layout().adaptive();
     const Round round = {number, page_changes, newly_published, listed_again_, more};
     RAYPAGER_TRY(backend_->launch(round, flight.events));
     if (count_waits_) {

@@ -92,8 +92,15 @@ public:
         again_list_ = std::move(samples);
         begun_again_ = 0;
     }
+    // There will be more of them: slots without a sample stay free meanwhile.
+    void expect_more(bool more) { expects_more_ = more; }
     // Whether some of them are still to be begun. Then only one round may be under way: how many it begins is known when it has ended.
     bool begins_again() const { return begun_again_ < again_list_.size(); }
+    uint64_t again_left() const { return again_list_.size() - begun_again_; }
+    std::vector<rp_path_sample> samples_again_left() const {
+        const auto left = samples_again();
+        return {left.begin(), left.end()};
+    }
 
     const rp_render_params& params() const { return params_; }
     // Time on the device so far: wake, generate, extend, shade, connect. On GPUs the last and the three before it run beside one another; streams
@@ -130,6 +137,7 @@ private:
     std::optional<Kernel> count_waits_;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
+    bool expects_more_ = false;
     uint32_t listed_again_ = 0;  // on the device for the round under way
     std::array<Flight, max_rounds> flights_;
     uint32_t started_ = 0, finished_ = 0;

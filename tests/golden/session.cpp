@@ -1,6 +1,7 @@
 // The public library: sessions that are driven from outside end in the picture of a render from start to end.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "raypager/raypager.hpp"
@@ -127,6 +128,170 @@ TEST_F(Sessions, may_be_finished_at_any_time) {
     ASSERT_TRUE(result.ok()) << result.status().message();
     EXPECT_FALSE(result->report.complete);
     EXPECT_EQ(result->image.values.size(), 48u * 32 * 3);
+}
+
+// Rays one by one, and in streams where the device has them.
+class SessionsOfEitherWay : public Sessions, public testing::WithParamInterface<Traversal> {
+protected:
+    void SetUp() override {
+        options_.tuning.traversal = GetParam();
+        Sessions::SetUp();
+    }
+};
+INSTANTIATE_TEST_SUITE_P(ways, SessionsOfEitherWay, testing::Values(Traversal::automatic, Traversal::ray),
+                         [](const auto& info) { return info.param == Traversal::ray ? "ray" : "automatic"; });
+
+// Whoever watches sees all of the picture early, and gets the same one.
+TEST_P(SessionsOfEitherWay, coarse_first_ends_in_the_same_film) {
+    options_.coarse_first = true;
+    options_.width = 300, options_.height = 200, options_.spp = 3;
+    auto plain = options_;
+    plain.coarse_first = false;
+    const auto whole = render(*blocks_, plain);
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    for (const uint32_t paths : {512u, 4096u, 100000u}) {
+        options_.tuning.paths = paths;
+        Session coarse = session(options_);
+        double first = 0;
+        for (int i = 0; !coarse.done(); i++) {
+            ASSERT_TRUE(coarse.step(0).ok());
+            if (i == 0) first = coarse.progress().spp;
+            EXPECT_LE(coarse.progress().fraction, 1);
+        }
+        EXPECT_GT(first, 0) << paths;
+        EXPECT_LE(first, 0.25) << paths;  // every other point in both directions
+        const auto result = coarse.finish();
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_TRUE(result->report.complete);
+        EXPECT_EQ(result->report.film_hash, whole->report.film_hash) << paths;
+    }
+}
+
+TEST_F(Sessions, coarse_first_stops_like_any_other) {
+    options_.coarse_first = true;
+    options_.width = 300, options_.height = 200, options_.spp = 60000;
+    options_.tuning.paths = 512;
+    for (const double seconds : {0.0, 0.01, 0.3}) {
+        Session stopped = session(options_);
+        ASSERT_TRUE(stopped.step(seconds).ok());
+        stopped.cancel();
+        ASSERT_TRUE(stopped.step(1e9).ok());
+        const auto result = stopped.finish();
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_FALSE(result->report.complete);
+    }
+    options_.time_seconds = 0.05;
+    const auto timed = render(*blocks_, options_);
+    ASSERT_TRUE(timed.ok()) << timed.status().message();
+    EXPECT_EQ(timed->report.unsampled, 0u);
+}
+
+TEST_P(SessionsOfEitherWay, begin_anew_with_another_view_as_if_created_with_it) {
+    for (const bool coarse : {false, true}) {
+        options_.coarse_first = coarse;
+        Session moved = session(options_);
+        ASSERT_TRUE(moved.step(0.02).ok());
+        SessionView view;
+        view.camera = blocks_->camera();
+        view.camera->eye.x += 0.25f;
+        view.width = 24, view.height = 20;
+        auto changed = options_;
+        changed.coarse_first = false;
+        changed.camera = view.camera;
+        changed.width = view.width, changed.height = view.height;
+        const auto expected = render(*blocks_, changed);
+        ASSERT_TRUE(expected.ok()) << expected.status().message();
+        ASSERT_TRUE(moved.restart(view).ok());
+        EXPECT_EQ(moved.progress().rays, 0u);
+        EXPECT_EQ(moved.progress().loads, 0u);
+        EXPECT_GT(moved.progress().resident_bytes, 0u);  // blocks stay
+        while (!moved.done()) ASSERT_TRUE(moved.step(0).ok());
+        // And back, once it is done.
+        view.camera = blocks_->camera();
+        view.width = 48, view.height = 32;
+        ASSERT_TRUE(moved.restart(view).ok());
+        EXPECT_FALSE(moved.done());
+        const auto back = finish(moved);
+        ASSERT_TRUE(back.ok()) << back.status().message();
+        EXPECT_EQ(back->report.film_hash, hash_);
+        EXPECT_EQ(back->report.rays.camera, 48u * 32 * 8);
+        Session again = session(options_);
+        ASSERT_TRUE(again.step(0.02).ok());
+        view.camera = changed.camera;
+        view.width = 24, view.height = 20;
+        ASSERT_TRUE(again.restart(view).ok());
+        const auto result = finish(again);
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->report.film_hash, expected->report.film_hash);
+    }
+}
+
+TEST_F(Sessions, what_cannot_be_shown_leaves_them_as_they_are) {
+    Session kept = session(options_);
+    ASSERT_TRUE(kept.step(0).ok());
+    SessionView large;
+    large.width = 49, large.height = 32;
+    EXPECT_EQ(kept.restart(large).kind(), ErrorKind::usage);
+    const Status small = kept.limit_geometry(1, 0);
+    ASSERT_FALSE(small.ok());
+    EXPECT_NE(small.message().find("geometry-limit"), std::string::npos) << small.message();
+    const auto result = finish(kept);
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(result->report.film_hash, hash_);
+}
+
+TEST_P(SessionsOfEitherWay, limits_change_while_they_run_and_the_picture_does_not) {
+    for (const bool coarse : {false, true})
+        for (const double adaptive : {0.0, 0.05}) {
+            options_.coarse_first = coarse;
+            options_.adaptive_error = adaptive;
+            options_.spp = adaptive > 0 ? 32 : 8;
+            const auto whole = render(*blocks_, options_);
+            ASSERT_TRUE(whole.ok()) << whole.status().message();
+            Session limited = session(options_);
+            // Paths under way begin anew each time, so it must come to an end.
+            const double limits[] = {100, 1, 40, 100, 5};
+            size_t changes = 0;
+            for (int i = 0; !limited.done(); i++) {
+                ASSERT_TRUE(limited.step(0).ok());
+                if (i % 7 != 6 || changes == std::size(limits)) continue;
+                const Status changed = limited.limit_geometry(0, limits[changes++]);
+                ASSERT_TRUE(changed.ok()) << changed.message();
+            }
+            EXPECT_GE(changes, 3u);
+            EXPECT_GT(limited.progress().loads, blocks_->count());
+            const auto result = limited.finish();
+            ASSERT_TRUE(result.ok()) << result.status().message();
+            EXPECT_TRUE(result->report.complete);
+            EXPECT_EQ(result->report.film_hash, whole->report.film_hash) << "coarse " << coarse << ", adaptive " << adaptive;
+        }
+}
+
+TEST_F(Sessions, tell_of_blocks_and_pixels) {
+    options_.layers = *parse_film_layers("depth,material,samples");
+    Session looked_at = session(options_);
+    EXPECT_EQ(looked_at.blocks().size(), blocks_->count());
+    bool waited = false;
+    while (!looked_at.done()) {
+        ASSERT_TRUE(looked_at.step(0).ok());
+        for (const BlockStatus& block : looked_at.blocks())
+            waited = waited || (block.waiting_rays > 0 && block.state != BlockStatus::State::resident);
+    }
+    EXPECT_TRUE(waited);
+    const auto at = looked_at.layers_at(20, 25);
+    ASSERT_TRUE(at.ok()) << at.status().message();
+    const auto blocks = looked_at.blocks();
+    double spp = 0;
+    const auto picture = looked_at.snapshot(&spp);
+    ASSERT_TRUE(picture.ok());
+    EXPECT_EQ(spp, 8);
+    EXPECT_TRUE(std::ranges::any_of(blocks, [](const BlockStatus& block) { return block.state == BlockStatus::State::resident; }));
+    const auto result = looked_at.finish();
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(picture->values, result->image.values);
+    ASSERT_EQ(at->size(), 3u);
+    for (size_t i = 0; i < 3; i++) EXPECT_EQ((*at)[i].image.values.at(0), result->layers[i].image.values.at(25 * 48 + 20));
+    EXPECT_GT((*at)[1].image.values[0], 0);
 }
 
 TEST_F(Sessions, what_cannot_work_is_an_error) {

@@ -21,8 +21,9 @@ set(layer_wavefront 6)
 set(layer_bake 7)
 set(layer_render 7)
 set(layer_bench 8)
-set(layer_cli 9)
-set(layer_python 10)
+set(layer_view 9)
+set(layer_cli 10)
+set(layer_python 11)
 
 # header pattern | files that may include it
 set(owners
@@ -30,10 +31,13 @@ set(owners
     "dlfcn|^src/denoise/"
     "GL/|^src/import/[^/]*glu"
     "OpenImageIO/|^src/image/[^/]*openimageio"
-    "boost/|^src/cli/"
+    "boost/asio/|^src/view/http_server"
+    "boost/beast/|^src/view/http_server"
+    "boost/program_options|^src/cli/"
+    "boost/|^src/(cli|view)/"
     "nanobind/|^src/python/"
     "Python[.]h|^NEVER"
-    "nlohmann/|^src/(cli/|render/|import/gltf_json)"
+    "nlohmann/|^src/(cli/|view/|render/|import/gltf_json)"
     "tiny_gltf|^src/import/gltf_tiny"
     "draco/|^src/import/gltf_draco"
     "meshoptimizer|^src/import/gltf_meshopt"
@@ -84,7 +88,17 @@ foreach(file ${files})
     if(file MATCHES "^src/cli/" AND NOT file MATCHES "^src/cli/(bench|sweep_state|traverse_options|inspect|make_scene)")
         file(STRINGS ${ROOT}/${file} includes REGEX "^ *# *include +\"")
         foreach(line ${includes})
-            if(NOT line MATCHES "\"(raypager|cli|base)/|\"scene/(vector|box)[.]hpp\"")
+            if(NOT line MATCHES "\"(raypager|cli|view|base)/|\"scene/(vector|box)[.]hpp\"")
+                list(APPEND errors "${file}: ${line} is not in the public library")
+            endif()
+        endforeach()
+    endif()
+endforeach()
+foreach(file ${files})
+    if(file MATCHES "^src/view/")
+        file(STRINGS ${ROOT}/${file} includes REGEX "^ *# *include +\"")
+        foreach(line ${includes})
+            if(NOT line MATCHES "\"(raypager|view|base)/")
                 list(APPEND errors "${file}: ${line} is not in the public library")
             endif()
         endforeach()
