@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #ifdef RAYPAGER_VIEW
+#include <fcntl.h>
 #include <spawn.h>
 #include <unistd.h>
 
@@ -30,9 +31,9 @@ constexpr uint32_t most_samples = 65535;  // which nobody will wait for
 constexpr const char* about_view =
     "Shows a scene in a browser on this machine while it is rendered: the picture as it converges, with a camera that moves, the blocks that come "
     "and\n"
-    "go, and what is at a pixel. The address is printed; nobody else can see the page. INPUT is what 'raypager render' takes. Without --spp and "
-    "--time\n"
-    "the picture gets better for as long as it is looked at. Ctrl-C ends it.";
+    "go, and what is at a pixel. The address is printed; it has a secret part that others would need. INPUT is what 'raypager render' takes. "
+    "Without\n"
+    "--spp and --time the picture gets better until Ctrl-C ends it, up to 65535 samples per pixel.";
 
 struct LiveViewSettings {
     RenderSettings render;
@@ -47,7 +48,9 @@ Result<std::optional<LiveViewSettings>> parse_live_view_settings(const Arguments
     OptionParser parser("view", "INPUT... [options]", about_view);
     parser.inputs("INPUT", 1, std::numeric_limits<size_t>::max(), inputs);
     parser.option("port", "N", "port of 127.0.0.1 that the page is at, 1 to 65535 (default: one that is free)", into_count(settings.port, 1, 65535));
-    parser.flag("open", "open the page in the browser that xdg-open finds", settings.open);
+    parser.flag("open",
+                "open the page in the browser that xdg-open finds; other users of this machine may then see the address in the list of processes",
+                settings.open);
     add_picture_options(parser, render);
     add_look_options(parser, render.look, render.texts);
     add_exposure_options(parser, render);
@@ -80,9 +83,19 @@ void print_address(const HttpServer& server) {
 void open_browser(const std::string& url) {
     std::string program = "xdg-open", address = url;
     char* const arguments[] = {program.data(), address.data(), nullptr};
+    // In a session of its own, so that Ctrl-C does not end the browser; and what it prints is not for those who read the address.
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
+    posix_spawn_file_actions_init(&files);
+    posix_spawnattr_init(&attributes);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
     pid_t id;
-    if (posix_spawnp(&id, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
+    if (posix_spawnp(&id, program.c_str(), &files, &attributes, arguments, environ) != 0)
         log_warning("--open: xdg-open cannot be started; open the address by hand");
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
 }
 
 Status show(const LiveViewSettings& settings, const Blocks& scene, const StopSignal& signal) {

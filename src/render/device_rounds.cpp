@@ -58,6 +58,7 @@ Status DeviceRounds::restart(const rp_render_params& params) {
     plan_.params.slot_count = slots;
     residency_->forget_demand();
     counters_ = {};
+    texture_waits_ = 0;
     demand_ = {};
     ended_before_ = ended_;
     auto wavefront = Wavefront::create(*device_, source_.scene(), plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),

@@ -16,6 +16,8 @@ Status RenderJob::prepare() {
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
     pixels_ = most_pixels_ = uint64_t{params->width} * params->height;
+    full_width_ = params->width;
+    full_height_ = params->height;
     auto device = Device::open(options_.device, options_.memory_limit, options_.tuning.profile, instruments_.device_hooks);
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
@@ -176,7 +178,7 @@ RenderProgress RenderJob::progress() const {
     RenderProgress p;
     p.seconds = done.render_seconds;
     p.snapshot_seconds = snapshot_seconds_;
-    const uint64_t begun = samples_begun() - first_pass_.left() - wavefront().again_left();
+    const uint64_t begun = samples_begun() + coarse_ - first_pass_.left() - wavefront().again_left();
     p.spp = static_cast<double>(begun) / static_cast<double>(pixels_);
     const uint64_t under_way = uint64_t{rounds_->ready_rays()} + rounds_->counters().waiting_rays();
     p.finished_spp = static_cast<double>(begun - std::min(begun, under_way)) / static_cast<double>(pixels_);

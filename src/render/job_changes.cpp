@@ -55,7 +55,17 @@ Status RenderJob::check_limits() const {
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("the limits of a render that is recorded are fixed");
     if (options_.tuning.pool_place == PoolPlace::host) return Status::usage("all geometry is in host memory; there is no limit to change");
     const Device& device = rounds_->device();
-    return plan_render(scene_, options_, instruments_, wavefront().params(), device.info(), device.budget().limit()).status();
+    const auto params = full_size_params();
+    if (!params) return params.status();
+    return plan_render(scene_, options_, instruments_, *params, device.info(), device.budget().limit()).status();
+}
+
+// Of the largest view that there may be: memory is divided for that one.
+Result<rp_render_params> RenderJob::full_size_params() const {
+    RenderOptions options = options_;
+    options.width = full_width_;
+    options.height = full_height_;
+    return make_params(scene_, options);
 }
 
 // As from a checkpoint that lies in main memory.
@@ -69,9 +79,10 @@ Status RenderJob::go_on_within_limits() {
     std::vector<uint32_t> film(wavefront().film_words());
     RAYPAGER_TRY(wavefront().read_film(0, film));
     auto params = make_params(scene_, options_);
-    if (!params) return params.status();
-    params->order = wavefront().params().order;
-    params->first_sample = samples_begun();
+    auto full = full_size_params();
+    if (!params || !full) return params ? full.status() : params.status();
+    params->order = full->order = wavefront().params().order;
+    params->first_sample = full->first_sample = samples_begun();
 
     WorkDone done = work();
     done.render_seconds = earlier_.render_seconds;  // which goes on
@@ -82,9 +93,10 @@ Status RenderJob::go_on_within_limits() {
     last_reported_ = render_seconds();
     watchdog_.reset();
     std::unique_ptr<Device> device = rounds_->release_device();
-    auto rounds = DeviceRounds::create(source_, options_, instruments_, *params, std::move(device), [this](const std::string& text) { warn(text); });
+    auto rounds = DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), [this](const std::string& text) { warn(text); });
     if (!rounds) return rounds.status();
     rounds_ = std::move(*rounds);
+    if (pixels_ < most_pixels_) RAYPAGER_TRY(rounds_->restart(*params));
     watch();
     RAYPAGER_TRY(wavefront().write_film(0, film));
     wavefront().begin_with(std::move(samples));

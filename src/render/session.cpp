@@ -65,10 +65,12 @@ Status Session::step(double seconds) {
     using Clock = std::chrono::steady_clock;
     const auto begin = Clock::now();
     RenderJob& job = state_->job;
+    job.expect_progress(true);
     while (!job.done()) {
         RAYPAGER_TRY(job.step());
         if (std::chrono::duration<double>(Clock::now() - begin).count() >= seconds) break;
     }
+    job.expect_progress(false);
     return {};
 }
 

@@ -69,6 +69,19 @@ void Watchdog::doing(const char* what) {
     doing_ = what;
 }
 
+void Watchdog::pause() {
+    const std::lock_guard lock(mutex_);
+    if (!paused_) paused_ = Clock::now();
+}
+
+void Watchdog::resume() {
+    const std::lock_guard lock(mutex_);
+    if (!paused_) return;
+    last_progress_ += Clock::now() - *paused_;
+    paused_.reset();
+    changed_.notify_all();
+}
+
 std::string Watchdog::report_text(double seconds) const {
     return fmt::format("no progress for {:.1f} s; {} after round {}: {}; loader: {}; still going on", seconds, doing_, state_.round, describe(state_),
                        loader_());
@@ -77,6 +90,10 @@ std::string Watchdog::report_text(double seconds) const {
 void Watchdog::watch() {
     std::unique_lock lock(mutex_);
     while (!stop_) {
+        if (paused_) {
+            changed_.wait(lock);
+            continue;
+        }
         const double passed = std::chrono::duration<double>(Clock::now() - last_progress_).count();
         if (passed >= next_report_) {
             next_report_ = 2 * passed;

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -43,6 +44,9 @@ public:
     void round_ended(RoundState state);
     // What the render is about to do, for reports: "waiting for a block". A literal.
     void doing(const char* what);
+    // Between these two nobody expects progress.
+    void pause();
+    void resume();
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -58,6 +62,7 @@ private:
     const char* doing_ = "starting";
     Clock::time_point last_progress_ = Clock::now();
     double next_report_;  // seconds without progress
+    std::optional<Clock::time_point> paused_;
     bool stop_ = false;
     std::thread thread_;  // last: uses all others
 };

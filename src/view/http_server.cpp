@@ -1,5 +1,6 @@
 #include "view/http_server.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <atomic>
@@ -31,6 +32,9 @@ constexpr const char* content_policy =
     "frame-ancestors 'none'";
 
 class Connection;
+
+// Programs that are started, such as a browser, must not hold it.
+void keep_from_children(int descriptor) { fcntl(descriptor, F_SETFD, FD_CLOEXEC); }
 
 struct Shared {
     asio::io_context context{1};
@@ -106,7 +110,7 @@ private:
         http::request<http::string_body> request = parser_->release();
         keep_alive_ = request.keep_alive();
         auto target = parse_target({request.target().data(), request.target().size()});
-        if (!target || !same_token(target->token, shared_->token)) return reply({404, "text/plain; charset=utf-8", "nothing here"});
+        if (!target || !same_token(target->token, shared_->token)) return refuse(404, "nothing here");
         const bool post = request.method() == http::verb::post;
         if (!post && request.method() != http::verb::get) return reply({405, "text/plain; charset=utf-8", "GET and POST alone"});
         // A form of another page cannot send this type without asking first.
@@ -167,6 +171,7 @@ public:
         if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
         if (!error) acceptor_.bind(place, error);
         if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+        if (!error) keep_from_children(acceptor_.native_handle());
         if (error) return Status::failed(fmt::format("port {} of 127.0.0.1: {}; give another --port, or none", port, error.message()));
         shared_->handle = std::move(handle);
         shared_->token = random_token();
@@ -179,9 +184,9 @@ public:
         if (!thread_.joinable()) return;
         asio::post(shared_->context, [this] {
             beast::error_code ignored;
+            shared_->ended = true;
             acceptor_.close(ignored);
             retry_.cancel();
-            shared_->ended = true;
             for (const auto& connection : connections()) connection->close();
         });
         thread_.join();
@@ -200,7 +205,9 @@ private:
     }
     void accept() {
         acceptor_.async_accept([this](beast::error_code error, Tcp::socket socket) {
-            if (error == asio::error::operation_aborted) return;
+            // It may have come just before the end, and be told of behind it.
+            if (shared_->ended || error == asio::error::operation_aborted) return;
+            if (!error) keep_from_children(socket.native_handle());
             if (!error && connections().size() < static_cast<size_t>(max_connections)) {
                 beast::error_code ignored;
                 socket.set_option(Tcp::no_delay(true), ignored);
@@ -210,7 +217,7 @@ private:
             // No descriptors left, for instance: trying at once would only heat the room.
             retry_.expires_after(std::chrono::milliseconds(100));
             retry_.async_wait([this](beast::error_code cancelled) {
-                if (!cancelled) accept();
+                if (!cancelled && !shared_->ended) accept();
             });
         });
     }

@@ -36,7 +36,8 @@ std::map<std::string, std::string> parse_query(std::string_view text) {
 bool is_from_own_page(const RequestOrigin& from, uint16_t port) {
     if (!from.host) return false;
     const std::string host = lower(*from.host);
-    if (host != fmt::format("127.0.0.1:{}", port) && host != fmt::format("localhost:{}", port)) return false;
+    const std::string behind = port == 80 ? "" : fmt::format(":{}", port);  // browsers leave the usual one out
+    if (host != "127.0.0.1" + behind && host != "localhost" + behind) return false;
     if (from.origin && lower(*from.origin) != "http://" + host) return false;
     return !from.fetch_site || *from.fetch_site == "same-origin" || *from.fetch_site == "none";
 }

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <string>
 #include <thread>
 
 #include "raypager/raypager.hpp"
@@ -265,6 +268,65 @@ TEST_P(SessionsOfEitherWay, limits_change_while_they_run_and_the_picture_does_no
             EXPECT_TRUE(result->report.complete);
             EXPECT_EQ(result->report.film_hash, whole->report.film_hash) << "coarse " << coarse << ", adaptive " << adaptive;
         }
+}
+
+// Memory is divided for the largest view, whichever is shown when limits change.
+TEST_F(Sessions, limits_that_change_while_the_picture_is_small_leave_room_for_large_ones) {
+    options_.width = 400, options_.height = 300;
+    options_.spp = 1;
+    options_.memory_limit = 100000;
+    const auto refused = Session::create(*blocks_, options_);
+    ASSERT_FALSE(refused.ok());
+    const std::string key = "the smallest that would do is ", &message = refused.status().message();
+    ASSERT_NE(message.find(key), std::string::npos) << message;
+    options_.memory_limit = std::stoull(message.substr(message.find(key) + key.size())) + 200000;
+    options_.geometry_limit_percent = 0;
+    const auto whole = render(*blocks_, options_);
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    Session changed = session(options_);
+    ASSERT_TRUE(changed.step(0).ok());
+    ASSERT_TRUE(changed.restart({std::nullopt, 40, 30}).ok());
+    ASSERT_TRUE(changed.step(0).ok());
+    ASSERT_TRUE(changed.limit_geometry(0, 0).ok());
+    ASSERT_TRUE(changed.step(0).ok());
+    const Status large = changed.restart({std::nullopt, 400, 300});
+    ASSERT_TRUE(large.ok()) << large.message();
+    const auto result = finish(changed);
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(result->report.film_hash, whole->report.film_hash);
+    EXPECT_LE(result->report.peak.memory_bytes, options_.memory_limit);
+}
+
+// Of a picture that is ended early, samples that are begun out of turn are counted once they have begun.
+TEST_F(Sessions, progress_stays_within_the_job_after_a_stop) {
+    std::atomic<bool> stop{false};
+    options_.stop = &stop;
+    options_.width = 300, options_.height = 200, options_.spp = 100;
+    options_.tuning.paths = 512;
+    Session stopped = session(options_);
+    ASSERT_TRUE(stopped.step(0).ok());
+    stop = true;
+    while (!stopped.done()) {
+        ASSERT_TRUE(stopped.step(0).ok());
+        EXPECT_LE(stopped.progress().spp, 100);
+        EXPECT_LE(stopped.progress().finished_spp, stopped.progress().spp);
+    }
+    EXPECT_GT(stopped.progress().spp, 0);
+}
+
+TEST_F(Sessions, that_nobody_drives_are_not_said_to_hang) {
+    std::atomic<int> warnings{0};
+    RenderCallbacks callbacks;
+    callbacks.warning = [&warnings](const std::string&) { warnings++; };
+    options_.stall_seconds = 2;
+    auto created = Session::create(*blocks_, options_, callbacks);
+    ASSERT_TRUE(created.ok()) << created.status().message();
+    ASSERT_TRUE(created->step(0).ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    ASSERT_TRUE(created->step(1e9).ok());
+    ASSERT_TRUE(created->done());
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    EXPECT_EQ(warnings, 0);
 }
 
 TEST_F(Sessions, tell_of_blocks_and_pixels) {

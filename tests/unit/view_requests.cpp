@@ -28,6 +28,20 @@ TEST(ViewRequests, TargetsHaveATokenAndANameThatIsNoPath) {
         EXPECT_FALSE(parse_target(text)) << text;
 }
 
+TEST(ViewRequests, ComeFromTheirOwnPage) {
+    EXPECT_TRUE(is_from_own_page({"127.0.0.1:81", "http://127.0.0.1:81", "same-origin"}, 81));
+    EXPECT_TRUE(is_from_own_page({"LOCALHOST:81", {}, "none"}, 81));
+    EXPECT_FALSE(is_from_own_page({"127.0.0.1", {}, {}}, 81));
+    EXPECT_FALSE(is_from_own_page({"127.0.0.1:82", {}, {}}, 81));
+    EXPECT_FALSE(is_from_own_page({"127.0.0.1:81", "http://localhost:81", {}}, 81));
+    EXPECT_FALSE(is_from_own_page({"127.0.0.1:81", {}, "cross-site"}, 81));
+    EXPECT_FALSE(is_from_own_page({{}, {}, {}}, 81));
+    // Browsers leave the usual port out.
+    EXPECT_TRUE(is_from_own_page({"127.0.0.1", "http://127.0.0.1", {}}, 80));
+    EXPECT_TRUE(is_from_own_page({"localhost", {}, {}}, 80));
+    EXPECT_FALSE(is_from_own_page({"elsewhere", {}, {}}, 80));
+}
+
 TEST(ViewRequests, TokensAreComparedAsAWhole) {
     const std::string token = random_token();
     EXPECT_EQ(token.size(), 32u);

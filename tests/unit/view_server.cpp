@@ -242,6 +242,30 @@ TEST_F(ViewServer, ends_whoever_still_waits) {
     later_.clear();
 }
 
+// Some connections are always just being accepted then.
+TEST_F(ViewServer, ends_while_others_knock) {
+    std::atomic<uint16_t> port{server_->port()};
+    const std::jthread knocking([&port](const std::stop_token& enough) {
+        while (!enough.stop_requested()) Client client(port);
+    });
+    for (int i = 0; i < 50; i++) {
+        server_.reset();  // which hung, once
+        auto next = HttpServer::start(0, [](HttpRequest, HttpServer::Respond) {});
+        ASSERT_TRUE(next.ok()) << next.status().message();
+        server_ = std::move(*next);
+        port = server_->port();
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+}
+
+// One who does not know the address gets one answer for each connection.
+TEST_F(ViewServer, strangers_do_not_keep_connections) {
+    Client stranger(server_->port());
+    stranger.say("GET /0/ HTTP/1.1\r\n" + own_ + "\r\n");
+    EXPECT_TRUE(stranger.hear(5000).starts_with("HTTP/1.1 404"));
+    EXPECT_TRUE(stranger.closed());
+}
+
 TEST_F(ViewServer, a_port_that_is_taken_is_an_error) {
     const auto second = HttpServer::start(server_->port(), [](HttpRequest, HttpServer::Respond) {});
     ASSERT_FALSE(second.ok());

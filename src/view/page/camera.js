@@ -33,6 +33,7 @@ export class Camera {
     camera.up = numbers.slice(6, 9);
     camera.fov = numbers[9];
     camera.rest = words.slice(10);
+    camera.said = text;
     return camera;
   }
 
@@ -43,8 +44,11 @@ export class Camera {
   // Of the picture; it may lean from that of the world.
   get upward() { return scaled(cross(this.right, this.forward), this.mirrored ? -1 : 1); }
 
-  // In single precision, as short as it can be said: what the program says of the same camera.
-  text() {
+  // As it was said, to the last digit, until it moves.
+  text() { return this.said ?? this.rounded(); }
+
+  // In single precision, as short as it can be said.
+  rounded() {
     return [...this.eye, ...this.target, ...this.up, this.fov].map(shortest).concat(this.rest).join(",");
   }
 
@@ -60,7 +64,7 @@ export class Camera {
     const side = unit(cross(axis, arm));
     if (length(cross(axis, unit(arm))) > 1e-4) arm = rotated(arm, side, allowed);
     arm = rotated(arm, axis, -turn * sense);
-    this.eye = add(this.target, arm);
+    this.put(add(this.target, arm), this.target);
   }
 
   // In parts of the shorter side of the picture, at the distance of the target.
@@ -69,19 +73,22 @@ export class Camera {
     this.shift(add(scaled(this.right, -x * size), this.upward, y * size));
   }
 
-  zoom(factor) { this.eye = add(this.target, scaled(add(this.eye, this.target, -1), factor)); }
+  zoom(factor) { this.put(add(this.target, scaled(add(this.eye, this.target, -1), factor)), this.target); }
 
   // In lengths of the scene, along the picture's axes.
   fly(right, up, ahead) { this.shift(add(add(scaled(this.right, right), this.upward, up), this.forward, ahead)); }
 
-  shift(by) {
-    this.eye = add(this.eye, by);
-    this.target = add(this.target, by);
+  shift(by) { this.put(add(this.eye, by), add(this.target, by)); }
+
+  put(eye, target) {
+    this.eye = eye;
+    this.target = target;
+    this.said = null;
   }
 
   lookAt(point) {
     const ahead = dot(add(point, this.eye, -1), this.forward);
-    if (ahead > 0) this.target = point;
+    if (ahead > 0) this.put(this.eye, point);
   }
 
   // Where a picture of this shape has a point, in its own units from the left and the top, with how far ahead it is.

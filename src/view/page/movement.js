@@ -27,7 +27,7 @@ export class Movement {
     this.canvas.classList.toggle("moves", this.moves);
     if (this.sending || this.wanted || this.timer || this.drag || !state.camera) return;
     const camera = Camera.parse(state.camera);
-    if (!camera || this.camera?.text() === camera.text()) return;
+    if (!camera || this.camera?.rounded() === camera.rounded()) return;
     this.camera = camera;
     this.first ??= this.camera.copy();
   }

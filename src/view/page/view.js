@@ -93,11 +93,13 @@ function showState() {
   element("help").style.visibility = s.camera_moves ? "visible" : "hidden";
 }
 
+let exposure = 0;  // in stops; finer, or further, than the slider may say
+
 function setExposure(stops) {
+  exposure = stops;
   element("stops").textContent = (stops > 0 ? "+" : "") + stops.toFixed(1);
   picture.setExposure(stops);
 }
-const exposure = () => Number(element("exposure").value);
 
 async function showPixel(x, y) {
   const line = element("pixel"), at = [Math.floor(x), Math.floor(y)];
@@ -146,7 +148,7 @@ async function copyCamera() {
 
 function save(format) {
   const link = document.createElement("a");
-  link.href = addressOfSaved(format, exposure());
+  link.href = addressOfSaved(format, exposure);
   link.download = `raypager.${format}`;
   link.click();
 }
@@ -227,7 +229,7 @@ async function followBlocks() {
   }
 }
 
-element("exposure").addEventListener("input", () => setExposure(exposure()));
+element("exposure").addEventListener("input", () => setExposure(Number(element("exposure").value)));
 element("save-png").addEventListener("click", () => save("png"));
 element("save-exr").addEventListener("click", () => save("exr"));
 element("copy").addEventListener("click", copyCamera);
