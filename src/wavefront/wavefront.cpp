@@ -112,11 +112,11 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
 }
 
 std::string BlockNotes::definitions(BlockForm form, uint32_t slots) const {
-    std::string result = bounces ? " -DRP_COUNT_BOUNCES" : "";
-    if (use == Use::last_round) result += " -DRP_NOTE_ROUNDS";
+    std::string result = bounces ? " -DRP_TRACK_BOUNCES" : "";
+    if (use == Use::last_round) result += " -DRP_TRACK_LAST_ROUND";
     // Of single rays a sample is enough to tell blocks apart, and costs nothing. Each number has kernels of its own, so there are not many.
     const int counted = form == BlockForm::wide || slots < 1u << 18 ? 1 : slots < 1u << 22 ? 8 : 256;
-    if (use == Use::entries) result += fmt::format(" -DRP_COUNT_ENTRIES={}u", counted - 1);
+    if (use == Use::entries) result += fmt::format(" -DRP_TRACK_ENTERS={}u", counted - 1);
     return result;
 }
 
