@@ -28,7 +28,7 @@ void add_layered(nb::module_& module) {
     });
     module.def("sheet", [](const Color& color, const Color& specular, float alpha, float ior, const Color& refracted) {
         rp_material material = glossy_material(float3(color), float3(specular), alpha);
-        material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_CLEAR;
+        material.flags |= RP_MATERIAL_THIN | RP_MATERIAL_SMOOTH_REFRACTION;
         material.ior = ior;
         std::copy(refracted.begin(), refracted.end(), material.refracted);
         return material;

@@ -55,7 +55,7 @@ protected:
     }
 
     void expect_an_eighth() {
-        const uint32_t before = use(""), all = use(" -DRP_COUNT_ENTRIES=0u") - before, sample = use(" -DRP_COUNT_ENTRIES=7u") - before - all;
+        const uint32_t before = use(""), all = use(" -DRP_TRACK_ENTERS=0u") - before, sample = use(" -DRP_TRACK_ENTERS=7u") - before - all;
         // Rays, or streams of 64 of them, that are in the sample or not; each enters twice. Five standard deviations of that.
         const double unit = GetParam() == Traversal::ray ? 1 : 64, expected = all / 8.0, tolerance = 5 * std::sqrt(expected * unit * 2);
         EXPECT_LT(tolerance, expected);
@@ -72,10 +72,10 @@ protected:
 
 TEST_P(Entries, none_are_told_unless_asked_for) { EXPECT_EQ(use(""), 0u); }
 
-TEST_P(Entries, the_round_of_the_last_one) { EXPECT_EQ(use(" -DRP_NOTE_ROUNDS"), 1u); }
+TEST_P(Entries, the_round_of_the_last_one) { EXPECT_EQ(use(" -DRP_TRACK_LAST_ROUND"), 1u); }
 
 TEST_P(Entries, all_are_counted) {
-    const uint32_t entries = use(" -DRP_COUNT_ENTRIES=0u");
+    const uint32_t entries = use(" -DRP_TRACK_ENTERS=0u");
     if (GetParam() == Traversal::ray) {
         EXPECT_EQ(entries, 2 * count);
     } else {
@@ -84,7 +84,7 @@ TEST_P(Entries, all_are_counted) {
         EXPECT_GT(hits_, count / 8);
         EXPECT_LE(entries, 2 * count * block_entries_);
     }
-    EXPECT_EQ(use(" -DRP_COUNT_ENTRIES=0u"), 2 * entries) << "they add up";
+    EXPECT_EQ(use(" -DRP_TRACK_ENTERS=0u"), 2 * entries) << "they add up";
 }
 
 TEST_P(Entries, a_sample_is_as_large_as_it_should_be) { expect_an_eighth(); }

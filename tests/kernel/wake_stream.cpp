@@ -126,7 +126,7 @@ protected:
 
 private:
     void launch(bool named) {
-        auto begin = device_->kernel("stream/wake", "rp_begin_round", " -DRP_COUNT_BOUNCES"),
+        auto begin = device_->kernel("stream/wake", "rp_begin_round", " -DRP_TRACK_BOUNCES"),
              wake = device_->kernel("stream/wake", "rp_wake_stream", "");
         ASSERT_TRUE(begin.ok()) << begin.status().message();
         ASSERT_TRUE(wake.ok()) << wake.status().message();

@@ -214,11 +214,11 @@ TEST(SlotUse, regions_are_half_as_large_where_blocks_are_swapped) {
 TEST(BlockNotes, each_policy_gets_what_it_goes_by) {
     const uint32_t many = 1 << 24, few = 1 << 16;
     const auto notes = [](PolicyKind kind, BlockForm form, uint32_t slots) { return block_notes(kind).definitions(form, slots); };
-    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::stored, many), " -DRP_COUNT_ENTRIES=255u");
-    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::stored, few), " -DRP_COUNT_ENTRIES=0u");
-    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::wide, many), " -DRP_COUNT_ENTRIES=0u");
-    EXPECT_EQ(notes(PolicyKind::lru, BlockForm::stored, many), " -DRP_NOTE_ROUNDS");
-    EXPECT_EQ(notes(PolicyKind::most_wanted, BlockForm::stored, many), " -DRP_COUNT_BOUNCES -DRP_NOTE_ROUNDS");
+    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::stored, many), " -DRP_TRACK_ENTERS=255u");
+    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::stored, few), " -DRP_TRACK_ENTERS=0u");
+    EXPECT_EQ(notes(PolicyKind::aged_wants, BlockForm::wide, many), " -DRP_TRACK_ENTERS=0u");
+    EXPECT_EQ(notes(PolicyKind::lru, BlockForm::stored, many), " -DRP_TRACK_LAST_ROUND");
+    EXPECT_EQ(notes(PolicyKind::most_wanted, BlockForm::stored, many), " -DRP_TRACK_BOUNCES -DRP_TRACK_LAST_ROUND");
     EXPECT_EQ(BlockNotes().definitions(BlockForm::stored, many), "");
 }
 
