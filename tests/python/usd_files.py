@@ -13,7 +13,7 @@ import pytest
 import raypager as rp
 
 pytest.importorskip("pxr")
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
 SIZE = (64, 36)  # of pictures
 CORNERS = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
@@ -135,6 +135,19 @@ def loaded(path: Path, *, quiet: bool = True, **options: Any) -> rp.Scene:
 
 def film(scene: rp.Scene, **options: Any) -> np.ndarray:
     return scene.render(**({"width": SIZE[0], "height": SIZE[1], "spp": 4} | options)).film
+
+
+def colours_seen(scene: rp.Scene, places: list[tuple[float, float]]) -> np.ndarray:
+    """Of pixels, as shares of the picture from its top left."""
+    layers = scene.render(width=SIZE[0], height=SIZE[1], spp=16, layers="albedo").layers
+    return np.array([layers["albedo"][int(y * SIZE[1]), int(x * SIZE[0])] for x, y in places])
+
+
+def looking_at_squares(stage: Usd.Stage) -> None:
+    """The square from -1 to 1 fills the height of the picture."""
+    made = camera(stage, (0, 0, 5), (0, 0, 0), horizontalAperture=160.0 / 9 * 2, verticalAperture=20.0)
+    made.CreateProjectionAttr("orthographic")
+    UsdLux.DomeLight.Define(stage, "/light")
 
 
 def write_png(path: Path, pixels: np.ndarray) -> None:

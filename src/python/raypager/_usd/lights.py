@@ -18,6 +18,8 @@ from .reading import Reading
 from .round import Tessellation
 
 _MOST_RADIANCE = 1e12
+_WITHOUT_PLACE = ("DomeLight", "DomeLight_1", "DistantLight")
+_WITH_SURFACE = ("SphereLight", "RectLight", "DiskLight", "CylinderLight")
 # Of a map of a globe, whose pole is y and whose middle is +z (OpenEXR), the axes that raypager's has: x, y and z.
 _GLOBE = np.array([[0, 0, -1], [1, 0, 0], [0, 1, 0]], np.float64)
 
@@ -31,25 +33,25 @@ class LightReader:
         self._reading, self._images = reading, images
         self._domes: list[tuple[Usd.Prim, Triple, Array | None, Array]] = []
         self._black = absorbing()
+        self._dark: Usd.Prim | None = None
 
     def add(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
-        """Of lights that are no meshes."""
+        """Of lights that are no meshes. What an object cannot hold is left for who places it."""
         kind = str(prim.GetTypeName())
-        radiance = self.radiance(prim)
-        if max(radiance) <= 0:
+        if content.in_object and (kind in _WITHOUT_PLACE or (kind == "SphereLight" and self._is_spot(prim, kind))):
+            content.lights.append((prim, matrix))
             return
-        if kind in ("DomeLight", "DomeLight_1", "DistantLight") and content.in_object:
-            self._note(prim, "placed light", "a light without a place, in what instances place, is left out")
-        elif kind in ("DomeLight", "DomeLight_1"):
-            self._add_dome(prim, radiance, matrix)
+        radiance = self.radiance(prim)
+        if kind not in (*_WITHOUT_PLACE, *_WITH_SURFACE):
+            self._note(prim, f"light {kind}", f"a {kind or 'light without a type'} is not read; it is left out")
+        elif max(radiance) <= 0:
+            self._dark = self._dark or prim
         elif kind == "DistantLight":
             self._add_distant(prim, radiance, matrix)
-        elif kind in ("SphereLight", "RectLight", "DiskLight", "CylinderLight"):
-            self._add_surface(prim, kind, radiance, matrix, content)
+        elif kind in _WITHOUT_PLACE:
+            self._add_dome(prim, radiance, matrix)
         else:
-            self._note(prim, f"light {kind}", f"a {kind or 'light without a type'} is not read; it is left out")
-            return
-        self._reading.has_light = True
+            self._add_surface(prim, kind, radiance, matrix, content)
 
     def of_mesh(self, prim: Usd.Prim) -> Triple | None:
         """What a mesh shines with that is a light (MeshLightAPI)."""
@@ -72,6 +74,10 @@ class LightReader:
 
     def finish(self) -> None:
         """Skies are one: those of one colour are added to the first image."""
+        if self._dark is not None and not self._reading.has_light:
+            self._note(
+                self._dark, "dark", "no light shines, since the intensity of this one is 0, or its colour black; it is lit as if there were none"
+            )
         scene, plain, first = self._reading.scene, np.zeros(3), None
         for prim, radiance, pixels, axes in self._domes:
             if pixels is not None and first is None:
@@ -124,6 +130,7 @@ class LightReader:
         if up == "Z" or (up == "scene" and UsdGeom.GetStageUpAxis(self._reading.stage) == UsdGeom.Tokens.z):
             turn = turn @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
         self._domes.append((prim, radiance, pixels, _GLOBE @ turn.T))
+        self._reading.has_light = True
 
     def _add_distant(self, prim: Usd.Prim, radiance: Triple, matrix: Array) -> None:
         angle = np.radians(np.clip(float(self._input(prim, "angle", 0.53)), 0, 360) / 2)
@@ -135,6 +142,7 @@ class LightReader:
         if not np.any(direction):
             raise self._reading.failed(prim, "its light has no direction: its transform is flat")
         self._reading.scene.distant_light(direction.tolist(), [c * share for c in radiance])
+        self._reading.has_light = True
 
     def _add_surface(self, prim: Usd.Prim, kind: str, radiance: Triple, matrix: Array, content: Content) -> None:
         size = {name: self._size(prim, name) for name in ("radius", "width", "height", "length") if prim.HasAttribute(f"inputs:{name}")}
@@ -144,7 +152,7 @@ class LightReader:
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
         normalize = bool(self._input(prim, "normalize", False))
         if self._is_spot(prim, kind):
-            self._add_spot(prim, radiance, area if not normalize else 1, matrix, content)
+            self._add_spot(prim, radiance, area if not normalize else 1, matrix)
             return
         if area <= 0:
             self._note(prim, "flat light", "has no surface, so it does not shine")
@@ -155,6 +163,7 @@ class LightReader:
         if isinstance(asset, Sdf.AssetPath) and asset.path and (pixels := self._images.pixels(asset, prim)) is not None:
             self._note(prim, "light texture", "the image on it becomes its mean colour")
             radiance = _times(radiance, pixels.mean((0, 1)))
+        self._reading.has_light = True
         self._put(prim, kind, size, shape, radiance, matrix, content)
 
     def _put(self, prim: Usd.Prim, kind: str, size: dict[str, float], shape: Tessellation, radiance: Triple, matrix: Array, content: Content) -> None:
@@ -194,11 +203,12 @@ class LightReader:
         attribute = prim.GetAttribute(name)
         return bool(attribute and self._reading.get(attribute))
 
-    def _add_spot(self, prim: Usd.Prim, radiance: Triple, area: float, matrix: Array, content: Content) -> None:
+    def _add_spot(self, prim: Usd.Prim, radiance: Triple, area: float, matrix: Array) -> None:
         """A point that gives what the ball gives from afar: its radiance times the disk that is seen of it, a quarter of its surface."""
-        if content.in_object:
-            self._note(prim, "placed light", "a light without a surface, in what instances place, is left out")
+        if area <= 0:
+            self._note(prim, "flat light", "has no surface, so it does not shine")
             return
+        self._reading.has_light = True
         intensity = [c * area / 4 for c in radiance]
         place, axis = matrix[:3, 3], matrix[:3, :3] @ (0, 0, -1)
         angle, softness = self._cone(prim)

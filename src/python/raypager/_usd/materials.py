@@ -267,30 +267,57 @@ def _mixed(first: Material | None, second: Material, amount: Any) -> Material:
     return Material("mix", None, ((_raypager.PARAMETER_AMOUNT, amount),), (first, second, float(np.clip(_number(amount), 0, 1))))
 
 
+def _bound_for(prim: Usd.Prim, purpose: str) -> Usd.Prim | None:
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+    return material.GetPrim() if material else None
+
+
 class Surfaces:
     def __init__(self, reading: Reading, images: Images) -> None:
         self._reading, self._images = reading, images
         self._known: dict[Any, Surface] = {}
+        self._shaders: dict[Any, tuple[UsdShade.Shader | None, str | None]] = {}
 
     def of(self, prim: Usd.Prim) -> Surface:
         """What is bound to a prim, or to a part of its faces."""
-        material = self.bound(prim)
+        material = self._bound(prim)
         key = None if material is None else material.GetPath()
         if key not in self._known:
             self._known[key] = self._read(material)
         return self._known[key]
 
-    def bound(self, prim: Usd.Prim) -> Usd.Prim | None:
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
-        return material.GetPrim() if material else None
+    def _bound(self, prim: Usd.Prim) -> Usd.Prim | None:
+        """What is bound for pictures; where that cannot be read, what is for previews."""
+        full, preview = _bound_for(prim, UsdShade.Tokens.full), None
+        if full is None or self._shader(full)[0] is None:
+            preview = _bound_for(prim, UsdShade.Tokens.preview)
+        if preview is None or preview == full or self._shader(preview)[0] is None:
+            return full
+        if full is not None:
+            self._reading.notes.add("preview", full.GetPath(), f"has no UsdPreviewSurface; what is bound for previews, {preview.GetPath()}, is used")
+        return preview
+
+    def _shader(self, material: Usd.Prim) -> tuple[UsdShade.Shader | None, str | None]:
+        """Its UsdPreviewSurface; None if it has none, and what it has instead."""
+        path = material.GetPath()
+        if path not in self._shaders:
+            other = None
+            for context in ("", "mtlx"):
+                shader = UsdShade.Material(material).ComputeSurfaceSource(context)[0]
+                kind = shader.GetIdAttr().Get() if shader else None
+                if kind in _PREVIEW:
+                    break
+                other = kind or other
+            else:
+                shader = None
+            self._shaders[path] = shader, other
+        return self._shaders[path]
 
     def _read(self, material: Usd.Prim | None) -> Surface:
         if material is None:
             return Surface(self._reading, self._images, None, None)
-        for context in ("", "mtlx"):
-            shader = UsdShade.Material(material).ComputeSurfaceSource(context)[0]
-            kind = shader.GetIdAttr().Get() if shader else None
-            if kind in _PREVIEW:
-                return Surface(self._reading, self._images, material, shader)
+        shader, kind = self._shader(material)
+        if shader is not None:
+            return Surface(self._reading, self._images, material, shader)
         self._reading.notes.add("material", material.GetPath(), f"has no UsdPreviewSurface{f', but a {kind}' if kind else ''}; its surfaces are matt")
         return Surface(self._reading, self._images, material, None)
