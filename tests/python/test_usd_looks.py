@@ -144,6 +144,27 @@ def test_images_in_tiles(path: Path) -> None:
     assert any("none.<UDIM>.png: there is no tile of it" in text for text in loaded(path).warnings)
 
 
+@pytest.mark.parametrize(("channels", "bits"), [(1, 8), (2, 8), (3, 8), (4, 8), (1, 16), (2, 16), (3, 16), (4, 16)])
+def test_colour_spaces_are_those_of_usd(path: Path, channels: int, bits: int) -> None:
+    """auto is sRGB for 8 bits and three or four channels alone; for what is reflected, and for what shines."""
+    pixels = np.full((8, 8, channels), 0.5)
+    if channels % 2 == 0:
+        pixels[:, :, -1] = 1
+    write_png(path.parent / "half.png", pixels, bits)
+    for space, is_linear in (("raw", True), ("sRGB", False), ("auto", bits == 16 or channels < 3)):
+        stage = usd.new_stage(path.with_name(f"{space}.usda"))
+        looking_at_squares(stage)
+        stage.GetPrimAtPath("/light").GetAttribute("inputs:intensity").Set(1e-6)
+        material, shader = usd.preview(stage, "/material", roughness=1.0, specularColor=(0, 0, 0), useSpecularWorkflow=1)
+        for name in ("diffuseColor", "emissiveColor"):
+            usd.texture(shader, name, "rgb", "half.png", sourceColorSpace=space)
+        usd.bind(usd.square(stage, "/square"), material)
+        stage.Save()
+        scene, expected = loaded(path.with_name(f"{space}.usda")), 0.5 if is_linear else 0.214
+        assert np.allclose(colours_seen(scene, [(0.5, 0.5)]), expected, atol=0.01), space
+        assert np.allclose(film(scene)[SIZE[1] // 2, SIZE[0] // 2], expected, atol=0.01), space
+
+
 def test_cut_outs_and_channels(path: Path) -> None:
     """Opacity is the alpha of an image, half of which is clear; roughness, one of its channels, makes no difference there."""
     pixels = np.ones((16, 16, 4))

@@ -150,14 +150,14 @@ def looking_at_squares(stage: Usd.Stage) -> None:
     UsdLux.DomeLight.Define(stage, "/light")
 
 
-def write_png(path: Path, pixels: np.ndarray) -> None:
-    """[height, width, 3 or 4] floats from 0 to 1, which are stored as they are, in 8 bits."""
+def write_png(path: Path, pixels: np.ndarray, bits: int = 8) -> None:
+    """[height, width, 1 to 4] floats from 0 to 1, which are stored as they are, in 8 or 16 bits."""
     height, width, channels = pixels.shape
-    rows = np.zeros((height, 1 + width * channels), np.uint8)  # each begins with its filter: none
-    rows[:, 1:] = np.round(np.clip(pixels, 0, 1) * 255).reshape(height, -1)
+    numbers = np.round(np.clip(pixels, 0, 1) * (2**bits - 1)).astype(f">u{bits // 8}").reshape(height, -1)
+    rows = b"".join(b"\0" + row.tobytes() for row in numbers)  # each begins with its filter: none
 
     def chunk(kind: bytes, content: bytes) -> bytes:
         return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
-    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b""))
+    header = struct.pack(">IIBBBBB", width, height, bits, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
