@@ -50,9 +50,12 @@ def test_prototypes_may_lie_under_an_over(path: Path) -> None:
     usd.square(stage, "/many/hidden/group/square")
     UsdGeom.Xform.Define(stage, "/many/hidden/empty")
     usd.square(stage, "/many/hidden/off", 50).GetPrim().SetActive(False)
+    usd.square(stage, "/many/gone/inner", 50)
+    stage.GetPrimAtPath("/many/gone").SetActive(False)
     for name in ("hidden", "hidden/group"):
         stage.GetPrimAtPath(f"/many/{name}").SetSpecifier(Sdf.SpecifierOver)
-    instancer(stage, "/many", [f"/many/hidden/{name}" for name in ("group", "off", "empty")], [(3, 0, 0), (6, 0, 0), (9, 0, 0)])
+    prototypes = [f"/many/{name}" for name in ("hidden/group", "hidden/off", "hidden/empty", "gone/inner")]
+    instancer(stage, "/many", prototypes, [(3, 0, 0), (6, 0, 0), (9, 0, 0), (12, 0, 0)])
     stage.Save()
     scene = loaded(path)
     assert scene.warnings == [f"{path}: /many: its prototype /many/hidden/empty shows nothing"]
@@ -168,6 +171,19 @@ def test_lights_of_instances_are_those_of_the_world(path: Path, kind: str) -> No
         assert scene.warnings == []
         films.append(film(scene, spp=16))
     assert films[0].max() > 0.1 and np.allclose(films[0], films[1], rtol=1e-3, atol=1e-5)
+
+
+def test_lights_of_instances_are_not_without_end(path: Path) -> None:
+    """A hundred of a hundred of a hundred lamps."""
+    stage = usd.new_stage(path)
+    looking_at_squares(stage)
+    usd.square(stage, "/square")
+    UsdLux.SphereLight.Define(stage, "/a/b/c/lamp").CreateTreatAsPointAttr(True)
+    for name in ("/a", "/a/b", "/a/b/c"):
+        inner = {"/a": "/a/b", "/a/b": "/a/b/c", "/a/b/c": "/a/b/c/lamp"}[name]
+        instancer(stage, name, [inner], [(i, 0, 0) for i in range(100)])
+    stage.Save()
+    assert any("/a/b/c/lamp: instances place more than 1024 lights without a surface" in text for text in loaded(path).warnings)
 
 
 def test_skeletons_of_instances_are_warned_of(path: Path) -> None:

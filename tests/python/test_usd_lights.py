@@ -137,3 +137,42 @@ def test_lights_that_do_not_shine_do_not_keep_others_away(path: Path, kind: str)
     said = {"dark": "no light shines", "flat": "has no surface", "unknown": "a GeometryLight is not read"}[kind]
     assert any(said in text for text in scene.warnings)
     assert films[0].max() > 0.1 and np.allclose(films[0], films[1])
+
+
+@pytest.mark.parametrize("kind", ["mesh", "Sphere", "image"])
+def test_shapes_that_are_lights_shine_in_the_colour_of_their_glow(path: Path, kind: str) -> None:
+    """materialGlowTintsLight, the default; where the file says otherwise, as the light alone."""
+    write_png(path.parent / "glow.png", np.tile([1.0, 0, 0], (8, 8, 1)))
+    stage = usd.new_stage(path)
+    looking_at_squares(stage)
+    shape = UsdGeom.Sphere.Define(stage, "/lamp") if kind == "Sphere" else usd.square(stage, "/lamp")
+    api = UsdLux.LightAPI.Apply(shape.GetPrim()) if kind == "Sphere" else UsdLux.MeshLightAPI.Apply(shape.GetPrim())
+    shape.GetPrim().GetAttribute("inputs:intensity").Set(2.0)
+    black = {"diffuseColor": (0, 0, 0), "specularColor": (0, 0, 0), "useSpecularWorkflow": 1}
+    dark, dark_shader = usd.preview(stage, "/dark", **black)
+    red, shader = usd.preview(stage, "/red", **black, emissiveColor=(3, 0, 0))
+    if kind == "image":
+        usd.texture(shader, "emissiveColor", "rgb", "glow.png", scale=(3, 3, 3, 1))
+    if kind == "Sphere":
+        shape.GetPrim().CreateAttribute("light:materialSyncMode", Sdf.ValueTypeNames.Token).Set("materialGlowTintsLight")
+    for material, mode, expected in ((dark, None, (2, 2, 2)), (red, None, (6, 0, 0)), (red, "independent", (2, 2, 2))):
+        usd.bind(shape, material)
+        if mode is not None:
+            api.GetPrim().GetAttribute("light:materialSyncMode").Set(mode)
+        stage.Save()
+        scene = loaded(path)
+        assert np.allclose(film(scene)[SIZE[1] // 2, SIZE[0] // 2], expected, atol=0.02)
+        assert any("its materialSyncMode independent is not read" in text for text in scene.warnings) == (mode is not None)
+
+
+def test_what_lights_cannot_do_is_warned_of(path: Path) -> None:
+    rp.save(path.parent / "sky.exr", np.full((8, 16, 3), 3000, np.float32))
+    stage = usd.new_stage(path)
+    usd.square(stage, "/square")
+    dome = UsdLux.DomeLight.Define(stage, "/dome")
+    dome.CreateTextureFileAttr("sky.exr")
+    dome.CreateIntensityAttr(100.0)
+    UsdLux.LightAPI(UsdLux.RectLight.Define(stage, "/rect")).GetLightLinkCollectionAPI().CreateIncludeRootAttr(False)
+    stage.Save()
+    text = "\n".join(loaded(path).warnings)
+    assert "/dome: 128 pixels of the sky are brighter than 65504" in text and "/rect: shines on everything" in text

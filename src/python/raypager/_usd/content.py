@@ -42,6 +42,7 @@ class Content:
     places: dict[int, tuple[Object, Array, list[Array]]] = field(default_factory=dict)
     points: list[Array] = field(default_factory=list)
     lights: list[tuple[Usd.Prim, Array]] = field(default_factory=list)
+    placed_lights: int = 0
 
     def add(self, label: str, put: Callable[[Shapes], None], points: Array, matrix: Array) -> None:
         """``points``: [n, 3], of the shape; ``matrix`` leads from there to here."""

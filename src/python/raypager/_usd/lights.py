@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,10 +20,22 @@ from .reading import Reading
 from .round import Tessellation
 
 _MOST_RADIANCE = 1e12
+_MOST_IN_SKY = 65504  # of a half
 _WITHOUT_PLACE = ("DomeLight", "DomeLight_1", "DistantLight")
 _WITH_SURFACE = ("SphereLight", "RectLight", "DiskLight", "CylinderLight")
 # Of a map of a globe, whose pole is y and whose middle is +z (OpenEXR), the axes that raypager's has: x, y and z.
 _GLOBE = np.array([[0, 0, -1], [1, 0, 0], [0, 1, 0]], np.float64)
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A shape that is a light. ``is_tinted``: by what its material shines with."""
+
+    radiance: Triple
+    is_tinted: bool
+
+    def tinted(self, glow: Triple) -> Triple:
+        return _times(self.radiance, np.array(glow)) if self.is_tinted else self.radiance
 
 
 def is_light(prim: Usd.Prim) -> bool:
@@ -53,13 +67,17 @@ class LightReader:
         else:
             self._add_surface(prim, kind, radiance, matrix, content)
 
-    def of_mesh(self, prim: Usd.Prim) -> Triple | None:
-        """What a mesh shines with that is a light (MeshLightAPI)."""
-        if not prim.HasAPI(UsdLux.MeshLightAPI):
+    def of_shape(self, prim: Usd.Prim) -> Lamp | None:
+        """What a mesh or another shape shines with that is a light (MeshLightAPI, or LightAPI alone)."""
+        if not prim.HasAPI(UsdLux.LightAPI):
             return None
         if self._input(prim, "normalize", False):
             self._note(prim, "normalized mesh", "its normalize is not read: its intensity is its radiance")
-        return self.radiance(prim)
+        mode = prim.GetAttribute("light:materialSyncMode")
+        tints = mode.Get() == UsdLux.Tokens.materialGlowTintsLight
+        if not tints and mode.HasAuthoredValue():
+            self._note(prim, "sync mode", f"its materialSyncMode {mode.Get()} is not read: it is seen as it shines, and reflects")
+        return Lamp(self.radiance(prim), tints)
 
     def radiance(self, prim: Usd.Prim) -> Triple:
         """intensity 2^exposure color, times the color of its temperature."""
@@ -88,7 +106,10 @@ class LightReader:
                 plain += np.array(radiance) * (1 if pixels is None else _mean_of_globe(pixels))
         if first is not None:
             image, axes = first
-            scene._core.set_sky(np.ascontiguousarray(np.minimum(image + plain, 65504), np.float32), axes.tolist(), True)
+            whole = image + plain
+            if clipped := int((whole > _MOST_IN_SKY).any(2).sum()):
+                self._note(self._domes[0][0], "bright sky", f"{clipped} pixels of the sky are brighter than {_MOST_IN_SKY}, which is what they have")
+            scene._core.set_sky(np.ascontiguousarray(np.minimum(whole, _MOST_IN_SKY), np.float32), axes.tolist(), True)
         elif plain.any():
             scene.infinite_light(plain.tolist())
 
@@ -106,7 +127,8 @@ class LightReader:
         if prim.GetRelationship("light:filters").GetTargets():
             self._note(prim, "filters", "its filters are left out")
         for link in ("lightLink", "shadowLink"):
-            if any(prim.GetRelationship(f"collection:{link}:{side}").GetTargets() for side in ("includes", "excludes")):
+            linked = any(prim.GetRelationship(f"collection:{link}:{side}").GetTargets() for side in ("includes", "excludes"))
+            if linked or prim.GetAttribute(f"collection:{link}:includeRoot").Get() is False:
                 self._note(prim, "links", "shines on everything: what it is linked to is left out")
         if self._input(prim, "shadow:enable", True) is False:
             self._note(prim, "shadows", "casts shadows, though it says otherwise")
@@ -146,7 +168,7 @@ class LightReader:
 
     def _add_surface(self, prim: Usd.Prim, kind: str, radiance: Triple, matrix: Array, content: Content) -> None:
         size = {name: self._size(prim, name) for name in ("radius", "width", "height", "length") if prim.HasAttribute(f"inputs:{name}")}
-        shape = _surface(kind, size)
+        shape = _surface(kind, tuple(size.items()))
         positions = shape.positions @ matrix[:3, :3].T + matrix[:3, 3]
         corners = positions[shape.triangles]
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
@@ -225,7 +247,9 @@ def _times(color: Triple, by: Array) -> Triple:
     return r, g, b
 
 
-def _surface(kind: str, size: dict[str, float]) -> Tessellation:
+@lru_cache(maxsize=16)  # of those that instances place again and again
+def _surface(kind: str, sizes: tuple[tuple[str, float], ...]) -> Tessellation:
+    size = dict(sizes)
     if kind == "SphereLight":
         return round_shapes.sphere(size["radius"])
     if kind == "CylinderLight":

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from .._arrays import Array
 from .._errors import Error
@@ -24,7 +24,7 @@ _Work: TypeAlias = "list[tuple[Usd.Prim, Array]]"
 _CHILDREN = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 # Prototypes may lie under an "over", so that nothing but their instancer shows them.
 _CHILDREN_OF_PROTOTYPES = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
-_MOST_LIGHTS = 4096  # that instances of one object place
+_MOST_LIGHTS = 1024  # without a surface, that instances place in one object or the world
 
 
 class StageReader:
@@ -33,7 +33,7 @@ class StageReader:
         surfaces = Surfaces(reading, images)
         self._reading, self._outside = reading, Outside(reading)
         self._lights, self._cameras = LightReader(reading, images), CameraReader(reading)
-        painter = Painter(surfaces.of, images.pixels_of, self._lights.of_mesh)
+        painter = Painter(surfaces.of, images.pixels_of, self._lights.of_shape)
         self._meshes, self._gprims = MeshReader(reading, painter), GprimReader(reading, painter)
         self._objects: dict[Any, Found] = {}
         self._unfinished: set[Any] = set()
@@ -65,6 +65,7 @@ class StageReader:
         if prim.IsA(UsdGeom.Imageable) and self._reading.get(UsdGeom.Imageable(prim).GetVisibilityAttr()) == UsdGeom.Tokens.invisible:
             return []
         matrix = self._matrix(prim, outside, content)
+        self._note_draw_mode(prim)
         if prim.IsInstance():
             self._place(self._object_of_instance(prim), matrix[None], content)
             return []
@@ -95,10 +96,20 @@ class StageReader:
         purpose = UsdGeom.Imageable(prim).ComputePurpose()
         return purpose == UsdGeom.Tokens.default_ or (purpose == UsdGeom.Tokens.render and not hidden_in_renders(prim))
 
+    def _note_draw_mode(self, prim: Usd.Prim) -> None:
+        if not prim.HasAPI(UsdGeom.ModelAPI):
+            return
+        model = UsdGeom.ModelAPI(prim)
+        mode = model.ComputeModelDrawMode()
+        if mode != UsdGeom.Tokens.default_ and (model.GetModelApplyDrawModeAttr().Get() or Usd.ModelAPI(prim).GetKind() == "component"):
+            self._reading.notes.add("draw mode", prim.GetPath(), f"its draw mode {mode} is left out; it is shown as it is")
+
     def _add(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
         if prim.IsA(UsdGeom.Camera):
             if not content.in_object:
                 self._cameras.add(prim, matrix)
+            else:
+                self._reading.notes.add("placed camera", prim.GetPath(), "a camera in what instances place is only used where it is named")
         elif is_light(prim) and not prim.IsA(UsdGeom.Gprim):
             self._lights.add(prim, matrix, content)
         elif prim.IsA(UsdGeom.Gprim) and self._is_drawn(prim):
@@ -161,11 +172,20 @@ class StageReader:
     def _place_lights(self, found: Found, matrices: Array, content: Content) -> None:
         """Those without a surface, which no object holds."""
         for prim, inside in found.lights:
-            if len(matrices) > _MOST_LIGHTS:
-                text = f"is placed {len(matrices)} times, and has no surface; all but {_MOST_LIGHTS} are left out"
-                self._reading.notes.add("placed light", prim.GetPath(), text)
-            for matrix in matrices[:_MOST_LIGHTS]:
+            some = matrices[: _MOST_LIGHTS - content.placed_lights]
+            content.placed_lights += len(some)
+            for matrix in some:
                 self._lights.add(prim, matrix @ inside, content)
+            if len(some) < len(matrices):
+                text = f"instances place more than {_MOST_LIGHTS} lights without a surface; others are left out"
+                self._reading.notes.add("placed light", prim.GetPath(), text)
+                break
+
+    def _is_off(self, path: Sdf.Path) -> bool:
+        """Whether it, or what it lies in, is not active or not loaded."""
+        while not (prim := self._reading.stage.GetPrimAtPath(path)) and not path.IsAbsoluteRootPath():
+            path = path.GetParentPath()
+        return not prim.IsActive() or not prim.IsLoaded()
 
     def _place_points(self, instancer: UsdGeom.PointInstancer, matrix: Array, content: Content) -> None:
         prim, time = instancer.GetPrim(), self._reading.time
@@ -188,10 +208,10 @@ class StageReader:
         shown = np.array(mask, bool) if len(mask) == len(numbers) else np.ones(len(numbers), bool)
         for number in np.unique(numbers[shown]):
             prototype = self._reading.stage.GetPrimAtPath(targets[number])
+            if self._is_off(targets[number]):
+                continue
             if not prototype:
                 raise self._reading.failed(prim, f"its prototype {targets[number]} does not exist")
-            if not prototype.IsActive():
-                continue
             found = self._object_of_prototype(prototype)
             if found.is_empty():
                 self._reading.notes.add("empty prototype", prim.GetPath(), f"its prototype {targets[number]} shows nothing")
