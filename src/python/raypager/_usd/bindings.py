@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 from pxr import Usd, UsdGeom, UsdShade
 
 from .lights import is_light
 from .reading import Reading
 
+# For each purpose the material, and whether it is stronger than what lies within has; and whether collections have any.
+_Bound: TypeAlias = "tuple[dict[str, tuple[str, bool]], bool]"
 _BINDINGS = {"material:binding": "", "material:binding:full": "full", "material:binding:preview": "preview"}
 _COLLECTION = "material:binding:collection"
 # Of the root of an instance, what is looked at for each instance, or does not count.
@@ -18,7 +20,7 @@ _OWN = ("xformOp", "visibility", "purpose", "extent", "material:binding", "userP
 class Outside:
     def __init__(self, reading: Reading) -> None:
         self._reading = reading
-        self._bound: dict[Any, tuple[dict[str, tuple[str, bool]], bool]] = {}
+        self._bound: dict[Any, _Bound] = {}
 
     def of(self, prim: Usd.Prim) -> tuple[Any, ...]:
         """Materials, primvars and purposes that it has or inherits."""
@@ -37,23 +39,27 @@ class Outside:
         said = tuple((str(spec.layer.identifier), str(spec.path)) for p in named for spec in p.GetPropertyStack(self._reading.time))
         return str(prim.GetTypeName()), tuple(prim.GetAppliedSchemas()), said
 
-    def _bindings(self, prim: Usd.Prim) -> tuple[dict[str, tuple[str, bool]], bool]:
-        """For each purpose the material that reaches it, and whether that is stronger than what lies in it has; whether collections have any."""
-        if prim.IsPseudoRoot():
-            return {}, False
-        path = prim.GetPath()
-        if path not in self._bound:
-            above, by_collection = self._bindings(prim.GetParent())
-            found = dict(above)
-            for name, purpose in _BINDINGS.items():
-                relationship = prim.GetRelationship(name)
-                targets = relationship.GetForwardedTargets() if relationship else []
-                if targets and not found.get(purpose, ("", False))[1]:
-                    strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(relationship)
-                    found[purpose] = str(targets[0]), strength == UsdShade.Tokens.strongerThanDescendants
-            by_collection = by_collection or any(name.startswith(_COLLECTION) for name in prim.GetAuthoredPropertyNames())
-            self._bound[path] = found, by_collection
-        return self._bound[path]
+    def _bindings(self, prim: Usd.Prim) -> _Bound:
+        """What reaches it."""
+        unknown = []
+        while not prim.IsPseudoRoot() and prim.GetPath() not in self._bound:
+            unknown.append(prim)
+            prim = prim.GetParent()
+        known = self._bound.get(prim.GetPath(), ({}, False))
+        for each in reversed(unknown):
+            known = self._bound[each.GetPath()] = self._with_own(each, *known)
+        return known
+
+    def _with_own(self, prim: Usd.Prim, above: dict[str, tuple[str, bool]], by_collection: bool) -> _Bound:
+        found = dict(above)
+        for name, purpose in _BINDINGS.items():
+            relationship = prim.GetRelationship(name)
+            targets = relationship.GetForwardedTargets() if relationship else []
+            if targets and not found.get(purpose, ("", False))[1]:
+                strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(relationship)
+                found[purpose] = str(targets[0]), strength == UsdShade.Tokens.strongerThanDescendants
+        by_collection = by_collection or any(name.startswith(_COLLECTION) for name in prim.GetAuthoredPropertyNames())
+        return found, by_collection
 
 
 def hidden_in_renders(prim: Usd.Prim) -> bool:

@@ -93,7 +93,7 @@ class GprimReader:
             self._reading.notes.add("round glow", prim.GetPath(), "shines by an image, which only meshes can; it does not shine")
         emission, lamp = surface.emission, self._painter.light_of(prim)
         if lamp is not None:
-            emission = lamp.tinted(emission) if max(emission) > 0 else lamp.radiance
+            emission = lamp.over(emission)
         shines = max(emission) > 0
         self._reading.has_light |= max(emission) > 1 or (lamp is not None and shines)
         two_sided = shines and bool(UsdGeom.Gprim(prim).GetDoubleSidedAttr().Get())

@@ -34,8 +34,9 @@ class Lamp:
     radiance: Triple
     is_tinted: bool
 
-    def tinted(self, glow: Triple) -> Triple:
-        return _times(self.radiance, np.array(glow)) if self.is_tinted else self.radiance
+    def over(self, glow: Triple, by_image: bool = False) -> Triple:
+        """``glow``: what its material shines with. A material that does not shine at all tints nothing; the dark parts of an image do."""
+        return _times(self.radiance, np.array(glow)) if self.is_tinted and (by_image or max(glow) > 0) else self.radiance
 
 
 def is_light(prim: Usd.Prim) -> bool:
@@ -77,7 +78,10 @@ class LightReader:
         tints = mode.Get() == UsdLux.Tokens.materialGlowTintsLight
         if not tints and mode.HasAuthoredValue():
             self._note(prim, "sync mode", f"its materialSyncMode {mode.Get()} is not read: it is seen as it shines, and reflects")
-        return Lamp(self.radiance(prim), tints)
+        radiance = self.radiance(prim)
+        if max(radiance) <= 0:
+            self._dark = self._dark or prim
+        return Lamp(radiance, tints)
 
     def radiance(self, prim: Usd.Prim) -> Triple:
         """intensity 2^exposure color, times the color of its temperature."""

@@ -243,9 +243,9 @@ class MeshReader:
         varied = colors is not None and colors.interpolation != "constant"
         tint = colors.values[0] if colors is not None and not varied else None
         names = {"normals": "normals"}
-        if surface.uvs and surface.uvs in primvars:
+        if surface.uvs:
             names["uvs"] = surface.uvs
-        elif surface.uvs:
+        if surface.uvs and surface.uvs not in primvars:
             self._reading.notes.add("no uvs", prim.GetPath(), f"has no primvar {surface.uvs}, by which {surface.name} reads textures; it has (0, 0)")
         if varied:
             names["colors"] = surface.colors
@@ -258,9 +258,8 @@ class MeshReader:
         if uvs is None and surface.uvs in primvars:  # the same everywhere
             uvs = np.tile(primvars[surface.uvs].values[:1], (len(positions), 1))
         glow = self._glow(prim, surface, uvs, triangles) if lamp is None or lamp.is_tinted else None
-        for shine, chosen in [(surface.emission, slice(None))] if glow is None else glow:
-            lit = triangles[chosen]
-            emission = shine if lamp is None else lamp.radiance if glow is None and max(shine) <= 0 else lamp.tinted(shine)
+        for shine, lit in [(surface.emission, triangles)] if glow is None else [(shine, triangles[chosen]) for shine, chosen in glow]:
+            emission = shine if lamp is None else lamp.over(shine, by_image=glow is not None)
             shines = max(emission) > 0
             self._reading.has_light |= max(emission) > 1 or (lamp is not None and shines)
             mirrors = bool(np.linalg.det(matrix[:3, :3]) < 0)
