@@ -37,7 +37,22 @@ def shape_of(stage: Usd.Stage, kind: str) -> Any:
     return UsdGeom.Gprim(prim)
 
 
-@pytest.mark.parametrize("kind", ["BasisCurves", "Sphere", "Cylinder"])
+@pytest.mark.parametrize(("interpolation", "values"), [("uniform", [(0.8, 0, 0), (0, 0.4, 0)]),
+                                                       ("vertex", [(0.8, 0, 0), (0.8, 0, 0), (0, 0.2, 0), (0, 0.6, 0)])])  # fmt: skip
+def test_curves_have_a_colour_each(path: Path, interpolation: str, values: list[tuple[float, ...]]) -> None:
+    """The lower one is red, the upper one green; along a curve it is the mean, which is said."""
+    stage = usd.new_stage(path)
+    looking_at_squares(stage)
+    shape = shape_of(stage, "BasisCurves")
+    UsdGeom.PrimvarsAPI(shape).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, interpolation).Set(values)
+    stage.Save()
+    scene = loaded(path)
+    assert np.allclose(colours_seen(scene, [(0.5, 0.65), (0.5, 0.35)]), [(0.8, 0, 0), (0, 0.4, 0)], atol=0.02)
+    said = [f"{path}: /shape: its displayColor varies along curves, each of which has the mean"]
+    assert scene.warnings == (said if interpolation == "vertex" else [])
+
+
+@pytest.mark.parametrize("kind", ["Cone", "Sphere", "Cylinder"])
 def test_colours_that_vary_have_their_mean(path: Path, kind: str) -> None:
     stage = usd.new_stage(path)
     looking_at_squares(stage)

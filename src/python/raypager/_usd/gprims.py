@@ -72,11 +72,13 @@ class GprimReader:
             return round_shapes.capsule(number("radiusBottom"), number("radiusTop"), number("height")), axis
         return None
 
-    def _look(self, prim: Usd.Prim, has_uvs: bool, has_colors: bool = False) -> tuple[Surface, Any, Any, bool]:
-        """The surface, its material, what it shines with, and whether it does so on both sides. ``has_colors``: of its parts; else one, the mean."""
+    def _look(self, prim: Usd.Prim, has_uvs: bool, *, has_colors: bool = False, varied: bool = False) -> tuple[Surface, Any, Any, bool]:
+        """The surface, its material, what it shines with, and whether it does so on both sides.
+        ``has_colors``: of points; ``varied``: of vertices; else it has one, the mean.
+        """
         surface = self._painter.surface_of(prim)
         tint = None
-        if surface.reads_colors and (colors := find_primvar(self._reading, prim, surface.colors, 3)):
+        if not varied and surface.reads_colors and (colors := find_primvar(self._reading, prim, surface.colors, 3)):
             tint = colors.values.mean(0)
             if not has_colors and np.ptp(colors.values, axis=0).any():
                 self._reading.notes.add("round colours", prim.GetPath(), f"its {surface.colors} varies, of which the mean is used")
@@ -97,7 +99,7 @@ class GprimReader:
         shines = max(emission) > 0
         self._reading.has_light |= max(emission) > 1 or (lamp is not None and shines)
         two_sided = shines and bool(UsdGeom.Gprim(prim).GetDoubleSidedAttr().Get())
-        return surface, surface.material(tint, opacity=opacity, shines=shines, flat=flat), emission if shines else None, two_sided
+        return surface, surface.material(tint, varied=varied, opacity=opacity, shines=shines, flat=flat), emission if shines else None, two_sided
 
     def _widths(self, prim: Usd.Prim, shape: UsdGeom.Points | UsdGeom.Curves) -> Array:
         """[n]; primvars:widths counts before widths."""
@@ -110,10 +112,10 @@ class GprimReader:
     def _label(self, prim: Usd.Prim) -> str:
         return f"{self._reading.path}: {prim.GetPath()}"
 
-    def _add_mesh(self, prim: Usd.Prim, shape: Tessellation, matrix: Array, content: Content) -> None:
+    def _add_mesh(self, prim: Usd.Prim, shape: Tessellation, matrix: Array, content: Content, colors: Array | None = None) -> None:
         if len(shape.triangles) == 0:
             return
-        surface, material, emission, two_sided = self._look(prim, shape.uvs is not None)
+        surface, material, emission, two_sided = self._look(prim, shape.uvs is not None, varied=colors is not None)
         uvs = shape.uvs if surface.uvs else None
         flip = UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
 
@@ -123,6 +125,7 @@ class GprimReader:
                 shape.triangles.astype(np.uint32),
                 normals=shape.normals,
                 uvs=uvs,
+                colors=colors,
                 material=material,
                 transform=matrix,
                 emission=emission,
@@ -193,8 +196,24 @@ class GprimReader:
             reading.notes.add("curve basis", prim.GetPath(), f"curves of the basis {basis} are not read; they are left out")
             return
         wrap = str(curves.GetWrapAttr().Get() or "nonperiodic")
-        shape = tubes(points, counts, widths, basis, wrap, _MOST_TUBES)
-        if shape is None:
+        made = tubes(points, counts, widths, basis, wrap, _MOST_TUBES)
+        if made is None:
             reading.notes.add("curves", prim.GetPath(), "its curves would be more than 16 million triangles; they are left out")
             return
-        self._add_mesh(prim, shape, matrix, content)
+        shape, owners = made
+        colors = self._colors_of_curves(prim, counts)
+        self._add_mesh(prim, shape, matrix, content, None if colors is None else colors[owners])
+
+    def _colors_of_curves(self, prim: Usd.Prim, counts: Array) -> Array | None:
+        """[n, 3], one for each curve; None: all have one."""
+        surface = self._painter.surface_of(prim)
+        found = find_primvar(self._reading, prim, surface.colors, 3) if surface.reads_colors else None
+        if found is None or found.interpolation not in ("uniform", "vertex"):
+            return None
+        if found.interpolation == "uniform":
+            return np.clip(found.values, 0, 1)
+        self._reading.notes.add("round colours", prim.GetPath(), f"its {surface.colors} varies along curves, each of which has the mean")
+        sums = np.concatenate([np.zeros((1, 3)), np.cumsum(found.values, 0, np.float64)])
+        ends = np.cumsum(counts)
+        means: Array = (sums[ends] - sums[ends - counts]) / np.maximum(counts, 1)[:, None]
+        return np.clip(means, 0, 1).astype(np.float32)
