@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,8 @@ import raypager as rp
 
 pytest.importorskip("pxr")
 import usd_files as usd
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdUtils, Vt
-from usd_files import SIZE, film, loaded, write_png
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt
+from usd_files import SIZE, colours_seen, film, loaded, looking_at_squares, write_png
 
 
 @pytest.fixture(name="path")
@@ -49,19 +50,6 @@ def test_the_film_is_that_of_the_same_scene_from_arrays(path: Path) -> None:
     assert from_usd.size == (1280, 720) and from_usd.warnings == []
     expected, found = film(scene), film(from_usd)
     assert expected.max() > 0.1 and np.abs(found - expected).max() < 1e-4 * expected.max()
-
-
-def colours_seen(scene: rp.Scene, places: list[tuple[float, float]]) -> np.ndarray:
-    """Of pixels, as shares of the picture from its top left."""
-    layers = scene.render(width=SIZE[0], height=SIZE[1], spp=16, layers="albedo").layers
-    return np.array([layers["albedo"][int(y * SIZE[1]), int(x * SIZE[0])] for x, y in places])
-
-
-def looking_at_squares(stage: Usd.Stage) -> None:
-    """The square from -1 to 1 fills the height of the picture."""
-    camera = usd.camera(stage, (0, 0, 5), (0, 0, 0), horizontalAperture=160.0 / 9 * 2, verticalAperture=20.0)
-    camera.CreateProjectionAttr("orthographic")
-    UsdLux.DomeLight.Define(stage, "/light")
 
 
 def test_colours_by_point_face_and_corner(path: Path) -> None:
@@ -156,6 +144,27 @@ def test_images_in_tiles(path: Path) -> None:
     assert any("none.<UDIM>.png: there is no tile of it" in text for text in loaded(path).warnings)
 
 
+@pytest.mark.parametrize(("channels", "bits"), [(1, 8), (2, 8), (3, 8), (4, 8), (1, 16), (2, 16), (3, 16), (4, 16)])
+def test_colour_spaces_are_those_of_usd(path: Path, channels: int, bits: int) -> None:
+    """auto is sRGB for 8 bits and three or four channels alone; for what is reflected, and for what shines."""
+    pixels = np.full((8, 8, channels), 0.5)
+    if channels % 2 == 0:
+        pixels[:, :, -1] = 1
+    write_png(path.parent / "half.png", pixels, bits)
+    for space, is_linear in (("raw", True), ("sRGB", False), ("auto", bits == 16 or channels < 3)):
+        stage = usd.new_stage(path.with_name(f"{space}.usda"))
+        looking_at_squares(stage)
+        stage.GetPrimAtPath("/light").GetAttribute("inputs:intensity").Set(1e-6)
+        material, shader = usd.preview(stage, "/material", roughness=1.0, specularColor=(0, 0, 0), useSpecularWorkflow=1)
+        for name in ("diffuseColor", "emissiveColor"):
+            usd.texture(shader, name, "rgb", "half.png", sourceColorSpace=space)
+        usd.bind(usd.square(stage, "/square"), material)
+        stage.Save()
+        scene, expected = loaded(path.with_name(f"{space}.usda")), 0.5 if is_linear else 0.214
+        assert np.allclose(colours_seen(scene, [(0.5, 0.5)]), expected, atol=0.01), space
+        assert np.allclose(film(scene)[SIZE[1] // 2, SIZE[0] // 2], expected, atol=0.01), space
+
+
 def test_cut_outs_and_channels(path: Path) -> None:
     """Opacity is the alpha of an image, half of which is clear; roughness, one of its channels, makes no difference there."""
     pixels = np.ones((16, 16, 4))
@@ -188,6 +197,25 @@ def test_materials_of_subsets(path: Path) -> None:
     left = 0.5 - 0.25 * SIZE[1] / SIZE[0]
     found = colours_seen(loaded(path), [(left, 0.5), (1 - left, 0.5)])
     assert np.allclose(found, [(0.1, 0.2, 0.3), (0.7, 0.6, 0.5)], atol=0.02)
+
+
+def test_what_is_bound_for_previews_is_used_where_nothing_else_can_be_read(path: Path) -> None:
+    stage = usd.new_stage(path)
+    looking_at_squares(stage)
+    plain = {"roughness": 1.0, "specularColor": (0, 0, 0), "useSpecularWorkflow": 1}
+    red, green = (usd.preview(stage, f"/{name}", diffuseColor=c, **plain)[0] for name, c in (("red", (0.8, 0.1, 0.1)), ("green", (0.1, 0.8, 0.1))))
+    other, shader = UsdShade.Material.Define(stage, "/other"), UsdShade.Shader.Define(stage, "/other/surface")
+    shader.CreateIdAttr("PxrSurface")
+    other.CreateSurfaceOutput("ri").ConnectToSource(shader.ConnectableAPI(), "out")
+    binding = UsdShade.MaterialBindingAPI.Apply(usd.square(stage, "/square").GetPrim())
+    binding.Bind(red, materialPurpose="preview")
+    for full, expected, words in ((None, (0.8, 0.1, 0.1), None), (other, (0.8, 0.1, 0.1), "/other: .*for previews"), (green, (0.1, 0.8, 0.1), None)):
+        if full is not None:
+            binding.Bind(full, materialPurpose="full")
+        stage.Save()
+        scene = loaded(path)
+        assert np.allclose(colours_seen(scene, [(0.5, 0.5)]), [expected], atol=0.02)
+        assert scene.warnings == [] if words is None else re.search(words, "\n".join(scene.warnings))
 
 
 def lit_from_the_side(stage: Usd.Stage, path: Path) -> np.ndarray:
@@ -253,106 +281,6 @@ def test_the_left_hand_and_mirrors_change_nothing(path: Path, scheme: str) -> No
     assert films[0].max() > 0.7
     for other in films[1:]:
         assert np.abs(other - films[0]).mean() < 0.01 * films[0].mean()
-
-
-# Lights
-
-
-@pytest.mark.parametrize(("up", "turned"), [("Y", False), ("Y", True), ("Z", False)])
-def test_the_dome_lies_as_usd_says(path: Path, up: str, turned: bool) -> None:
-    """Of a map of a globe the middle is at +z, a quarter to the left of it +x, and the pole +y, whichever axis points up. One quarter is red."""
-    pixels = np.full((32, 64, 3), 0.1, np.float32)
-    pixels[8:24, 12:20] = (4, 0, 0)  # around u = 0.25, v = 0.5: +x
-    pixels[:6] = (0, 3, 0)  # the pole
-    rp.save(path.parent / "sky.exr", pixels)
-    stage = usd.new_stage(path, up)
-    dome = UsdLux.DomeLight.Define(stage, "/dome")
-    dome.CreateTextureFileAttr("sky.exr")
-    dome.CreateIntensityAttr(0.5)
-    dome.CreateExposureAttr(1)
-    if turned:
-        UsdGeom.Xformable(dome).AddRotateYOp().Set(90.0)  # +x goes to -z
-    usd.move(UsdGeom.Sphere.Define(stage, "/ball"), (0, -5, 0))
-    for name, target, vertical in [("x", (1, 0, 0), (0, 1, 0)), ("y", (0, 1, 0), (0, 0, 1)), ("z", (0, 0, -1), (0, 1, 0))]:
-        usd.camera(stage, (0, 0, 0), target, vertical, f"/{name}")
-    stage.Save()
-    seen = {name: film(loaded(path, camera=name))[SIZE[1] // 2, SIZE[0] // 2] for name in "xyz"}
-    red = "z" if turned else "x"
-    assert np.allclose(seen[red], (4, 0, 0), atol=0.1) and np.allclose(seen["y"], (0, 3, 0), atol=0.1)
-    assert np.allclose(seen["x" if turned else "z"], 0.1, atol=0.05)
-
-
-def irradiance(path: Path, stage: Usd.Stage) -> np.ndarray:
-    """Of a white floor at the origin that faces +z."""
-    usd.camera(stage, (0, 0, 3), (0, 0, 0), focalLength=400.0)
-    floor = usd.square(stage, "/floor", 0.2)
-    usd.bind(floor, usd.preview(stage, "/white", diffuseColor=(1, 1, 1), roughness=1.0, specularColor=(0, 0, 0), useSpecularWorkflow=1)[0])
-    stage.Save()
-    return np.pi * film(loaded(path), spp=256, width=16, height=9, max_depth=1).mean((0, 1))
-
-
-@pytest.mark.parametrize("normalize", [False, True])
-@pytest.mark.parametrize("kind", ["RectLight", "DiskLight", "SphereLight", "CylinderLight", "DistantLight", "DomeLight", "spot"])
-def test_lights_are_as_bright_as_the_schema_says(path: Path, kind: str, normalize: bool) -> None:
-    """Against what a small light 4 above a floor gives it: radiance times area over distance^2, and an intensity of 2 is 4 with an exposure of 1."""
-    stage = usd.new_stage(path)
-    light = stage.DefinePrim("/light", "SphereLight" if kind == "spot" else kind)
-    usd.move(UsdGeom.Xformable(light), (0, 0, 4))
-    for name, value in {"intensity": 2.0, "exposure": 1.0, "normalize": normalize, "radius": 0.05, "width": 0.1, "height": 0.2, "length": 0.2,
-                        "angle": 1.0}.items():  # fmt: skip
-        if light.HasAttribute(f"inputs:{name}"):
-            light.GetAttribute(f"inputs:{name}").Set(value)
-    light.GetAttribute("inputs:color").Set(Gf.Vec3f(1, 0.5, 0.25))
-    UsdGeom.Xformable(light).AddScaleOp().Set(Gf.Vec3f(2, 2, 2))
-    # What is seen of it from below, and its surface.
-    seen, surface = {
-        "RectLight": (0.2 * 0.4, 0.2 * 0.4),
-        "DiskLight": (np.pi * 0.01, np.pi * 0.01),
-        "SphereLight": (np.pi * 0.01, 4 * np.pi * 0.01),
-        "CylinderLight": (0.4 * 0.2, 0.4 * 2 * np.pi * 0.1),
-        "spot": (np.pi * 0.01, 4 * np.pi * 0.01),
-    }.get(kind, (0, 1))
-    if kind == "spot":
-        UsdLux.ShapingAPI.Apply(light).CreateShapingConeAngleAttr(30.0)
-    expected = 4 * seen / 16 / (surface if normalize else 1)
-    if kind == "DistantLight":
-        expected = 4 if normalize else 4 * np.pi * np.sin(np.radians(0.5)) ** 2
-    if kind == "DomeLight":
-        expected = 4 * np.pi
-    assert np.allclose(irradiance(path, stage), expected * np.array([1, 0.5, 0.25]), rtol=0.04)
-
-
-def test_a_temperature_is_a_colour(path: Path) -> None:
-    stage = usd.new_stage(path)
-    light = UsdLux.DistantLight.Define(stage, "/sun")
-    for name, value in {"intensity": 1.0, "angle": 0.0, "enableColorTemperature": True, "colorTemperature": 3000.0}.items():
-        light.GetPrim().GetAttribute(f"inputs:{name}").Set(value)
-    assert np.allclose(irradiance(path, stage), UsdLux.BlackbodyTemperatureAsRgb(3000), rtol=0.03)
-
-
-def test_what_shines(path: Path) -> None:
-    """Surfaces by their material, also by an image, and meshes that are lights."""
-    pixels = np.zeros((8, 8, 3))
-    pixels[:, :4], pixels[:, 4:] = (1, 0, 0), (0, 0, 1)
-    write_png(path.parent / "glow.png", pixels)
-    stage = usd.new_stage(path)
-    looking_at_squares(stage)
-    material, shader = usd.preview(stage, "/glow", diffuseColor=(0, 0, 0), specularColor=(0, 0, 0), useSpecularWorkflow=1)
-    usd.texture(shader, "emissiveColor", "rgb", "glow.png", scale=(3, 3, 3, 1))
-    made = usd.mesh(stage, "/two", [(-1, -1, 0), (-1, 1, 0), (0, -1, 0), (0, 1, 0), (1, -1, 0), (1, 1, 0)], [4, 4], [0, 2, 3, 1, 2, 4, 5, 3])
-    uvs = UsdGeom.PrimvarsAPI(made).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "faceVarying")
-    uvs.Set([(0, 0), (0.5, 0), (0.5, 1), (0, 1), (0.5, 0), (1, 0), (1, 1), (0.5, 1)])
-    usd.bind(made, material)
-    lamp = usd.mesh(stage, "/lamp", [(1.2, -1, 0), (1.6, -1, 0), (1.6, 1, 0), (1.2, 1, 0)], [4], [0, 1, 2, 3])
-    UsdLux.MeshLightAPI.Apply(lamp.GetPrim())
-    lamp.GetPrim().GetAttribute("inputs:intensity").Set(5.0)
-    stage.Save()
-    scene = loaded(path)
-    assert any("shines by an image" in text for text in scene.warnings)
-    found = film(scene)[SIZE[1] // 2]
-    left, lamp_at = round(SIZE[0] / 2 - SIZE[1] / 4), round(SIZE[0] / 2 + 1.4 * SIZE[1] / 2)
-    assert np.allclose(found[left], (3, 0, 0), atol=0.1) and np.allclose(found[SIZE[0] - left], (0, 0, 3), atol=0.1)
-    assert found[lamp_at].min() > 4.9
 
 
 # Cameras

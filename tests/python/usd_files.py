@@ -13,7 +13,7 @@ import pytest
 import raypager as rp
 
 pytest.importorskip("pxr")
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
 SIZE = (64, 36)  # of pictures
 CORNERS = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
@@ -137,14 +137,27 @@ def film(scene: rp.Scene, **options: Any) -> np.ndarray:
     return scene.render(**({"width": SIZE[0], "height": SIZE[1], "spp": 4} | options)).film
 
 
-def write_png(path: Path, pixels: np.ndarray) -> None:
-    """[height, width, 3 or 4] floats from 0 to 1, which are stored as they are, in 8 bits."""
+def colours_seen(scene: rp.Scene, places: list[tuple[float, float]]) -> np.ndarray:
+    """Of pixels, as shares of the picture from its top left."""
+    layers = scene.render(width=SIZE[0], height=SIZE[1], spp=16, layers="albedo").layers
+    return np.array([layers["albedo"][int(y * SIZE[1]), int(x * SIZE[0])] for x, y in places])
+
+
+def looking_at_squares(stage: Usd.Stage) -> None:
+    """The square from -1 to 1 fills the height of the picture."""
+    made = camera(stage, (0, 0, 5), (0, 0, 0), horizontalAperture=160.0 / 9 * 2, verticalAperture=20.0)
+    made.CreateProjectionAttr("orthographic")
+    UsdLux.DomeLight.Define(stage, "/light")
+
+
+def write_png(path: Path, pixels: np.ndarray, bits: int = 8) -> None:
+    """[height, width, 1 to 4] floats from 0 to 1, which are stored as they are, in 8 or 16 bits."""
     height, width, channels = pixels.shape
-    rows = np.zeros((height, 1 + width * channels), np.uint8)  # each begins with its filter: none
-    rows[:, 1:] = np.round(np.clip(pixels, 0, 1) * 255).reshape(height, -1)
+    numbers = np.round(np.clip(pixels, 0, 1) * (2**bits - 1)).astype(f">u{bits // 8}").reshape(height, -1)
+    rows = b"".join(b"\0" + row.tobytes() for row in numbers)  # each begins with its filter: none
 
     def chunk(kind: bytes, content: bytes) -> bytes:
         return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
-    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b""))
+    header = struct.pack(">IIBBBBB", width, height, bits, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))

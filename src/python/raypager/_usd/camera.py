@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom
 from .. import _raypager
 from .._arrays import Array
 from .._errors import Error, usage
-from .reading import Reading
+from .reading import Reading, matrix_of
 
 _MOST_NAMED = 4
 _TENTH = 0.1  # focal length and aperture are in tenths of the stage's units
@@ -27,7 +27,7 @@ class CameraReader:
         reading, wanted = self._reading, self._reading.camera
         found = sorted(self._found, key=lambda each: str(each[0].GetPath()))
         if wanted is not None:
-            chosen = [each for each in found if wanted in (str(each[0].GetPath()), each[0].GetName())]
+            chosen = [each for each in found if _is_called(each[0], wanted)] or self._hidden(wanted)
             if not chosen:
                 names = ", ".join(str(prim.GetPath()) for prim, _ in found[:_MOST_NAMED]) or "none"
                 raise usage(f"{reading.path}: has no camera {wanted}; there are {names}")
@@ -41,6 +41,12 @@ class CameraReader:
             reading.notes.add("cameras", prim.GetPath(), f"of {len(found)} cameras, this one is used; others are {others}{more}")
         self._take(prim, matrix)
         return True
+
+    def _hidden(self, wanted: str) -> list[tuple[Usd.Prim, Array]]:
+        """Those in instances, and invisible ones."""
+        everything = Usd.PrimRange(self._reading.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+        found = [prim for prim in everything if prim.IsA(UsdGeom.Camera) and _is_called(prim, wanted)]
+        return [(prim, matrix_of(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(self._reading.time))) for prim in found]
 
     def _take(self, prim: Usd.Prim, matrix: Array) -> None:
         """It looks along -z, with +y up and +x to the right; scales do not count."""
@@ -86,6 +92,10 @@ class CameraReader:
         if value is None or not 0 < float(value) < 1e30:
             raise Error(f"{self._reading.path}: {prim.GetPath()}: its {name} is {value}; a number of more than 0 is expected")
         return float(value)
+
+
+def _is_called(prim: Usd.Prim, wanted: str) -> bool:
+    return wanted in (str(prim.GetPath()), prim.GetName())
 
 
 def _shape_picture(aspect: float, core: _raypager.Scene) -> None:

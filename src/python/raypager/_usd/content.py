@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from pxr import Usd
 
 from .._arrays import Array
 from .._scene import Scene
@@ -16,13 +18,31 @@ _AT_ONCE = 1 << 16  # instances
 
 
 @dataclass
+class Found:
+    """What a prototype shows: an object, its box, [8, 3], and where it is in what is placed, [4, 4]; and lights without a surface."""
+
+    object: Object | None
+    box: Array
+    inside: Array
+    lights: list[tuple[Usd.Prim, Array]]
+
+    def is_empty(self) -> bool:
+        return self.object is None and not self.lights
+
+
+@dataclass
 class Content:
-    """Of the world, or of an object. ``points``: some of what is seen, [n, 3] each, for framing it."""
+    """Of the world, or of an object. ``points``: some of what is seen, [n, 3] each, for framing it.
+    ``children``: the predicate of prims that are looked at. ``lights``: those of an object that only the world can have.
+    """
 
     in_object: bool
+    children: Any
     shapes: list[tuple[str, Callable[[Shapes], None]]] = field(default_factory=list)
     places: dict[int, tuple[Object, Array, list[Array]]] = field(default_factory=dict)
     points: list[Array] = field(default_factory=list)
+    lights: list[tuple[Usd.Prim, Array]] = field(default_factory=list)
+    placed_lights: int = 0
 
     def add(self, label: str, put: Callable[[Shapes], None], points: Array, matrix: Array) -> None:
         """``points``: [n, 3], of the shape; ``matrix`` leads from there to here."""

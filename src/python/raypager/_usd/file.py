@@ -75,15 +75,15 @@ def _time_of(stage: Usd.Stage) -> Usd.TimeCode:
 def _pose(reading: Reading) -> None:
     """Meshes with a skeleton as it stands, in a layer that is not kept. Those of instances stay as they are."""
     stage, time = reading.stage, reading.time
+    for prototype in stage.GetPrototypes():
+        if any(prim.IsA(UsdSkel.Root) for prim in Usd.PrimRange(prototype)):
+            reading.notes.add("placed skeleton", prototype.GetPath(), "skeletons in instanceable prims are left out")
     if not any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse()):
         return
     stage.SetEditTarget(stage.GetSessionLayer())
     interval = Gf.Interval.GetFullInterval() if time.IsEarliestTime() else Gf.Interval(time.GetValue(), time.GetValue())
     if not UsdSkel.BakeSkinning(Usd.PrimRange(stage.GetPseudoRoot()), interval):
         reading.notes.add("skeleton", "skeletons", "cannot be posed; meshes are shown as they are without them")
-    for prototype in stage.GetPrototypes():
-        if any(prim.IsA(UsdSkel.Root) for prim in Usd.PrimRange(prototype)):
-            reading.notes.add("placed skeleton", prototype.GetPath(), "skeletons in instanceable prims are left out")
 
 
 def _files_of(stage: Usd.Stage, path: str) -> list[str]:

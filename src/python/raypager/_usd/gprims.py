@@ -72,29 +72,50 @@ class GprimReader:
             return round_shapes.capsule(number("radiusBottom"), number("radiusTop"), number("height")), axis
         return None
 
-    def _look(self, prim: Usd.Prim) -> tuple[Surface, Any, Any, bool]:
-        """The surface, its material, what it shines with, and whether it does so on both sides. Colours that vary have their mean."""
+    def _look(self, prim: Usd.Prim, has_uvs: bool, *, has_colors: bool = False, varied: bool = False) -> tuple[Surface, Any, Any, bool]:
+        """The surface, its material, what it shines with, and whether it does so on both sides.
+        ``has_colors``: of points; ``varied``: of vertices; else it has one, the mean.
+        """
         surface = self._painter.surface_of(prim)
         tint = None
-        if surface.reads_colors and (colors := find_primvar(self._reading, prim, surface.colors, 3)):
+        if not varied and surface.reads_colors and (colors := find_primvar(self._reading, prim, surface.colors, 3)):
             tint = colors.values.mean(0)
+            if not has_colors and np.ptp(colors.values, axis=0).any():
+                self._reading.notes.add("round colours", prim.GetPath(), f"its {surface.colors} varies, of which the mean is used")
         opacity = 1.0
         if surface.is_bare and (found := find_primvar(self._reading, prim, "displayOpacity", 1)):
             opacity = float(np.clip(found.values.mean(), 0, 1))
+            if np.ptp(found.values):
+                self._reading.notes.add("opacity", prim.GetPath(), "its displayOpacity varies, of which the mean is used")
+        flat = surface.uvs is not None and not has_uvs
+        if flat:
+            text = f"shapes of its kind have no coordinates of textures here; those of {surface.name} are their means"
+            self._reading.notes.add("round textures", prim.GetPath(), text)
         if surface.glow is not None:
             self._reading.notes.add("round glow", prim.GetPath(), "shines by an image, which only meshes can; it does not shine")
-        shines = max(surface.emission) > 0
-        self._reading.has_light |= max(surface.emission) > 1
+        emission, lamp = surface.emission, self._painter.light_of(prim)
+        if lamp is not None:
+            emission = lamp.over(emission)
+        shines = max(emission) > 0
+        self._reading.has_light |= max(emission) > 1 or (lamp is not None and shines)
         two_sided = shines and bool(UsdGeom.Gprim(prim).GetDoubleSidedAttr().Get())
-        return surface, surface.material(tint, opacity=opacity, shines=shines), surface.emission if shines else None, two_sided
+        return surface, surface.material(tint, varied=varied, opacity=opacity, shines=shines, flat=flat), emission if shines else None, two_sided
+
+    def _widths(self, prim: Usd.Prim, shape: UsdGeom.Points | UsdGeom.Curves) -> Array:
+        """[n]; primvars:widths counts before widths."""
+        primvar = find_primvar(self._reading, prim, "widths", 1)
+        widths = self._reading.numbers(prim, shape.GetWidthsAttr()) if primvar is None else primvar.values[:, 0]
+        if primvar is None and shape.GetWidthsInterpolation() == UsdGeom.Tokens.constant:
+            widths = widths[:1]
+        return np.clip(np.nan_to_num(widths.astype(np.float64)), 0, 1e30)
 
     def _label(self, prim: Usd.Prim) -> str:
         return f"{self._reading.path}: {prim.GetPath()}"
 
-    def _add_mesh(self, prim: Usd.Prim, shape: Tessellation, matrix: Array, content: Content) -> None:
+    def _add_mesh(self, prim: Usd.Prim, shape: Tessellation, matrix: Array, content: Content, colors: Array | None = None) -> None:
         if len(shape.triangles) == 0:
             return
-        surface, material, emission, two_sided = self._look(prim)
+        surface, material, emission, two_sided = self._look(prim, shape.uvs is not None, varied=colors is not None)
         uvs = shape.uvs if surface.uvs else None
         flip = UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
 
@@ -104,6 +125,7 @@ class GprimReader:
                 shape.triangles.astype(np.uint32),
                 normals=shape.normals,
                 uvs=uvs,
+                colors=colors,
                 material=material,
                 transform=matrix,
                 emission=emission,
@@ -115,7 +137,7 @@ class GprimReader:
 
     def _add_sphere(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
         radius = self._number(prim, "radius")
-        surface, material, emission, _ = self._look(prim)
+        surface, material, emission, _ = self._look(prim, has_uvs=True)
         if radius == 0:
             return
         # Those that shine must not be stretched by instances either.
@@ -134,14 +156,13 @@ class GprimReader:
         positions = self._reading.numbers(prim, cloud.GetPointsAttr(), 3).astype(np.float32, copy=False)
         if len(positions) == 0:
             return
-        widths = self._reading.numbers(prim, cloud.GetWidthsAttr()).astype(np.float32)
-        widths = np.clip(np.nan_to_num(widths), 0, 1e30)
+        widths = self._widths(prim, cloud).astype(np.float32)
         radius = None
         if len(widths) == len(positions):
             radius = widths / 2
         elif len(widths) >= 1:
             radius = np.full(len(positions), widths[0] / 2, np.float32)
-        surface, material, emission, _ = self._look(prim)
+        surface, material, emission, _ = self._look(prim, has_uvs=False, has_colors=True)
         primvar = find_primvar(self._reading, prim, surface.colors, 3) if surface.reads_colors else None
         colors = np.clip(primvar.values, 0, 1) if primvar is not None and primvar.interpolation != "constant" else None
         if colors is not None and len(colors) != len(positions):
@@ -163,7 +184,7 @@ class GprimReader:
             return
         if counts.min() < 0 or counts.sum() != len(points):
             raise reading.failed(prim, f"its curves have {counts.sum()} points, but there are {len(points)}; the file is damaged")
-        widths = np.nan_to_num(reading.numbers(prim, curves.GetWidthsAttr()).astype(np.float64))
+        widths = self._widths(prim, curves)
         if len(widths) == 0:
             reading.notes.add("curve width", prim.GetPath(), "its curves have no widths; they are left out")
             return
@@ -175,8 +196,24 @@ class GprimReader:
             reading.notes.add("curve basis", prim.GetPath(), f"curves of the basis {basis} are not read; they are left out")
             return
         wrap = str(curves.GetWrapAttr().Get() or "nonperiodic")
-        shape = tubes(points, counts, widths, basis, wrap, _MOST_TUBES)
-        if shape is None:
+        made = tubes(points, counts, widths, basis, wrap, _MOST_TUBES)
+        if made is None:
             reading.notes.add("curves", prim.GetPath(), "its curves would be more than 16 million triangles; they are left out")
             return
-        self._add_mesh(prim, shape, matrix, content)
+        shape, owners = made
+        colors = self._colors_of_curves(prim, counts)
+        self._add_mesh(prim, shape, matrix, content, None if colors is None else colors[owners])
+
+    def _colors_of_curves(self, prim: Usd.Prim, counts: Array) -> Array | None:
+        """[n, 3], one for each curve; None: all have one."""
+        surface = self._painter.surface_of(prim)
+        found = find_primvar(self._reading, prim, surface.colors, 3) if surface.reads_colors else None
+        if found is None or found.interpolation not in ("uniform", "vertex"):
+            return None
+        if found.interpolation == "uniform":
+            return np.clip(found.values, 0, 1)
+        self._reading.notes.add("round colours", prim.GetPath(), f"its {surface.colors} varies along curves, each of which has the mean")
+        sums = np.concatenate([np.zeros((1, 3)), np.cumsum(found.values, 0, np.float64)])
+        ends = np.cumsum(counts)
+        means: Array = (sums[ends] - sums[ends - counts]) / np.maximum(counts, 1)[:, None]
+        return np.clip(means, 0, 1).astype(np.float32)

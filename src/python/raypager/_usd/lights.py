@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,8 +20,23 @@ from .reading import Reading
 from .round import Tessellation
 
 _MOST_RADIANCE = 1e12
+_MOST_IN_SKY = 65504  # of a half
+_WITHOUT_PLACE = ("DomeLight", "DomeLight_1", "DistantLight")
+_WITH_SURFACE = ("SphereLight", "RectLight", "DiskLight", "CylinderLight")
 # Of a map of a globe, whose pole is y and whose middle is +z (OpenEXR), the axes that raypager's has: x, y and z.
 _GLOBE = np.array([[0, 0, -1], [1, 0, 0], [0, 1, 0]], np.float64)
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A shape that is a light. ``is_tinted``: by what its material shines with."""
+
+    radiance: Triple
+    is_tinted: bool
+
+    def over(self, glow: Triple, by_image: bool = False) -> Triple:
+        """``glow``: what its material shines with. A material that does not shine at all tints nothing; the dark parts of an image do."""
+        return _times(self.radiance, np.array(glow)) if self.is_tinted and (by_image or max(glow) > 0) else self.radiance
 
 
 def is_light(prim: Usd.Prim) -> bool:
@@ -31,33 +48,40 @@ class LightReader:
         self._reading, self._images = reading, images
         self._domes: list[tuple[Usd.Prim, Triple, Array | None, Array]] = []
         self._black = absorbing()
+        self._dark: Usd.Prim | None = None
 
     def add(self, prim: Usd.Prim, matrix: Array, content: Content) -> None:
-        """Of lights that are no meshes."""
+        """Of lights that are no meshes. What an object cannot hold is left for who places it."""
         kind = str(prim.GetTypeName())
-        radiance = self.radiance(prim)
-        if max(radiance) <= 0:
+        if content.in_object and (kind in _WITHOUT_PLACE or (kind == "SphereLight" and self._is_spot(prim, kind))):
+            content.lights.append((prim, matrix))
             return
-        if kind in ("DomeLight", "DomeLight_1", "DistantLight") and content.in_object:
-            self._note(prim, "placed light", "a light without a place, in what instances place, is left out")
-        elif kind in ("DomeLight", "DomeLight_1"):
-            self._add_dome(prim, radiance, matrix)
+        radiance = self.radiance(prim)
+        if kind not in (*_WITHOUT_PLACE, *_WITH_SURFACE):
+            self._note(prim, f"light {kind}", f"a {kind or 'light without a type'} is not read; it is left out")
+        elif max(radiance) <= 0:
+            self._dark = self._dark or prim
         elif kind == "DistantLight":
             self._add_distant(prim, radiance, matrix)
-        elif kind in ("SphereLight", "RectLight", "DiskLight", "CylinderLight"):
-            self._add_surface(prim, kind, radiance, matrix, content)
+        elif kind in _WITHOUT_PLACE:
+            self._add_dome(prim, radiance, matrix)
         else:
-            self._note(prim, f"light {kind}", f"a {kind or 'light without a type'} is not read; it is left out")
-            return
-        self._reading.has_light = True
+            self._add_surface(prim, kind, radiance, matrix, content)
 
-    def of_mesh(self, prim: Usd.Prim) -> Triple | None:
-        """What a mesh shines with that is a light (MeshLightAPI)."""
-        if not prim.HasAPI(UsdLux.MeshLightAPI):
+    def of_shape(self, prim: Usd.Prim) -> Lamp | None:
+        """What a mesh or another shape shines with that is a light (MeshLightAPI, or LightAPI alone)."""
+        if not prim.HasAPI(UsdLux.LightAPI):
             return None
         if self._input(prim, "normalize", False):
             self._note(prim, "normalized mesh", "its normalize is not read: its intensity is its radiance")
-        return self.radiance(prim)
+        mode = prim.GetAttribute("light:materialSyncMode")
+        tints = mode.Get() == UsdLux.Tokens.materialGlowTintsLight
+        if not tints and mode.HasAuthoredValue():
+            self._note(prim, "sync mode", f"its materialSyncMode {mode.Get()} is not read: it is seen as it shines, and reflects")
+        radiance = self.radiance(prim)
+        if max(radiance) <= 0:
+            self._dark = self._dark or prim
+        return Lamp(radiance, tints)
 
     def radiance(self, prim: Usd.Prim) -> Triple:
         """intensity 2^exposure color, times the color of its temperature."""
@@ -72,6 +96,10 @@ class LightReader:
 
     def finish(self) -> None:
         """Skies are one: those of one colour are added to the first image."""
+        if self._dark is not None and not self._reading.has_light:
+            self._note(
+                self._dark, "dark", "no light shines, since the intensity of this one is 0, or its colour black; it is lit as if there were none"
+            )
         scene, plain, first = self._reading.scene, np.zeros(3), None
         for prim, radiance, pixels, axes in self._domes:
             if pixels is not None and first is None:
@@ -82,7 +110,10 @@ class LightReader:
                 plain += np.array(radiance) * (1 if pixels is None else _mean_of_globe(pixels))
         if first is not None:
             image, axes = first
-            scene._core.set_sky(np.ascontiguousarray(np.minimum(image + plain, 65504), np.float32), axes.tolist(), True)
+            whole = image + plain
+            if clipped := int((whole > _MOST_IN_SKY).any(2).sum()):
+                self._note(self._domes[0][0], "bright sky", f"{clipped} pixels of the sky are brighter than {_MOST_IN_SKY}, which is what they have")
+            scene._core.set_sky(np.ascontiguousarray(np.minimum(whole, _MOST_IN_SKY), np.float32), axes.tolist(), True)
         elif plain.any():
             scene.infinite_light(plain.tolist())
 
@@ -100,7 +131,8 @@ class LightReader:
         if prim.GetRelationship("light:filters").GetTargets():
             self._note(prim, "filters", "its filters are left out")
         for link in ("lightLink", "shadowLink"):
-            if any(prim.GetRelationship(f"collection:{link}:{side}").GetTargets() for side in ("includes", "excludes")):
+            linked = any(prim.GetRelationship(f"collection:{link}:{side}").GetTargets() for side in ("includes", "excludes"))
+            if linked or prim.GetAttribute(f"collection:{link}:includeRoot").Get() is False:
                 self._note(prim, "links", "shines on everything: what it is linked to is left out")
         if self._input(prim, "shadow:enable", True) is False:
             self._note(prim, "shadows", "casts shadows, though it says otherwise")
@@ -124,6 +156,7 @@ class LightReader:
         if up == "Z" or (up == "scene" and UsdGeom.GetStageUpAxis(self._reading.stage) == UsdGeom.Tokens.z):
             turn = turn @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
         self._domes.append((prim, radiance, pixels, _GLOBE @ turn.T))
+        self._reading.has_light = True
 
     def _add_distant(self, prim: Usd.Prim, radiance: Triple, matrix: Array) -> None:
         angle = np.radians(np.clip(float(self._input(prim, "angle", 0.53)), 0, 360) / 2)
@@ -135,16 +168,17 @@ class LightReader:
         if not np.any(direction):
             raise self._reading.failed(prim, "its light has no direction: its transform is flat")
         self._reading.scene.distant_light(direction.tolist(), [c * share for c in radiance])
+        self._reading.has_light = True
 
     def _add_surface(self, prim: Usd.Prim, kind: str, radiance: Triple, matrix: Array, content: Content) -> None:
         size = {name: self._size(prim, name) for name in ("radius", "width", "height", "length") if prim.HasAttribute(f"inputs:{name}")}
-        shape = _surface(kind, size)
+        shape = _surface(kind, tuple(size.items()))
         positions = shape.positions @ matrix[:3, :3].T + matrix[:3, 3]
         corners = positions[shape.triangles]
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
         normalize = bool(self._input(prim, "normalize", False))
         if self._is_spot(prim, kind):
-            self._add_spot(prim, radiance, area if not normalize else 1, matrix, content)
+            self._add_spot(prim, radiance, area if not normalize else 1, matrix)
             return
         if area <= 0:
             self._note(prim, "flat light", "has no surface, so it does not shine")
@@ -155,6 +189,7 @@ class LightReader:
         if isinstance(asset, Sdf.AssetPath) and asset.path and (pixels := self._images.pixels(asset, prim)) is not None:
             self._note(prim, "light texture", "the image on it becomes its mean colour")
             radiance = _times(radiance, pixels.mean((0, 1)))
+        self._reading.has_light = True
         self._put(prim, kind, size, shape, radiance, matrix, content)
 
     def _put(self, prim: Usd.Prim, kind: str, size: dict[str, float], shape: Tessellation, radiance: Triple, matrix: Array, content: Content) -> None:
@@ -194,11 +229,12 @@ class LightReader:
         attribute = prim.GetAttribute(name)
         return bool(attribute and self._reading.get(attribute))
 
-    def _add_spot(self, prim: Usd.Prim, radiance: Triple, area: float, matrix: Array, content: Content) -> None:
+    def _add_spot(self, prim: Usd.Prim, radiance: Triple, area: float, matrix: Array) -> None:
         """A point that gives what the ball gives from afar: its radiance times the disk that is seen of it, a quarter of its surface."""
-        if content.in_object:
-            self._note(prim, "placed light", "a light without a surface, in what instances place, is left out")
+        if area <= 0:
+            self._note(prim, "flat light", "has no surface, so it does not shine")
             return
+        self._reading.has_light = True
         intensity = [c * area / 4 for c in radiance]
         place, axis = matrix[:3, 3], matrix[:3, :3] @ (0, 0, -1)
         angle, softness = self._cone(prim)
@@ -215,7 +251,9 @@ def _times(color: Triple, by: Array) -> Triple:
     return r, g, b
 
 
-def _surface(kind: str, size: dict[str, float]) -> Tessellation:
+@lru_cache(maxsize=16)  # of those that instances place again and again
+def _surface(kind: str, sizes: tuple[tuple[str, float], ...]) -> Tessellation:
+    size = dict(sizes)
     if kind == "SphereLight":
         return round_shapes.sphere(size["radius"])
     if kind == "CylinderLight":

@@ -9,11 +9,11 @@ import numpy as np
 from pxr import Usd, UsdShade
 
 from .. import _raypager
-from .._arrays import Color, Triple
+from .._arrays import Array, Color, Triple
 from .._materials import Material, diffuse, mix
 from .images import Images
 from .reading import Reading
-from .shading import Constant, FromImage, FromPrimvar, Network, Value
+from .shading import ALPHA, Constant, FromImage, FromPrimvar, Network, Value
 
 _SMOOTHEST = 1e-3  # GGX alpha that can be computed with
 _COAT_IOR = 1.5
@@ -50,7 +50,7 @@ class Surface:
     """A material of the stage; without a ``shader`` that is read, one for what has only colours."""
 
     def __init__(self, reading: Reading, images: Images, material: Usd.Prim | None, shader: UsdShade.Shader | None) -> None:
-        self._reading = reading
+        self._reading, self._images = reading, images
         self.name = str(material.GetPath()) if material else "without a material"
         self._made: dict[Any, Material] = {}
         self.emission: Triple = (0.0, 0.0, 0.0)
@@ -83,7 +83,12 @@ class Surface:
         mode = shader.GetInput("opacityMode")
         self._presence = bool(mode) and mode.Get() == "presence"
         images_read = [v for v in self._values.values() if isinstance(v, FromImage)]
-        self.is_tiled = any(v.tiles for v in images_read)
+        tiled = [np.array(v.matrix) for v in images_read if v.tiles]
+        self.is_tiled = bool(tiled)
+        if tiled:
+            self.tile_matrix = tiled[0]
+            if any((matrix != tiled[0]).any() for matrix in tiled):
+                network.note("moved tiles", "its images in tiles (UDIM) are moved differently; the tiles are those of the first")
         self.uvs = images_read[0].uvs if images_read else None
         for name, value in self._values.items():
             self._values[name] = self._usable(name, value)
@@ -95,7 +100,10 @@ class Surface:
         self._read_emission()
 
     has_normal_map = is_tiled = False
-    _tile: int | None = None  # for which a material is being made
+    tile_matrix: Array = np.eye(3)  # moves coordinates to those of tiles
+    # For which a material is being made: a tile, and whether images are their means.
+    _tile: int | None = None
+    _flat = False
 
     def _usable(self, name: str, value: Value) -> Value:
         if isinstance(value, FromPrimvar) and name != "diffuseColor":
@@ -105,10 +113,17 @@ class Surface:
             return Constant(value.fallback)
         if isinstance(value, FromImage) and value.uvs != self.uvs:
             self._network.note("uvs", f"its textures use different coordinates; that of {name}, by {value.uvs}, is left out: its mean is used")
-            return Constant(tuple(value.texture().mean[: 3 if value.channel == 0 else 1]))
+            return Constant(self._mean(value)[: 3 if value.channel == 0 else 1])
         if name == "displacement" and value != Constant((0.0,)):
             self._network.note("displacement", "its displacement is left out; surfaces stay where they are")
         return value
+
+    def _mean(self, value: FromImage) -> tuple[float, ...]:
+        """Of all of the image, or its first tile; of alpha, which is not read here, about the middle."""
+        pixels = self._images.pixels_of(value.image, self._network.material)
+        if pixels is None or value.channel == ALPHA:
+            return tuple(value.texture().mean)
+        return value.seen(pixels.mean((0, 1), np.float64))
 
     def _read_emission(self) -> None:
         value = self._values["emissiveColor"]
@@ -129,12 +144,14 @@ class Surface:
         opacity: float = 1,
         shines: bool = False,
         tile: int | None = None,
+        flat: bool = False,
     ) -> Material:
         """``tint``: the constant colour that it reads from a primvar; ``varied``: vertices have colours; ``mirrored``: u and v of the surface are.
         ``opacity``: of what has only colours. ``shines``: it is not cut out then. ``tile``: in which u and v are, of images in tiles.
+        ``flat``: there are no u and v, so images are their means.
         """
-        key = (tuple(np.ravel(np.asarray(tint, np.float64)).tolist()) if tint is not None else None, varied, mirrored, opacity, shines, tile)
-        self._tile = tile
+        key = (tuple(np.ravel(np.asarray(tint, np.float64)).tolist()) if tint is not None else None, varied, mirrored, opacity, shines, tile, flat)
+        self._tile, self._flat = tile, flat
         if key not in self._made:
             self._made[key] = self._bare(tint, varied, opacity) if self.is_bare else self._preview(tint, varied, mirrored, shines)
         return self._made[key]
@@ -156,8 +173,11 @@ class Surface:
     def _texture(self, name: str, low: float = 0, high: float = 1) -> Any:
         value = self._values[name]
         if isinstance(value, FromImage):
-            return value.texture(tile=self._tile)
-        numbers = value.fallback if isinstance(value, FromPrimvar) else value.value
+            if not self._flat:
+                return value.texture(tile=self._tile)
+            numbers = self._mean(value)
+        else:
+            numbers = value.fallback if isinstance(value, FromPrimvar) else value.value
         clipped = np.clip(np.nan_to_num(numbers), low, high)
         return Texture((clipped if len(clipped) == 3 else np.repeat(clipped, 3)).tolist())
 
@@ -182,7 +202,7 @@ class Surface:
     def _normal_map(self, mirrored: bool) -> Any | None:
         """Green is towards the upper edge of the image; where coordinates are mirrored, that is the other way round."""
         value = self._values["normal"]
-        if not isinstance(value, FromImage):
+        if not isinstance(value, FromImage) or self._flat:
             return None
         if value.is_plain:
             self._network.note("normal scale", "its normal map has neither scale nor bias; it is read as if they were 2 and -1")
@@ -267,30 +287,57 @@ def _mixed(first: Material | None, second: Material, amount: Any) -> Material:
     return Material("mix", None, ((_raypager.PARAMETER_AMOUNT, amount),), (first, second, float(np.clip(_number(amount), 0, 1))))
 
 
+def _bound_for(prim: Usd.Prim, purpose: str) -> Usd.Prim | None:
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(purpose)
+    return material.GetPrim() if material else None
+
+
 class Surfaces:
     def __init__(self, reading: Reading, images: Images) -> None:
         self._reading, self._images = reading, images
         self._known: dict[Any, Surface] = {}
+        self._shaders: dict[Any, tuple[UsdShade.Shader | None, str | None]] = {}
 
     def of(self, prim: Usd.Prim) -> Surface:
         """What is bound to a prim, or to a part of its faces."""
-        material = self.bound(prim)
+        material = self._bound(prim)
         key = None if material is None else material.GetPath()
         if key not in self._known:
             self._known[key] = self._read(material)
         return self._known[key]
 
-    def bound(self, prim: Usd.Prim) -> Usd.Prim | None:
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
-        return material.GetPrim() if material else None
+    def _bound(self, prim: Usd.Prim) -> Usd.Prim | None:
+        """What is bound for pictures; where that cannot be read, what is for previews."""
+        full, preview = _bound_for(prim, UsdShade.Tokens.full), None
+        if full is None or self._shader(full)[0] is None:
+            preview = _bound_for(prim, UsdShade.Tokens.preview)
+        if preview is None or preview == full or self._shader(preview)[0] is None:
+            return full
+        if full is not None:
+            self._reading.notes.add("preview", full.GetPath(), f"has no UsdPreviewSurface; what is bound for previews, {preview.GetPath()}, is used")
+        return preview
+
+    def _shader(self, material: Usd.Prim) -> tuple[UsdShade.Shader | None, str | None]:
+        """Its UsdPreviewSurface; None if it has none, and what it has instead."""
+        path = material.GetPath()
+        if path not in self._shaders:
+            other = None
+            for context in ("", "mtlx"):
+                shader = UsdShade.Material(material).ComputeSurfaceSource(context)[0]
+                kind = shader.GetIdAttr().Get() if shader else None
+                if kind in _PREVIEW:
+                    break
+                other = kind or other
+            else:
+                shader = None
+            self._shaders[path] = shader, other
+        return self._shaders[path]
 
     def _read(self, material: Usd.Prim | None) -> Surface:
         if material is None:
             return Surface(self._reading, self._images, None, None)
-        for context in ("", "mtlx"):
-            shader = UsdShade.Material(material).ComputeSurfaceSource(context)[0]
-            kind = shader.GetIdAttr().Get() if shader else None
-            if kind in _PREVIEW:
-                return Surface(self._reading, self._images, material, shader)
+        shader, kind = self._shader(material)
+        if shader is not None:
+            return Surface(self._reading, self._images, material, shader)
         self._reading.notes.add("material", material.GetPath(), f"has no UsdPreviewSurface{f', but a {kind}' if kind else ''}; its surfaces are matt")
         return Surface(self._reading, self._images, material, None)

@@ -23,7 +23,7 @@ _MOST_FACES = 1 << 22  # of one mesh that subdivision makes
 
 @dataclass
 class Painter:
-    """What a mesh needs of the rest of the reader: surfaces of prims, pixels of images, and the light that a mesh shines with."""
+    """What shapes need of the rest of the reader: surfaces of prims, pixels of images, and the lights that they are themselves."""
 
     surface_of: Any
     pixels_of: Any
@@ -243,24 +243,25 @@ class MeshReader:
         varied = colors is not None and colors.interpolation != "constant"
         tint = colors.values[0] if colors is not None and not varied else None
         names = {"normals": "normals"}
-        if surface.uvs and surface.uvs in primvars:
-            if primvars[surface.uvs].interpolation != "constant":
-                names["uvs"] = surface.uvs
-        elif surface.uvs:
+        if surface.uvs:
+            names["uvs"] = surface.uvs
+        if surface.uvs and surface.uvs not in primvars:
             self._reading.notes.add("no uvs", prim.GetPath(), f"has no primvar {surface.uvs}, by which {surface.name} reads textures; it has (0, 0)")
         if varied:
             names["colors"] = surface.colors
         vertices, triangles = _joined(polygons, attributes, names, part.triangles)
         opacity = self._opacity(prim, primvars) if surface.is_bare else 1.0
-        own_light = self._painter.light_of(prim)
+        lamp = self._painter.light_of(prim)
         two_sided = bool(UsdGeom.Gprim(prim).GetDoubleSidedAttr().Get())
         positions = vertices.pop("positions")
         normals, uvs, vertex_colors = (vertices.get(name) for name in ("normals", "uvs", "colors"))
-        glow = self._glow(prim, surface, uvs, triangles) if own_light is None else None
-        flat = own_light if own_light is not None else surface.emission
-        for emission, lit in [(flat, triangles)] if glow is None else [(shine, triangles[chosen]) for shine, chosen in glow]:
+        if uvs is None and surface.uvs in primvars:  # the same everywhere
+            uvs = np.tile(primvars[surface.uvs].values[:1], (len(positions), 1))
+        glow = self._glow(prim, surface, uvs, triangles) if lamp is None or lamp.is_tinted else None
+        for shine, lit in [(surface.emission, triangles)] if glow is None else [(shine, triangles[chosen]) for shine, chosen in glow]:
+            emission = shine if lamp is None else lamp.over(shine, by_image=glow is not None)
             shines = max(emission) > 0
-            self._reading.has_light |= max(emission) > 1 or (own_light is not None and shines)
+            self._reading.has_light |= max(emission) > 1 or (lamp is not None and shines)
             mirrors = bool(np.linalg.det(matrix[:3, :3]) < 0)
             pieces = [(m, tile, t) for m, whole in _by_handedness(surface, uvs, lit, mirrors) for tile, t in _by_tile(surface, uvs, whole)]
             for mirrored, tile, some in pieces:
@@ -361,9 +362,10 @@ def _by_handedness(surface: Surface, uvs: Array | None, triangles: Array, mirror
 
 
 def _by_tile(surface: Surface, uvs: Array | None, triangles: Array) -> list[tuple[int | None, Array]]:
-    """For images in tiles (UDIM): triangles by the tile in which their middle is."""
+    """For images in tiles (UDIM): triangles by the tile in which their middle is, once coordinates are moved."""
     if not surface.is_tiled or uvs is None:
         return [(None, triangles)]
-    column, row = np.floor(np.clip(uvs[triangles].mean(1), -1, 1e4)).astype(np.int64).T
+    middles = uvs[triangles].mean(1).astype(np.float64) @ surface.tile_matrix[:2, :2].T + surface.tile_matrix[:2, 2]
+    column, row = np.floor(np.clip(np.nan_to_num(middles), -1, 1e4)).astype(np.int64).T
     number = np.where((column >= 0) & (column < 10) & (row >= 0), 1001 + column + 10 * row, 0)
     return [(int(tile), triangles[number == tile]) for tile in np.unique(number)]

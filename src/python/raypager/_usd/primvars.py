@@ -30,7 +30,11 @@ class Primvar:
     @staticmethod
     def checked(reading: Reading, prim: Usd.Prim, name: str, values: Array, interpolation: str) -> Primvar | None:
         """None if there are fewer than the prim needs, which is noted."""
-        wanted = _count(reading, prim, interpolation)
+        count = _count(reading, prim, interpolation)
+        wanted = len(values) if count is None else count
+        if len(values) > wanted:
+            text = f"its {name} are {len(values)}, not {wanted} ({interpolation}); the first are used"
+            reading.notes.add(f"primvar {name}", prim.GetPath(), text)
         if len(values) < wanted:
             reading.notes.add(f"primvar {name}", prim.GetPath(), f"its {name} are {len(values)}, not {wanted} ({interpolation}); they are left out")
             return None
@@ -64,8 +68,8 @@ def find_primvar(reading: Reading, prim: Usd.Prim, name: str, columns: int) -> P
     return Primvar.checked(reading, prim, name, array[:, :columns], str(primvar.GetInterpolation()))
 
 
-def _count(reading: Reading, prim: Usd.Prim, interpolation: str) -> int:
-    """How many values there must be."""
+def _count(reading: Reading, prim: Usd.Prim, interpolation: str) -> int | None:
+    """How many values there must be; None: any number."""
     if interpolation == "constant":
         return 1
     if prim.IsA(UsdGeom.Mesh):
@@ -76,4 +80,7 @@ def _count(reading: Reading, prim: Usd.Prim, interpolation: str) -> int:
         return len(reading.get(attribute) or [])
     if prim.IsA(UsdGeom.Points):
         return len(reading.get(UsdGeom.Points(prim).GetPointsAttr()) or [])
-    return 1
+    if prim.IsA(UsdGeom.BasisCurves) and interpolation in ("uniform", "vertex"):
+        curves = UsdGeom.BasisCurves(prim)
+        return len(reading.get(curves.GetPointsAttr() if interpolation == "vertex" else curves.GetCurveVertexCountsAttr()) or [])
+    return None

@@ -14,6 +14,7 @@ from .images import Images
 from .reading import Reading
 
 _CHANNELS = {"r": 3, "g": 4, "b": 5, "a": 6}
+ALPHA = _CHANNELS["a"]
 _WRAPS = {"repeat": _raypager.WRAP_REPEAT, "clamp": _raypager.WRAP_CLAMP, "mirror": _raypager.WRAP_MIRROR, "black": _raypager.WRAP_BLACK}
 _TOP_LEFT = np.array([[1, 0, 0], [0, -1, 1], [0, 0, 1]], np.float64)  # from v upwards to rows from the top
 _DEEPEST = 32  # shaders behind each other
@@ -45,6 +46,13 @@ class FromImage:
     tiles: tuple[tuple[int, Any], ...] = ()  # of an image in tiles (UDIM), numbers from 1001 on; ``image`` is the first
     fallback: tuple[float, ...] = (0.0, 0.0, 0.0)  # of a tile that there is not
 
+    def seen(self, texel: Array) -> tuple[float, ...]:
+        """What a texel, [3], comes to."""
+        if self.channel:
+            one = self.channel - 3
+            return (float(texel[one] * self.scale[one] + self.bias[one]),) * 3
+        return tuple((texel * self.scale[:3] + self.bias[:3]).tolist())
+
     def texture(self, factor: float = 1, offset: float = 0, tile: int | None = None) -> _raypager.Texture:
         """(texel * scale + bias) * factor + offset."""
         one = self.channel - 3 if self.channel else None
@@ -72,10 +80,10 @@ class Network:
     """Of one material."""
 
     def __init__(self, reading: Reading, images: Images, material: Usd.Prim) -> None:
-        self._reading, self._images, self._material = reading, images, material
+        self._reading, self._images, self.material = reading, images, material
 
     def note(self, kind: str, text: str) -> None:
-        self._reading.notes.add(kind, self._material.GetPath(), text)
+        self._reading.notes.add(kind, self.material.GetPath(), text)
 
     def input(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Value:
         """What an input of a shader is; numbers have one component, colours have three."""

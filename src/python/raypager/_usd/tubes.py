@@ -19,12 +19,15 @@ _SIDES = 8
 _STEPS = 8  # of a cubic segment
 
 
-def tubes(points: Array, counts: Array, widths: Array, basis: str, wrap: str, most_triangles: int) -> Tessellation | None:
-    """None if they would be too many. ``points``: [n, 3]. ``widths``: one for all, one each, one of each point, or of each end of a segment."""
-    lines, begin = [], 0
+def tubes(points: Array, counts: Array, widths: Array, basis: str, wrap: str, most_triangles: int) -> tuple[Tessellation, Array] | None:
+    """Also the curve of each vertex, [n]. None if they would be too many.
+
+    ``points``: [n, 3]. ``widths``: one for all, one each, one of each point, or of each end of a segment.
+    """
+    lines, owners, begin = [], [], 0
     sizes = _widths_of_points(points, counts, widths)
     triangles = 0
-    for count in counts:
+    for curve, count in enumerate(counts):
         line = _line(np.concatenate([points[begin : begin + count], sizes[begin : begin + count, None]], 1), basis, wrap)
         begin += count
         if len(line) < 2:
@@ -33,9 +36,11 @@ def tubes(points: Array, counts: Array, widths: Array, basis: str, wrap: str, mo
         if triangles > most_triangles:
             return None
         lines.append(line)
+        owners.append(curve)
     if not lines:
-        return Tessellation(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    return _around(np.concatenate(lines), np.array([len(line) for line in lines]))
+        return Tessellation(np.zeros((0, 3)), np.zeros((0, 3), np.int64)), np.zeros(0, np.int64)
+    lengths = np.array([len(line) for line in lines])
+    return _around(np.concatenate(lines), lengths), np.repeat(owners, lengths * _SIDES)
 
 
 def _widths_of_points(points: Array, counts: Array, widths: Array) -> Array:
