@@ -15,7 +15,7 @@ Status RenderJob::prepare() {
     RAYPAGER_TRY(check_instruments(options_, instruments_));
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
-    pixels_ = most_pixels_ = uint64_t{params->width} * params->height;
+    pixels_ = uint64_t{params->width} * params->height;
     full_width_ = params->width;
     full_height_ = params->height;
     auto device = Device::open(options_.device, options_.memory_limit, options_.tuning.profile, instruments_.device_hooks);

@@ -30,7 +30,7 @@ public:
     bool done() const { return (rounds_->all_idle() && !in_first_pass_ && !wavefront().begins_again()) || stopped_ || last_stage_ended_; }
     // One round, and what is due after it. REQUIRES: !done().
     Status step();
-    // Whether a lack of progress is to be reported: not while nobody asks for a step.
+    // Whether a lack of progress is to be reported: not while nobody asks for a step, as at first.
     void expect_progress(bool expected) { expected ? watchdog_->resume() : watchdog_->pause(); }
     // Ends rounds under way, and writes the last checkpoint. Then the result.
     Result<MeasuredRender> finish();
@@ -66,6 +66,7 @@ private:
     Status end_first_pass();
     void watch();
     Status end_stage();
+    uint64_t most_pixels() const { return uint64_t{full_width_} * full_height_; }
     Result<rp_render_params> full_size_params() const;
     Status read_for_stage();
     Status begin_stage(const SampleStage& stage);
@@ -96,13 +97,13 @@ private:
     WorkDone earlier_;  // by runs before this one
     WorkDone outside_;  // what the device did before a restart: not of this render
     std::optional<AdaptiveSampling> adaptive_;
-    bool last_stage_ended_ = false;              // of adaptive sampling
-    bool between_stages_ = false;                // an error has ended the render there: its film is of neither
-    FirstPass first_pass_;                       // coarse to fine
-    bool in_first_pass_ = false;                 // some of it have not begun
-    uint64_t all_samples_ = 0;                   // the limit behind it
-    uint64_t pixels_ = 0, most_pixels_ = 0;      // the latter: that there is memory for
-    uint32_t full_width_ = 0, full_height_ = 0;  // of these
+    bool last_stage_ended_ = false;  // of adaptive sampling
+    bool between_stages_ = false;    // an error has ended the render there: its film is of neither
+    FirstPass first_pass_;           // coarse to fine
+    bool in_first_pass_ = false;     // some of it have not begun
+    uint64_t all_samples_ = 0;       // the limit behind it
+    uint64_t pixels_ = 0;
+    uint32_t full_width_ = 0, full_height_ = 0;  // for as many pixels there is memory
     std::atomic<bool> cancelled_{false};
     bool late_ = false;                 // time is up: few samples begin any more
     std::optional<double> stop_began_;  // the same, because of a stop from outside

@@ -9,6 +9,7 @@ namespace raypager {
 void RenderJob::watch() {
     watchdog_ = std::make_unique<Watchdog>(
         options_.stall_seconds, [this] { return rounds_->residency().loader_activity(); }, [this](const std::string& text) { warn(text); });
+    watchdog_->pause();
 }
 
 Status RenderJob::check_restart() const {
@@ -16,7 +17,7 @@ Status RenderJob::check_restart() const {
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("a render that is recorded cannot begin anew");
     const auto params = make_params(scene_, options_);
     if (!params) return params.status();
-    if (uint64_t{params->width} * params->height <= most_pixels_) return {};
+    if (uint64_t{params->width} * params->height <= most_pixels()) return {};
     return Status::usage("the session has memory for no more pixels than it was created with");
 }
 
@@ -96,7 +97,7 @@ Status RenderJob::go_on_within_limits() {
     auto rounds = DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), [this](const std::string& text) { warn(text); });
     if (!rounds) return rounds.status();
     rounds_ = std::move(*rounds);
-    if (pixels_ < most_pixels_) RAYPAGER_TRY(rounds_->restart(*params));
+    if (pixels_ < most_pixels()) RAYPAGER_TRY(rounds_->restart(*params));
     watch();
     RAYPAGER_TRY(wavefront().write_film(0, film));
     wavefront().begin_with(std::move(samples));

@@ -10,6 +10,7 @@ Result<MeasuredRender> render(const BlockSource& scene, const RenderOptions& opt
                               const RenderInstruments& instruments) {
     RenderJob job(scene, options, callbacks, instruments);
     RAYPAGER_TRY(job.prepare());
+    job.expect_progress(true);
     while (!job.done()) RAYPAGER_TRY(job.step());
     return job.finish();
 }

@@ -182,7 +182,7 @@ void ViewLoop::take_camera(Task& task) {
 
 Status ViewLoop::move(Session& session) {
     const CameraCommand command = *std::exchange(wanted_, std::nullopt);
-    const double pixels = double{static_cast<double>(options_.width)} * options_.height;
+    const double pixels = static_cast<double>(options_.width) * options_.height;
     const auto divisor = command.moving ? static_cast<uint32_t>(std::max(1.0, std::ceil(std::sqrt(pixels / preview_pixels)))) : 1u;
     SessionView view;
     view.width = std::max(1u, options_.width / divisor);
@@ -206,15 +206,18 @@ Status ViewLoop::move(Session& session) {
     return {};
 }
 
+// The view goes on.
+Status ViewLoop::refuse(const Task& task, const Status& why, unsigned code) {
+    task.respond(error_reply(why.message(), code));
+    return {};
+}
+
 Status ViewLoop::change_limit(Session& session, Task& task) {
     const auto command = parse_limit_command(task.request.body);
-    if (!command) {
-        task.respond(error_reply(command.status().message(), 400));
-        return {};
-    }
+    if (!command) return refuse(task, command.status(), 400);
     const Status status = session.limit_geometry(command->bytes, command->percent);
     if (!status) {
-        task.respond(error_reply(status.message(), 400));
+        RAYPAGER_TRY(refuse(task, status, 400));
         return status.kind() == ErrorKind::usage ? Status() : status;
     }
     limit_ = *command;
@@ -227,10 +230,7 @@ Status ViewLoop::change_limit(Session& session, Task& task) {
 // x and y are of the whole picture, also while a smaller one is shown.
 Status ViewLoop::pick(Session& session, Task& task) {
     const auto pixel = parse_pixel_query(task.request.query, options_.width, options_.height);
-    if (!pixel) {
-        task.respond(error_reply(pixel.status().message(), 400));
-        return {};
-    }
+    if (!pixel) return refuse(task, pixel.status(), 400);
     const auto scaled = [](uint32_t at, uint32_t from, uint32_t to) { return static_cast<uint32_t>(uint64_t{at} * to / from); };
     const uint32_t x = scaled(pixel->x, options_.width, width_), y = scaled(pixel->y, options_.height, height_);
     Json json;
@@ -244,20 +244,15 @@ Status ViewLoop::pick(Session& session, Task& task) {
     task.respond(json_reply(text_of(json)));
     return {};
 }
+
 Status ViewLoop::save(Session& session, Task& task) {
     const auto query = parse_save_query(task.request.query);
-    if (!query) {
-        task.respond(error_reply(query.status().message(), 400));
-        return {};
-    }
+    if (!query) return refuse(task, query.status(), 400);
     auto image = session.snapshot();
     if (!image) return image.status();
     expose(*image, query->exposure);
     auto contents = file_contents(*image, query->ending);
-    if (!contents) {
-        task.respond(error_reply(contents.status().message(), 500));
-        return {};
-    }
+    if (!contents) return refuse(task, contents.status(), 500);
     const std::string type = query->ending == ".png" ? "image/png" : "image/x-exr";
     const std::string disposition = fmt::format("attachment; filename=\"raypager{}\"", query->ending);
     task.respond({200, type, std::move(*contents), {{"Content-Disposition", disposition}}});

@@ -56,6 +56,7 @@ private:
     std::vector<Task> take_tasks(bool wait);
     Status serve(Session& session, std::vector<Task> tasks);
     Status serve_one(Session& session, Task& task);
+    static Status refuse(const Task& task, const Status& why, unsigned code);
     void take_picture_request(Task& task);
     void take_camera(Task& task);
     Status move(Session& session);

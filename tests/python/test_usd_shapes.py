@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("pxr")
 import usd_files as usd
-from pxr import Sdf, Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 from usd_files import colours_seen, loaded, looking_at_squares, write_png
 
 
@@ -64,9 +64,8 @@ def test_colours_that_vary_have_their_mean(path: Path, kind: str) -> None:
     assert np.allclose(colours_seen(scene, [(0.5, 0.5)]), (0.4, 0.2, 0), atol=0.02)
 
 
-@pytest.mark.parametrize("kind", ["BasisCurves", "Points", "Sphere", "Cone", "Cube"])
-def test_textures_of_what_has_no_coordinates_have_their_mean(path: Path, kind: str) -> None:
-    """Three quarters of the image are red, one is green, at (0, 0); round shapes have coordinates, as cubes do."""
+def stage_with_quarters(path: Path) -> tuple[Usd.Stage, UsdShade.Material]:
+    """And a material with an image of which three quarters are red; one is green, at (0, 0)."""
     pixels = np.tile([0.8, 0, 0], (8, 8, 1))
     pixels[4:, :4] = (0, 0.8, 0)
     write_png(path.parent / "image.png", pixels)
@@ -74,6 +73,13 @@ def test_textures_of_what_has_no_coordinates_have_their_mean(path: Path, kind: s
     looking_at_squares(stage)
     material, shader = usd.preview(stage, "/material", **MATT)
     usd.texture(shader, "diffuseColor", "rgb", "image.png", sourceColorSpace="raw")
+    return stage, material
+
+
+@pytest.mark.parametrize("kind", ["BasisCurves", "Points", "Sphere", "Cone", "Cube"])
+def test_textures_of_what_has_no_coordinates_have_their_mean(path: Path, kind: str) -> None:
+    """Round shapes have coordinates, as cubes do."""
+    stage, material = stage_with_quarters(path)
     usd.bind(shape_of(stage, kind), material)
     stage.Save()
     scene = loaded(path)
@@ -85,13 +91,7 @@ def test_textures_of_what_has_no_coordinates_have_their_mean(path: Path, kind: s
 
 
 def test_coordinates_may_be_the_same_everywhere(path: Path) -> None:
-    pixels = np.tile([0.8, 0, 0], (8, 8, 1))
-    pixels[4:, :4] = (0, 0.8, 0)
-    write_png(path.parent / "image.png", pixels)
-    stage = usd.new_stage(path)
-    looking_at_squares(stage)
-    material, shader = usd.preview(stage, "/material", **MATT)
-    usd.texture(shader, "diffuseColor", "rgb", "image.png", sourceColorSpace="raw")
+    stage, material = stage_with_quarters(path)
     square = usd.square(stage, "/square")
     coordinates = UsdGeom.PrimvarsAPI(square).GetPrimvar("st")
     coordinates.SetInterpolation("constant")
