@@ -50,6 +50,7 @@ struct RenderOptions {
     // refused, a percentage is raised to it.
     uint64_t geometry_limit = 0;
     double geometry_limit_percent = 0;
+    bool allow_different = false;             // several devices may be of different kinds: then the last bits of the picture depend on chance
     uint64_t host_limit = 0;                  // cache of stored blocks in host memory, in bytes; 0: half of the memory, if so much is free
     uint32_t spp = 0, width = 0, height = 0;  // samples per pixel; pixels. 0: as the scene says
     // More than 0: adaptive sampling, with at most spp samples per pixel. After 16 samples, and each time that their number has doubled, those pixels
@@ -104,14 +105,27 @@ struct RenderProgress {
     uint64_t rays = 0;
     double rays_per_second = 0;  // over the last interval
     uint64_t loads = 0, bytes_loaded = 0;
-    uint64_t resident_bytes = 0, geometry_bytes = 0, pool_bytes = 0;  // the last: that may be resident
+    uint64_t resident_bytes = 0, geometry_bytes = 0, pool_bytes = 0;  // the last: that may be resident; on all devices together
+    struct Device {
+        uint64_t samples = 0, rays = 0, bytes_loaded = 0, resident_bytes = 0;  // samples: begun
+    };
+    std::vector<Device> devices;  // that render, by this run
 };
 
 // Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint.
 struct RenderReport {
     struct DeviceFacts {
         std::string name, platform, driver, type;
-    } device;
+    } device;  // the first one
+    // What each did in this run; of several devices without those that have failed.
+    struct DeviceWork {
+        DeviceFacts facts;
+        uint32_t index = 0;  // as in --device
+        uint64_t samples = 0, rays = 0, loads = 0, bytes_loaded = 0, rounds = 0, texture_waits = 0;
+        uint64_t peak_memory_bytes = 0, peak_geometry_bytes = 0;
+        double trace_seconds = 0, stall_seconds = 0, build_seconds = 0;
+    };
+    std::vector<DeviceWork> devices;
     struct Limits {
         uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
     } limits, peak;

@@ -8,14 +8,15 @@
 
 namespace raypager {
 
-// Exit status of the program for an error.
-enum class ErrorKind { failed = 1, usage = 2, interrupted = 3 };
+// Exit status of the program for an error. device: one of OpenCL's, and the program ends with 1 as for others, unless another device can go on.
+enum class ErrorKind { failed = 1, usage = 2, interrupted = 3, device = 4 };
 
 class [[nodiscard]] Status {
 public:
     Status() = default;
     // message: one line that names what, where and what to do.
     static Status failed(std::string message) { return Status(ErrorKind::failed, std::move(message)); }
+    static Status device(std::string message) { return Status(ErrorKind::device, std::move(message)); }
     static Status usage(std::string message) { return Status(ErrorKind::usage, std::move(message)); }
     // Nothing went wrong, but the work was stopped from outside before its end.
     static Status interrupted(std::string message) { return Status(ErrorKind::interrupted, std::move(message)); }
@@ -25,7 +26,7 @@ public:
     const std::string& message() const;  // empty if ok
     // REQUIRES: not ok.
     ErrorKind kind() const { return error_ ? error_->first : ErrorKind::failed; }
-    int exit_code() const { return error_ ? static_cast<int>(error_->first) : 0; }
+    int exit_code() const { return !error_ ? 0 : kind() == ErrorKind::device ? 1 : static_cast<int>(kind()); }
     // The same error with a place before it: "place: message".
     Status at(const std::string& place) const;
 

@@ -47,20 +47,21 @@ static inline rp_path_sample rp_next_sample(__constant rp_render_params* params,
 
 // What there is to be given out.
 typedef struct rp_supply {
-    uint slots;    // free ones
-    ulong sample;  // the next one's number
-    uint queued;   // extension rays that are in the queue already
+    uint slots;   // free ones
+    ulong begun;  // samples by number, so far
+    uint queued;  // extension rays that are in the queue already
 } rp_supply;
 
 // The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
 // written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
 static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, const rp_paths* paths,
-                                  __global uint* queue, const __global rp_path_sample* again, uint listed, uint later RP_STAGE_PARAMETER) {
+                                  __global uint* queue, rp_sample_numbers numbers, const __global rp_path_sample* again, uint listed,
+                                  uint later RP_STAGE_PARAMETER) {
     rp_sample_region region = {0ul, 0ul, 0u, 0u, 0u, 1u, 1u};
     for (uint i = get_global_id(0); i < supply->slots; i += get_global_size(0)) {
         const uint slot = free_list[i];
-        const ulong number = supply->sample + (i - min(i, listed));
-        if (i >= listed && number >= params->sample_limit) {
+        const ulong count = supply->begun + (i - min(i, listed));
+        if (i >= listed && count >= numbers.end) {
             if (later != 0u)
                 rp_free_slot(paths, slot);
             else
@@ -71,7 +72,7 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
         if (i < listed)
             taken = again[i];
         else
-            taken = rp_next_sample(params, number, &region RP_STAGE_ARGUMENT);
+            taken = rp_next_sample(params, count + (count < numbers.first_end ? numbers.first_shift : numbers.then_shift), &region RP_STAGE_ARGUMENT);
         rp_begin_path(params, taken.pixel, taken.sample, slot, paths);
         queue[supply->queued + i] = slot;
     }
@@ -80,14 +81,14 @@ static inline void rp_begin_paths(__constant rp_render_params* params, const rp_
 // Once it has been given out: accounts for the samples. By one work-item. What others read in the same kernel they read with atomics, and it is
 // changed with atomics: OpenCL 1.2 cannot express the order in which that happens, and checkers of races would complain.
 static inline void rp_account_for_samples(__constant rp_render_params* params, const rp_supply* supply, volatile __global uint* counters,
-                                          uint listed) {
+                                          rp_sample_numbers numbers, uint listed) {
     const uint again = min(listed, supply->slots);
-    ulong next = supply->sample + (supply->slots - again);
-    if (next > params->sample_limit) next = params->sample_limit;
-    if (next < supply->sample) next = supply->sample;  // the limit was lowered behind them
-    const uint started = again + (uint)(next - supply->sample);
-    atomic_xchg(counters + RP_COUNT_NEXT_SAMPLE, (uint)next);
-    atomic_xchg(counters + RP_COUNT_NEXT_SAMPLE + 1u, (uint)(next >> 32));
+    ulong next = supply->begun + (supply->slots - again);
+    if (next > numbers.end) next = numbers.end;
+    if (next < supply->begun) next = supply->begun;  // they were cut behind these
+    const uint started = again + (uint)(next - supply->begun);
+    atomic_xchg(counters + RP_COUNT_SAMPLES, (uint)next);
+    atomic_xchg(counters + RP_COUNT_SAMPLES + 1u, (uint)(next >> 32));
     atomic_add(counters + RP_COUNT_EXTEND, started);
     const uint waiting = counters[RP_COUNT_WAITING] + counters[RP_COUNT_IN_LISTS];
     counters[RP_COUNT_WAITING] = waiting;

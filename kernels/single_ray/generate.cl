@@ -3,26 +3,27 @@
 #include "raypager/abi/block.h"
 
 static inline rp_supply rp_read_supply(const volatile __global uint* counters) {
-    const rp_supply supply = {counters[RP_COUNT_FREE], (ulong)counters[RP_COUNT_NEXT_SAMPLE + 1u] << 32 | counters[RP_COUNT_NEXT_SAMPLE],
+    const rp_supply supply = {counters[RP_COUNT_FREE], (ulong)counters[RP_COUNT_SAMPLES + 1u] << 32 | counters[RP_COUNT_SAMPLES],
                               counters[RP_COUNT_EXTEND]};
     return supply;
 }
 
 __kernel void rp_generate(__constant rp_render_params* restrict params, const __global uint* restrict counters,
                           const __global uint* restrict free_list, __global uint* restrict status, __global uint4* restrict planes,
-                          __global uint* restrict queue, const __global rp_path_sample* restrict again, uint listed, uint later RP_STAGE_PARAMETER) {
+                          __global uint* restrict queue, rp_sample_numbers numbers, const __global rp_path_sample* restrict again, uint listed,
+                          uint later RP_STAGE_PARAMETER) {
     const rp_supply supply = rp_read_supply(counters);
     const rp_paths paths = {params->slot_count, status, planes};
-    rp_begin_paths(params, &supply, free_list, &paths, queue, again, listed, later RP_STAGE_ARGUMENT);
+    rp_begin_paths(params, &supply, free_list, &paths, queue, numbers, again, listed, later RP_STAGE_ARGUMENT);
 }
 
 // After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
 // given out are accounted for.
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
-                         uint block_count, __global uint* restrict demand, uint listed) {
+                         uint block_count, __global uint* restrict demand, rp_sample_numbers numbers, uint listed) {
     const uint block = get_global_id(0);
     if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_REQUESTS * block_count + block] = 0u;
     if (block != 0u) return;
     const rp_supply supply = rp_read_supply(counters);
-    rp_account_for_samples(params, &supply, counters, listed);
+    rp_account_for_samples(params, &supply, counters, numbers, listed);
 }

@@ -258,14 +258,17 @@ void add_picture_options(OptionParser& parser, RenderSettings& settings) {
 
 void add_device_options(OptionParser& parser, RenderSettings& settings) {
     RenderOptions& options = settings.options;
-    parser.option("device", "N|NAME", "number or part of the name, as 'raypager devices' lists them (default: the one marked there)",
+    parser.option("device", "N|NAME|LIST",
+                  "number or part of the name, as 'raypager devices' lists them (default: the one marked there); several: 0,1 or all",
                   into(options.device, [](const std::string& text) -> Result<std::string> {
                       if (text.empty()) return Status::usage("is empty; give a number or part of a name");
                       return text;
                   }));
+    parser.flag("allow-different", "several devices may be of different kinds; then the last bits of the picture depend on chance",
+                options.allow_different);
     parser.option("memory-limit", "SIZE",
-                  "device memory of the whole process at most (default: three quarters of what the device has; on a CPU half of main memory, or less "
-                  "if less is free)",
+                  "device memory of the whole process at most, on each device (default: three quarters of what the device has; on a CPU half of main "
+                  "memory, or less if less is free)",
                   into(options.memory_limit, parse_size));
     parser.option("host-limit", "SIZE",
                   "host memory for blocks read from the file, and for baking before, which takes 16M or more (default: half of what there is, or "

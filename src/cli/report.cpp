@@ -65,7 +65,9 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
     const auto& paging = report.paging;
     std::string text;
     const auto line = [&text](const char* name, const std::string& value) { text += fmt::format("  {:<16} {}\n", name, value); };
-    line("device", fmt::format("{}, {:.2f} Mrays/s", report.device.name, ratio(double(report.rays.total()), report.seconds.render) / 1e6));
+    const size_t devices = report.devices.size();
+    line(devices > 1 ? "devices" : "device", fmt::format("{}{}, {:.2f} Mrays/s", devices > 1 ? std::to_string(devices) + " x " : "",
+                                                         report.device.name, ratio(double(report.rays.total()), report.seconds.render) / 1e6));
     line("scene", fmt::format("{} in {}, {}", primitives_text(scene.triangles(), scene.spheres(), ground), counted(scene.count(), "block"),
                               format_bytes(scene.bytes(report.form))));
     if (scene.images() > 0)
@@ -80,6 +82,13 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
                                ratio(double(paging.bytes_loaded), double(all)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
     line("stalled", fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(report.seconds.stall),
                                 100 * ratio(report.seconds.stall, report.seconds.render)));
+    for (const RenderReport::DeviceWork& device : report.devices) {
+        if (report.devices.size() == 1) break;
+        line(fmt::format("device {}", device.index).c_str(),
+             fmt::format("{} % of the samples, {}, {} loaded, {} of memory",
+                         static_cast<int>(100 * ratio(double(device.samples), double(report.rays.camera)) + 0.5), counted(device.loads, "load"),
+                         format_bytes(device.bytes_loaded), format_bytes(device.peak_memory_bytes)));
+    }
     line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));
     return text;
 }

@@ -22,7 +22,7 @@ Status cl_failed(std::string_view what, cl_int code) {
     if (code == CL_OUT_OF_RESOURCES || code == CL_INVALID_COMMAND_QUEUE || code == CL_DEVICE_NOT_AVAILABLE || code == CL_INVALID_CONTEXT ||
         code == CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST)
         advice = "; the device is lost or short of memory: look into the system's log, or try a smaller --memory-limit";
-    return Status::failed(fmt::format("OpenCL: {} failed: {}{}", what, cl_error_name(code), advice));
+    return Status::device(fmt::format("OpenCL: {} failed: {}{}", what, cl_error_name(code), advice));
 }
 
 std::string cl_error_name(cl_int code) {

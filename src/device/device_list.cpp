@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 
 #include "device/select.hpp"
 #include "raypager/devices.hpp"
@@ -92,6 +93,63 @@ Result<FoundDevice> select_device(const std::string& selector, DeviceHooks& hook
         if (selector.empty() ? entry.info.is_default : matches(entry.info, selector)) return entry;
     const std::string asked = selector.empty() ? fmt::format("{}={}", default_device_variable, selector_of_environment()) : "--device " + selector;
     return Status::usage(asked + ": no such device; `raypager devices` lists those there are");
+}
+
+namespace {
+
+bool same_kind(const DeviceInfo& a, const DeviceInfo& b) { return a.name == b.name && a.platform == b.platform && a.driver == b.driver; }
+
+std::string describe(const DeviceInfo& info) { return fmt::format("{} ({})", info.index, info.name); }
+
+std::vector<std::string> parts_of(const std::string& list) {
+    std::vector<std::string> parts(1);
+    for (const char c : list) c == ',' ? parts.emplace_back() : parts.back() += std::string(1, c);
+    return parts;
+}
+
+DeviceChoice all_devices(const std::vector<FoundDevice>& found, bool different) {
+    const auto first = std::find_if(found.begin(), found.end(), [](const FoundDevice& entry) { return entry.info.is_default; });
+    DeviceChoice choice;
+    std::string left_out;
+    for (const FoundDevice& entry : found) {
+        if (different || same_kind(entry.info, first->info))
+            choice.selectors.push_back(std::to_string(entry.info.index));
+        else
+            left_out += (left_out.empty() ? "" : ", ") + describe(entry.info);
+    }
+    if (!left_out.empty())
+        choice.note = fmt::format("--device all: without {}, unlike {}; --allow-different takes all", left_out, describe(first->info));
+    return choice;
+}
+
+}  // namespace
+
+Result<DeviceChoice> choose_devices(const std::string& selector, bool different, DeviceHooks& hooks) {
+    const std::string wanted = selector.empty() ? selector_of_environment() : selector;
+    if (wanted != "all" && wanted.find(',') == std::string::npos) return DeviceChoice{{selector}, {}};
+    auto found = find_devices(hooks);
+    if (!found) return found.status();
+    if (wanted == "all" && std::none_of(found->begin(), found->end(), [](const FoundDevice& entry) { return entry.info.is_default; }))
+        found->front().info.is_default = true;  // the environment says "all"
+    if (wanted == "all") return all_devices(*found, different);
+    DeviceChoice choice;
+    std::optional<DeviceInfo> first;
+    for (const std::string& part : parts_of(wanted)) {
+        const auto entry = std::find_if(found->begin(), found->end(), [&](const FoundDevice& e) { return !part.empty() && matches(e.info, part); });
+        if (entry == found->end())
+            return Status::usage(fmt::format("--device {}: no device \"{}\"; `raypager devices` lists those there are", wanted, part));
+        const std::string index = std::to_string(entry->info.index);
+        if (std::find(choice.selectors.begin(), choice.selectors.end(), index) != choice.selectors.end())
+            return Status::usage(fmt::format("--device {}: device {} is named twice", wanted, describe(entry->info)));
+        if (!first) first = entry->info;
+        if (!different && !same_kind(*first, entry->info))
+            return Status::usage(
+                fmt::format("--device {}: {} and {} differ, so the last bits of the picture would depend on which of them takes a sample; name "
+                            "equal ones, or give --allow-different",
+                            wanted, describe(*first), describe(entry->info)));
+        choice.selectors.push_back(index);
+    }
+    return choice;
 }
 
 Result<std::vector<DeviceInfo>> list_devices() {

@@ -158,6 +158,7 @@ void add_render_options(nb::module_& module) {
     nb::class_<RenderOptions>(module, "RenderOptions")
         .def(nb::init<>())
         .def_rw("device", &RenderOptions::device)
+        .def_rw("allow_different", &RenderOptions::allow_different)
         .def_rw("memory_limit", &RenderOptions::memory_limit)
         .def_rw("geometry_limit", &RenderOptions::geometry_limit)
         .def_rw("geometry_limit_percent", &RenderOptions::geometry_limit_percent)

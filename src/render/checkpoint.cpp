@@ -53,9 +53,11 @@ Header make_header(const CheckpointState& state) {
     header.next_sample = state.next_sample;
     header.sample_count = state.samples.size();
     header.samples_checksum = hash64(std::as_bytes(std::span(state.samples)));
+    header.gap_count = state.gaps.size();
+    header.gaps_checksum = hash64(std::as_bytes(std::span(state.gaps)));
     header.film_words = pixels_of(state.identity) * pixel_words(state.identity);
     header.work = state.work;
-    header.file_bytes = film_offset(header.sample_count) + header.film_words * sizeof(uint32_t);
+    header.file_bytes = film_offset(header.gap_count, header.sample_count) + header.film_words * sizeof(uint32_t);
     return header;
 }
 
@@ -78,18 +80,55 @@ Status write_film(OutputFile& file, const FilmSource& film, Header& header, uint
 
 }  // namespace
 
+WorkDone& WorkDone::operator+=(const WorkDone& more) {
+    render_seconds += more.render_seconds;
+    stall_seconds += more.stall_seconds;
+    for (size_t i = 0; i < std::size(stage_seconds); i++) stage_seconds[i] += more.stage_seconds[i];
+    camera_rays += more.camera_rays;
+    bounce_rays += more.bounce_rays;
+    shadow_rays += more.shadow_rays;
+    loads += more.loads;
+    evictions += more.evictions;
+    bytes_loaded += more.bytes_loaded;
+    rounds += more.rounds;
+    requests_without_hit += more.requests_without_hit;
+    runs += more.runs;
+    return *this;
+}
+
+void set_left(CheckpointState& state, std::vector<SampleRange> left, uint64_t limit) {
+    state.gaps = merge_ranges(std::move(left));
+    state.next_sample = limit;
+    if (state.gaps.empty() || state.gaps.back().end != limit) return;
+    state.next_sample = state.gaps.back().begin;
+    state.gaps.pop_back();
+}
+
+std::vector<SampleRange> ranges_left(const CheckpointState& state, uint64_t limit) {
+    std::vector<SampleRange> left = state.gaps;
+    if (state.next_sample < limit) left.push_back({state.next_sample, limit});
+    return left;
+}
+
+uint64_t samples_begun(const CheckpointState& state) {
+    uint64_t begun = state.next_sample;
+    for (const SampleRange& gap : state.gaps) begun -= gap.size();
+    return begun;
+}
+
 Status write_checkpoint(const std::filesystem::path& path, const CheckpointState& state, const FilmSource& film) {
     Header header = make_header(state);
     auto file = OutputFile::create(path);
     if (!file) return file.status();
     RAYPAGER_TRY(pad_to(*file, page));  // room for the header, which is written last
+    RAYPAGER_TRY(file->write(std::as_bytes(std::span(state.gaps))));
     RAYPAGER_TRY(file->write(std::as_bytes(std::span(state.samples))));
-    RAYPAGER_TRY(pad_to(*file, film_offset(header.sample_count)));
+    RAYPAGER_TRY(pad_to(*file, film_offset(header.gap_count, header.sample_count)));
     uint64_t finished = 0;
     RAYPAGER_TRY(write_film(*file, film, header, finished));
-    if (finished + header.sample_count != header.next_sample)
+    if (const uint64_t begun = samples_begun(state); finished + header.sample_count != begun)
         return Status::failed(fmt::format("{}: not written: {} samples are finished and {} under way, but {} were begun; this is a bug",
-                                          path.string(), finished, header.sample_count, header.next_sample));
+                                          path.string(), finished, header.sample_count, begun));
     header.checksum = header_checksum(header);
     RAYPAGER_TRY(file->write_at(0, std::as_bytes(std::span(&header, 1))));
     return file->commit();
@@ -121,11 +160,30 @@ Status check_header(const InputFile& file, const Header& header) {
     if (!valid_order(header.order, pixels)) return damaged("the order of samples is wrong");
     if (header.sample_count > header.next_sample || header.sample_count > file.size() / sizeof(rp_path_sample))
         return damaged("the number of samples is wrong");
-    if (header.file_bytes != film_offset(header.sample_count) + header.film_words * sizeof(uint32_t)) return damaged("the size is wrong");
+    if (header.gap_count > header.next_sample || header.gap_count > file.size() / sizeof(SampleRange)) return damaged("the number of gaps is wrong");
+    if (header.file_bytes != film_offset(header.gap_count, header.sample_count) + header.film_words * sizeof(uint32_t))
+        return damaged("the size is wrong");
     if (header.file_bytes != file.size())
         return Status::failed(fmt::format("{}: has {} bytes but should have {}; the checkpoint is truncated or damaged, remove it to start over",
                                           path, file.size(), header.file_bytes));
     return {};
+}
+
+bool are_gaps(const std::vector<SampleRange>& gaps, uint64_t end) {
+    uint64_t before = 0;
+    for (const SampleRange& gap : gaps) {
+        if (gap.begin < before || gap.end <= gap.begin) return false;
+        before = gap.end + 1;
+    }
+    return gaps.empty() || gaps.back().end < end;
+}
+
+bool was_begun(const CheckpointState& state, const rp_path_sample& sample) {
+    if (sample.pixel >= pixels_of(state.identity)) return false;
+    if (state.identity.adaptive_error > 0) return sample.sample < state.spp;  // the film knows more
+    const uint64_t number = sample_number(state.order, state.identity.width, state.identity.height, sample.pixel, sample.sample);
+    const auto gap = std::upper_bound(state.gaps.begin(), state.gaps.end(), number, [](uint64_t n, const SampleRange& g) { return n < g.end; });
+    return number < state.next_sample && (gap == state.gaps.end() || number < gap->begin);
 }
 
 }  // namespace
@@ -152,17 +210,18 @@ Result<CheckpointFile> CheckpointFile::open(const std::filesystem::path& path) {
             fmt::format("{}: was written by raypager {}, this is raypager {}, whose picture may differ; finish the render with that "
                         "version, or remove the checkpoint to start over",
                         path.string(), program, RAYPAGER_VERSION));
+    state.gaps.resize(header.gap_count);
+    RAYPAGER_TRY(opened.file_.read(page, std::as_writable_bytes(std::span(state.gaps))));
+    if (hash64(std::as_bytes(std::span(state.gaps))) != header.gaps_checksum || !are_gaps(state.gaps, state.next_sample))
+        return opened.damaged(fmt::format("gaps at byte {}: the checksum is wrong, or they are", page));
     state.samples.resize(header.sample_count);
-    RAYPAGER_TRY(opened.file_.read(page, std::as_writable_bytes(std::span(state.samples))));
+    const uint64_t samples_at = samples_offset(header.gap_count);
+    RAYPAGER_TRY(opened.file_.read(samples_at, std::as_writable_bytes(std::span(state.samples))));
     if (hash64(std::as_bytes(std::span(state.samples))) != header.samples_checksum)
-        return opened.damaged(fmt::format("samples at byte {}: the checksum is wrong", page));
-    const auto begun = [&state](const rp_path_sample& s) {
-        if (state.identity.adaptive_error > 0) return s.pixel < pixels_of(state.identity) && s.sample < state.spp;  // the film knows more
-        return s.pixel < pixels_of(state.identity) &&
-               sample_number(state.order, state.identity.width, state.identity.height, s.pixel, s.sample) < state.next_sample;
-    };
-    if (!std::all_of(state.samples.begin(), state.samples.end(), begun)) return opened.damaged("it names a sample that was never begun");
-    opened.film_offset_ = film_offset(header.sample_count);
+        return opened.damaged(fmt::format("samples at byte {}: the checksum is wrong", samples_at));
+    if (!std::all_of(state.samples.begin(), state.samples.end(), [&state](const rp_path_sample& s) { return was_begun(state, s); }))
+        return opened.damaged("it names a sample that was never begun");
+    opened.film_offset_ = film_offset(header.gap_count, header.sample_count);
     opened.film_words_ = header.film_words;
     opened.film_checksum_ = header.film_checksum;
     return opened;
@@ -216,7 +275,7 @@ Status CheckpointFile::read_film(const FilmTarget& target) const {
         RAYPAGER_TRY(target(first, piece));
     }
     if (checksum.value() != film_checksum_) return damaged(fmt::format("film at byte {}: the checksum is wrong", film_offset_));
-    if (finished + state_.samples.size() != state_.next_sample) return damaged("the film holds another number of samples than it says");
+    if (finished + state_.samples.size() != samples_begun(state_)) return damaged("the film holds another number of samples than it says");
     return {};
 }
 

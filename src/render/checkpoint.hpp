@@ -13,6 +13,7 @@
 #include "raypager/abi/path.h"
 #include "raypager/abi/scene.h"
 #include "raypager/status.hpp"
+#include "wavefront/sample_numbers.hpp"
 
 namespace raypager {
 
@@ -35,6 +36,7 @@ struct WorkDone {
     uint64_t camera_rays = 0, bounce_rays = 0, shadow_rays = 0;
     uint64_t loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, requests_without_hit = 0;
     uint64_t runs = 0;
+    WorkDone& operator+=(const WorkDone& more);
 };
 
 struct CheckpointState {
@@ -42,7 +44,8 @@ struct CheckpointState {
     std::string device;  // name and driver
     uint32_t spp = 0;    // that the render was to have
     rp_sample_order order = {1, 1, 0, 0};
-    uint64_t next_sample = 0;  // all before it are in the film or in samples
+    uint64_t next_sample = 0;       // all before it are in the film, in samples, or in gaps
+    std::vector<SampleRange> gaps;  // not begun; sorted, apart from each other
     WorkDone work;
     std::vector<rp_path_sample> samples;  // begun, but not in the film
 };
@@ -54,7 +57,13 @@ using FilmTarget = std::function<Status(uint64_t first_word, std::span<const uin
 // Words of a call at most: whole pixels of so many words each.
 constexpr uint64_t film_piece_words(uint64_t pixel_words) { return (uint64_t{1} << 20) / pixel_words * pixel_words; }
 
-// Refuses to write a film and samples that do not add up to state.next_sample; the old file stays then, and after every other error.
+// Of a render whose numbers end at `limit`, what it has not begun.
+void set_left(CheckpointState& state, std::vector<SampleRange> left, uint64_t limit);
+// The same of a checkpoint.
+std::vector<SampleRange> ranges_left(const CheckpointState& state, uint64_t limit);
+uint64_t samples_begun(const CheckpointState& state);
+
+// Refuses to write a film and samples that do not add up to what was begun; the old file stays then, and after every other error.
 Status write_checkpoint(const std::filesystem::path& path, const CheckpointState& state, const FilmSource& film);
 
 class CheckpointFile {

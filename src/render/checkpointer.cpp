@@ -27,34 +27,33 @@ Result<Checkpointer> Checkpointer::create(const CheckpointOptions& options, cons
     // Where sampling is adaptive, it is that of the first samples alone.
     if (identity.adaptive_error == 0)
         checkpointer.order_ = continue_order(file->state().order, file->state().next_sample, spp, uint64_t{identity.width} * identity.height);
-    checkpointer.kept_samples_ = file->state().next_sample - file->state().samples.size();
+    checkpointer.kept_samples_ = samples_begun(file->state()) - file->state().samples.size();
     checkpointer.resumed_ = std::move(*file);
     return checkpointer;
 }
 
-Status Checkpointer::restore(Wavefront& wavefront) const {
-    if (!resumed_) return {};
-    wavefront.begin_with(resumed_->state().samples);
-    return resumed_->read_film([&](uint64_t first, std::span<const uint32_t> words) { return wavefront.write_film(first, words); });
+std::vector<SampleRange> Checkpointer::left(uint64_t limit) const {
+    return resumed_ ? ranges_left(resumed_->state(), limit) : std::vector{SampleRange{0, limit}};
 }
+
+Status Checkpointer::restore(const FilmTarget& film) const { return resumed_ ? resumed_->read_film(film) : Status(); }
 
 bool Checkpointer::due() const { return enabled() && std::chrono::duration<double>(Clock::now() - last_).count() >= options_.every_seconds; }
 
-Status Checkpointer::write(Wavefront& wavefront, uint64_t next_sample, const WorkDone& work) {
+Status Checkpointer::write(Contents contents, const FilmSource& film) {
     const auto begin = Clock::now();
     CheckpointState state;
     state.identity = identity_;
     state.device = device_;
     state.spp = spp_;
     state.order = order_;
-    state.next_sample = next_sample;
-    state.work = work;
-    Status status = wavefront.read_samples_under_way(state.samples);
-    if (status)
-        status = write_checkpoint(options_.file, state, [&](uint64_t first, std::span<uint32_t> words) { return wavefront.read_film(first, words); });
+    set_left(state, std::move(contents.left), contents.limit);
+    state.samples = std::move(contents.under_way);
+    state.work = contents.work;
+    const Status status = write_checkpoint(options_.file, state, film);
     if (status) {
         written_++;
-        kept_samples_ = next_sample - state.samples.size();
+        kept_samples_ = samples_begun(state) - state.samples.size();
     }
     last_ = Clock::now();
     seconds_ += std::chrono::duration<double>(last_ - begin).count();

@@ -4,10 +4,10 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render/checkpoint.hpp"
 #include "render/render.hpp"
-#include "wavefront/wavefront.hpp"
 
 namespace raypager {
 
@@ -21,18 +21,29 @@ public:
 
     bool enabled() const { return !options_.file.empty(); }
     bool resumed() const { return resumed_.has_value(); }
-    uint64_t first_sample() const { return resumed_ ? resumed_->state().next_sample : 0; }
+    // Of all samples, numbered up to `limit`: those that have not begun; how many have; and the first of those behind which none has.
+    std::vector<SampleRange> left(uint64_t limit) const;
+    uint64_t begun() const { return resumed_ ? samples_begun(resumed_->state()) : 0; }
+    uint64_t next_sample() const { return resumed_ ? resumed_->state().next_sample : 0; }
+    // Samples to be begun again.
+    std::vector<rp_path_sample> under_way() const { return resumed_ ? resumed_->state().samples : std::vector<rp_path_sample>(); }
     // That of the render which it goes on from: `next_sample` tells which samples have begun in no other.
     const rp_sample_order& order() const { return order_; }
     WorkDone earlier_work() const { return resumed_ ? resumed_->state().work : WorkDone(); }
     bool other_device() const { return resumed_ && resumed_->state().device != device_; }
-    // What the wavefront must hold before its first round, in one that was created with first_sample.
-    Status restore(Wavefront& wavefront) const;
+    // Hands over the film to go on with.
+    Status restore(const FilmTarget& film) const;
 
     // Whether the interval is over.
     bool due() const;
-    // Between two rounds. work: by this run and those before.
-    Status write(Wavefront& wavefront, uint64_t next_sample, const WorkDone& work);
+    // Between two rounds. left: of all samples, numbered up to `limit`, those that have not begun. under_way: those that are not in the film.
+    struct Contents {
+        std::vector<SampleRange> left;
+        uint64_t limit = 0;
+        std::vector<rp_path_sample> under_way;
+        WorkDone work;  // by this run and those before
+    };
+    Status write(Contents contents, const FilmSource& film);
     uint32_t written() const { return written_; }
     double seconds() const { return seconds_; }  // spent on writing
     // What the file holds, for the end of a sentence: "go on with --resume: FILE has 12.3 samples per pixel"; empty if there is none.

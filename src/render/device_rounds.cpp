@@ -11,8 +11,9 @@ namespace raypager {
 
 Result<std::unique_ptr<DeviceRounds>> DeviceRounds::create(const BlockSource& source, const RenderOptions& options,
                                                            const RenderInstruments& instruments, const rp_render_params& params,
-                                                           std::unique_ptr<Device> device, const std::function<void(const std::string&)>& warn) {
-    std::unique_ptr<DeviceRounds> rounds(new DeviceRounds(source, options, instruments, std::move(device)));
+                                                           std::unique_ptr<Device> device, const DeviceShare& share,
+                                                           const std::function<void(const std::string&)>& warn) {
+    std::unique_ptr<DeviceRounds> rounds(new DeviceRounds(source, options, instruments, share, std::move(device)));
     Status made = rounds->make(params, rounds->device_->budget().limit());
     // Another process may hold memory that the driver counts as ours: then with less, until the least that would do is refused, too.
     uint64_t refused = 0;
@@ -33,15 +34,19 @@ Status DeviceRounds::make(const rp_render_params& params, uint64_t memory_limit)
     residency_.reset();
     if (device_->budget().limit() != memory_limit) {
         device_.reset();
-        auto device = Device::open(options_.device, memory_limit, options_.tuning.profile, instruments_.device_hooks);
+        auto device = Device::open(share_.selector, memory_limit, options_.tuning.profile, share_.hooks);
         if (!device) return device.status();
         device_ = std::move(*device);
     }
     const BakedScene& scene = source_.scene();
-    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit);
+    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit, share_.devices);
     if (!plan) return plan.status();
     plan_ = *plan;
-    auto residency = Residency::create(*device_, source_, plan_.residency);
+    if (share_.cache) plan_.params.order = params.order;  // which the first device has chosen
+    // Blocks in another form than that of the shared cache need one of their own.
+    const bool shares = share_.cache && share_.cache->form() == plan_.form;
+    auto residency = Residency::create(*device_, shares ? share_.cache : Residency::make_cache(*device_, source_, plan_.residency, share_.devices),
+                                       plan_.residency);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
     auto wavefront = Wavefront::create(*device_, scene, plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),
@@ -77,8 +82,8 @@ std::unique_ptr<Device> DeviceRounds::release_device() {
 // The default limit is the same every time, unless less memory is free; who compares two renders should know, if that made a difference.
 void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const {
     const DefaultLimit& limit = device_->default_limit();
-    if (options_.memory_limit || !limit.reduced()) return;
-    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual);
+    if (options_.memory_limit || share_.devices > 1 || !limit.reduced()) return;
+    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual, share_.devices);
     if (!usual || (usual->params.slot_count == slots() && usual->residency.pool_bytes == residency_->pool_bytes())) return;
     warn(fmt::format("other programs hold much of the memory: the memory limit is {} instead of {}; --memory-limit sets another",
                      format_bytes(device_->budget().limit()), format_bytes(limit.usual)));

@@ -14,12 +14,20 @@
 
 namespace raypager {
 
+// A device among others.
+struct DeviceShare {
+    std::string selector;                // of the device
+    std::shared_ptr<DeviceHooks> hooks;  // null: none
+    uint32_t devices = 1;                // that share the work
+    std::shared_ptr<HostCache> cache;    // of blocks, that they share; null: the device makes one
+};
+
 class DeviceRounds {
 public:
     // Makes everything on the device, within its limit. Where the driver refuses memory that other processes hold, it tries with less, and says so.
     // warn: a line for the user.
     static Result<std::unique_ptr<DeviceRounds>> create(const BlockSource& source, const RenderOptions& options, const RenderInstruments& instruments,
-                                                        const rp_render_params& params, std::unique_ptr<Device> device,
+                                                        const rp_render_params& params, std::unique_ptr<Device> device, const DeviceShare& share,
                                                         const std::function<void(const std::string&)>& warn);
 
     // Without rounds under way: begins anew with another picture, of at most as many pixels. Blocks stay, and rounds are numbered on.
@@ -50,6 +58,7 @@ public:
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
     double stall_seconds() const { return stall_seconds_; }  // spent in wait_for_block
 
+    const DeviceShare& share() const { return share_; }
     const RenderPlan& plan() const { return plan_; }
     Device& device() { return *device_; }
     const Device& device() const { return *device_; }
@@ -59,8 +68,9 @@ public:
     const Residency& residency() const { return *residency_; }
 
 private:
-    DeviceRounds(const BlockSource& source, const RenderOptions& options, const RenderInstruments& instruments, std::unique_ptr<Device> device)
-        : source_(source), options_(options), instruments_(instruments), device_(std::move(device)) {}
+    DeviceRounds(const BlockSource& source, const RenderOptions& options, const RenderInstruments& instruments, const DeviceShare& share,
+                 std::unique_ptr<Device> device)
+        : source_(source), options_(options), instruments_(instruments), share_(share), device_(std::move(device)) {}
     Status make(const rp_render_params& params, uint64_t memory_limit);
     void note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const;
     void fill_by_waits();
@@ -68,6 +78,7 @@ private:
     const BlockSource& source_;
     const RenderOptions& options_;
     const RenderInstruments& instruments_;
+    const DeviceShare share_;
     std::unique_ptr<Device> device_;
     RenderPlan plan_;
     std::unique_ptr<Residency> residency_;

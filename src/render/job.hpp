@@ -1,5 +1,5 @@
-// A render from start to end: which samples are taken, the film, checkpoints, callbacks, and when it stops. What the device does is DeviceRounds'
-// part.
+// A render from start to end: which samples are taken, the film, checkpoints, callbacks, and when it stops. What devices do is the part of
+// DeviceGroup and what is below it.
 #pragma once
 
 #include <atomic>
@@ -7,15 +7,16 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "film/add_films.hpp"
 #include "film/film.hpp"
 #include "render/adaptive.hpp"
 #include "render/checkpointer.hpp"
-#include "render/device_rounds.hpp"
+#include "render/device_group.hpp"
 #include "render/first_pass.hpp"
 #include "render/recorder.hpp"
 #include "render/render.hpp"
-#include "render/watchdog.hpp"
 
 namespace raypager {
 
@@ -25,20 +26,20 @@ public:
     RenderJob(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks, const RenderInstruments& instruments)
         : source_(source), scene_(source.scene()), options_(options), callbacks_(callbacks), instruments_(instruments) {}
 
-    // Opens the device and makes everything on it.
+    // Opens the devices and makes everything on them.
     Status prepare();
-    bool done() const { return (rounds_->all_idle() && !in_first_pass_ && !wavefront().begins_again()) || stopped_ || last_stage_ended_; }
-    // One round, and what is due after it. REQUIRES: !done().
+    bool done() const { return all_ended() || stopped_ || last_stage_ended_; }
+    // One round, and what is due after it; with several devices, what they do in some milliseconds. REQUIRES: !done().
     Status step();
     // Whether a lack of progress is to be reported: not while nobody asks for a step, as at first.
-    void expect_progress(bool expected) { expected ? watchdog_->resume() : watchdog_->pause(); }
+    void expect_progress(bool expected) { devices_.expect_progress(expected); }
     // Ends rounds under way, and writes the last checkpoint. Then the result.
     Result<MeasuredRender> finish();
 
     RenderProgress progress() const;
     Result<Image> picture(double* spp = nullptr);  // so far
     Result<std::vector<FilmLayerImage>> layers_at(uint32_t x, uint32_t y);
-    std::vector<BlockStatus> blocks() const;
+    std::vector<BlockStatus> blocks();
     Status write_checkpoint();
     void cancel() { cancelled_ = true; }  // from any thread; the job is done after the round under way
 
@@ -52,38 +53,59 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
-    Status finish_round();
-    Status settle();
-    // Before the first round has ended, nothing has been counted yet.
-    uint64_t samples_begun() const { return rounds_->has_counted() ? rounds_->counters().next_sample() : wavefront().params().first_sample; }
-    uint64_t samples_to_begin() const { return (in_first_pass_ ? all_samples_ : wavefront().params().sample_limit) + coarse_; }
-    Status wait_for_block();
+    Status settle(bool still = false);
+    Status collect_all();
+    bool all_ended() const;
+    uint64_t samples_begun() const;
     Status end_early();
-    Status begin_adaptive(bool resumed);
+    Status keep_checkpoint();
+    Status save_checkpoint();
+    Status take_contents(Checkpointer::Contents& contents);
+    Status report_progress();
+    void warn(const std::string& message) const;
+    Status with_advice(const Status& error) const;
+    WorkDone work() const;
+    double render_seconds() const { return std::chrono::duration<double>(Clock::now() - render_start_).count(); }
+
+    // job_devices.cpp: making them, and going on without those that fail.
+    Status check_several() const;
+    Status make_devices(rp_render_params& params);
+    Result<std::unique_ptr<DeviceRounds>> make_rounds(const rp_render_params& params, const DeviceShare& share);
+    void drop(const DeviceGroup::Failure& failure);
+    Status drop_failed();
+    DeviceWorker& first() { return devices_.worker(0); }
+    const DeviceWorker& first() const { return devices_.worker(0); }
+    Wavefront& wavefront() { return first().wavefront(); }
+    const Wavefront& wavefront() const { return first().wavefront(); }
+
+    // job_film.cpp: the film, of all devices together, and what becomes of it.
+    Status read_words(uint64_t first_word, std::span<uint32_t> words);
+    Status write_words(uint64_t first_word, std::span<const uint32_t> words);
+    Status collect_films();
+    Status collect_film(DeviceWorker& worker);
+    Status for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see);
+    Result<FilmResolver> read_film(FilmUse use = FilmUse::all);
+    Status snapshot(double now);
+    Result<MeasuredRender> result();
+    RenderReport make_report(const FilmResolver& film) const;
+
+    // job_stages.cpp: what comes in steps, and where it ends before its time.
+    Status begin_adaptive(std::optional<uint64_t> next_sample);
+    bool stage_has_ended() const;
+    Status end_stage();
+    Status read_for_stage();
+    Status begin_stage(const SampleStage& stage, std::vector<SampleRange> left);
     bool goes_coarse_first(const rp_render_params& params) const;
     Status begin_first_pass();
     Status go_on_with_first_pass();
     Status end_first_pass();
-    void watch();
-    Status end_stage();
+    Status begin_fewer(bool stop);
+    Status begin_coarse();
+    std::vector<SampleRange> shorten(std::vector<SampleRange> ranges, bool begun, bool stop);
+
+    // job_changes.cpp
     uint64_t most_pixels() const { return uint64_t{full_width_} * full_height_; }
     Result<rp_render_params> full_size_params() const;
-    Status read_for_stage();
-    Status begin_stage(const SampleStage& stage);
-    Status for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see);
-    Status begin_fewer(bool stop);
-    Status keep_checkpoint();
-    Status report_progress();
-    Status snapshot(double now);
-    void warn(const std::string& message) const;
-    Status with_advice(const Status& error) const;
-    WorkDone work() const;
-    Result<FilmResolver> read_film(FilmUse use = FilmUse::all);
-    Result<MeasuredRender> result();
-    RenderReport make_report(const FilmResolver& film) const;
-    Wavefront& wavefront() { return rounds_->wavefront(); }
-    const Wavefront& wavefront() const { return rounds_->wavefront(); }
-    double render_seconds() const { return std::chrono::duration<double>(Clock::now() - render_start_).count(); }
 
     const BlockSource& source_;
     const BakedScene& scene_;
@@ -91,17 +113,21 @@ private:
     const RenderCallbacks& callbacks_;
     const RenderInstruments& instruments_;
     std::optional<Checkpointer> checkpointer_;
-    std::unique_ptr<DeviceRounds> rounds_;
-    std::unique_ptr<Watchdog> watchdog_;  // asks rounds_: destroyed before it
+    SamplePool pool_{1};
+    DeviceGroup devices_;  // refers to what stands above
     RenderRecorder recorder_;
-    WorkDone earlier_;  // by runs before this one
-    WorkDone outside_;  // what the device did before a restart: not of this render
+    WorkDone earlier_;                   // by runs before this one, and by devices that have failed
+    WorkDone outside_;                   // what the device did before a restart: not of this render
+    std::vector<uint32_t> film_;         // with several devices: what was taken from theirs, or was there before
+    uint64_t begun_before_ = 0;          // samples: by runs before this one, or in another order, or by devices that have failed
+    uint64_t sample_limit_ = 0;          // of numbers
+    uint64_t samples_to_begin_ = 0;      // in all
+    std::vector<SampleRange> left_out_;  // by a render that ends before its time
     std::optional<AdaptiveSampling> adaptive_;
     bool last_stage_ended_ = false;  // of adaptive sampling
     bool between_stages_ = false;    // an error has ended the render there: its film is of neither
     FirstPass first_pass_;           // coarse to fine
     bool in_first_pass_ = false;     // some of it have not begun
-    uint64_t all_samples_ = 0;       // the limit behind it
     uint64_t pixels_ = 0;
     uint32_t full_width_ = 0, full_height_ = 0;  // for as many pixels there is memory
     std::atomic<bool> cancelled_{false};
@@ -109,7 +135,6 @@ private:
     std::optional<double> stop_began_;  // the same, because of a stop from outside
     bool shortened_ = false;            // by a stop, which takes samples from the picture
     bool stopped_ = false;              // here and now
-    uint64_t coarse_ = 0;               // samples that are begun in an order of their own then
     double snapshot_seconds_ = 0, snapshot_interval_ = 0;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
     double next_progress_ = 0, next_snapshot_ = 0, last_reported_ = 0;

@@ -6,12 +6,6 @@
 
 namespace raypager {
 
-void RenderJob::watch() {
-    watchdog_ = std::make_unique<Watchdog>(
-        options_.stall_seconds, [this] { return rounds_->residency().loader_activity(); }, [this](const std::string& text) { warn(text); });
-    watchdog_->pause();
-}
-
 Status RenderJob::check_restart() const {
     if (checkpointer_->enabled()) return Status::usage("a render with a checkpoint cannot begin anew; leave the checkpoint out");
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("a render that is recorded cannot begin anew");
@@ -22,28 +16,33 @@ Status RenderJob::check_restart() const {
 }
 
 Status RenderJob::restart() {
-    RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(settle(true));
     auto params = make_params(scene_, options_);
     if (!params) return params.status();
     const rp_render_params& old = wavefront().params();
     const uint64_t pixels = uint64_t{params->width} * params->height;
     if (pixels == pixels_) params->order = old.order;  // the plan may have chosen regions
     pixels_ = pixels;
-    if (goes_coarse_first(*params)) params->first_sample = pixels_;
     outside_ = {};
     earlier_ = {};
     const WorkDone before = work();
-    RAYPAGER_TRY(rounds_->restart(*params));
+    pool_.clear();
+    left_out_.clear();
+    for (size_t i = 0; i < devices_.count(); i++) RAYPAGER_TRY(devices_.worker(i).restart(*params));
+    devices_.note_figures();
     outside_ = before;
+    begun_before_ = 0;
+    sample_limit_ = samples_to_begin_ = params->stage_begin;
+    pool_.add({{0, sample_limit_}});
+    if (devices_.several()) film_.assign(wavefront().film_words(), 0);
     adaptive_.reset();
     first_pass_ = {};
     in_first_pass_ = false;
     last_stage_ended_ = between_stages_ = late_ = shortened_ = stopped_ = false;
     stop_began_.reset();
-    coarse_ = 0;
     snapshot_seconds_ = rate_ = last_reported_ = 0;
     last_rays_ = 0;
-    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(false));
+    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(std::nullopt));
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
     start_ = render_start_ = Clock::now();
     next_progress_ = 0;
@@ -55,10 +54,11 @@ Status RenderJob::check_limits() const {
     if (late_ || stop_began_) return Status::usage("the render is about to end");
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("the limits of a render that is recorded are fixed");
     if (options_.tuning.pool_place == PoolPlace::host) return Status::usage("all geometry is in host memory; there is no limit to change");
-    const Device& device = rounds_->device();
+    const DeviceRounds& rounds = first().rounds();
     const auto params = full_size_params();
     if (!params) return params.status();
-    return plan_render(scene_, options_, instruments_, *params, device.info(), device.budget().limit()).status();
+    return plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share().devices)
+        .status();
 }
 
 // Of the largest view that there may be: memory is divided for that one.
@@ -72,52 +72,55 @@ Result<rp_render_params> RenderJob::full_size_params() const {
 // As from a checkpoint that lies in main memory.
 Status RenderJob::go_on_within_limits() {
     RAYPAGER_TRY(settle());
-    std::vector<rp_path_sample> samples;
-    RAYPAGER_TRY(wavefront().read_samples_under_way(samples));
+    std::vector<uint32_t> film(wavefront().film_words());
+    RAYPAGER_TRY(collect_films());
+    RAYPAGER_TRY(read_words(0, film));
+    if (in_first_pass_) pool_.add({{pixels_, sample_limit_}});
+    Checkpointer::Contents contents;
+    RAYPAGER_TRY(take_contents(contents));
     const std::vector<rp_path_sample> rest = first_pass_.take_rest();
     in_first_pass_ = false;
-    samples.insert(samples.end(), rest.begin(), rest.end());
-    std::vector<uint32_t> film(wavefront().film_words());
-    RAYPAGER_TRY(wavefront().read_film(0, film));
+    contents.under_way.insert(contents.under_way.end(), rest.begin(), rest.end());
+    CheckpointState state;
+    set_left(state, contents.left, sample_limit_);
     auto params = make_params(scene_, options_);
     auto full = full_size_params();
     if (!params || !full) return params ? full.status() : params.status();
     params->order = full->order = wavefront().params().order;
-    params->first_sample = full->first_sample = samples_begun();
 
-    WorkDone done = work();
+    const uint64_t begun = samples_begun();
+    WorkDone done = contents.work;
     done.render_seconds = earlier_.render_seconds;  // which goes on
     done.runs = earlier_.runs;
     earlier_ = done;
     outside_ = {};
     last_rays_ = 0;
     last_reported_ = render_seconds();
-    watchdog_.reset();
-    std::unique_ptr<Device> device = rounds_->release_device();
-    auto rounds = DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), [this](const std::string& text) { warn(text); });
-    if (!rounds) return rounds.status();
-    rounds_ = std::move(*rounds);
-    if (pixels_ < most_pixels()) RAYPAGER_TRY(rounds_->restart(*params));
-    watch();
-    RAYPAGER_TRY(wavefront().write_film(0, film));
-    wavefront().begin_with(std::move(samples));
-    return params->adaptive_error > 0 ? begin_adaptive(true) : Status();
+    pool_.clear();
+    RAYPAGER_TRY(settle(true));
+    for (size_t i = 0; i < devices_.count(); i++) {
+        DeviceWorker& worker = devices_.worker(i);
+        const DeviceShare share = worker.rounds().share();
+        RAYPAGER_TRY(worker.replace_rounds([&](std::unique_ptr<Device> device) {
+            return DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), share,
+                                        [this](const std::string& text) { warn(text); });
+        }));
+        if (pixels_ < most_pixels()) RAYPAGER_TRY(worker.restart(*params));
+    }
+    devices_.note_figures();
+    begun_before_ = begun;
+    RAYPAGER_TRY(write_words(0, film));
+    pool_.add(contents.left);
+    pool_.add_again(contents.under_way);
+    return params->adaptive_error > 0 ? begin_adaptive(state.next_sample) : Status();
 }
 
-Result<std::vector<FilmLayerImage>> RenderJob::layers_at(uint32_t x, uint32_t y) {
-    RAYPAGER_TRY(settle());
-    const FilmLayout layout(wavefront().params());
-    std::vector<uint32_t> words(layout.words());
-    RAYPAGER_TRY(wavefront().read_film((uint64_t{y} * wavefront().params().width + x) * layout.words(), words));
-    LayerResolver layers(1, 1, layout);
-    layers.add(words, words[RP_FILM_COUNT] & RP_FILM_COUNT_MASK);
-    return layers.take();
-}
-
-std::vector<BlockStatus> RenderJob::blocks() const {
+// Of several devices, the first one's.
+std::vector<BlockStatus> RenderJob::blocks() {
     std::vector<BlockStatus> result;
     result.reserve(scene_.blocks.size());
-    for (const BlockState& block : rounds_->residency().blocks().first(scene_.blocks.size())) {
+    if (devices_.several() && !settle(true)) return result;  // the next step says why
+    for (const BlockState& block : first().rounds().residency().blocks().first(scene_.blocks.size())) {
         const auto state = block.state == PageState::resident  ? BlockStatus::State::resident
                            : block.state == PageState::loading ? BlockStatus::State::on_its_way
                                                                : BlockStatus::State::absent;

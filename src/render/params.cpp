@@ -131,8 +131,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     const uint32_t ordered = options.adaptive_error > 0 ? std::min(params.spp, AdaptiveSampling::first_samples) : params.spp;
     params.order = make_order(options.tuning.tile_size, together, ordered, pixels, options.tuning.region.value_or(0));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
-    params.sample_limit = pixels * ordered;
-    params.stage_begin = params.sample_limit;
+    params.stage_begin = pixels * ordered;
     return params;
 }
 

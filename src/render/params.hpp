@@ -8,7 +8,7 @@
 
 namespace raypager {
 
-// All but slot_count and first_sample.
+// All but slot_count.
 Result<rp_render_params> make_params(const BakedScene& scene, const RenderOptions& options);
 // What cannot be recorded.
 Status check_instruments(const RenderOptions& options, const RenderInstruments& instruments);

@@ -19,12 +19,13 @@ struct RenderInstruments {
     uint64_t record_paths = 0;  // about so many paths are recorded in MeasuredRender::trace; 0: none
     // The largest slab of the pool, so that small scenes fill several; and how many threads load.
     uint64_t slab_bytes = 0;
-    uint32_t loader_threads = 0;                 // 0: what suits the device
-    std::optional<uint32_t> read_ahead_threads;  // none: what suits the device
-    uint32_t rounds_under_way = 0;               // 1 or 2; 0: what suits the device
-    std::optional<uint32_t> evict_ahead;         // as PolicySettings has it
-    uint32_t visit_events = 0;                   // that the log of recorded paths has room for; 0: as many as suit
-    std::shared_ptr<DeviceHooks> device_hooks;   // null: none
+    uint32_t loader_threads = 0;                                  // 0: what suits the device
+    std::optional<uint32_t> read_ahead_threads;                   // none: what suits the device
+    uint32_t rounds_under_way = 0;                                // 1 or 2; 0: what suits the device
+    std::optional<uint32_t> evict_ahead;                          // as PolicySettings has it
+    uint32_t visit_events = 0;                                    // that the log of recorded paths has room for; 0: as many as suit
+    std::shared_ptr<DeviceHooks> device_hooks;                    // null: none
+    std::vector<std::shared_ptr<DeviceHooks>> more_device_hooks;  // where there are several devices: those of the second and so on
 };
 
 struct MeasuredRender : RenderResult {

@@ -83,12 +83,29 @@ Json tuning_object(const ProfileChanges& tuning) {
     return json;
 }
 
+Json devices_array(const RenderReport& report) {
+    Json devices = Json::array();
+    for (const RenderReport::DeviceWork& device : report.devices)
+        devices.push_back({{"name", device.facts.name},
+                           {"index", device.index},
+                           {"paths", device.samples},
+                           {"rays", device.rays},
+                           {"loads", device.loads},
+                           {"bytes_loaded", device.bytes_loaded},
+                           {"rounds", device.rounds},
+                           {"peak_bytes", device.peak_memory_bytes},
+                           {"trace_seconds", device.trace_seconds},
+                           {"stall_seconds", device.stall_seconds}});
+    return devices;
+}
+
 Json settings_object(const RenderOptions& options, const Blocks& scene, const RenderReport& report) {
     const CheckpointOptions& checkpoint = options.checkpoint;
     return {{"device", report.device.name},
             {"memory_limit", report.limits.memory_bytes},
             {"geometry_limit", report.limits.geometry_bytes},
             {"host_limit", report.limits.host_bytes},
+            {"allow_different", options.allow_different},
             {"spp", options.spp},
             {"time", options.time_seconds > 0 ? Json(options.time_seconds) : Json(nullptr)},
             {"adaptive", options.adaptive_error > 0 ? Json(options.adaptive_error) : Json(nullptr)},
@@ -130,6 +147,7 @@ std::string report_text(const Blocks& scene, const RenderOptions& options, const
         {{"raypager", RAYPAGER_VERSION},
          {"device",
           {{"name", report.device.name}, {"platform", report.device.platform}, {"driver", report.device.driver}, {"type", report.device.type}}},
+         {"devices", devices_array(report)},
          {"scene", scene_object(scene, report.form)},
          {"limits", limits_json(report.limits)},
          {"peak", limits_json(report.peak)},

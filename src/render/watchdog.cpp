@@ -16,7 +16,7 @@ RoundState make_round_state(uint32_t round, const RoundCounters& counters, const
     state.resident_bytes = residency.resident_bytes();
     state.pool_bytes = residency.pool_bytes();
     const PagingStatistics& paging = residency.statistics();
-    state.achieved = counters.next_sample() + counters.camera_rays() + counters.bounce_rays() + counters.total_shadow_rays() +
+    state.achieved = counters.samples_begun() + counters.camera_rays() + counters.bounce_rays() + counters.total_shadow_rays() +
                      counters.textured_slots() + counters.idle_slots() + counters.requests_served() + paging.loads + paging.evictions;
     constexpr size_t told = 3;
     const std::span<const BlockState> blocks = residency.blocks();

@@ -135,12 +135,23 @@ void HostCache::release(uint32_t block) {
     changed_.notify_all();
 }
 
-void HostCache::prepare(uint64_t bytes) {
+bool HostCache::prepare(uint64_t bytes) {
     Lock lock(mutex_);
-    for (;;) {
-        changed_.wait(lock, [&] { return closed_ || !adding_; });
-        if (closed_ || allocated_ >= std::min(bytes, all_bytes_) || allocated_ + chunk_bytes_ > limit_ || !add_chunk(lock).ok()) return;
-    }
+    changed_.wait(lock, [&] { return closed_ || !adding_; });
+    return !closed_ && allocated_ < std::min(bytes, all_bytes_) && allocated_ + chunk_bytes_ <= limit_ && add_chunk(lock).ok();
+}
+
+void HostCache::enter() {
+    const Lock lock(mutex_);
+    users_++;
+}
+
+void HostCache::leave() {
+    const Lock lock(mutex_);
+    RAYPAGER_CHECK(users_ > 0);
+    if (--users_ > 0) return;
+    closed_ = true;
+    changed_.notify_all();
 }
 
 void HostCache::close() {

@@ -38,8 +38,11 @@ public:
     // Reads a block that may be acquired later, if it is not there and there is room for it without another that goes. If it cannot be read, nothing
     // is there, and acquire() will say why. False: there is no room for any, or the cache was closed.
     bool read_ahead(uint32_t block);
-    // Gets memory for so many bytes of blocks, as far as all of them and the limit need it, before it is asked for.
-    void prepare(uint64_t bytes);
+    // Gets some of the memory for so many bytes of blocks, as far as all of them and the limit need it, before it is asked for. False: that was all.
+    bool prepare(uint64_t bytes);
+    // Of who acquires blocks and releases them. When the last one leaves, the cache is closed.
+    void enter();
+    void leave();
     // Ends all waiting: calls of acquire() that have to wait fail from now on.
     void close();
     uint64_t peak_bytes() const;
@@ -87,6 +90,7 @@ private:
     uint64_t allocated_ = 0;
     bool adding_ = false;  // a chunk is being pinned, without the lock
     bool closed_ = false;
+    uint32_t users_ = 0;
 };
 
 }  // namespace raypager

@@ -29,9 +29,10 @@ Loader::~Loader() {
         stop_ = true;
     }
     changed_.notify_all();
-    cache_.close();
+    cache_.leave();
     for (std::thread& thread : threads_) thread.join();
     (void)device_.uploads().finish();  // they read the cache's memory
+    for (const Load& load : submitted_) cache_.release(load.block);
 }
 
 void Loader::start(std::span<const PlannedLoad> loads, const Event& free, const Event& free_before) {
@@ -152,6 +153,15 @@ Status Loader::submit(std::vector<Load>& loads) {
     return device_.uploads().flush();
 }
 
+// After an error: other devices may need the room. (Those that are submitted are released by arrived(), or at the end.)
+void Loader::release_unsubmitted(const std::vector<Load>& loads) {
+    (void)device_.uploads().finish();
+    for (const Load& load : loads) {
+        const bool submitted = std::any_of(submitted_.begin(), submitted_.end(), [&](const Load& other) { return other.block == load.block; });
+        if (!load.bytes.empty() && !submitted) cache_.release(load.block);
+    }
+}
+
 void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
     std::vector<Load> loads;
     const auto take = [&](std::optional<std::span<const std::byte>> bytes) {
@@ -173,6 +183,7 @@ void Loader::carry_out_first(std::unique_lock<std::mutex>& lock) {
     lock.unlock();
     const Status status = bring(loads);
     lock.lock();
+    if (!status) release_unsubmitted(loads);
     for (const Load& load : loads) reading_.erase(load.block);
     if (!status.ok() && failure_.ok()) failure_ = status;
 }

@@ -48,11 +48,12 @@ private:
         Arrival arrival;
         std::optional<Event> upload;  // of the last of those that are submitted together: the queue is in order
     };
-    Loader(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) : device_(device), cache_(cache), slabs_(slabs) {}
+    Loader(Device& device, HostCache& cache, const std::vector<Buffer>& slabs) : device_(device), cache_(cache), slabs_(slabs) { cache_.enter(); }
     void work();
     // Brings the first that waits, and those that follow as far as they are in the cache. Holds the lock before and after, not meanwhile.
     void carry_out_first(std::unique_lock<std::mutex>& lock);
     Status bring(std::vector<Load>& loads);
+    void release_unsubmitted(const std::vector<Load>& loads);
     Status submit(std::vector<Load>& loads);
 
     Device& device_;

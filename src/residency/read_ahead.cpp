@@ -19,7 +19,6 @@ ReadAhead::~ReadAhead() {
         stop_ = true;
     }
     changed_.notify_all();
-    cache_.close();
     for (std::thread& thread : threads_) thread.join();
 }
 
@@ -37,8 +36,12 @@ void ReadAhead::request(std::vector<uint32_t> blocks) {
 }
 
 void ReadAhead::work(uint64_t room) {
+    const auto stopped = [this] {
+        const std::lock_guard lock(mutex_);
+        return stop_;
+    };
     try {
-        cache_.prepare(room);
+        while (room > 0 && !stopped() && cache_.prepare(room)) {}
     } catch (const std::bad_alloc&) {  // whoever needs the memory will say so
     }
     std::unique_lock lock(mutex_);

@@ -17,7 +17,7 @@ public:
     // The cache outlives it. Without threads nothing is read ahead. room: so many bytes of the cache's memory are had at once, so that the
     // first blocks need not wait while a driver pins it.
     ReadAhead(HostCache& cache, size_t threads, uint64_t room);
-    ~ReadAhead();  // closes the cache: who waits for a block must not be in need of it any more
+    ~ReadAhead();
     ReadAhead(const ReadAhead&) = delete;
     ReadAhead& operator=(const ReadAhead&) = delete;
     // What is to be read, in this order, in place of what was said before.

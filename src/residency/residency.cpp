@@ -51,8 +51,15 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
     return sizes;
 }
 
-Result<std::unique_ptr<Residency>> Residency::create(Device& device, const BlockSource& source, const ResidencySettings& settings) {
-    const BakedScene& scene = source.scene();
+std::shared_ptr<HostCache> Residency::make_cache(Device& device, const BlockSource& source, const ResidencySettings& settings, uint32_t devices) {
+    // Where the pool holds everything, each block passes through the cache once; but for several devices it stays until all have had it.
+    constexpr uint64_t passage = uint64_t{128} << 20;
+    const bool once = devices == 1 && source.scene().memory_bytes(settings.form) <= settings.pool_bytes;
+    return std::make_shared<HostCache>(device, source, settings.form, once ? std::min(settings.host_limit, passage) : settings.host_limit, once);
+}
+
+Result<std::unique_ptr<Residency>> Residency::create(Device& device, std::shared_ptr<HostCache> cache, const ResidencySettings& settings) {
+    const BakedScene& scene = cache->scene();
     const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
     auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_pageable(settings.form));
     if (!sizes) return sizes.status();
@@ -69,11 +76,7 @@ Result<std::unique_ptr<Residency>> Residency::create(Device& device, const Block
         if (!pages) return pages.status();
         copy.pages = std::move(*pages);
     }
-    // Where the pool holds everything, each block passes through the cache once.
-    constexpr uint64_t passage = uint64_t{128} << 20;
-    const bool all_fits = scene.memory_bytes(settings.form) <= residency->table_.pool_bytes();
-    residency->cache_ =
-        std::make_unique<HostCache>(device, source, settings.form, all_fits ? std::min(settings.host_limit, passage) : settings.host_limit, all_fits);
+    residency->cache_ = std::move(cache);
     residency->loader_ = Loader::create(device, *residency->cache_, residency->slabs_, settings.loader_threads);
     const size_t ahead = device.thread_safe() ? settings.read_ahead_threads.value_or(device.profile().read_ahead_threads) : 0;
     residency->read_ahead_ = std::make_unique<ReadAhead>(*residency->cache_, ahead, device.profile().pinned_ahead_bytes);

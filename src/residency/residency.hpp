@@ -39,9 +39,16 @@ uint64_t largest_pool(uint64_t max_slab_bytes);
 
 class Residency {
 public:
-    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockSource& source, const ResidencySettings& settings);
+    static Result<std::unique_ptr<Residency>> create(Device& device, const BlockSource& source, const ResidencySettings& settings) {
+        return create(device, make_cache(device, source, settings, 1), settings);
+    }
+    // The same with a cache of blocks that several devices share.
+    static Result<std::unique_ptr<Residency>> create(Device& device, std::shared_ptr<HostCache> cache, const ResidencySettings& settings);
+    // In memory that this device has pinned, which outlives it.
+    static std::shared_ptr<HostCache> make_cache(Device& device, const BlockSource& source, const ResidencySettings& settings, uint32_t devices);
     ~Residency();
 
+    const std::shared_ptr<HostCache>& cache() const { return cache_; }
     const std::vector<Buffer>& slabs() const { return slabs_; }
     const Buffer& page_table() const { return page_table_; }
     // Brings the page table on the device up to date, for the rounds that follow: by a write of all of it, for which the queue is not waited, or by
@@ -58,6 +65,9 @@ public:
     // When no ray can go on and no round is under way: waits until a block has arrived since that round ended. False if none has, and none
     // is on its way.
     Result<bool> wait_for_block(uint32_t round);
+    // Without a round that ends: takes in what has arrived, so that nothing is held in the cache that others need room in. round: the youngest that
+    // was started.
+    Status take_arrivals_between(uint32_t round) { return take_arrivals(round, false); }
     // The rays that waited are gone, and counters of use begin anew at 0. Blocks stay.
     void forget_demand() { table_.forget_demand(); }
     // For measurements and tests, instead of rounds: brings in every block and publishes the page table. Fails if they do not fit.
@@ -83,7 +93,7 @@ private:
     Status take_arrivals(uint32_t round, bool wait);
 
     BlockTable table_;
-    std::unique_ptr<HostCache> cache_;
+    std::shared_ptr<HostCache> cache_;
     std::vector<Buffer> slabs_;
     Buffer page_table_;
     std::vector<rp_page> pages_;         // what the device shall see

@@ -39,6 +39,7 @@ struct Round {
     uint32_t number = 0;
     std::span<const rp_page> page_changes;      // entries of the page table that are not on the device yet
     std::span<const uint32_t> newly_published;  // blocks that are in the page table with them, and were not in the round before
+    rp_sample_numbers numbers = {0, 0, 0, 0};   // of the samples that come next
     uint32_t listed_again = 0;                  // samples in WavefrontBuffers::again
     bool more_again = false;                    // more of them will be listed in rounds to come
 };
@@ -85,9 +86,10 @@ protected:
         const WavefrontBuffers& b = buffers_;
         const uint32_t more = round.more_again ? 1 : 0;
         if (params_.adaptive_error > 0)
-            return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, b.again, round.listed_again, more,
-                                b.stage_pixels);
-        return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, b.again, round.listed_again, more);
+            return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, round.numbers, b.again,
+                                round.listed_again, more, b.stage_pixels);
+        return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, round.numbers, b.again,
+                            round.listed_again, more);
     }
 
     Device& device_;

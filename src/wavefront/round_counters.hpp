@@ -16,7 +16,7 @@ struct RoundCounters {
     uint32_t free_slots() const { return words[RP_COUNT_FREE]; }
     uint32_t idle_slots() const { return words[RP_COUNT_IDLE]; }
     uint32_t waiting_rays() const { return words[RP_COUNT_WAITING]; }
-    uint64_t next_sample() const { return counter64(RP_COUNT_NEXT_SAMPLE); }
+    uint64_t samples_begun() const { return counter64(RP_COUNT_SAMPLES); }
     uint64_t camera_rays() const { return counter64(RP_COUNT_CAMERA_RAYS); }
     uint64_t bounce_rays() const { return counter64(RP_COUNT_BOUNCE_RAYS); }
     uint64_t total_shadow_rays() const { return counter64(RP_COUNT_SHADOW_RAYS); }

@@ -102,7 +102,8 @@ Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
     RAYPAGER_TRY(set_tracing_arguments(extend, round.number));
     if (textures_) RAYPAGER_TRY(set_shading_arguments(round.number, b.textures, b.free_list));
     RAYPAGER_TRY(set_generate(generate_, round));
-    RAYPAGER_TRY(advance_.set(b.params, b.counters, geometry_.pages(), geometry_.block_count(), geometry_.demand(), round.listed_again));
+    RAYPAGER_TRY(
+        advance_.set(b.params, b.counters, geometry_.pages(), geometry_.block_count(), geometry_.demand(), round.numbers, round.listed_again));
     const uint32_t bit_scale = sleep_bit_scale(geometry_.block_count());
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? sleep_bits(round.newly_published, bit_scale) : all_sleep_bits;

@@ -248,9 +248,7 @@ Status Wavefront::allocate_state(const SlotFields& fields) {
         if (!results) return results.status();
         flight.results = std::move(*results);
     }
-    const uint64_t first = params_.first_sample;
-    const uint32_t words[2] = {static_cast<uint32_t>(first), static_cast<uint32_t>(first >> 32)};
-    return device_.kernels().write_now(b.counters, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), std::as_bytes(std::span(words)));
+    return {};
 }
 
 Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published) {
@@ -259,8 +257,9 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
     // Slots stay free for the stages to come.
-    const bool more = samples_again().size() > listed_again_ || expects_more_ || film_layout().adaptive();
-    const Round round = {number, page_changes, newly_published, listed_again_, more};
+    const rp_sample_numbers numbers = numbers_.for_round(samples_begun_);
+    const bool more = samples_again().size() > listed_again_ || expects_more_ || film_layout().adaptive() || numbers.end < numbers_.count();
+    const Round round = {number, page_changes, newly_published, numbers, listed_again_, more};
     RAYPAGER_TRY(backend_->launch(round, flight.events));
     if (count_waits_) {
         const uint64_t items = uint64_t{device_.info().compute_units} * device_.profile().items;
@@ -284,6 +283,7 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t
     std::memcpy(counters.words.data(), results.data(), counter_bytes);
     demand = {reinterpret_cast<const uint32_t*>(results.data() + counter_bytes), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
     RAYPAGER_TRY(backend_->check_round(counters, demand));
+    samples_begun_ = counters.samples_begun();
     begun_again_ += std::min(listed_again_, counters.free_slots());
     const std::array<uint64_t, 5> ns = {events.begin.duration_ns() + events.wake.duration_ns(), events.generate.duration_ns(),
                                         events.extend.duration_ns(), events.shade.duration_ns(), events.connect.duration_ns()};
@@ -298,12 +298,6 @@ Status Wavefront::begin_stage(uint64_t begin, uint32_t first, uint32_t passes, s
     params_.stage_begin = begin;
     params_.stage_first = first;
     params_.stage_passes = passes;
-    return set_sample_limit(begin + uint64_t{passes} * pixels.size());
-}
-
-Status Wavefront::set_sample_limit(uint64_t limit) {
-    RAYPAGER_CHECK(started_ == finished_);
-    params_.sample_limit = limit;
     return device_.kernels().write_now(buffers_.params, 0, bytes_of_one(params_));
 }
 

@@ -21,6 +21,7 @@
 #include "wavefront/backend.hpp"
 #include "wavefront/geometry_buffers.hpp"
 #include "wavefront/round_counters.hpp"
+#include "wavefront/sample_numbers.hpp"
 #include "wavefront/sample_order.hpp"
 #include "wavefront/visit_log.hpp"
 
@@ -74,10 +75,13 @@ public:
     static constexpr uint32_t max_rounds = 2;
     // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
     Status read_visits(std::vector<uint32_t>& words) { return backend_->read_visits(words); }
-    // Begins no samples from this number on. REQUIRES: no round is under way.
-    Status set_sample_limit(uint64_t limit);
-    // Where sampling is adaptive: samples first to first + passes - 1 of these pixels follow, which are numbered from `begin` on (abi/scene.h).
-    // REQUIRES: no round is under way, and all samples up to the limit have begun.
+    // Which samples are begun. What changes here counts from the next round on. REQUIRES: none is cut that a round under way may begin.
+    SampleNumbers& numbers() { return numbers_; }
+    const SampleNumbers& numbers() const { return numbers_; }
+    // By number, as counted by the rounds that have ended.
+    uint64_t samples_begun() const { return samples_begun_; }
+    // Where sampling is adaptive: numbers from `begin` on are samples first to first + passes - 1 of these pixels (abi/scene.h).
+    // REQUIRES: no round is under way, and no sample of an earlier stage is still to begin.
     Status begin_stage(uint64_t begin, uint32_t first, uint32_t passes, std::span<const uint32_t> pixels);
 
     // Between rounds, the render is: the film, the samples whose paths are under way (none of their radiance is in the film yet), and the
@@ -86,6 +90,7 @@ public:
     uint64_t film_words() const { return buffers_.film.bytes() / sizeof(uint32_t); }
     Status read_film(uint64_t first_word, std::span<uint32_t> words);
     Status write_film(uint64_t first_word, std::span<const uint32_t> words);
+    Status clear_film() { return device_.kernels().fill_zero(buffers_.film, 0, buffers_.film.bytes()); }
     Status read_samples_under_way(std::vector<rp_path_sample>& samples);
     // Samples that come before the next ones by number. REQUIRES: no round is under way, and none that were given before are left.
     void begin_with(std::vector<rp_path_sample> samples) {
@@ -135,6 +140,8 @@ private:
     WavefrontBuffers buffers_;
     std::unique_ptr<Backend> backend_;  // refers to what stands above
     std::optional<Kernel> count_waits_;
+    SampleNumbers numbers_;
+    uint64_t samples_begun_ = 0;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     bool expects_more_ = false;

@@ -9,6 +9,7 @@
 #include "reference/rays.hpp"
 #include "reference/scenes.hpp"
 #include "support/device_scene.hpp"
+#include "support/thorough.hpp"
 
 namespace raypager {
 namespace {
@@ -35,10 +36,10 @@ const HitCase hit_cases[] = {
 
 void PrintTo(const HitCase& c, std::ostream* out) { *out << c.name; }
 
-// RAYPAGER_TEST_RAYS: rays a scene; a million unless set (slow simulators take fewer).
+// RAYPAGER_TEST_RAYS: rays per scene (slow simulators take fewer). Otherwise 200,000, and a million with RAYPAGER_THOROUGH.
 size_t rays_per_scene() {
     const char* text = std::getenv("RAYPAGER_TEST_RAYS");
-    return text ? std::strtoull(text, nullptr, 10) : 1000000;
+    return text ? std::strtoull(text, nullptr, 10) : support::thorough() ? 1000000 : 200000;
 }
 
 class Hits : public testing::TestWithParam<std::tuple<HitCase, Traversal>> {};

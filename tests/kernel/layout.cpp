@@ -55,7 +55,7 @@ TEST(Layout, offsets_that_kernels_rely_on) {
     EXPECT_EQ(offsetof(rp_block_entry, root), 28u);
     EXPECT_EQ(offsetof(rp_wide_block_entry, block), 12u);
     EXPECT_EQ(sizeof(rp_block_header) % 16, 0u);
-    EXPECT_EQ(offsetof(rp_render_params, first_sample) % 8, 0u);
+    EXPECT_EQ(offsetof(rp_render_params, stage_begin) % 8, 0u);
 }
 
 TEST(KernelSources, every_stage_expands_without_includes) {

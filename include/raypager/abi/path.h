@@ -131,7 +131,7 @@ typedef struct rp_path_sample {
 // Slots whose page of a texture, or of the sky, has come: listed from the end of the free list on.
 #define RP_COUNT_TEXTURED (RP_COUNT_EXTEND_TAKEN + RP_MAX_PARTS)
 #define RP_COUNTERS_PER_ROUND (RP_COUNT_TEXTURED + 1u)
-#define RP_COUNT_NEXT_SAMPLE (RP_COUNTERS_PER_ROUND + 0u)  // 64 bits: low, high
+#define RP_COUNT_SAMPLES (RP_COUNTERS_PER_ROUND + 0u)      // begun by number (rp_sample_numbers). 64 bits: low, high
 #define RP_COUNT_CAMERA_RAYS (RP_COUNTERS_PER_ROUND + 2u)  // 64 bits each from here on
 #define RP_COUNT_BOUNCE_RAYS (RP_COUNTERS_PER_ROUND + 4u)
 #define RP_COUNT_SHADOW_RAYS (RP_COUNTERS_PER_ROUND + 6u)

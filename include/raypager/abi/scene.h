@@ -142,6 +142,13 @@ typedef struct rp_sample_order {
     rp_u32 region;  // pixels; 0: the whole picture
 } rp_sample_order;
 
+// Of the samples that a device has begun by number it keeps only a count (RP_COUNT_SAMPLES). The one that is begun after `count` others has the
+// number count + first_shift up to first_end, count + then_shift up to end, modulo 2^64; from there on there is none yet.
+typedef struct rp_sample_numbers {
+    rp_u64 first_end, end;  // counts
+    rp_u64 first_shift, then_shift;
+} rp_sample_numbers;
+
 // What a camera ray sees that meets nothing: what shines there, or `background` instead. Where it is transparent, the film counts these samples
 // (abi/film.h).
 #define RP_BACKGROUND_LIGHTS 0u
@@ -162,9 +169,8 @@ typedef struct rp_render_params {
     float adaptive_error;          // more than 0: sampling is adaptive
     rp_pixel_filter filter;
     rp_texture_tables textures;
-    rp_u64 first_sample, sample_limit;  // numbers
-    // Where sampling is adaptive: numbers from stage_begin on are samples stage_first to stage_first + stage_passes - 1 of each of the pixels in a
-    // list.
+    // Here the numbers of the picture's samples end. Where sampling is adaptive, those from here on are samples stage_first to
+    // stage_first + stage_passes - 1 of each of the pixels in a list.
     rp_u64 stage_begin;
     rp_u32 stage_first, stage_passes;
 } rp_render_params;

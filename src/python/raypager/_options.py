@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Literal, TypedDict
 
 from . import _raypager
@@ -33,7 +33,8 @@ class RenderOptions(TypedDict, total=False):
     layers: str | Iterable[str] | None
     camera: _raypager.Camera | str | None
     background: Color | Literal["transparent"] | None
-    device: int | str | None
+    device: int | str | Sequence[int | str] | None
+    allow_different: bool
     memory_limit: int | str | None
     geometry_limit: int | str | None
     host_limit: int | str | None

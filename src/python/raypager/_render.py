@@ -7,7 +7,7 @@ import os
 import tempfile
 import time as clock
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, TypeAlias, Unpack
@@ -24,6 +24,14 @@ from ._scene import Scene, load
 from ._sizes import size, size_or_percent
 
 Source: TypeAlias = "Scene | _blocks.Blocks | str | os.PathLike[str]"
+
+
+def _device_text(device: int | str | Sequence[int | str] | None) -> str:
+    if device is None or isinstance(device, (int, str)):
+        return "" if device is None else str(device)
+    if len(device) == 0:
+        raise usage("render: device: the list is empty; leave it out for the default device")
+    return ",".join(map(str, device))
 
 
 class Picture:
@@ -138,7 +146,8 @@ class Render:
         layers: str | Iterable[str] | None = None,
         camera: _raypager.Camera | str | None = None,
         background: Color | Literal["transparent"] | None = None,
-        device: int | str | None = None,
+        device: int | str | Sequence[int | str] | None = None,
+        allow_different: bool = False,
         memory_limit: int | str | None = None,
         geometry_limit: int | str | None = None,
         host_limit: int | str | None = None,
@@ -162,7 +171,8 @@ class Render:
         options.geometry_limit, options.geometry_limit_percent = size_or_percent(geometry_limit, "render: geometry_limit")
         if options.memory_limit and options.geometry_limit > options.memory_limit:
             raise usage("render: geometry_limit: is more than memory_limit, which covers all device memory; make it smaller")
-        options.device = "" if device is None else str(device)
+        options.device = _device_text(device)
+        options.allow_different = allow_different
         options.time_seconds = 0 if time is None else number(time, 1e-6, 1e9, "render: time")
         options.seed = whole(seed, 0, 2**32 - 1, "render: seed")
         options.adaptive_error = 0 if adaptive is None else number(adaptive, 1e-4, 10, "render: adaptive")
@@ -337,7 +347,9 @@ def render(scene: Source, *, progress: Callable[[Progress], object] | None = Non
     see :func:`look_at`; or text as the command line takes it, and as reports have it. ``background``: what the camera sees where nothing is, a
     colour or "transparent".
 
-    ``device``: a number or part of a name, see :func:`devices`. ``memory_limit``: of the device's memory, for all of the render: bytes, or text
+    ``device``: a number or part of a name, see :func:`devices`; several as a list, or "all" for those like the default one. They share the work, and
+    the picture is the same; with ``allow_different`` they may be of different kinds, and then its last bits depend on chance. ``memory_limit``: of each
+    device's memory, for all of the render: bytes, or text
     such as "8G". ``geometry_limit``: of it, for blocks and pages: bytes, or a share of the scene such as "25%". ``host_limit``: of main memory,
     for blocks that are read, and for the bake. The picture is the same to the bit whatever the limits are; one that is too small is an error that
     says what would do.

@@ -1,0 +1,131 @@
+#include "render/device_worker.hpp"
+
+#include <algorithm>
+
+namespace raypager {
+
+DeviceWorker::DeviceWorker(std::unique_ptr<DeviceRounds> rounds, SamplePool& pool, const RenderOptions& options, WorkerCallbacks callbacks,
+                           bool several)
+    : rounds_(std::move(rounds)), pool_(pool), options_(options), callbacks_(std::move(callbacks)), several_(several) {
+    begin_anew();
+    watch();
+}
+
+void DeviceWorker::begin_anew() {
+    if (several_) wavefront().expect_more(true);
+    begun_last_ = rounds_->slots();
+    begun_before_film_ = 0;
+    again_.clear();
+}
+
+Status DeviceWorker::restart(const rp_render_params& params) {
+    RAYPAGER_TRY(rounds_->restart(params));
+    begin_anew();
+    return {};
+}
+
+DeviceWorker::~DeviceWorker() = default;
+
+void DeviceWorker::watch() {
+    watchdog_ = std::make_unique<Watchdog>(
+        options_.stall_seconds, [this] { return rounds_->residency().loader_activity(); },
+        [this](const std::string& text) { callbacks_.warn(text); });
+    watchdog_->pause();
+}
+
+Result<bool> DeviceWorker::take_samples() {
+    Wavefront& w = wavefront();
+    if (!w.begins_again()) {
+        std::vector<rp_path_sample> again = pool_.take_again();
+        if (!again.empty()) {
+            RAYPAGER_TRY(settle());
+            if (several_) again_.insert(again_.end(), again.begin(), again.end());
+            w.begin_with(std::move(again));
+        }
+    }
+    // Enough for the rounds that are started before it is known how many this one has begun.
+    const uint64_t soon = (Wavefront::max_rounds + 1) * begun_last_;
+    while (!several_ || w.numbers().count() - w.samples_begun() <= soon) {
+        const auto range = pool_.take();
+        if (!range) break;
+        w.numbers().append(*range);
+    }
+    const bool begins = w.begins_again() || w.numbers().count() > w.samples_begun();
+    return begins || rounds_->under_way() > 0 || rounds_->ready_rays() > 0 || rounds_->counters().waiting_rays() > 0;
+}
+
+Status DeviceWorker::round() {
+    while (rounds_->may_start()) RAYPAGER_TRY(rounds_->start());
+    RAYPAGER_TRY(finish_round());
+    RAYPAGER_TRY(rounds_->page());
+    watchdog_->round_ended(make_round_state(rounds_->ended(), rounds_->counters(), rounds_->residency()));
+    if ((!rounds_->nothing_to_trace() && !options_.tuning.wait_for_loads) || rounds_->under_way() > 0) return {};
+    watchdog_->doing("waiting for a block");
+    return rounds_->wait_for_block();
+}
+
+Status DeviceWorker::finish_round() {
+    watchdog_->doing("tracing");
+    const uint64_t before = wavefront().samples_begun();
+    RAYPAGER_TRY(rounds_->finish());
+    begun_last_ = wavefront().samples_begun() - before;
+    return callbacks_.round_ended ? callbacks_.round_ended() : Status();
+}
+
+Status DeviceWorker::settle() {
+    while (rounds_->under_way() > 0) RAYPAGER_TRY(finish_round());
+    return {};
+}
+
+Status DeviceWorker::take_arrivals() { return rounds_->residency().take_arrivals_between(rounds_->started()); }
+
+void DeviceWorker::film_was_taken(std::vector<rp_path_sample> under_way) {
+    begun_before_film_ = wavefront().samples_begun();
+    again_ = std::move(under_way);
+}
+
+WorkerFigures DeviceWorker::figures() const {
+    WorkerFigures f;
+    f.counters = rounds_->counters();
+    f.paging = rounds_->residency().statistics();
+    f.begun = wavefront().samples_begun();
+    f.again_left = wavefront().again_left();
+    f.slots = rounds_->slots();
+    f.ready_rays = rounds_->ready_rays();
+    f.rounds = rounds_->ended();
+    f.resident_bytes = rounds_->residency().resident_bytes();
+    f.pool_bytes = rounds_->residency().pool_bytes();
+    f.texture_waits = rounds_->texture_waits();
+    f.begins_again = wavefront().begins_again();
+    f.all_idle = rounds_->all_idle();
+    f.has_counted = rounds_->has_counted();
+    WorkDone& work = f.work;
+    work.stall_seconds = rounds_->stall_seconds();
+    for (size_t i = 0; i < std::size(work.stage_seconds); i++) work.stage_seconds[i] = static_cast<double>(wavefront().stage_nanoseconds()[i]) * 1e-9;
+    work.camera_rays = f.counters.camera_rays();
+    work.bounce_rays = f.counters.bounce_rays();
+    work.shadow_rays = f.counters.total_shadow_rays();
+    work.loads = f.paging.loads;
+    work.evictions = f.paging.evictions;
+    work.bytes_loaded = f.paging.bytes_loaded;
+    work.rounds = f.rounds;
+    work.requests_without_hit = f.counters.requests_without_hit();
+    return f;
+}
+
+Status DeviceWorker::replace_rounds(const std::function<Result<std::unique_ptr<DeviceRounds>>(std::unique_ptr<Device>)>& make) {
+    watchdog_.reset();
+    auto rounds = make(rounds_->release_device());
+    if (!rounds) return rounds.status();
+    rounds_ = std::move(*rounds);
+    begin_anew();
+    watch();
+    return {};
+}
+
+std::unique_ptr<Device> DeviceWorker::release_device() {
+    watchdog_.reset();
+    return rounds_->release_device();
+}
+
+}  // namespace raypager

@@ -1,0 +1,209 @@
+// The film of a render, which is the sum of those of its devices, and what becomes of it: snapshots, the picture, the report.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "render/job.hpp"
+
+namespace raypager {
+
+// One device keeps all of it. What several have comes into host memory before it is read.
+Status RenderJob::read_words(uint64_t first_word, std::span<uint32_t> words) {
+    if (!devices_.several()) return wavefront().read_film(first_word, words);
+    const auto kept = std::span<const uint32_t>(film_).subspan(first_word, words.size());
+    std::copy(kept.begin(), kept.end(), words.begin());
+    return {};
+}
+
+Status RenderJob::write_words(uint64_t first_word, std::span<const uint32_t> words) {
+    if (!devices_.several()) return wavefront().write_film(first_word, words);
+    std::copy(words.begin(), words.end(), film_.begin() + static_cast<std::ptrdiff_t>(first_word));
+    return {};
+}
+
+// Then it is safe, whichever of several devices fails afterwards. REQUIRES: settled.
+Status RenderJob::collect_films() {
+    if (!devices_.several()) return {};
+    for (size_t i = 0; i < devices_.count();) {
+        DeviceWorker& worker = devices_.worker(i);
+        const Status status = collect_film(worker);
+        if (status) {
+            i++;
+            continue;
+        }
+        devices_.fail(worker, status);
+        RAYPAGER_TRY(drop_failed());
+    }
+    return {};
+}
+
+Status RenderJob::collect_film(DeviceWorker& worker) {
+    Wavefront& w = worker.wavefront();
+    const FilmLayout layout(w.params());
+    const FilmAdder adder(layout);
+    std::vector<uint32_t> sum = film_, words(std::min<uint64_t>(film_.size(), film_piece_words(layout.words())));
+    for (uint64_t first = 0; first < sum.size(); first += words.size()) {
+        const auto piece = std::span(words).first(std::min<uint64_t>(words.size(), sum.size() - first));
+        RAYPAGER_TRY(w.read_film(first, piece));
+        adder.add(std::span(sum).subspan(first, piece.size()), piece);
+    }
+    std::vector<rp_path_sample> under_way;
+    RAYPAGER_TRY(w.read_samples_under_way(under_way));
+    RAYPAGER_TRY(w.clear_film());
+    film_ = std::move(sum);
+    worker.film_was_taken(std::move(under_way));
+    return {};
+}
+
+Status RenderJob::for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see) {
+    RAYPAGER_TRY(collect_films());
+    const uint64_t all = wavefront().film_words(), most = film_piece_words(FilmLayout(wavefront().params()).words());
+    std::vector<uint32_t> words(std::min(most, all));
+    for (uint64_t first = 0; first < all; first += most) {
+        const std::span<uint32_t> piece = std::span(words).first(std::min(most, all - first));
+        RAYPAGER_TRY(read_words(first, piece));
+        RAYPAGER_TRY(see(first, piece));
+    }
+    return {};
+}
+
+Result<FilmResolver> RenderJob::read_film(FilmUse use) {
+    const rp_render_params& params = wavefront().params();
+    FilmResolver film(params.width, params.height, scene_.film, params.background_kind == RP_BACKGROUND_TRANSPARENT, FilmLayout(params), use);
+    RAYPAGER_TRY(for_film_pieces([&](uint64_t, std::span<uint32_t> words) -> Status {
+        film.add(words);
+        return {};
+    }));
+    return film;
+}
+
+Status RenderJob::snapshot(double now) {
+    if (devices_.several()) RAYPAGER_TRY(settle());
+    devices_.doing("writing a snapshot");
+    RenderProgress p = progress();
+    auto film = read_film();
+    if (!film) return film.status();
+    p.spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
+    Image image = film->take_image();
+    std::vector<FilmLayerImage> layers = film->take_layers();
+    RAYPAGER_TRY(callbacks_.snapshot(image, layers, p));
+    const double end = render_seconds();
+    snapshot_seconds_ += end - now;
+    snapshot_interval_ *= options_.snapshot_growth;
+    next_snapshot_ = end + snapshot_interval_;
+    return {};
+}
+
+Result<Image> RenderJob::picture(double* spp) {
+    RAYPAGER_TRY(settle());
+    auto film = read_film(FilmUse::picture);
+    if (!film) return film.status();
+    if (spp) *spp = static_cast<double>(film->samples()) / static_cast<double>(pixels_);
+    return film->take_image();
+}
+
+Result<std::vector<FilmLayerImage>> RenderJob::layers_at(uint32_t x, uint32_t y) {
+    RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(collect_films());
+    const FilmLayout layout(wavefront().params());
+    std::vector<uint32_t> words(layout.words());
+    RAYPAGER_TRY(read_words((uint64_t{y} * wavefront().params().width + x) * layout.words(), words));
+    LayerResolver layers(1, 1, layout);
+    layers.add(words, words[RP_FILM_COUNT] & RP_FILM_COUNT_MASK);
+    return layers.take();
+}
+
+Result<MeasuredRender> RenderJob::result() {
+    auto film = read_film();
+    if (!film) return film.status();
+    MeasuredRender result;
+    result.image = film->take_image();
+    result.report = make_report(*film);
+    result.layers = film->take_layers();
+    // Every sample that was begun has ended up in the film.
+    if (!stopped_ && film->samples() != samples_to_begin_ && (all_ended() || last_stage_ended_))
+        return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin_));
+    recorder_.finish(scene_, first().rounds().residency(), wavefront().params(), result);
+    return result;
+}
+
+namespace {
+
+RenderReport::DeviceWork device_work(const DeviceWorker& worker) {
+    const DeviceRounds& rounds = worker.rounds();
+    const WorkerFigures figures = worker.figures();
+    const DeviceInfo& info = rounds.device().info();
+    RenderReport::DeviceWork work;
+    work.facts = {info.name, info.platform, info.driver, std::string(device_type_name(info.type))};
+    work.index = info.index;
+    work.samples = figures.work.camera_rays;
+    work.rays = figures.work.camera_rays + figures.work.bounce_rays + figures.work.shadow_rays;
+    work.loads = figures.paging.loads;
+    work.bytes_loaded = figures.paging.bytes_loaded;
+    work.rounds = figures.rounds;
+    work.texture_waits = figures.texture_waits;
+    work.peak_memory_bytes = rounds.device().budget().peak();
+    work.peak_geometry_bytes = figures.paging.peak_resident_bytes;
+    for (const double seconds : figures.work.stage_seconds) work.trace_seconds += seconds;
+    work.trace_seconds -= static_cast<double>(worker.wavefront().concurrent_nanoseconds()) * 1e-9;
+    work.stall_seconds = figures.work.stall_seconds;
+    work.build_seconds = rounds.device().build_seconds();
+    return work;
+}
+
+}  // namespace
+
+RenderReport RenderJob::make_report(const FilmResolver& film) const {
+    const rp_render_params& params = wavefront().params();
+    const WorkDone done = work();
+    RenderReport report;
+    const DeviceRounds& rounds = first().rounds();
+    report.limits = {rounds.device().budget().limit(), rounds.residency().pool_bytes(), rounds.plan().host_limit};
+    report.peak.host_bytes = rounds.residency().host_peak_bytes();
+    for (size_t i = 0; i < devices_.count(); i++) report.devices.push_back(device_work(devices_.worker(i)));
+    for (const RenderReport::DeviceWork& device : report.devices) {
+        report.peak.memory_bytes = std::max(report.peak.memory_bytes, device.peak_memory_bytes);
+        report.peak.geometry_bytes = std::max(report.peak.geometry_bytes, device.peak_geometry_bytes);
+        report.seconds.build = std::max(report.seconds.build, device.build_seconds);
+        report.paging.texture_waits += device.texture_waits;
+    }
+    report.device = report.devices.front().facts;
+    report.width = params.width;
+    report.height = params.height;
+    // A stop may find nothing left to do but the rounds under way, which have ended since.
+    report.complete = !shortened_ && film.samples() == samples_to_begin_;
+    report.unsampled = film.unsampled();
+    report.average_spp = static_cast<double>(film.samples()) / static_cast<double>(pixels_);
+    report.spp = static_cast<uint32_t>(film.samples() / pixels_);
+    report.max_depth = params.max_depth;
+    report.paths = params.slot_count;
+    report.seed = params.seed;
+    report.tile_size = params.order.tile_size;
+    report.together = params.order.together;
+    report.region = params.order.region;
+    report.policy = policy_name(options_.tuning.policy);
+    report.connection = options_.connection == Connection::queue ? "queue" : "roulette";
+    report.form = rounds.plan().form;
+    report.film_hash = film.hash();
+    report.layers = options_.layers;
+    report.layers_hash = film.layers_hash();
+    report.clamped_samples = film.clamped();
+    report.checkpoint = {done.runs, checkpointer_->written(), checkpointer_->seconds(), checkpointer_->advice()};
+    report.seconds.total = std::chrono::duration<double>(Clock::now() - start_).count();
+    report.seconds.render = done.render_seconds;
+    std::copy_n(done.stage_seconds, report.seconds.stages.size(), report.seconds.stages.begin());
+    for (const double seconds : done.stage_seconds) report.seconds.trace += seconds;
+    for (size_t i = 0; i < devices_.count(); i++)
+        report.seconds.trace -= static_cast<double>(devices_.worker(i).wavefront().concurrent_nanoseconds()) * 1e-9;
+    report.seconds.stall = done.stall_seconds;
+    report.seconds.snapshots = snapshot_seconds_;
+    report.rays = {done.camera_rays, done.bounce_rays, done.shadow_rays};
+    report.paging.loads = done.loads;
+    report.paging.evictions = done.evictions;
+    report.paging.bytes_loaded = done.bytes_loaded;
+    report.paging.rounds = done.rounds;
+    report.paging.requests_without_hit = done.requests_without_hit;
+    return report;
+}
+
+}  // namespace raypager

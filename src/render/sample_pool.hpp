@@ -1,0 +1,44 @@
+// The samples of a render that no device has been given yet: ranges of numbers, and single ones that are begun again. Devices take some when they are
+// about to have begun what they had: the fewer are left, the fewer at a time, so that all end together.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "raypager/abi/path.h"
+#include "wavefront/sample_numbers.hpp"
+
+namespace raypager {
+
+class SamplePool {
+public:
+    // devices: that take from it. One gets everything at once.
+    explicit SamplePool(uint32_t devices) : devices_(devices) {}
+
+    void add(std::vector<SampleRange> ranges);
+    // The next ones, in the order of their numbers; nothing if there are none.
+    std::optional<SampleRange> take();
+    // Samples whose paths were under way when a checkpoint was written, or when a device failed that had begun them.
+    void add_again(const std::vector<rp_path_sample>& samples);
+    // A device's share of them.
+    std::vector<rp_path_sample> take_again();
+    // What is there from this number on is not begun any more.
+    void cut(uint64_t number);
+    void clear();
+    uint64_t left() const;  // numbers
+    std::vector<rp_path_sample> again() const;
+    std::vector<SampleRange> ranges() const;
+    void set_devices(uint32_t devices);
+
+private:
+    mutable std::mutex mutex_;
+    uint32_t devices_;
+    uint64_t fewest_ = 1;              // that are taken at a time, where there are as many
+    std::vector<SampleRange> ranges_;  // sorted
+    std::vector<rp_path_sample> again_;
+    size_t again_share_ = 0;
+};
+
+}  // namespace raypager

@@ -1,0 +1,78 @@
+#include "wavefront/sample_numbers.hpp"
+
+#include <algorithm>
+
+#include "base/check.hpp"
+
+namespace raypager {
+
+std::vector<SampleRange> merge_ranges(std::vector<SampleRange> ranges) {
+    std::sort(ranges.begin(), ranges.end(), [](const SampleRange& a, const SampleRange& b) { return a.begin < b.begin; });
+    std::vector<SampleRange> merged;
+    for (const SampleRange& range : ranges) {
+        if (range.size() == 0) continue;
+        RAYPAGER_CHECK(merged.empty() || merged.back().end <= range.begin);
+        if (!merged.empty() && merged.back().end == range.begin)
+            merged.back().end = range.end;
+        else
+            merged.push_back(range);
+    }
+    return merged;
+}
+
+void SampleNumbers::append(const SampleRange& range) {
+    RAYPAGER_CHECK(range.begin <= range.end);
+    if (range.size() == 0) return;
+    if (!parts_.empty() && parts_.back().range.end == range.begin) {
+        parts_.back().range.end = range.end;
+        parts_.back().end_count += range.size();
+    } else {
+        parts_.push_back({range, count() + range.size()});
+    }
+}
+
+void SampleNumbers::cut(uint64_t count) {
+    RAYPAGER_CHECK(count <= this->count());
+    while (!parts_.empty() && parts_.back().begin_count() >= count) parts_.pop_back();
+    if (parts_.empty()) return;
+    Part& last = parts_.back();
+    last.range.end -= last.end_count - count;
+    last.end_count = count;
+}
+
+size_t SampleNumbers::part_of(uint64_t count) const {
+    const auto found = std::upper_bound(parts_.begin(), parts_.end(), count, [](uint64_t c, const Part& part) { return c < part.end_count; });
+    return static_cast<size_t>(found - parts_.begin());
+}
+
+uint64_t SampleNumbers::number(uint64_t count) const {
+    RAYPAGER_CHECK(count < this->count());
+    const Part& part = parts_[part_of(count)];
+    return part.range.begin + (count - part.begin_count());
+}
+
+std::vector<SampleRange> SampleNumbers::before(uint64_t count) const {
+    std::vector<SampleRange> ranges;
+    for (const Part& part : parts_) {
+        if (part.begin_count() >= count) break;
+        ranges.push_back({part.range.begin, part.range.begin + (std::min(count, part.end_count) - part.begin_count())});
+    }
+    return ranges;
+}
+
+std::vector<SampleRange> SampleNumbers::from(uint64_t count) const {
+    std::vector<SampleRange> ranges;
+    for (const Part& part : parts_)
+        if (part.end_count > count) ranges.push_back({part.range.begin + (std::max(count, part.begin_count()) - part.begin_count()), part.range.end});
+    return ranges;
+}
+
+rp_sample_numbers SampleNumbers::for_round(uint64_t count) const {
+    const size_t at = part_of(count);
+    if (at == parts_.size()) return {this->count(), this->count(), 0, 0};
+    const Part& part = parts_[at];
+    const Part& next = at + 1 < parts_.size() ? parts_[at + 1] : part;
+    return {part.end_count, next.end_count, part.range.begin - part.begin_count(), next.range.begin - next.begin_count()};
+}
+
+}  // namespace raypager
