@@ -101,7 +101,7 @@ TEST_F(CheckpointFiles, of_another_render_are_refused_with_the_reason) {
 
 TEST_F(CheckpointFiles, of_another_program_are_refused) {
     ASSERT_TRUE(put(with_header([](Header& h) { h.version++; })).ok());
-    expect_refused(options_, "version 4");
+    expect_refused(options_, "version 5");
     ASSERT_TRUE(put(with_header([](Header& h) { std::memcpy(h.program, "99.1", 5); })).ok());
     expect_refused(options_, "99.1");
     ASSERT_TRUE(put(with_header([](Header& h) { h.identity.kernels ^= 1; })).ok());
@@ -141,6 +141,9 @@ TEST_F(CheckpointFiles, with_absurd_headers_are_refused) {
     refused([](Header& h) { h.identity.width = 0; });
     refused([](Header& h) { h.identity.film_layers ^= 1; });  // the film has another size
     refused([](Header& h) { h.file_bytes += 4096; });
+    refused([](Header& h) { h.gap_count = UINT64_MAX; });
+    refused([](Header& h) { h.gap_count = UINT64_MAX / 16; });
+    refused([](Header& h) { h.gap_count = 1; });     // what follows is none
     refused([](Header& h) { h.next_sample += 1; });  // the film has another number of samples
     ASSERT_TRUE(put("RAYPCKPT").ok());
     expect_refused(options_, "8 bytes");
