@@ -164,6 +164,11 @@ function(raypager_program)
         target_compile_definitions(raypager_cli PRIVATE RAYPAGER_VIEW=1)
         target_link_libraries(raypager_cli PUBLIC raypager_view)
     endif()
+    if(RAYPAGER_MPI)
+        raypager_cluster()
+        target_compile_definitions(raypager_cli PRIVATE RAYPAGER_MPI=1)
+        target_link_libraries(raypager_cli PUBLIC raypager_cluster)
+    endif()
     if(RAYPAGER_SANITIZE)
         target_compile_options(raypager_cli PRIVATE -O0)  # optimising it takes a minute and a half then, for code that runs once
     endif()
@@ -172,6 +177,16 @@ function(raypager_program)
     if(RAYPAGER_STATIC)
         target_link_options(raypager PRIVATE -static-libstdc++ -static-libgcc)
     endif()
+endfunction()
+
+# Processes that share a render: a library of its own, for MPI is loaded with it.
+function(raypager_cluster)
+    find_package(MPI REQUIRED COMPONENTS CXX)
+    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/cluster/*.cpp)
+    add_library(raypager_cluster STATIC ${sources})
+    raypager_goes_into_modules(raypager_cluster)
+    target_link_libraries(raypager_cluster PUBLIC raypager_engine PRIVATE MPI::MPI_CXX)
+    target_compile_definitions(raypager_cluster PRIVATE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX)  # of MPI's C++ bindings, which it no longer has
 endfunction()
 
 # The live view: a web server for a page that lies inside the program. Boost.Beast is headers alone; they come with Boost's others.

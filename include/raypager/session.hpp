@@ -13,6 +13,7 @@
 
 #include "raypager/blocks.hpp"
 #include "raypager/film_layers.hpp"
+#include "raypager/peers.hpp"
 #include "raypager/picture.hpp"
 #include "raypager/scene.hpp"
 #include "raypager/status.hpp"
@@ -80,6 +81,9 @@ struct RenderOptions {
     // finished picture is the same. Not with adaptive_error, checkpoint.file and record.file.
     bool coarse_first = false;
     RenderTuning tuning;
+    // Other processes that render the same picture; null: none. All are given the same scene and options, and call the same functions: of Session's,
+    // create, step, done, progress and finish. Rank 0 gets the picture, writes checkpoints and snapshots, and reports; the others get empty ones.
+    std::shared_ptr<Peers> peers;
 };
 
 // How a view differs from that of RenderOptions.
@@ -107,12 +111,14 @@ struct RenderProgress {
     uint64_t loads = 0, bytes_loaded = 0;
     uint64_t resident_bytes = 0, geometry_bytes = 0, pool_bytes = 0;  // the last: that may be resident; on all devices together
     struct Device {
+        uint32_t index = 0;                                                    // as in --device
         uint64_t samples = 0, rays = 0, bytes_loaded = 0, resident_bytes = 0;  // samples: begun
     };
     std::vector<Device> devices;  // that render, by this run
 };
 
-// Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint.
+// Rays, paging and seconds.render, .stall, .trace: of all runs together, if the render went on from a checkpoint; all but .render of all devices
+// together, too.
 struct RenderReport {
     struct DeviceFacts {
         std::string name, platform, driver, type;
@@ -120,7 +126,7 @@ struct RenderReport {
     // What each did in this run; of several devices without those that have failed.
     struct DeviceWork {
         DeviceFacts facts;
-        uint32_t index = 0;  // as in --device
+        uint32_t rank = 0, index = 0;  // of the process; as in --device
         uint64_t samples = 0, rays = 0, loads = 0, bytes_loaded = 0, rounds = 0, texture_waits = 0;
         uint64_t peak_memory_bytes = 0, peak_geometry_bytes = 0;
         double trace_seconds = 0, stall_seconds = 0, build_seconds = 0;

@@ -18,6 +18,7 @@
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "raypager/baselines.hpp"
+#include "raypager/cluster.hpp"
 #include "raypager/session.hpp"
 
 namespace raypager {
@@ -76,29 +77,49 @@ Status stopped_early(const RenderSettings& settings, const RenderReport& report)
     return Status::interrupted(what + "; " + report.checkpoint.advice);
 }
 
+// All come to this together.
+Status wait_for(Peers& peers) {
+    std::vector<std::byte> nothing;
+    return peers.broadcast(nothing);
+}
+
+// Of a render that rank 0 has the picture of.
+Status render_for_others(const RenderOptions& options, const Blocks& scene, const StopSignal& signal) {
+    RenderCallbacks callbacks;
+    callbacks.begins = [&signal] { signal.set_mode(StopMode::keep); };
+    return render(scene, options, callbacks).status();
+}
+
 Status render_to_files(const RenderSettings& settings) {
     const auto begin = std::chrono::steady_clock::now();
+    Peers* const peers = settings.options.peers.get();
+    const bool reports = !peers || peers->rank() == 0;
+    if (peers && (settings.turntable > 0 || settings.view))
+        return Status::usage("--turntable and --view are for one process; start it without mpirun");
     RAYPAGER_TRY(check_outputs(settings));
     const StopSignal signal(StopMode::leave);
     auto reference = read_reference(settings);
     if (!reference) return reference.status();
-    const bool show_progress = settings.progress || stderr_is_terminal();
+    const bool show_progress = reports && (settings.progress || stderr_is_terminal());
     BakeRequest request = {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress, settings.look};
     if (settings.options.host_limit)
         request.options.host_limit = std::max(settings.options.host_limit, smallest_bake_limit(request.options.block_bytes));
+    if (!reports) RAYPAGER_TRY(wait_for(*peers));  // rank 0 bakes what is not baked
     const auto opened = open_scene(settings.inputs, settings.cache_directory, request);
     if (!opened) return opened.status();
+    if (peers && reports) RAYPAGER_TRY(wait_for(*peers));
     const Blocks& scene = opened->blocks;
     auto options = effective_options(settings, scene);
     if (!options) return options.status();
     if (settings.paper_preset)
         if (const auto difference = paper_bake_difference(scene)) log_note(*difference);
     if (settings.turntable > 0) return render_turntable(settings, *options, *opened, begin);
+    options->stop = &signal.stop();
+    options->stop_now = &signal.stop_now();
+    if (!reports) return render_for_others(*options, scene, signal);
     auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
     if (!monitor) return monitor.status();
 
-    options->stop = &signal.stop();
-    options->stop_now = &signal.stop_now();
     RenderCallbacks callbacks = monitor->callbacks(*options);
     callbacks.begins = [&signal] { signal.set_mode(StopMode::keep); };
     auto result = settings.view ? render_in_view(settings, opened->blocks, *options, callbacks) : render(opened->blocks, *options, callbacks);
@@ -127,7 +148,20 @@ Status run_render(const Arguments& arguments) {
     if (!settings) return settings.status();
     if (!*settings) return {};
     RAYPAGER_TRY(choose_denoiser(**settings));
+#ifdef RAYPAGER_MPI
+    Cluster cluster;
+    (*settings)->options.peers = cluster.peers();
+    const Status status = render_to_files(**settings);
+    (*settings)->options.peers.reset();
+    // Others would wait for this one for ever.
+    if (cluster.peers() && !status && status.kind() != ErrorKind::interrupted) {
+        log_note(status.message());
+        cluster.end(status.exit_code());
+    }
+    return status;
+#else
     return render_to_files(**settings);
+#endif
 }
 
 }  // namespace raypager

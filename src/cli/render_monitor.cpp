@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/log.hpp"
 #include "cli/developing.hpp"
 #include "cli/output_paths.hpp"
@@ -28,6 +30,17 @@ bool goes_on_from_checkpoint(const RenderSettings& settings) {
     return checkpoint.resume && std::filesystem::exists(checkpoint.file, ignored);
 }
 
+// Of the samples so far, by device: "0: 51 %, 1: 49 %".
+std::string shares_text(const RenderProgress& progress) {
+    uint64_t all = 0;
+    for (const RenderProgress::Device& device : progress.devices) all += device.samples;
+    std::string text;
+    for (const RenderProgress::Device& device : progress.devices)
+        text += fmt::format("{}{}: {:.0f} %", text.empty() ? "" : ", ", device.index,
+                            100 * static_cast<double>(device.samples) / static_cast<double>(std::max<uint64_t>(1, all)));
+    return text;
+}
+
 }  // namespace
 
 std::string progress_text(const RenderProgress& progress, uint32_t spp) {
@@ -39,12 +52,15 @@ std::string progress_text(const RenderProgress& progress, uint32_t spp) {
     const double rate = progress.rays_per_second / 1e6;
     parts.push_back({spp > 0 ? fmt::format("spp {:.1f}/{}", progress.spp, spp) : fmt::format("spp {:.1f}", progress.spp), 0});
     parts.push_back({fmt::format("{:.{}f} Mrays/s", rate, rate < 10 ? 2 : rate < 100 ? 1 : 0), 2});
+    const auto devices = static_cast<double>(std::max<size_t>(1, progress.devices.size()));
     if (progress.geometry_bytes > 0)
-        parts.push_back({fmt::format("{:.0f} % resident", 100 * static_cast<double>(progress.resident_bytes) / double(progress.geometry_bytes)), 3});
+        parts.push_back(
+            {fmt::format("{:.0f} % resident", 100 * static_cast<double>(progress.resident_bytes) / (devices * double(progress.geometry_bytes))), 3});
+    if (progress.devices.size() > 1) parts.push_back({shares_text(progress), 5});
     parts.push_back({counted(progress.loads, "load"), 4});
     if (progress.fraction > 0.001 && progress.fraction < 1)
         parts.push_back({format_duration(progress.seconds * (1 - progress.fraction) / progress.fraction) + " left", 1});
-    for (int most = 4;; most--) {
+    for (int most = 5;; most--) {
         std::string line;
         for (const Part& part : parts)
             if (part.rank <= most) line += (line.empty() ? "" : " | ") + part.text;

@@ -80,13 +80,16 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
                               format_count(paging.evictions)));
     line("loaded", fmt::format("{}, {:.1f} times the scene, {:.1f} bytes per ray", format_bytes(paging.bytes_loaded),
                                ratio(double(paging.bytes_loaded), double(all)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
-    line("stalled", fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(report.seconds.stall),
-                                100 * ratio(report.seconds.stall, report.seconds.render)));
+    const double stall = report.seconds.stall / static_cast<double>(std::max<size_t>(1, devices));
+    line("stalled",
+         fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(stall), 100 * ratio(stall, report.seconds.render)));
+    uint64_t samples = 0;
+    for (const RenderReport::DeviceWork& device : report.devices) samples += device.samples;
     for (const RenderReport::DeviceWork& device : report.devices) {
         if (report.devices.size() == 1) break;
-        line(fmt::format("device {}", device.index).c_str(),
+        line((device.rank > 0 ? fmt::format("rank {} device {}", device.rank, device.index) : fmt::format("device {}", device.index)).c_str(),
              fmt::format("{} % of the samples, {}, {} loaded, {} of memory",
-                         static_cast<int>(100 * ratio(double(device.samples), double(report.rays.camera)) + 0.5), counted(device.loads, "load"),
+                         static_cast<int>(100 * ratio(double(device.samples), double(samples)) + 0.5), counted(device.loads, "load"),
                          format_bytes(device.bytes_loaded), format_bytes(device.peak_memory_bytes)));
     }
     line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));

@@ -131,7 +131,14 @@ Result<DeviceChoice> choose_devices(const std::string& selector, bool different,
     if (!found) return found.status();
     if (wanted == "all" && std::none_of(found->begin(), found->end(), [](const FoundDevice& entry) { return entry.info.is_default; }))
         found->front().info.is_default = true;  // the environment says "all"
-    if (wanted == "all") return all_devices(*found, different);
+    const auto with_note = [&](DeviceChoice choice) {
+        const auto of = [&](const std::string& index) -> const DeviceInfo& { return (*found)[std::stoul(index)].info; };
+        const bool mixed = std::any_of(choice.selectors.begin(), choice.selectors.end(),
+                                       [&](const std::string& index) { return !same_kind(of(index), of(choice.selectors.front())); });
+        if (mixed) choice.note = "devices of different kinds: the last bits of the picture depend on which of them takes which sample";
+        return choice;
+    };
+    if (wanted == "all") return with_note(all_devices(*found, different));
     DeviceChoice choice;
     std::optional<DeviceInfo> first;
     for (const std::string& part : parts_of(wanted)) {
@@ -149,7 +156,7 @@ Result<DeviceChoice> choose_devices(const std::string& selector, bool different,
                             wanted, describe(*first), describe(entry->info)));
         choice.selectors.push_back(index);
     }
-    return choice;
+    return with_note(std::move(choice));
 }
 
 Result<std::vector<DeviceInfo>> list_devices() {

@@ -31,8 +31,9 @@ void FilmAdder::add(std::span<uint32_t> to, std::span<const uint32_t> from) cons
         for (size_t i = 0; i < words_.size(); i++) {
             uint32_t& word = to[pixel + i];
             const uint32_t other = from[pixel + i];
+            // Devices of other kinds may disagree in the last bits: then one of them is right.
             if (words_[i] == Word::kept) {
-                word |= other;
+                if (other != 0) word = other;
                 continue;
             }
             const uint32_t before = word;

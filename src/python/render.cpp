@@ -200,6 +200,22 @@ void add_render(nb::module_& module) {
         .def_ro("bytes_loaded", &RenderProgress::bytes_loaded)
         .def_ro("resident_bytes", &RenderProgress::resident_bytes, "Of blocks and pages on the device.")
         .def_ro("geometry_bytes", &RenderProgress::geometry_bytes, "Of all blocks and pages.")
+        .def_prop_ro(
+            "devices",
+            [](const RenderProgress& progress) {
+                nb::list devices;
+                for (const RenderProgress::Device& device : progress.devices) {
+                    nb::dict facts;
+                    facts["index"] = device.index;
+                    facts["samples"] = device.samples;
+                    facts["rays"] = device.rays;
+                    facts["bytes_loaded"] = device.bytes_loaded;
+                    facts["resident_bytes"] = device.resident_bytes;
+                    devices.append(facts);
+                }
+                return devices;
+            },
+            "Of each device: a dict of its index, and of samples begun, rays, bytes loaded and resident.")
         .def("__repr__", [](const RenderProgress& progress) {
             return "Progress(fraction=" + std::to_string(progress.fraction) + ", spp=" + std::to_string(progress.spp) + ")";
         });

@@ -172,10 +172,10 @@ Status check_header(const InputFile& file, const Header& header) {
 bool are_gaps(const std::vector<SampleRange>& gaps, uint64_t end) {
     uint64_t before = 0;
     for (const SampleRange& gap : gaps) {
-        if (gap.begin < before || gap.end <= gap.begin) return false;
+        if (gap.begin < before || gap.end <= gap.begin || gap.end >= end) return false;
         before = gap.end + 1;
     }
-    return gaps.empty() || gaps.back().end < end;
+    return true;
 }
 
 bool was_begun(const CheckpointState& state, const rp_path_sample& sample) {

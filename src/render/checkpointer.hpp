@@ -23,6 +23,7 @@ public:
     bool resumed() const { return resumed_.has_value(); }
     // Of all samples, numbered up to `limit`: those that have not begun; how many have; and the first of those behind which none has.
     std::vector<SampleRange> left(uint64_t limit) const;
+    std::vector<SampleRange> gaps() const { return resumed_ ? resumed_->state().gaps : std::vector<SampleRange>(); }
     uint64_t begun() const { return resumed_ ? samples_begun(resumed_->state()) : 0; }
     uint64_t next_sample() const { return resumed_ ? resumed_->state().next_sample : 0; }
     // Samples to be begun again.

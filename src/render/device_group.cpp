@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 
 namespace raypager {
 namespace {
@@ -15,7 +16,8 @@ constexpr auto step_time = 10ms;
 
 }  // namespace
 
-void DeviceGroup::begin(std::vector<std::unique_ptr<DeviceWorker>> workers, SamplePool& pool) {
+void DeviceGroup::begin(std::vector<std::unique_ptr<DeviceWorker>> workers, SamplePool& pool, bool shared) {
+    shared_ = shared;
     pool_ = &pool;
     for (std::unique_ptr<DeviceWorker>& worker : workers) {
         members_.push_back(std::make_unique<Member>());
@@ -39,7 +41,7 @@ void DeviceGroup::stop() {
     changed_.notify_all();
     if (several())
         for (const std::unique_ptr<Member>& member : members_)
-            if (member->worker) member->worker->rounds().residency().cache()->close();
+            if (member->worker->usable()) member->worker->rounds().residency().cache()->close();
     for (const std::unique_ptr<Member>& member : members_)
         if (member->thread.joinable()) member->thread.join();
     // The first one's device has pinned the memory of the cache.
@@ -49,9 +51,15 @@ void DeviceGroup::stop() {
 void DeviceGroup::run(Member& member) {
     std::unique_lock lock(mutex_);
     while (!stop_ && member.error.ok()) {
-        const Status status = work(member, lock);
+        Status status;
+        try {
+            status = work(member, lock);
+        } catch (const std::bad_alloc&) {
+            if (!lock.owns_lock()) lock.lock();
+            status = Status::failed("out of memory; close other programs, or give a smaller --host-limit or --memory-limit");
+        }
         if (!status) member.error = status;
-        member.figures = member.worker->figures();
+        if (member.worker->usable()) member.figures = member.worker->figures();
     }
     member.ended = true;
     changed_.notify_all();
@@ -93,6 +101,7 @@ Status DeviceGroup::work(Member& member, std::unique_lock<std::mutex>& lock) {
         if (*busy) return unlocked([&] { return worker.round(); });
         changed_.notify_all();
     }
+    worker.watchdog().waits_for_others();
     RAYPAGER_TRY(unlocked([&] { return worker.take_arrivals(); }));
     changed_.wait_for(lock, nap);
     return {};
@@ -103,6 +112,11 @@ Status DeviceGroup::step() {
     if (!several()) {
         const auto busy = first.worker->take_samples();
         if (!busy) return busy.status();
+        first.idle = shared_ && !*busy;
+        if (first.idle) {
+            std::this_thread::sleep_for(nap);
+            return {};
+        }
         RAYPAGER_TRY(first.worker->round());
         first.figures = first.worker->figures();
         return {};
@@ -130,7 +144,12 @@ Status DeviceGroup::settle(bool still) {
     parking_ = true;
     still_ = false;
     changed_.notify_all();
-    changed_.wait(lock, [this] { return std::all_of(members_.begin(), members_.end(), [](const auto& m) { return m->parked || m->ended; }); });
+    // Others may wait for room that one that has failed holds in the cache.
+    changed_.wait(lock, [this] {
+        return std::all_of(members_.begin(), members_.end(), [](const auto& m) { return m->parked; }) ||
+               std::any_of(members_.begin(), members_.end(), [](const auto& m) { return m->ended; });
+    });
+    if (std::any_of(members_.begin(), members_.end(), [](const auto& m) { return m->ended; })) return {};
     still_ = still;
     if (still)
         changed_.wait(lock, [this] { return std::none_of(members_.begin(), members_.end(), [](const auto& m) { return m->takes_arrivals; }); });
@@ -146,7 +165,7 @@ bool DeviceGroup::idle() const {
 DeviceGroup::Failure DeviceGroup::failed() const {
     const std::lock_guard lock(mutex_);
     for (const std::unique_ptr<Member>& member : members_)
-        if (!member->error.ok()) return {member->worker.get(), member->error};
+        if (!member->error.ok()) return {member->worker.get(), member->error, member->figures};
     return {};
 }
 
@@ -177,7 +196,7 @@ std::vector<WorkerFigures> DeviceGroup::figures() const {
 void DeviceGroup::note_figures() {
     const std::lock_guard lock(mutex_);
     for (const std::unique_ptr<Member>& member : members_) {
-        member->figures = member->worker->figures();
+        if (member->worker->usable()) member->figures = member->worker->figures();
         member->idle = false;
     }
 }

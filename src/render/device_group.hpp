@@ -20,14 +20,16 @@ public:
     DeviceGroup(const DeviceGroup&) = delete;
     DeviceGroup& operator=(const DeviceGroup&) = delete;
 
-    // What is handed in outlives the group. One worker at least; the first one's cache of blocks is that of all.
-    void begin(std::vector<std::unique_ptr<DeviceWorker>> workers, SamplePool& pool);
+    // shared: more samples may come whenever all have begun. What is handed in outlives the group. One worker at least; the first one's cache of
+    // blocks is that of all.
+    void begin(std::vector<std::unique_ptr<DeviceWorker>> workers, SamplePool& pool, bool shared);
     bool several() const { return threaded_; }  // or were, at the beginning
 
     // One device: a round. Several: whatever they do in some milliseconds. An error of one of several is kept: failed().
     Status step();
-    // No round is under way anywhere, until the next step. Only then may anything but figures() be asked of the workers' wavefronts; and of all else
-    // of theirs only where they are still, and do not take in blocks that have come either.
+    // No round is under way anywhere, until the next step; or some device has failed, and then others may not have come to that. Only then may
+    // anything but figures() be asked of the workers' wavefronts; and of all else of theirs only where they are still, and do not take in blocks that
+    // have come either.
     Status settle(bool still = false);
     // Whether there is nothing left to do, on any device.
     bool idle() const;
@@ -36,6 +38,7 @@ public:
     struct Failure {
         DeviceWorker* worker = nullptr;
         Status error;
+        WorkerFigures figures;  // after its last round
     };
     Failure failed() const;
     // As if it had failed by itself. REQUIRES: settled.
@@ -68,7 +71,7 @@ private:
     SamplePool* pool_ = nullptr;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    bool threaded_ = false, parking_ = true, still_ = false, stop_ = false;
+    bool shared_ = false, threaded_ = false, parking_ = true, still_ = false, stop_ = false;
 };
 
 }  // namespace raypager

@@ -39,14 +39,16 @@ Status DeviceRounds::make(const rp_render_params& params, uint64_t memory_limit)
         device_ = std::move(*device);
     }
     const BakedScene& scene = source_.scene();
-    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit, share_.devices);
+    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit, share_.devices, share_.all_devices);
     if (!plan) return plan.status();
     plan_ = *plan;
-    if (share_.cache) plan_.params.order = params.order;  // which the first device has chosen
-    // Blocks in another form than that of the shared cache need one of their own.
-    const bool shares = share_.cache && share_.cache->form() == plan_.form;
-    auto residency = Residency::create(*device_, shares ? share_.cache : Residency::make_cache(*device_, source_, plan_.residency, share_.devices),
-                                       plan_.residency);
+    if (share_.order_is_given) plan_.params.order = params.order;
+    plan_.residency.host_limit /= share_.caches;
+    std::shared_ptr<HostCache> cache;
+    for (const std::shared_ptr<HostCache>& shared : share_.shared_caches)
+        if (shared->form() == plan_.form) cache = shared;
+    if (!cache) cache = Residency::make_cache(*device_, source_, plan_.residency, share_.devices);
+    auto residency = Residency::create(*device_, std::move(cache), plan_.residency);
     if (!residency) return residency.status();
     residency_ = std::move(*residency);
     auto wavefront = Wavefront::create(*device_, scene, plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),
@@ -83,7 +85,7 @@ std::unique_ptr<Device> DeviceRounds::release_device() {
 void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const {
     const DefaultLimit& limit = device_->default_limit();
     if (options_.memory_limit || share_.devices > 1 || !limit.reduced()) return;
-    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual, share_.devices);
+    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual, share_.devices, share_.all_devices);
     if (!usual || (usual->params.slot_count == slots() && usual->residency.pool_bytes == residency_->pool_bytes())) return;
     warn(fmt::format("other programs hold much of the memory: the memory limit is {} instead of {}; --memory-limit sets another",
                      format_bytes(device_->budget().limit()), format_bytes(limit.usual)));

@@ -16,10 +16,13 @@ namespace raypager {
 
 // A device among others.
 struct DeviceShare {
-    std::string selector;                // of the device
-    std::shared_ptr<DeviceHooks> hooks;  // null: none
-    uint32_t devices = 1;                // that share the work
-    std::shared_ptr<HostCache> cache;    // of blocks, that they share; null: the device makes one
+    std::string selector;                                   // of the device
+    std::shared_ptr<DeviceHooks> hooks;                     // null: none
+    uint32_t devices = 1;                                   // on this machine that share the work
+    uint32_t all_devices = 1;                               // on all machines
+    bool order_is_given = false;                            // which another one has chosen
+    uint32_t caches = 1;                                    // of blocks in main memory: one for each form that devices have them in
+    std::vector<std::shared_ptr<HostCache>> shared_caches;  // those that others have made
 };
 
 class DeviceRounds {
@@ -34,6 +37,8 @@ public:
     Status restart(const rp_render_params& params);
     // Without rounds under way: hands over the device, for who makes others on it. Nothing else may be called afterwards.
     std::unique_ptr<Device> release_device();
+    // False after an error that has left nothing on the device.
+    bool usable() const { return wavefront_ && residency_; }
 
     // Rounds are numbered from 1.
     uint32_t started() const { return started_; }

@@ -86,6 +86,7 @@ void DeviceWorker::film_was_taken(std::vector<rp_path_sample> under_way) {
 
 WorkerFigures DeviceWorker::figures() const {
     WorkerFigures f;
+    f.index = rounds_->device().info().index;
     f.counters = rounds_->counters();
     f.paging = rounds_->residency().statistics();
     f.begun = wavefront().samples_begun();
@@ -113,14 +114,14 @@ WorkerFigures DeviceWorker::figures() const {
     return f;
 }
 
-Status DeviceWorker::replace_rounds(const std::function<Result<std::unique_ptr<DeviceRounds>>(std::unique_ptr<Device>)>& make) {
-    watchdog_.reset();
-    auto rounds = make(rounds_->release_device());
-    if (!rounds) return rounds.status();
-    rounds_ = std::move(*rounds);
+void DeviceWorker::take_rounds(std::unique_ptr<DeviceRounds> rounds) {
+    rounds_ = std::move(rounds);
     begin_anew();
     watch();
-    return {};
+}
+
+std::vector<SampleRange> DeviceWorker::ranges_since_film() const {
+    return usable() ? wavefront().numbers().from(begun_before_film_) : std::vector<SampleRange>();
 }
 
 std::unique_ptr<Device> DeviceWorker::release_device() {

@@ -20,6 +20,7 @@ struct WorkerFigures {
     WorkDone work;            // of this device, without seconds of rendering
     uint64_t begun = 0;       // samples by number
     uint64_t again_left = 0;  // samples that are to be begun again, and have not been
+    uint32_t index = 0;       // of the device
     uint32_t slots = 0, ready_rays = 0, rounds = 0;
     uint64_t resident_bytes = 0, pool_bytes = 0, texture_waits = 0;
     bool begins_again = false, all_idle = false, has_counted = false;
@@ -48,10 +49,12 @@ public:
     // After the film, and the samples whose paths are under way, have been taken from it.
     void film_was_taken(std::vector<rp_path_sample> under_way);
     // What it has begun or was to begin, and what others must do in its place if it fails: its film is lost then.
-    std::vector<SampleRange> ranges_since_film() const { return wavefront().numbers().from(begun_before_film_); }
+    std::vector<SampleRange> ranges_since_film() const;
     const std::vector<rp_path_sample>& again_since_film() const { return again_; }
     uint64_t begun_before_film() const { return begun_before_film_; }
 
+    // False: after an error nothing is left but its destructor, release_device, and what is told of the device in share().
+    bool usable() const { return rounds_ && rounds_->usable(); }
     WorkerFigures figures() const;
     Watchdog& watchdog() { return *watchdog_; }
     DeviceRounds& rounds() { return *rounds_; }
@@ -60,10 +63,10 @@ public:
     const Wavefront& wavefront() const { return rounds_->wavefront(); }
     // Without rounds under way: begins anew with another picture (DeviceRounds::restart).
     Status restart(const rp_render_params& params);
-    // Without rounds under way: goes on with others.
-    Status replace_rounds(const std::function<Result<std::unique_ptr<DeviceRounds>>(std::unique_ptr<Device>)>& make);
-    // Ends the worker, and hands over its device.
+    // Without rounds under way: ends them, and hands over the device.
     std::unique_ptr<Device> release_device();
+    // Goes on with others then.
+    void take_rounds(std::unique_ptr<DeviceRounds> rounds);
 
 private:
     Status finish_round();

@@ -17,15 +17,18 @@ Status RenderJob::prepare() {
     full_width_ = params->width;
     full_height_ = params->height;
     RAYPAGER_TRY(make_devices(*params));
-    const bool resumed = checkpointer_->resumed();
     earlier_ = checkpointer_->earlier_work();
     begun_before_ = checkpointer_->begun();
     sample_limit_ = samples_to_begin_ = params->stage_begin;
-    pool_.add(checkpointer_->left(sample_limit_));
+    // With other processes, numbers that nobody has begun yet are taken by all.
+    if (options_.peers)
+        pool_.add(checkpointer_->gaps());
+    else
+        pool_.add(checkpointer_->left(sample_limit_));
     pool_.add_again(checkpointer_->under_way());
-    if (devices_.several()) film_.resize(wavefront().film_words());
+    if (shares()) film_.resize(wavefront().film_words());
     RAYPAGER_TRY(checkpointer_->restore([this](uint64_t first, std::span<const uint32_t> words) { return write_words(first, words); }));
-    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed ? std::optional(checkpointer_->next_sample()) : std::nullopt));
+    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(checkpointer_->next_sample()) : std::nullopt));
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), first().rounds().device().info().cpu_cores());
     render_start_ = Clock::now();
@@ -40,6 +43,10 @@ Status RenderJob::step() {
         RAYPAGER_TRY(devices_.step());
         RAYPAGER_TRY(drop_failed());
         RAYPAGER_TRY(end_early());
+        if (options_.peers) {
+            RAYPAGER_TRY(act_with_peers());
+            return report_progress();
+        }
         if (adaptive_) RAYPAGER_TRY(end_stage());
         RAYPAGER_TRY(go_on_with_first_pass());
         if (checkpointer_->due()) RAYPAGER_TRY(keep_checkpoint());
@@ -51,7 +58,11 @@ Status RenderJob::step() {
 
 Result<MeasuredRender> RenderJob::finish() {
     Status status = collect_all();
-    if (status && checkpointer_->enabled()) status = keep_checkpoint();
+    if (status && options_.peers)
+        status = finish_with_peers();
+    else if (status && checkpointer_->enabled())
+        status = keep_checkpoint();
+    if (status) status = settle(true);
     if (!status) return with_advice(status);
     auto finished = result();
     return finished ? std::move(finished) : with_advice(finished.status());
@@ -70,11 +81,14 @@ Status RenderJob::collect_all() {
 
 // Ends all rounds under way, so that the counters are those of the state on the devices.
 Status RenderJob::settle(bool still) {
-    RAYPAGER_TRY(devices_.settle(still));
+    do {
+        RAYPAGER_TRY(devices_.settle(still));
+    } while (devices_.failed().worker && drop_failed());
     return drop_failed();
 }
 
 bool RenderJob::all_ended() const {
+    if (options_.peers) return finished_;
     if (devices_.several()) return devices_.idle();
     const WorkerFigures only = devices_.figures().front();
     return only.all_idle && !only.begins_again && !in_first_pass_;
@@ -94,7 +108,7 @@ Status RenderJob::end_early() {
     const double now = render_seconds();
     const bool at_once = cancelled_ || is_set(options_.stop_now), stop = at_once || is_set(options_.stop), first = stop && !stop_began_;
     if (first) stop_began_ = now;
-    stopped_ = stop && (checkpointer_->enabled() || at_once || now - *stop_began_ >= options_.stop_seconds);
+    if (!options_.peers) stopped_ = stop && (checkpointer_->enabled() || at_once || now - *stop_began_ >= options_.stop_seconds);
     const bool late = !late_ && options_.time_seconds > 0 && now >= options_.time_seconds;
     late_ = late_ || late;
     return !stopped_ && (first || late) ? begin_fewer(stop) : Status();
@@ -112,6 +126,7 @@ Status RenderJob::keep_checkpoint() {
 }
 
 Status RenderJob::write_checkpoint() {
+    if (options_.peers) return Status::usage("a render that several processes share writes its checkpoints by itself");
     if (!checkpointer_->enabled()) return Status::usage("there is no checkpoint file; name one in the options");
     if (between_stages_) return Status::failed("the render failed between two stages; the checkpoint before it stays");
     RAYPAGER_TRY(settle());
@@ -138,7 +153,11 @@ Status RenderJob::take_contents(Checkpointer::Contents& contents) {
         Wavefront& w = devices_.worker(i).wavefront();
         const std::vector<SampleRange> left = w.numbers().from(w.samples_begun());
         contents.left.insert(contents.left.end(), left.begin(), left.end());
-        RAYPAGER_TRY(w.read_samples_under_way(samples));
+        // Of devices whose films are collected they are known, whatever has become of the device.
+        if (shares())
+            samples = devices_.worker(i).again_since_film();
+        else
+            RAYPAGER_TRY(w.read_samples_under_way(samples));
         contents.under_way.insert(contents.under_way.end(), samples.begin(), samples.end());
     }
     return {};
@@ -184,7 +203,7 @@ RenderProgress RenderJob::progress() const {
         p.resident_bytes += f.resident_bytes;
         p.pool_bytes += f.pool_bytes;
         p.devices.push_back(
-            {f.work.camera_rays, f.work.camera_rays + f.work.bounce_rays + f.work.shadow_rays, f.work.bytes_loaded, f.resident_bytes});
+            {f.index, f.work.camera_rays, f.work.camera_rays + f.work.bounce_rays + f.work.shadow_rays, f.work.bytes_loaded, f.resident_bytes});
     }
     p.spp = static_cast<double>(begun) / static_cast<double>(pixels_);
     p.finished_spp = static_cast<double>(begun - std::min(begun, under_way)) / static_cast<double>(pixels_);
@@ -212,7 +231,7 @@ Status RenderJob::report_progress() {
         last_rays_ = rays;
         callbacks_.progress(progress());
     }
-    return callbacks_.snapshot && options_.snapshot_seconds > 0 && now >= next_snapshot_ ? snapshot(now) : Status();
+    return callbacks_.snapshot && !options_.peers && options_.snapshot_seconds > 0 && now >= next_snapshot_ ? snapshot(now) : Status();
 }
 
 }  // namespace raypager

@@ -43,6 +43,7 @@ public:
     Status write_checkpoint();
     void cancel() { cancelled_ = true; }  // from any thread; the job is done after the round under way
 
+    Status hold() { return settle(true); }  // until the next step
     // Once the camera or the size in the options has changed: whether it can begin anew with them, and then that.
     Status check_restart() const;
     Status restart();
@@ -70,13 +71,38 @@ private:
     // job_devices.cpp: making them, and going on without those that fail.
     Status check_several() const;
     Status make_devices(rp_render_params& params);
+    Result<std::vector<DeviceShare>> choose_shares(DeviceInfo& first) const;
+    Status open_checkpoint(rp_render_params& params, const DeviceInfo& device);
+    std::vector<Result<std::unique_ptr<DeviceRounds>>> make_all_rounds(rp_render_params& params, std::vector<DeviceShare>& shares);
     Result<std::unique_ptr<DeviceRounds>> make_rounds(const rp_render_params& params, const DeviceShare& share);
     void drop(const DeviceGroup::Failure& failure);
     Status drop_failed();
+    // Those that fail are dropped, as long as there is another one. REQUIRES: settled.
+    Status on_each_device(const std::function<Status(DeviceWorker&)>& act);
     DeviceWorker& first() { return devices_.worker(0); }
     const DeviceWorker& first() const { return devices_.worker(0); }
     Wavefront& wavefront() { return first().wavefront(); }
     const Wavefront& wavefront() const { return first().wavefront(); }
+
+    bool shares() const { return devices_.several() || options_.peers; }  // the film with other devices
+
+    // job_peers.cpp: what other processes have to do with it.
+    enum class PeerAction : uint8_t { checkpoint = 1, snapshot, stage, stop, finish };
+    Status begin_with_peers(rp_render_params& params);
+    uint64_t common_end() const;
+    bool takes_no_more() const;
+    Status take_from_peers();
+    Status act_with_peers();
+    Result<std::optional<PeerAction>> next_action();
+    bool stop_is_due();
+    Status say_idle(bool idle);
+    Status act(PeerAction what);
+    Status film_to_first(const std::function<Status(std::span<uint32_t>)>& see);
+    Status gather_contents(Checkpointer::Contents& contents);
+    Status checkpoint_of_all();
+    Status stage_of_all();
+    Status restart_common(uint64_t from);
+    Status finish_with_peers();
 
     // job_film.cpp: the film, of all devices together, and what becomes of it.
     Status read_words(uint64_t first_word, std::span<uint32_t> words);
@@ -87,6 +113,8 @@ private:
     Result<FilmResolver> read_film(FilmUse use = FilmUse::all);
     Status snapshot(double now);
     Result<MeasuredRender> result();
+    Status check_alone() const;
+    static RenderReport::DeviceWork device_work(const DeviceWorker& worker);
     RenderReport make_report(const FilmResolver& film) const;
 
     // job_stages.cpp: what comes in steps, and where it ends before its time.
@@ -119,10 +147,20 @@ private:
     WorkDone earlier_;                   // by runs before this one, and by devices that have failed
     WorkDone outside_;                   // what the device did before a restart: not of this render
     std::vector<uint32_t> film_;         // with several devices: what was taken from theirs, or was there before
+    uint64_t texture_waits_before_ = 0;  // of devices that have failed
     uint64_t begun_before_ = 0;          // samples: by runs before this one, or in another order, or by devices that have failed
     uint64_t sample_limit_ = 0;          // of numbers
     uint64_t samples_to_begin_ = 0;      // in all
     std::vector<SampleRange> left_out_;  // by a render that ends before its time
+    // With other processes: numbers from common_begin_ on are taken by all, and common_taken_ of them were when this one last asked.
+    uint64_t common_begin_ = 0, common_taken_ = 0, actions_ = 0;
+    bool resumed_ = false;  // from a checkpoint, whichever process has read it
+    bool said_idle_ = false, stop_requested_ = false, keeps_checkpoints_ = false;
+    bool finished_ = false;  // all of them
+    WorkDone of_peers_;
+    uint64_t begun_by_peers_ = 0;
+    std::vector<RenderReport::DeviceWork> peer_devices_;
+    Clock::time_point last_asked_;
     std::optional<AdaptiveSampling> adaptive_;
     bool last_stage_ended_ = false;  // of adaptive sampling
     bool between_stages_ = false;    // an error has ended the render there: its film is of neither

@@ -7,6 +7,7 @@
 namespace raypager {
 
 Status RenderJob::check_restart() const {
+    if (options_.peers) return Status::usage("a render that several processes share cannot begin anew");
     if (checkpointer_->enabled()) return Status::usage("a render with a checkpoint cannot begin anew; leave the checkpoint out");
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("a render that is recorded cannot begin anew");
     const auto params = make_params(scene_, options_);
@@ -28,13 +29,13 @@ Status RenderJob::restart() {
     const WorkDone before = work();
     pool_.clear();
     left_out_.clear();
-    for (size_t i = 0; i < devices_.count(); i++) RAYPAGER_TRY(devices_.worker(i).restart(*params));
+    RAYPAGER_TRY(on_each_device([&](DeviceWorker& worker) { return worker.restart(*params); }));
     devices_.note_figures();
     outside_ = before;
     begun_before_ = 0;
     sample_limit_ = samples_to_begin_ = params->stage_begin;
     pool_.add({{0, sample_limit_}});
-    if (devices_.several()) film_.assign(wavefront().film_words(), 0);
+    if (shares()) film_.assign(wavefront().film_words(), 0);
     adaptive_.reset();
     first_pass_ = {};
     in_first_pass_ = false;
@@ -51,13 +52,15 @@ Status RenderJob::restart() {
 }
 
 Status RenderJob::check_limits() const {
+    if (options_.peers) return Status::usage("a render that several processes share keeps its limits");
     if (late_ || stop_began_) return Status::usage("the render is about to end");
     if (instruments_.record_paths > 0 || instruments_.keep_journal) return Status::usage("the limits of a render that is recorded are fixed");
     if (options_.tuning.pool_place == PoolPlace::host) return Status::usage("all geometry is in host memory; there is no limit to change");
     const DeviceRounds& rounds = first().rounds();
     const auto params = full_size_params();
     if (!params) return params.status();
-    return plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share().devices)
+    return plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share().devices,
+                       rounds.share().all_devices)
         .status();
 }
 
@@ -71,7 +74,7 @@ Result<rp_render_params> RenderJob::full_size_params() const {
 
 // As from a checkpoint that lies in main memory.
 Status RenderJob::go_on_within_limits() {
-    RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(settle(true));
     std::vector<uint32_t> film(wavefront().film_words());
     RAYPAGER_TRY(collect_films());
     RAYPAGER_TRY(read_words(0, film));
@@ -97,20 +100,35 @@ Status RenderJob::go_on_within_limits() {
     last_rays_ = 0;
     last_reported_ = render_seconds();
     pool_.clear();
-    RAYPAGER_TRY(settle(true));
+    // The cache of blocks goes with the last of them, and the first that is made has the next one.
+    std::vector<DeviceShare> shares;
+    std::vector<std::unique_ptr<Device>> devices;
     for (size_t i = 0; i < devices_.count(); i++) {
-        DeviceWorker& worker = devices_.worker(i);
-        const DeviceShare share = worker.rounds().share();
-        RAYPAGER_TRY(worker.replace_rounds([&](std::unique_ptr<Device> device) {
-            return DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), share,
-                                        [this](const std::string& text) { warn(text); });
-        }));
-        if (pixels_ < most_pixels()) RAYPAGER_TRY(worker.restart(*params));
+        shares.push_back(devices_.worker(i).rounds().share());
+        shares.back().shared_caches.clear();
+        shares.back().order_is_given = true;
+        devices.push_back(devices_.worker(i).release_device());
     }
+    std::vector<std::shared_ptr<HostCache>> caches;
+    RAYPAGER_TRY(on_each_device([&](DeviceWorker& worker) -> Status {
+        DeviceShare share = std::move(shares.front());
+        shares.erase(shares.begin());
+        std::unique_ptr<Device> device = std::move(devices.front());
+        devices.erase(devices.begin());
+        share.shared_caches = caches;
+        auto rounds =
+            DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), share, [this](const std::string& text) { warn(text); });
+        if (!rounds) return devices_.several() ? Status::device(rounds.status().message()) : rounds.status();
+        caches.push_back((*rounds)->residency().cache());
+        worker.take_rounds(std::move(*rounds));
+        return pixels_ < most_pixels() ? worker.restart(*params) : Status();
+    }));
     devices_.note_figures();
     begun_before_ = begun;
     RAYPAGER_TRY(write_words(0, film));
-    pool_.add(contents.left);
+    // Where sampling is adaptive, what is left of a stage comes with it.
+    if (params->adaptive_error > 0) sample_limit_ = samples_to_begin_ = params->stage_begin;
+    pool_.add(ranges_left(state, sample_limit_));
     pool_.add_again(contents.under_way);
     return params->adaptive_error > 0 ? begin_adaptive(state.next_sample) : Status();
 }

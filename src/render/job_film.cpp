@@ -9,32 +9,22 @@ namespace raypager {
 
 // One device keeps all of it. What several have comes into host memory before it is read.
 Status RenderJob::read_words(uint64_t first_word, std::span<uint32_t> words) {
-    if (!devices_.several()) return wavefront().read_film(first_word, words);
+    if (!shares()) return wavefront().read_film(first_word, words);
     const auto kept = std::span<const uint32_t>(film_).subspan(first_word, words.size());
     std::copy(kept.begin(), kept.end(), words.begin());
     return {};
 }
 
 Status RenderJob::write_words(uint64_t first_word, std::span<const uint32_t> words) {
-    if (!devices_.several()) return wavefront().write_film(first_word, words);
+    if (!shares()) return wavefront().write_film(first_word, words);
     std::copy(words.begin(), words.end(), film_.begin() + static_cast<std::ptrdiff_t>(first_word));
     return {};
 }
 
 // Then it is safe, whichever of several devices fails afterwards. REQUIRES: settled.
 Status RenderJob::collect_films() {
-    if (!devices_.several()) return {};
-    for (size_t i = 0; i < devices_.count();) {
-        DeviceWorker& worker = devices_.worker(i);
-        const Status status = collect_film(worker);
-        if (status) {
-            i++;
-            continue;
-        }
-        devices_.fail(worker, status);
-        RAYPAGER_TRY(drop_failed());
-    }
-    return {};
+    if (!shares()) return {};
+    return on_each_device([this](DeviceWorker& worker) { return collect_film(worker); });
 }
 
 Status RenderJob::collect_film(DeviceWorker& worker) {
@@ -94,7 +84,12 @@ Status RenderJob::snapshot(double now) {
     return {};
 }
 
+Status RenderJob::check_alone() const {
+    return options_.peers ? Status::usage("the picture of a render that several processes share is there at its end, and in snapshots") : Status();
+}
+
 Result<Image> RenderJob::picture(double* spp) {
+    RAYPAGER_TRY(check_alone());
     RAYPAGER_TRY(settle());
     auto film = read_film(FilmUse::picture);
     if (!film) return film.status();
@@ -103,6 +98,7 @@ Result<Image> RenderJob::picture(double* spp) {
 }
 
 Result<std::vector<FilmLayerImage>> RenderJob::layers_at(uint32_t x, uint32_t y) {
+    RAYPAGER_TRY(check_alone());
     RAYPAGER_TRY(settle());
     RAYPAGER_TRY(collect_films());
     const FilmLayout layout(wavefront().params());
@@ -121,15 +117,14 @@ Result<MeasuredRender> RenderJob::result() {
     result.report = make_report(*film);
     result.layers = film->take_layers();
     // Every sample that was begun has ended up in the film.
+    if (options_.peers && options_.peers->rank() > 0) return result;
     if (!stopped_ && film->samples() != samples_to_begin_ && (all_ended() || last_stage_ended_))
         return Status::failed(fmt::format("the film holds {} samples, but {} were begun; this is a bug", film->samples(), samples_to_begin_));
     recorder_.finish(scene_, first().rounds().residency(), wavefront().params(), result);
     return result;
 }
 
-namespace {
-
-RenderReport::DeviceWork device_work(const DeviceWorker& worker) {
+RenderReport::DeviceWork RenderJob::device_work(const DeviceWorker& worker) {
     const DeviceRounds& rounds = worker.rounds();
     const WorkerFigures figures = worker.figures();
     const DeviceInfo& info = rounds.device().info();
@@ -151,22 +146,23 @@ RenderReport::DeviceWork device_work(const DeviceWorker& worker) {
     return work;
 }
 
-}  // namespace
-
 RenderReport RenderJob::make_report(const FilmResolver& film) const {
     const rp_render_params& params = wavefront().params();
-    const WorkDone done = work();
+    WorkDone done = work();
+    done += of_peers_;
     RenderReport report;
     const DeviceRounds& rounds = first().rounds();
     report.limits = {rounds.device().budget().limit(), rounds.residency().pool_bytes(), rounds.plan().host_limit};
     report.peak.host_bytes = rounds.residency().host_peak_bytes();
     for (size_t i = 0; i < devices_.count(); i++) report.devices.push_back(device_work(devices_.worker(i)));
+    report.devices.insert(report.devices.end(), peer_devices_.begin(), peer_devices_.end());
     for (const RenderReport::DeviceWork& device : report.devices) {
         report.peak.memory_bytes = std::max(report.peak.memory_bytes, device.peak_memory_bytes);
         report.peak.geometry_bytes = std::max(report.peak.geometry_bytes, device.peak_geometry_bytes);
         report.seconds.build = std::max(report.seconds.build, device.build_seconds);
         report.paging.texture_waits += device.texture_waits;
     }
+    report.paging.texture_waits += texture_waits_before_;
     report.device = report.devices.front().facts;
     report.width = params.width;
     report.height = params.height;

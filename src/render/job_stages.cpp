@@ -8,7 +8,7 @@ namespace raypager {
 
 // Of a checkpoint every sample is known by its number or because its path is under way; a recording is one of the usual order.
 bool RenderJob::goes_coarse_first(const rp_render_params& params) const {
-    return options_.coarse_first && !devices_.several() && params.adaptive_error == 0 && !checkpointer_->enabled() && instruments_.record_paths == 0;
+    return options_.coarse_first && !shares() && params.adaptive_error == 0 && !checkpointer_->enabled() && instruments_.record_paths == 0;
 }
 
 // Until all of them have begun, no samples are begun by number: those of the first pass count as begun already.
@@ -64,8 +64,8 @@ Status RenderJob::read_for_stage() {
 
 // left: of its numbers, those that have not begun.
 Status RenderJob::begin_stage(const SampleStage& stage, std::vector<SampleRange> left) {
-    for (size_t i = 0; i < devices_.count(); i++)
-        RAYPAGER_TRY(devices_.worker(i).wavefront().begin_stage(stage.begin, stage.first_sample, stage.passes, stage.pixels));
+    RAYPAGER_TRY(on_each_device(
+        [&](DeviceWorker& worker) { return worker.wavefront().begin_stage(stage.begin, stage.first_sample, stage.passes, stage.pixels); }));
     sample_limit_ = samples_to_begin_ = stage.end();
     pool_.add(std::move(left));
     return {};
@@ -77,16 +77,24 @@ Status RenderJob::begin_adaptive(std::optional<uint64_t> next_sample) {
     const AdaptiveSettings settings = {params.adaptive_error, params.width, params.height, params.spp, params.order.tile_size};
     adaptive_.emplace(settings, FilmLayout(params));
     if (!next_sample) return {};
+    if (options_.peers) return Status::usage("a render with --adaptive goes on from its checkpoint in one process alone");
     RAYPAGER_TRY(read_for_stage());
     const auto stage = adaptive_->resume(*next_sample);
     if (!stage) return stage.status().at(options_.checkpoint.file.string());
-    return stage->passes > 0 ? begin_stage(*stage, {{*next_sample, stage->end()}}) : Status();
+    if (stage->passes == 0) return {};
+    const std::vector<SampleRange> gaps = pool_.ranges();
+    if (!gaps.empty() && gaps.front().begin < stage->begin)
+        return Status::failed("a sample of an earlier stage has not begun; the checkpoint is damaged, remove it to start over")
+            .at(options_.checkpoint.file.string());
+    return begin_stage(*stage, {{*next_sample, stage->end()}});
 }
 
 // Once the last path of a stage has ended, the film says which pixels go on.
 Status RenderJob::end_stage() {
     if (stopped_ || !stage_has_ended()) return {};
     RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(collect_films());
+    if (!stage_has_ended()) return {};  // a device has failed, and others do its work again
     last_stage_ended_ = late_ || stop_began_;
     shortened_ = shortened_ || stop_began_;  // of stages that do not come any more
     if (last_stage_ended_) return {};
@@ -141,7 +149,7 @@ Status RenderJob::begin_fewer(bool stop) {
     left_out_ = merge_ranges(std::move(left_out_));
     shortened_ = shortened_ || (stop && to_begin < samples_to_begin_);
     samples_to_begin_ = to_begin;
-    return stop && !devices_.several() && !wavefront().begins_again() ? begin_coarse() : Status();
+    return stop && !shares() && !wavefront().begins_again() ? begin_coarse() : Status();
 }
 
 // Where there is no time for the whole first pass, the rest of the picture becomes a coarse one.

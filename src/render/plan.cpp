@@ -44,7 +44,7 @@ VisitLogSettings visit_log_settings(const BakedScene& scene, const RenderOptions
 
 // device_limit: of all device memory, in bytes. A pool in host memory is not among the needs.
 MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOptions& options, const rp_render_params& params,
-                         const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit, uint32_t devices) {
+                         const VisitLogSettings& visits, const DeviceInfo& device, uint64_t device_limit, uint32_t all_devices) {
     const WavefrontBytes bytes = wavefront_bytes(scene, form, params.width, params.height, FilmLayout(params));
     MemoryNeeds needs;
     needs.limit = device_limit;
@@ -71,7 +71,7 @@ MemoryNeeds memory_needs(const BakedScene& scene, BlockForm form, const RenderOp
     needs.total_paths = options.time_seconds > 0 ? std::min(params.stage_begin, few_spp * params.width * params.height) : params.stage_begin;
     if (params.adaptive_error > 0 && options.time_seconds == 0)
         needs.total_paths *= std::max<uint64_t>(1, params.spp / AdaptiveSampling::first_samples);
-    needs.total_paths = std::max<uint64_t>(1, needs.total_paths / devices);
+    needs.total_paths = std::max<uint64_t>(1, needs.total_paths / all_devices);
     needs.max_region_slots = chooses_region(options) ? max_slots_with_regions(params.order, uint64_t{params.width} * params.height) : 0;
     needs.max_slots = device.max_allocation_bytes / bytes.largest_part_per_slot;
     return needs;
@@ -144,7 +144,8 @@ Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOp
 }  // namespace
 
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
-                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, uint32_t devices) {
+                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, uint32_t devices,
+                               uint32_t all_devices) {
     RAYPAGER_TRY(check_traversal(options.tuning.traversal, device, scene.instance_levels()));
     if (scene.instances > 0 && instruments.record_paths > 0) return Status::usage("rays of a scene with instances cannot be recorded");
     RenderPlan plan;
@@ -152,7 +153,7 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.visits = visit_log_settings(scene, options, instruments, params, device);
     // Visits can be recorded only of rays that are traced one by one.
     plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device, scene.instance_levels());
-    const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit, devices);
+    const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit, all_devices);
     const auto memory = plan_memory(needs);
     if (!memory) return memory.status();
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);

@@ -22,9 +22,11 @@ struct RenderPlan {
     bool fills_by_waits = false;    // filled_together follows how often rays wait
     uint32_t rounds_under_way = 1;  // at most
 };
-// memory_limit: of all device memory, in bytes. devices: equal ones that share the work.
+// memory_limit: of all device memory, in bytes. devices: equal ones on this machine that share
+// the work; all_devices: those on other machines included.
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
-                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, uint32_t devices = 1);
+                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, uint32_t devices = 1,
+                               uint32_t all_devices = 1);
 
 // What the policy needs to know of blocks.
 BlockNotes block_notes(PolicyKind policy);

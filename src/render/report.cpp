@@ -87,6 +87,7 @@ Json devices_array(const RenderReport& report) {
     Json devices = Json::array();
     for (const RenderReport::DeviceWork& device : report.devices)
         devices.push_back({{"name", device.facts.name},
+                           {"rank", device.rank},
                            {"index", device.index},
                            {"paths", device.samples},
                            {"rays", device.rays},

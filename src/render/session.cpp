@@ -83,6 +83,7 @@ Status Session::checkpoint() { return state_->job.write_checkpoint(); }
 void Session::cancel() { state_->job.cancel(); }
 
 Status Session::restart(const SessionView& view) {
+    RAYPAGER_TRY(state_->job.hold());  // devices look at the options
     const RenderOptions before = state_->options;
     if (view.camera) state_->options.camera = view.camera;
     if (view.width) state_->options.width = view.width;
@@ -94,6 +95,7 @@ Status Session::restart(const SessionView& view) {
 }
 
 Status Session::limit_geometry(uint64_t bytes, double percent) {
+    RAYPAGER_TRY(state_->job.hold());
     const RenderOptions before = state_->options;
     state_->options.geometry_limit = bytes;
     state_->options.geometry_limit_percent = percent;

@@ -64,6 +64,12 @@ void Watchdog::round_ended(RoundState state) {
     state_ = std::move(state);
 }
 
+void Watchdog::waits_for_others() {
+    const std::lock_guard lock(mutex_);
+    last_progress_ = Clock::now();
+    next_report_ = seconds_;
+}
+
 void Watchdog::doing(const char* what) {
     const std::lock_guard lock(mutex_);
     doing_ = what;

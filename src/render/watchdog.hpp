@@ -42,6 +42,8 @@ public:
     Watchdog& operator=(const Watchdog&) = delete;
 
     void round_ended(RoundState state);
+    // There is nothing for this device to do.
+    void waits_for_others();
     // What the render is about to do, for reports: "waiting for a block". A literal.
     void doing(const char* what);
     // Between these two nobody expects progress.

@@ -34,21 +34,21 @@ uint64_t HostCache::room_for(uint32_t block) const {
     return (bytes + RP_BLOCK_ALIGNMENT - 1) / RP_BLOCK_ALIGNMENT * RP_BLOCK_ALIGNMENT;
 }
 
-Result<std::span<const std::byte>> HostCache::acquire(uint32_t block) {
+Result<std::span<const std::byte>> HostCache::acquire(uint32_t block, const std::atomic<bool>* given_up) {
     Lock lock(mutex_);
     for (;;) {
         const auto found = entries_.find(block);
         if (found == entries_.end()) break;
         if (found->second.ready) return hold(block, found->second);
-        if (closed_) return Status::failed("the cache of blocks was closed");
+        if (closed_ || (given_up && *given_up)) return Status::failed("the cache of blocks was closed");
         changed_.wait(lock);
     }
-    const auto place = make_room(lock, room_for(block), true);
+    const auto place = make_room(lock, room_for(block), true, given_up);
     if (!place) return place.status();
     if (entries_.count(block)) {  // another thread was faster while this one waited for room
         give_back(*place, room_for(block));
         lock.unlock();
-        return acquire(block);
+        return acquire(block, given_up);
     }
     RAYPAGER_TRY(fill(lock, block, *place));
     return std::span<const std::byte>(bytes_at(*place, scene().pageable_bytes(block, form_)));
@@ -154,6 +154,11 @@ void HostCache::leave() {
     changed_.notify_all();
 }
 
+void HostCache::wake() {
+    const Lock lock(mutex_);
+    changed_.notify_all();
+}
+
 void HostCache::close() {
     const Lock lock(mutex_);
     closed_ = true;
@@ -174,7 +179,7 @@ Status HostCache::read(uint32_t block, std::span<std::byte> target) const {
 }
 
 // A free place: in a chunk that is there, in a new one, or where the oldest blocks were.
-Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes, bool evicts) {
+Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes, bool evicts, const std::atomic<bool>* given_up) {
     for (;;) {
         for (size_t i = 0; i < chunks_.size(); i++) {
             if (chunks_[i].free.free_bytes() < bytes) continue;
@@ -189,7 +194,7 @@ Result<HostCache::Place> HostCache::make_room(Lock& lock, uint64_t bytes, bool e
         } else if (!may_grow && !evicts) {
             return Status::failed("the cache of blocks is full");
         } else if (may_grow || !evict_oldest()) {
-            if (closed_) return Status::failed("the cache of blocks was closed");
+            if (closed_ || (given_up && *given_up)) return Status::failed("the cache of blocks was closed");
             changed_.wait(lock);
         }
     }
@@ -224,8 +229,18 @@ Status HostCache::add_chunk(Lock& lock) {
         const Adding adding(*this, lock);
         return device_.allocate_pinned(chunk_bytes_);
     }();
-    if (!memory) return memory.status();
-    chunks_.push_back({std::move(*memory), SlabAllocator({chunk_bytes_})});
+    Chunk chunk = {{}, {nullptr, &std::free}, {}, SlabAllocator({chunk_bytes_})};
+    if (memory) {
+        chunk.pinned = std::move(*memory);
+        chunk.bytes = chunk.pinned.bytes();
+    } else if (users_ > 1) {
+        chunk.plain.reset(static_cast<std::byte*>(std::aligned_alloc(RP_BLOCK_ALIGNMENT, chunk_bytes_)));
+        if (!chunk.plain) return memory.status();
+        chunk.bytes = {chunk.plain.get(), chunk_bytes_};
+    } else {
+        return memory.status();
+    }
+    chunks_.push_back(std::move(chunk));
     allocated_ += chunk_bytes_;
     return {};
 }

@@ -2,10 +2,13 @@
 // uploads go straight out of the cache. The least recently used goes out. Thread-safe.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <list>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -28,8 +31,9 @@ public:
     const BakedScene& scene() const { return source_.scene(); }
     // The bytes of a block in that form: from the cache, or read from the source, verified and transcoded. They stay where they are
     // until release(). Waits while memory is being pinned, or everything that is cached is held by others (REQUIRES: those come to release
-    // without this call).
-    Result<std::span<const std::byte>> acquire(uint32_t block);
+    // without this call). given_up: whoever asks may change their mind while they wait, and then wake() those that do.
+    Result<std::span<const std::byte>> acquire(uint32_t block, const std::atomic<bool>* given_up = nullptr);
+    void wake();
     // The same without waiting or reading; nothing if the block is not there.
     std::optional<std::span<const std::byte>> acquire_if_there(uint32_t block);
     void release(uint32_t block);
@@ -60,12 +64,15 @@ private:
         std::list<uint32_t>::iterator age;
     };
     struct Chunk {
-        PinnedBuffer memory;
+        PinnedBuffer pinned;
+        std::unique_ptr<std::byte, decltype(&std::free)> plain{nullptr,
+                                                               &std::free};  // where the device that pins memory has been lost, and others go on
+        std::span<std::byte> bytes;
         SlabAllocator free;
     };
     using Lock = std::unique_lock<std::mutex>;
     // evicts: others may go for it; otherwise fails where they would have to. May let go of the lock.
-    Result<Place> make_room(Lock& lock, uint64_t bytes, bool evicts);
+    Result<Place> make_room(Lock& lock, uint64_t bytes, bool evicts, const std::atomic<bool>* given_up = nullptr);
     // Reads a block into its place, without the lock, and holds it; or gives the place back. REQUIRES: the block has no entry.
     Status fill(Lock& lock, uint32_t block, const Place& place);
     void give_back(const Place& place, uint64_t bytes);
@@ -75,7 +82,7 @@ private:
     Status read(uint32_t block, std::span<std::byte> target) const;
     uint64_t room_for(uint32_t block) const;
     std::span<const std::byte> hold(uint32_t block, Entry& entry);
-    std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].memory.bytes().subspan(place.offset, bytes); }
+    std::span<std::byte> bytes_at(const Place& place, uint64_t bytes) { return chunks_[place.chunk].bytes.subspan(place.offset, bytes); }
 
     Device& device_;
     const BlockSource& source_;

@@ -29,6 +29,8 @@ Loader::~Loader() {
         stop_ = true;
     }
     changed_.notify_all();
+    given_up_ = true;
+    cache_.wake();
     cache_.leave();
     for (std::thread& thread : threads_) thread.join();
     (void)device_.uploads().finish();  // they read the cache's memory
@@ -114,7 +116,7 @@ Status Loader::bring(std::vector<Load>& loads) {
     try {
         for (Load& load : loads) {
             if (load.bytes.empty()) {
-                const auto bytes = cache_.acquire(load.block);
+                const auto bytes = cache_.acquire(load.block, &given_up_);
                 if (!bytes) return bytes.status();
                 load.bytes = *bytes;
             }

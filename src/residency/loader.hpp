@@ -2,6 +2,7 @@
 // and start their uploads on the device's second queue. The render loop asks between rounds what has arrived.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -70,6 +71,7 @@ private:
     bool unflushed_ = false;  // uploads that arrived() has to flush
     Status failure_;
     bool stop_ = false;
+    std::atomic<bool> given_up_{false};
     std::vector<std::thread> threads_;  // none: the render loop's own thread does their work when it asks what has arrived
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "base/check.hpp"
@@ -51,17 +52,28 @@ Result<std::vector<uint64_t>> split_pool(uint64_t pool_bytes, uint64_t max_slab_
     return sizes;
 }
 
+namespace {
+
+Result<std::vector<uint64_t>> slab_sizes(const Device& device, const BakedScene& scene, const ResidencySettings& settings) {
+    const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
+    return split_pool(settings.pool_bytes, max_slab, scene.largest_pageable(settings.form));
+}
+
+}  // namespace
+
 std::shared_ptr<HostCache> Residency::make_cache(Device& device, const BlockSource& source, const ResidencySettings& settings, uint32_t devices) {
     // Where the pool holds everything, each block passes through the cache once; but for several devices it stays until all have had it.
     constexpr uint64_t passage = uint64_t{128} << 20;
-    const bool once = devices == 1 && source.scene().memory_bytes(settings.form) <= settings.pool_bytes;
+    const BakedScene& scene = source.scene();
+    const auto slabs = slab_sizes(device, scene, settings);
+    const uint64_t pool = slabs ? std::accumulate(slabs->begin(), slabs->end(), uint64_t{0}) : 0;
+    const bool once = devices == 1 && scene.memory_bytes(settings.form) <= pool;
     return std::make_shared<HostCache>(device, source, settings.form, once ? std::min(settings.host_limit, passage) : settings.host_limit, once);
 }
 
 Result<std::unique_ptr<Residency>> Residency::create(Device& device, std::shared_ptr<HostCache> cache, const ResidencySettings& settings) {
     const BakedScene& scene = cache->scene();
-    const uint64_t max_slab = std::min(device.info().max_allocation_bytes, settings.slab_bytes ? settings.slab_bytes : UINT64_MAX);
-    auto sizes = split_pool(settings.pool_bytes, max_slab, scene.largest_pageable(settings.form));
+    auto sizes = slab_sizes(device, scene, settings);
     if (!sizes) return sizes.status();
     std::vector<uint32_t> block_bytes;
     for (uint32_t block = 0; block < scene.pageable_count(); block++) block_bytes.push_back(scene.pageable_bytes(block, settings.form));

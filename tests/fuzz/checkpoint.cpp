@@ -18,9 +18,10 @@ using checkpoint_format::Header;
 std::string squeeze(const std::string& bytes) {
     Header header;
     std::memcpy(&header, bytes.data(), sizeof header);
-    return support::squeeze_parts(bytes, {{0, sizeof header},
-                                          {checkpoint_format::page, header.gap_count * sizeof(SampleRange) + header.sample_count * sizeof(rp_path_sample)},
-                                          {checkpoint_format::film_offset(header.gap_count, header.sample_count), header.film_words * sizeof(uint32_t)}});
+    return support::squeeze_parts(bytes,
+                                  {{0, sizeof header},
+                                   {checkpoint_format::page, header.gap_count * sizeof(SampleRange) + header.sample_count * sizeof(rp_path_sample)},
+                                   {checkpoint_format::film_offset(header.gap_count, header.sample_count), header.film_words * sizeof(uint32_t)}});
 }
 
 // The checksum of a part that lies within the file; 0 for another.

@@ -21,6 +21,7 @@ set(layer_wavefront 6)
 set(layer_bake 7)
 set(layer_render 7)
 set(layer_bench 8)
+set(layer_cluster 8)
 set(layer_view 9)
 set(layer_cli 10)
 set(layer_python 11)
@@ -35,6 +36,7 @@ set(owners
     "boost/beast/|^src/view/http_server"
     "boost/program_options|^src/cli/"
     "boost/|^src/(cli|view)/"
+    "mpi[.]h|^src/cluster/"
     "nanobind/|^src/python/"
     "Python[.]h|^NEVER"
     "nlohmann/|^src/(cli/|view/|render/|import/gltf_json)"

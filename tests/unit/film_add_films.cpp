@@ -35,6 +35,9 @@ TEST(FilmAdder, keeps_what_the_first_sample_met) {
     const auto at = [&](FilmLayer layer) { return layout.first(layer); };
     second[at(FilmLayer::depth)] = first[at(FilmLayer::depth)] = 0x3f800000;
     second[at(FilmLayer::material)] = 7;
+    // Devices of two kinds, whose last bits differ.
+    first[at(FilmLayer::position)] = 0x3f7fffff;
+    second[at(FilmLayer::position)] = 0x3f800000;
     first[at(FilmLayer::waits)] = 3;
     second[at(FilmLayer::waits)] = 4;
     first[at(FilmLayer::variance)] = second[at(FilmLayer::variance)] = 0x80000000;
@@ -45,6 +48,7 @@ TEST(FilmAdder, keeps_what_the_first_sample_met) {
     adder.add(first, second);
     EXPECT_EQ(first[at(FilmLayer::depth)], 0x3f800000u);
     EXPECT_EQ(first[at(FilmLayer::material)], 7u);
+    EXPECT_EQ(first[at(FilmLayer::position)], 0x3f800000u);
     EXPECT_EQ(first[at(FilmLayer::waits)], 7u);
     EXPECT_EQ(first[at(FilmLayer::variance)], 0u);
     EXPECT_EQ(first[at(FilmLayer::variance) + 1], 1u);

@@ -1,0 +1,319 @@
+// A render that several processes share: they take samples from common numbers, and do together what concerns the whole picture: checkpoints, stages
+// of adaptive sampling, and the end. Rank 0 decides when, and has the film of all afterwards.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include "render/job.hpp"
+#include "render/params.hpp"
+
+namespace raypager {
+namespace {
+
+// Numbers that all ranks have in common (Peers::add).
+enum Common : uint32_t { taken, action, idle_ranks, stop_requests };
+
+// Of what is left, a rank takes a quarter of its share at a time, but not so few that it would have to ask after every round.
+constexpr uint64_t shares_per_rank = 4, fewest_of_rank = 65536, parts_of_rank = 32;
+
+// The lowest bits of the number that rank 0 raises say what is to be done; the others count.
+constexpr uint32_t action_bits = 8;
+
+template <class T>
+void put(std::vector<std::byte>& bytes, const std::vector<T>& values) {
+    const uint64_t count = values.size();
+    const auto append = [&](std::span<const std::byte> more) { bytes.insert(bytes.end(), more.begin(), more.end()); };
+    append(std::as_bytes(std::span(&count, 1)));
+    append(std::as_bytes(std::span(values)));
+}
+
+template <class T>
+std::vector<T> take(std::span<const std::byte>& bytes) {
+    uint64_t count = 0;
+    std::memcpy(&count, bytes.data(), sizeof count);
+    bytes = bytes.subspan(sizeof count);
+    std::vector<T> values(count);
+    std::memcpy(values.data(), bytes.data(), count * sizeof(T));
+    bytes = bytes.subspan(count * sizeof(T));
+    return values;
+}
+
+// Those of a rank beside rank 0, whose clock counts for all.
+WorkDone counts_of(WorkDone work) {
+    work.render_seconds = 0;
+    work.runs = 0;
+    return work;
+}
+
+}  // namespace
+
+// Of what rank 0 has read of a checkpoint the others need the order of samples, and where their numbers go on.
+Status RenderJob::begin_with_peers(rp_render_params& params) {
+    if (!options_.peers) return {};
+    RAYPAGER_TRY(check_several());
+    struct Beginning {
+        rp_sample_order order;
+        uint64_t next_sample;
+        uint32_t keeps_checkpoints, resumed;
+    };
+    std::vector<std::byte> bytes;
+    put(bytes,
+        std::vector<Beginning>{{params.order, checkpointer_->next_sample(), checkpointer_->enabled() ? 1u : 0u, checkpointer_->resumed() ? 1u : 0u}});
+    RAYPAGER_TRY(options_.peers->broadcast(bytes));
+    std::span<const std::byte> rest(bytes);
+    const Beginning beginning = take<Beginning>(rest)[0];
+    params.order = beginning.order;
+    common_begin_ = beginning.next_sample;
+    keeps_checkpoints_ = beginning.keeps_checkpoints != 0;
+    resumed_ = beginning.resumed != 0;
+    return {};
+}
+
+uint64_t RenderJob::common_end() const { return sample_limit_ - std::min(sample_limit_, common_begin_); }
+
+// Where it ends before its time, every pixel still needs a sample.
+bool RenderJob::takes_no_more() const {
+    const uint64_t first_pass = pixels_ - std::min(pixels_, common_begin_);
+    return common_taken_ >= (late_ || stop_began_ ? std::min(common_end(), first_pass) : common_end());
+}
+
+Status RenderJob::take_from_peers() {
+    if (takes_no_more()) return {};
+    const uint64_t end = common_end(), ranks = options_.peers->count();
+    const uint64_t least = std::clamp<uint64_t>(end / (parts_of_rank * ranks), 1, fewest_of_rank);
+    const uint64_t share = std::max((end - common_taken_) / (shares_per_rank * ranks), least);
+    if (pool_.left() > share / 2) return {};
+    const auto before = options_.peers->add(taken, share);
+    if (!before) return before.status();
+    common_taken_ = *before + share;
+    if (*before < end) pool_.add({{common_begin_ + *before, common_begin_ + std::min(*before + share, end)}});
+    return {};
+}
+
+// What concerns all is done when rank 0 says so: it raises a number, at which the others look.
+Status RenderJob::act_with_peers() {
+    RAYPAGER_TRY(take_from_peers());
+    const auto now = Clock::now();
+    if (now - last_asked_ < std::chrono::milliseconds(20)) return {};
+    last_asked_ = now;
+    RAYPAGER_TRY(say_idle(takes_no_more() && devices_.idle()));
+    Peers& peers = *options_.peers;
+    if (stop_began_ && !std::exchange(stop_requested_, true)) RAYPAGER_TRY(peers.add(stop_requests, 1).status());
+    const auto word = peers.add(action, 0);
+    if (!word) return word.status();
+    if (peers.rank() > 0) return *word >> action_bits > actions_ ? act(static_cast<PeerAction>(*word & ((1 << action_bits) - 1))) : Status();
+    const auto next = next_action();
+    if (!next || !*next) return next.status();
+    const uint64_t raised = (actions_ + 1) << action_bits | static_cast<uint64_t>(**next);
+    RAYPAGER_TRY(peers.add(action, raised - *word).status());
+    return act(**next);
+}
+
+Result<std::optional<RenderJob::PeerAction>> RenderJob::next_action() {
+    const auto idle = options_.peers->add(idle_ranks, 0), stops = options_.peers->add(stop_requests, 0);
+    if (!idle || !stops) return idle ? stops.status() : idle.status();
+    std::optional<PeerAction> next;
+    if (*stops > 0 && stop_is_due())
+        next = PeerAction::stop;
+    else if (*idle == options_.peers->count())
+        next = adaptive_ && !late_ && !stop_began_ ? PeerAction::stage : PeerAction::finish;
+    else if (checkpointer_->due())
+        next = PeerAction::checkpoint;
+    else if (callbacks_.snapshot && options_.snapshot_seconds > 0 && render_seconds() >= next_snapshot_)
+        next = PeerAction::snapshot;
+    return next;
+}
+
+// With a checkpoint at once, else when paths under way have had their time.
+bool RenderJob::stop_is_due() {
+    const double now = render_seconds();
+    if (!stop_began_) stop_began_ = now;
+    return checkpointer_->enabled() || now - *stop_began_ >= options_.stop_seconds;
+}
+
+Status RenderJob::say_idle(bool idle) {
+    if (idle == std::exchange(said_idle_, idle)) return {};
+    return options_.peers->add(idle_ranks, idle ? 1 : ~uint64_t{0}).status();
+}
+
+Status RenderJob::act(PeerAction what) {
+    actions_++;
+    RAYPAGER_TRY(settle());
+    RAYPAGER_TRY(collect_films());
+    switch (what) {
+        case PeerAction::checkpoint:
+            devices_.doing("writing the checkpoint");
+            return checkpoint_of_all();
+        case PeerAction::snapshot:
+            RAYPAGER_TRY(film_to_first({}));
+            return options_.peers->rank() == 0 ? snapshot(render_seconds()) : Status();
+        case PeerAction::stage:
+            return stage_of_all();
+        case PeerAction::stop:
+            stopped_ = true;
+            shortened_ = true;
+            [[fallthrough]];
+        case PeerAction::finish:
+            finished_ = true;
+            last_stage_ended_ = adaptive_.has_value();
+    }
+    return {};
+}
+
+// Rank 0 gets the film of all; the others have none of it any more.
+Status RenderJob::film_to_first(const std::function<Status(std::span<uint32_t>)>& see) {
+    const FilmLayout layout(wavefront().params());
+    const FilmAdder adder(layout);
+    const size_t most = film_piece_words(layout.words());
+    for (size_t first = 0; first < film_.size(); first += most) {
+        const auto piece = std::span(film_).subspan(first, std::min(most, film_.size() - first));
+        RAYPAGER_TRY(options_.peers->sum(piece, [&](std::span<uint32_t> to, std::span<const uint32_t> from) { adder.add(to, from); }));
+        if (see) RAYPAGER_TRY(see(piece));
+        if (options_.peers->rank() > 0) std::fill(piece.begin(), piece.end(), 0);
+    }
+    return {};
+}
+
+// Rank 0 gets what has not begun or is under way anywhere.
+Status RenderJob::gather_contents(Checkpointer::Contents& contents) {
+    RAYPAGER_TRY(take_contents(contents));
+    std::vector<std::byte> bytes;
+    put(bytes, contents.left);
+    put(bytes, contents.under_way);
+    put(bytes, std::vector{contents.work});
+    const auto all = options_.peers->gather(bytes);
+    if (!all) return all.status();
+    // Nobody takes samples before rank 0 has seen how many were taken.
+    const auto begun = options_.peers->rank() == 0 ? options_.peers->add(taken, 0) : Result<uint64_t>(0);
+    if (!begun) return begun.status();
+    std::vector<std::byte> nothing;
+    RAYPAGER_TRY(options_.peers->broadcast(nothing));
+    for (size_t rank = 1; rank < all->size(); rank++) {
+        std::span<const std::byte> rest((*all)[rank]);
+        const auto left = take<SampleRange>(rest);
+        const auto under_way = take<rp_path_sample>(rest);
+        contents.left.insert(contents.left.end(), left.begin(), left.end());
+        contents.under_way.insert(contents.under_way.end(), under_way.begin(), under_way.end());
+        contents.work += counts_of(take<WorkDone>(rest)[0]);
+    }
+    contents.left.push_back({common_begin_ + std::min(*begun, common_end()), sample_limit_});
+    return {};
+}
+
+Status RenderJob::checkpoint_of_all() {
+    RAYPAGER_TRY(film_to_first({}));
+    Checkpointer::Contents contents;
+    RAYPAGER_TRY(gather_contents(contents));
+    if (options_.peers->rank() > 0) return {};
+    const Status status =
+        checkpointer_->write(std::move(contents), [this](uint64_t first, std::span<uint32_t> words) { return read_words(first, words); });
+    if (!status) warn(status.message() + "; the checkpoint before it stays, and the render goes on");
+    return {};
+}
+
+// Each decides by the film of all, so all decide the same.
+Status RenderJob::stage_of_all() {
+    devices_.doing("choosing pixels");
+    adaptive_->begin_taking();
+    RAYPAGER_TRY(film_to_first([this](std::span<uint32_t> piece) -> Status {
+        std::vector<std::byte> bytes;
+        if (options_.peers->rank() == 0) put(bytes, std::vector<uint32_t>(piece.begin(), piece.end()));
+        RAYPAGER_TRY(options_.peers->broadcast(bytes));
+        std::span<const std::byte> rest(bytes);
+        adaptive_->take(take<uint32_t>(rest));
+        return {};
+    }));
+    const SampleStage& stage = adaptive_->next();
+    if (stage.pixels.empty()) {
+        last_stage_ended_ = finished_ = true;
+        return {};
+    }
+    if (options_.peers->rank() == 0) adaptive_->put(0, film_);
+    RAYPAGER_TRY(begin_stage(stage, {}));
+    return restart_common(stage.begin);
+}
+
+// Numbers from there on are taken next. By all together.
+Status RenderJob::restart_common(uint64_t from) {
+    Peers& peers = *options_.peers;
+    if (peers.rank() == 0) {
+        const auto before = peers.add(taken, 0);
+        if (!before) return before.status();
+        RAYPAGER_TRY(peers.add(taken, ~*before + 1).status());
+    }
+    RAYPAGER_TRY(say_idle(false));
+    // Nobody takes any before all have said so and the number is 0.
+    std::vector<std::byte> nothing;
+    RAYPAGER_TRY(peers.gather(nothing).status());
+    RAYPAGER_TRY(peers.broadcast(nothing));
+    common_begin_ = from;
+    common_taken_ = 0;
+    return {};
+}
+
+// The film of all, and what each has done, to rank 0.
+Status RenderJob::finish_with_peers() {
+    RAYPAGER_TRY(settle(true));
+    RAYPAGER_TRY(keeps_checkpoints_ ? checkpoint_of_all() : film_to_first({}));
+    struct Done {
+        WorkDone work;
+        uint64_t begun;
+    };
+    struct DeviceDone {
+        std::array<char, 128> name;
+        uint64_t index, samples, rays, loads, bytes_loaded, rounds, texture_waits, peak_memory_bytes, peak_geometry_bytes;
+        double trace_seconds, stall_seconds, build_seconds;
+    };
+    std::vector<std::byte> bytes;
+    put(bytes, std::vector<Done>{{work(), samples_begun()}});
+    std::vector<DeviceDone> devices;
+    for (size_t i = 0; i < devices_.count(); i++) {
+        const RenderReport::DeviceWork d = device_work(devices_.worker(i));
+        devices.push_back({{},
+                           d.index,
+                           d.samples,
+                           d.rays,
+                           d.loads,
+                           d.bytes_loaded,
+                           d.rounds,
+                           d.texture_waits,
+                           d.peak_memory_bytes,
+                           d.peak_geometry_bytes,
+                           d.trace_seconds,
+                           d.stall_seconds,
+                           d.build_seconds});
+        d.facts.name.copy(devices.back().name.data(), devices.back().name.size() - 1);
+    }
+    put(bytes, devices);
+    const auto all = options_.peers->gather(bytes);
+    if (!all) return all.status();
+    for (size_t rank = 1; rank < all->size(); rank++) {
+        std::span<const std::byte> rest((*all)[rank]);
+        const Done done = take<Done>(rest)[0];
+        of_peers_ += counts_of(done.work);
+        begun_by_peers_ += done.begun;
+        for (const DeviceDone& d : take<DeviceDone>(rest)) {
+            RenderReport::DeviceWork& device = peer_devices_.emplace_back();
+            device.facts.name = d.name.data();
+            device.rank = static_cast<uint32_t>(rank);
+            device.index = static_cast<uint32_t>(d.index);
+            device.samples = d.samples;
+            device.rays = d.rays;
+            device.loads = d.loads;
+            device.bytes_loaded = d.bytes_loaded;
+            device.rounds = d.rounds;
+            device.texture_waits = d.texture_waits;
+            device.peak_memory_bytes = d.peak_memory_bytes;
+            device.peak_geometry_bytes = d.peak_geometry_bytes;
+            device.trace_seconds = d.trace_seconds;
+            device.stall_seconds = d.stall_seconds;
+            device.build_seconds = d.build_seconds;
+        }
+    }
+    if (late_ || stop_began_) samples_to_begin_ = samples_begun() + begun_by_peers_;
+    return {};
+}
+
+}  // namespace raypager

@@ -1,0 +1,84 @@
+"""Renders that several processes share, by mpirun: the film is that of one, also after a rank was killed and with another number of ranks.
+
+usage: ranks.py RAYPAGER MPIRUN
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+PROGRAM, MPIRUN = sys.argv[1:3]
+LIMIT = 120  # seconds of one render
+# Open MPI's words; others have their own defaults for both.
+ENVIRONMENT = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+
+
+def command(ranks: int, *options: str) -> list[str]:
+    launcher = [MPIRUN, "-n", str(ranks)] if ranks > 0 else []
+    return [*launcher, PROGRAM, "render", "scene.rpb", "-o", "a.pfm", "--report", "a.json", "--size", "64x48", *options]
+
+
+def render(ranks: int, *options: str, devices: int = 1) -> dict:
+    Path("a.json").unlink(missing_ok=True)
+    environment = ENVIRONMENT | {"POCL_DEVICES": " ".join(["pthread"] * devices)}
+    run = subprocess.run(command(ranks, *options), env=environment, capture_output=True, text=True, timeout=LIMIT)
+    assert run.returncode == 0, f"{ranks} ranks, {options}: exit status {run.returncode}: {run.stderr}"
+    return json.loads(Path("a.json").read_text())
+
+
+def check_films() -> None:
+    for options in (["--spp", "32"], ["--spp", "64", "--adaptive", "0.1"]):
+        one = render(0, *options)
+        for ranks, devices, limit in ((1, 1, "30%"), (4, 1, "100%"), (2, 2, "5%")) if "32" in options else ((2, 1, "30%"),):
+            report = render(ranks, *options, "--geometry-limit", limit, *(["--device", "0,1"] if devices > 1 else []), devices=devices)
+            assert report["image"] == one["image"], f"{ranks} ranks of {devices} devices at {limit}: {report['image']}, not {one['image']}"
+            assert len(report["devices"]) == ranks * devices
+            assert sum(device["paths"] for device in report["devices"]) == report["rays"]["camera"]
+
+
+def check_killed_ranks() -> None:
+    """A rank that is killed ends the render, which goes on from its last checkpoint with other numbers of ranks."""
+    options = ["--spp", "1024", "--paths", "8192"]
+    expected = render(0, *options)["image"]["film_hash"]
+    kept = ["--checkpoint", "a.ckpt", "--checkpoint-every", "0.2", "--resume"]
+    stops = 0
+    for ranks in (3, 2):
+        before = Path("a.ckpt").stat().st_mtime_ns if Path("a.ckpt").exists() else 0
+        job = subprocess.Popen(command(ranks, *options, *kept), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        begin = time.monotonic()
+        while job.poll() is None and time.monotonic() - begin < LIMIT and not (Path("a.ckpt").exists() and Path("a.ckpt").stat().st_mtime_ns > before):
+            time.sleep(0.02)
+        processes = subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()
+        if job.poll() is None and processes:
+            os.kill(int(processes[stops % len(processes)]), signal.SIGKILL)
+            assert job.wait(LIMIT) != 0, "the render went on without a rank"
+            stops += 1
+        job.wait(LIMIT)
+    assert stops > 0, "every render ended before a rank could be killed"
+    report = render(2, *options, *kept)
+    assert report["image"]["film_hash"] == expected
+    assert report["checkpoint"]["runs"] > 1
+
+
+def check_refusals() -> None:
+    for wrong in (["--turntable", "3"], ["--memory-limit", "1"], ["--pool", "host"]):
+        run = subprocess.run(command(2, *wrong), env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT)
+        assert run.returncode != 0, wrong
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        subprocess.run([PROGRAM, "make-scene", "cornell", "-o", "scene", "--triangles", "30K"], check=True, capture_output=True)
+        subprocess.run([PROGRAM, "bake", "scene/scene.pbrt", "-o", "scene.rpb", "--block-size", "32K"], check=True, capture_output=True)
+        check_films()
+        check_killed_ranks()
+        check_refusals()
+
+
+main()
