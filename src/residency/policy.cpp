@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace raypager {
 namespace {
@@ -50,8 +51,9 @@ struct Candidate {
 
 // All absent blocks, in turn; nothing while no ray waits.
 std::vector<Candidate> sweep_candidates(const PolicyInput& input) {
-    const auto waits = [](const BlockState& block) { return block.state == PageState::absent && block.requests > 0; };
-    if (std::none_of(input.blocks.begin(), input.blocks.end(), waits)) return {};
+    bool waits = false;
+    input.active.wanted.for_each([&](uint32_t i) { waits |= input.blocks[i].state == PageState::absent; });
+    if (!waits) return {};
     std::vector<Candidate> candidates;
     const auto count = static_cast<uint32_t>(input.blocks.size());
     for (uint32_t i = 0; i < count; i++) {
@@ -65,50 +67,50 @@ std::vector<Candidate> sweep_candidates(const PolicyInput& input) {
 std::vector<Candidate> load_candidates(const PolicySettings& settings, const PolicyInput& input) {
     if (settings.kind == PolicyKind::sweep) return sweep_candidates(input);
     std::vector<Candidate> wanted;
-    for (uint32_t i = 0; i < input.blocks.size(); i++) {
+    input.active.wanted.for_each([&](uint32_t i) {
         const BlockState& block = input.blocks[i];
-        if (block.state != PageState::absent || block.requests == 0) continue;
+        if (block.state != PageState::absent) return;
         double score = load_score(settings.kind, block, input.round);
         const double rounds = age(block, input.round);
         if (settings.max_age && rounds > settings.max_age) score = 1e30 * rounds;
         // One way through the scene again and again, from where the last load was, so that none is always the last.
         wanted.push_back({score, settings.kind == PolicyKind::aged_wants ? turns_away(input, i) : i, i});
-    }
+    });
     return wanted;
 }
 
-// Blocks that may go, the least needed first.
-std::vector<uint32_t> eviction_order(const PolicySettings& settings, const PolicyInput& input) {
-    std::vector<uint32_t> order;
-    for (uint32_t i = 0; i < input.blocks.size(); i++)
-        if (input.blocks[i].state == PageState::resident && input.blocks[i].resident_since <= input.round) order.push_back(i);
-    if (settings.kind == PolicyKind::sweep) {  // what comes next in turn was loaded first
-        std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return turns_away(input, a) < turns_away(input, b); });
-        return order;
+// A block that may go, and how much it is needed: the first number that differs says it. The greatest, which goes first, is needed least.
+struct Victim {
+    double need;
+    uint32_t then[3];
+    uint32_t block() const { return then[2]; }
+    bool operator<(const Victim& other) const {
+        return need != other.need ? need > other.need : std::lexicographical_compare(other.then, other.then + 3, then, then + 3);
     }
-    const bool by_bounces = settings.kind == PolicyKind::most_wanted, by_traffic = counts_entries(settings.kind);
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-        const BlockState &x = input.blocks[a], &y = input.blocks[b];
-        if (by_traffic && x.traffic != y.traffic) return x.traffic < y.traffic;
-        if (!by_bounces && x.last_used != y.last_used) return x.last_used < y.last_used;
-        if (x.bounces != y.bounces) return x.bounces < y.bounces;
-        if (x.last_used != y.last_used) return x.last_used < y.last_used;
-        return a < b;
-    });
-    return order;
+};
+
+Victim make_victim(const PolicySettings& settings, const PolicyInput& input, uint32_t i) {
+    const BlockState& block = input.blocks[i];
+    if (settings.kind == PolicyKind::sweep) return {double(turns_away(input, i)), {0, 0, i}};  // what comes next in turn was loaded first
+    if (settings.kind == PolicyKind::most_wanted) return {0, {block.bounces, block.last_used, i}};
+    return {counts_entries(settings.kind) ? block.traffic : 0, {block.last_used, block.bounces, i}};
 }
 
-// Blocks that may go, the least needed first, sorted when the first is asked for.
+// Blocks that may go, the least needed first. Few of them go at a time: a heap gives these in order without sorting the others.
 class Victims {
 public:
     Victims(const PolicySettings& settings, const PolicyInput& input) : settings_(settings), input_(input) {}
     // The one behind the last that is to go, and how many are behind that one; nullptr: there is none.
     const BlockState* next(size_t behind = 0) {
-        if (!sorted_) order_ = eviction_order(settings_, input_);
-        sorted_ = true;
+        if (!listed_) list();
+        while (order_.size() <= taken_ + behind && !heap_.empty()) {
+            std::pop_heap(heap_.begin(), heap_.end());
+            order_.push_back(heap_.back().block());
+            heap_.pop_back();
+        }
         return taken_ + behind < order_.size() ? &input_.blocks[order_[taken_ + behind]] : nullptr;
     }
-    // The next ones go.
+    // The next ones go. REQUIRES: they have been asked for.
     void take(size_t count, std::vector<uint32_t>& evict) {
         const auto first = order_.begin() + static_cast<std::ptrdiff_t>(taken_);
         evict.insert(evict.end(), first, first + static_cast<std::ptrdiff_t>(count));
@@ -116,10 +118,20 @@ public:
     }
 
 private:
+    void list() {
+        heap_.reserve(input_.active.resident.size());
+        input_.active.resident.for_each([&](uint32_t i) {
+            if (input_.blocks[i].resident_since <= input_.round) heap_.push_back(make_victim(settings_, input_, i));
+        });
+        std::make_heap(heap_.begin(), heap_.end());
+        listed_ = true;
+    }
+
     const PolicySettings& settings_;
     const PolicyInput& input_;
-    std::vector<uint32_t> order_;
-    bool sorted_ = false;
+    std::vector<Victim> heap_;     // the others
+    std::vector<uint32_t> order_;  // as far as they have been asked for
+    bool listed_ = false;
     size_t taken_ = 0;
 };
 
@@ -204,11 +216,18 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     return settings;
 }
 
-Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& current) {
-    Plan plan{{}, {}, {}, current};
+ActiveBlocks::ActiveBlocks(std::span<const BlockState> blocks) : wanted(blocks.size()), resident(blocks.size()) {
+    for (uint32_t i = 0; i < blocks.size(); i++) {
+        wanted.set(i, blocks[i].requests > 0);
+        resident.set(i, blocks[i].state == PageState::resident);
+        loading += blocks[i].state == PageState::loading;
+    }
+}
+
+Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, SlabAllocator current) {
+    Plan plan{{}, {}, {}, std::move(current)};
     SlabAllocator& pool = plan.pool;
-    uint32_t in_flight = 0;
-    for (const BlockState& block : input.blocks) in_flight += block.state == PageState::loading;
+    uint32_t in_flight = input.active.loading;
     // Few of those that are wanted come in at a time: a heap gives these in order without sorting the others.
     std::vector<Candidate> wanted = load_candidates(settings, input);
     std::make_heap(wanted.begin(), wanted.end());

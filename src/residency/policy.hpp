@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/index_set.hpp"
 #include "raypager/device_profile.hpp"
 #include "raypager/tuning.hpp"
 #include "residency/slab_allocator.hpp"
@@ -47,10 +48,19 @@ PolicySettings default_settings(PolicyKind kind);
 // policy swaps one block a round.
 PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t average_block_bytes, const DeviceProfile& profile);
 
+// Which blocks there is something to decide about. Where there are very many, most are none of these.
+struct ActiveBlocks {
+    IndexSet wanted, resident;  // those that rays wait for, whatever their state
+    uint32_t loading = 0;
+    ActiveBlocks() = default;
+    explicit ActiveBlocks(std::span<const BlockState> blocks);  // by looking at all
+};
+
 struct PolicyInput {
     std::span<const BlockState> blocks;
-    uint32_t round = 0;       // that has ended
-    uint32_t ready_rays = 0;  // that could go on in that round
+    const ActiveBlocks& active;  // of these
+    uint32_t round = 0;          // that has ended
+    uint32_t ready_rays = 0;     // that could go on in that round
     uint32_t slots = 0;
     uint32_t next_in_turn = 0;  // block behind the one whose load was started last; only PolicyKind::sweep looks at it
 };
@@ -70,6 +80,7 @@ struct Plan {
 
 // Never evicts a block that no round has seen yet, nor one that is being loaded. If anything is wanted, nothing is being loaded, and
 // everything resident has been seen by a round, then the plan has a load (REQUIRES: every block fits into an empty pool).
-Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& pool);
+// Looks at active blocks alone, unless the policy is PolicyKind::sweep and something is wanted.
+Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, SlabAllocator pool);
 
 }  // namespace raypager

@@ -52,8 +52,8 @@ public:
     std::span<const uint32_t> newly_published() const { return newly_published_; }
     // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
     // last_started: the youngest round under way (or `round`), and when it will have ended: until then kernels may read what is evicted now.
-    // demand: the arrays of abi/path.h (RP_DEMAND_*), one after the other.
-    Status after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const uint32_t> demand, uint32_t ready_rays,
+    // demand: what the round tells of blocks (BlockTable::take_demand).
+    Status after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const rp_block_demand> demand, uint32_t ready_rays,
                        uint32_t slots);
     // When no ray can go on and no round is under way: waits until a block has arrived since that round ended. False if none has, and none
     // is on its way.
