@@ -21,8 +21,8 @@ BlockTable::BlockTable(std::span<const uint32_t> block_bytes, SlabAllocator pool
 }
 
 void BlockTable::take_demand(uint32_t round, std::span<const rp_block_demand> demand) {
-    for (const uint32_t index : bounced_) blocks_[index].bounces = 0;
-    bounced_.clear();
+    const std::vector<uint32_t> bounced = std::exchange(bounced_, {});
+    for (const uint32_t index : bounced) blocks_[index].bounces = 0;
     fade_traffic();
     for (const rp_block_demand& told : demand) {
         RAYPAGER_CHECK(told.block < blocks_.size());
@@ -35,14 +35,23 @@ void BlockTable::take_demand(uint32_t round, std::span<const rp_block_demand> de
         if (blocks_[index].traffic >= 1) continue;
         blocks_[index].traffic = 0;  // what has not been used for long is no better than what was not counted yet
         with_traffic_.erase(index);
+        note_rest(index);
     }
     faded_.clear();
+    for (const uint32_t index : bounced) note_rest(index);
+    active_.tidy(blocks_);
+}
+
+// Where a resident block may have become idle, or has been used and is idle all the same.
+void BlockTable::note_rest(uint32_t index) {
+    const BlockState& block = blocks_[index];
+    if (block.state == PageState::resident && is_idle(policy_.kind, block)) active_.add_resting(index, block.last_used);
 }
 
 void BlockTable::forget_demand() {
     for (BlockState& block : blocks_) block.requests = block.bounces = block.entries = block.requested_since = 0;
     active_.wanted.clear();
-    bounced_.clear();
+    for (const uint32_t index : std::exchange(bounced_, {})) note_rest(index);
 }
 
 void BlockTable::take_requests(uint32_t index, uint32_t requests, uint32_t round) {
@@ -65,7 +74,9 @@ void BlockTable::fade_traffic() {
 void BlockTable::take_use(uint32_t index, uint32_t use, uint32_t round) {
     BlockState& block = blocks_[index];
     if (!counts_entries(policy_.kind)) {
-        block.last_used = std::max(block.last_used, use);
+        if (use <= block.last_used) return;
+        block.last_used = use;
+        note_rest(index);
         return;
     }
     const uint32_t entered = use - block.entries;
@@ -84,6 +95,7 @@ void BlockTable::arrive(uint32_t round, uint32_t index) {
     active_.loading--;
     block.resident_since = round + 1;
     block.last_used = round + 1;
+    note_rest(index);
     statistics_.loads++;
     statistics_.bytes_loaded += block.bytes;
     if (keep_journal_) journal_.push_back({round, index, true});

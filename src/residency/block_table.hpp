@@ -38,6 +38,7 @@ public:
     Plan plan(uint32_t round, uint32_t ready_rays, uint32_t slots);
 
     std::span<const BlockState> blocks() const { return blocks_; }
+    const ActiveBlocks& active() const { return active_; }
     const PolicySettings& policy() const { return policy_; }
     const PagingStatistics& statistics() const { return statistics_; }
     const std::vector<PagingEvent>& journal() const { return journal_; }
@@ -48,6 +49,7 @@ private:
     void take_requests(uint32_t index, uint32_t requests, uint32_t round);
     void take_use(uint32_t index, uint32_t use, uint32_t round);
     void fade_traffic();
+    void note_rest(uint32_t index);
     void evict(uint32_t round, uint32_t block);
     void begin_load(const PlannedLoad& load);
 

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "residency/victims.hpp"
+
 namespace raypager {
 namespace {
 
@@ -34,12 +36,6 @@ double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
             return 0;  // has an order of its own
     }
     return 0;
-}
-
-// How many blocks come before this one in the sweep's turn.
-uint32_t turns_away(const PolicyInput& input, uint32_t block) {
-    const auto count = static_cast<uint32_t>(input.blocks.size());
-    return (block + count - input.next_in_turn % count) % count;
 }
 
 // A block that may be loaded; the greatest comes first. Blocks of equal score come by turn.
@@ -78,62 +74,6 @@ std::vector<Candidate> load_candidates(const PolicySettings& settings, const Pol
     });
     return wanted;
 }
-
-// A block that may go, and how much it is needed: the first number that differs says it. The greatest, which goes first, is needed least.
-struct Victim {
-    double need;
-    uint32_t then[3];
-    uint32_t block() const { return then[2]; }
-    bool operator<(const Victim& other) const {
-        return need != other.need ? need > other.need : std::lexicographical_compare(other.then, other.then + 3, then, then + 3);
-    }
-};
-
-Victim make_victim(const PolicySettings& settings, const PolicyInput& input, uint32_t i) {
-    const BlockState& block = input.blocks[i];
-    if (settings.kind == PolicyKind::sweep) return {double(turns_away(input, i)), {0, 0, i}};  // what comes next in turn was loaded first
-    if (settings.kind == PolicyKind::most_wanted) return {0, {block.bounces, block.last_used, i}};
-    return {counts_entries(settings.kind) ? block.traffic : 0, {block.last_used, block.bounces, i}};
-}
-
-// Blocks that may go, the least needed first. Few of them go at a time: a heap gives these in order without sorting the others.
-class Victims {
-public:
-    Victims(const PolicySettings& settings, const PolicyInput& input) : settings_(settings), input_(input) {}
-    // The one behind the last that is to go, and how many are behind that one; nullptr: there is none.
-    const BlockState* next(size_t behind = 0) {
-        if (!listed_) list();
-        while (order_.size() <= taken_ + behind && !heap_.empty()) {
-            std::pop_heap(heap_.begin(), heap_.end());
-            order_.push_back(heap_.back().block());
-            heap_.pop_back();
-        }
-        return taken_ + behind < order_.size() ? &input_.blocks[order_[taken_ + behind]] : nullptr;
-    }
-    // The next ones go. REQUIRES: they have been asked for.
-    void take(size_t count, std::vector<uint32_t>& evict) {
-        const auto first = order_.begin() + static_cast<std::ptrdiff_t>(taken_);
-        evict.insert(evict.end(), first, first + static_cast<std::ptrdiff_t>(count));
-        taken_ += count;
-    }
-
-private:
-    void list() {
-        heap_.reserve(input_.active.resident.size());
-        input_.active.resident.for_each([&](uint32_t i) {
-            if (input_.blocks[i].resident_since <= input_.round) heap_.push_back(make_victim(settings_, input_, i));
-        });
-        std::make_heap(heap_.begin(), heap_.end());
-        listed_ = true;
-    }
-
-    const PolicySettings& settings_;
-    const PolicyInput& input_;
-    std::vector<Victim> heap_;     // the others
-    std::vector<uint32_t> order_;  // as far as they have been asked for
-    bool listed_ = false;
-    size_t taken_ = 0;
-};
 
 // Evicts as few as make room for so many bytes in one piece. Nothing if that cannot be: the rest of the pool is being loaded, or has not been seen by
 // a round.
@@ -186,6 +126,16 @@ void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, u
 
 bool counts_entries(PolicyKind kind) { return kind == PolicyKind::aged_wants; }
 
+bool is_idle(PolicyKind kind, const BlockState& block) {
+    if (counts_entries(kind)) return block.traffic == 0;
+    return kind != PolicyKind::most_wanted || block.bounces == 0;
+}
+
+uint32_t turns_away(const PolicyInput& input, uint32_t block) {
+    const auto count = static_cast<uint32_t>(input.blocks.size());
+    return (block + count - input.next_in_turn % count) % count;
+}
+
 PolicySettings default_settings(PolicyKind kind) {
     PolicySettings settings;
     settings.kind = kind;
@@ -214,14 +164,6 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
         settings.evict_ahead = static_cast<uint32_t>(std::min<uint64_t>(blocks / profile.blocks_per_evict_ahead, profile.max_evict_ahead));
     settings.traffic_kept = profile.traffic_kept;
     return settings;
-}
-
-ActiveBlocks::ActiveBlocks(std::span<const BlockState> blocks) : wanted(blocks.size()), resident(blocks.size()) {
-    for (uint32_t i = 0; i < blocks.size(); i++) {
-        wanted.set(i, blocks[i].requests > 0);
-        resident.set(i, blocks[i].state == PageState::resident);
-        loading += blocks[i].state == PageState::loading;
-    }
 }
 
 Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, SlabAllocator current) {

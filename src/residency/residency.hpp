@@ -73,6 +73,7 @@ public:
     // For people; from any thread.
     std::string loader_activity() const { return loader_->activity(); }
     std::span<const BlockState> blocks() const { return table_.blocks(); }
+    const ActiveBlocks& active() const { return table_.active(); }
 
 private:
     explicit Residency(BlockTable table) : table_(std::move(table)) {}

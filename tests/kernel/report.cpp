@@ -2,13 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cstdio>
 #include <random>
 
 #include "device/device.hpp"
 #include "raypager/abi/path.h"
-#include "residency/block_table.hpp"
 #include "support/device_scene.hpp"
 #include "wavefront/round_reports.hpp"
 
