@@ -5,7 +5,9 @@
 #include <random>
 
 #include "device/device.hpp"
+#include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
+#include "raypager/abi/scene.h"
 #include "support/device_scene.hpp"
 #include "wavefront/round_reports.hpp"
 
@@ -154,6 +156,55 @@ TEST_F(Report, what_is_not_read_at_once_is_read_afterwards) {
     for (uint32_t block = 0; block < blocks_; block++) ASSERT_TRUE(told[block] == (rp_block_demand{block, 0, 0, block + 1}));
     ASSERT_TRUE(reports_.finish_read(1, counters, demand).ok());
     EXPECT_TRUE(demand.empty());
+}
+
+// With single rays: whose block has come goes on in that round, so requests end with the change of the page table, or, where the table was written as
+// a whole, with the stage that asks all blocks.
+TEST_F(Report, nobody_waits_for_what_has_come) {
+    use(500, 4096);
+    auto publish = device_->kernel("single_ray/publish", "rp_publish", " -DRP_TRACK_BOUNCES");
+    auto advance = device_->kernel("single_ray/generate", "rp_advance", "");
+    ASSERT_TRUE(publish.ok() && advance.ok());
+    std::vector<rp_page> pages(blocks_, rp_page{RP_NONE, 0, 0, 0});
+    const auto is_there = [](uint32_t block) { return block % 3 == 0; };
+    for (uint32_t block = 0; block < blocks_; block++) word(RP_DEMAND_REQUESTS, block) = block % 5, mark(block);
+    write();
+    (void)report(10, 4);
+    (void)expected();
+    auto table = device_->upload(bytes_of(pages), "pages");
+    ASSERT_TRUE(table.ok());
+    // These come or, the next block each, go.
+    rp_page_changes changes;
+    for (rp_page& page : changes.pages) page.block = RP_NONE;
+    const std::vector<uint32_t> named = {0, 6, 9, 42, 303};
+    for (size_t i = 0; i < named.size(); i++) {
+        changes.pages[2 * i] = {7, 0, 0, named[i]};
+        changes.pages[2 * i + 1] = {RP_NONE, 0, 0, named[i] + 1};
+    }
+    Queue& queue = device_->kernels();
+    ASSERT_TRUE(publish->set(*table, blocks_, demand_, changes).ok());
+    ASSERT_TRUE(queue.launch(*publish, 1, 1).ok());
+    std::vector<rp_block_demand> rule;
+    for (const uint32_t block : named)
+        if (block % 5 != 0) rule.push_back({block, 0, 0, 0});
+    std::vector<rp_block_demand> told = report(10, 4);
+    ASSERT_EQ(told.size(), rule.size());
+    for (size_t i = 0; i < told.size(); i++) EXPECT_TRUE(told[i] == rule[i]) << told[i].block;
+
+    for (uint32_t block = 0; block < blocks_; block++) pages[block].address = is_there(block) ? block : RP_NONE;
+    ASSERT_TRUE(queue.write_now(*table, 0, bytes_of(pages)).ok());
+    rp_render_params params = {};
+    auto settings = device_->upload(std::as_bytes(std::span(&params, 1)), "settings");
+    ASSERT_TRUE(settings.ok());
+    ASSERT_TRUE(advance->set(*settings, counters_on_device_, *table, blocks_, blocks_, demand_, 0u).ok());
+    ASSERT_TRUE(queue.launch(*advance, blocks_, 1).ok());
+    ASSERT_TRUE(queue.read_now(counters_on_device_, 0, std::as_writable_bytes(std::span(counters_))).ok());
+    rule.clear();
+    for (uint32_t block = 0; block < blocks_; block++)
+        if (is_there(block) && block % 5 != 0 && std::find(named.begin(), named.end(), block) == named.end()) rule.push_back({block, 0, 0, 0});
+    told = report(10, 4);
+    ASSERT_EQ(told.size(), rule.size());
+    for (size_t i = 0; i < told.size(); i++) EXPECT_TRUE(told[i] == rule[i]) << told[i].block;
 }
 
 }  // namespace
