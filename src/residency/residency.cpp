@@ -153,9 +153,7 @@ Status Residency::take_arrivals(uint32_t round, bool wait) {
     return {};
 }
 
-Status Residency::after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const rp_block_demand> demand,
-                              uint32_t ready_rays, uint32_t slots) {
-    table_.take_demand(round, demand);
+Status Residency::after_round(uint32_t round, uint32_t last_started, const Event& last_end, uint32_t ready_rays, uint32_t slots) {
     RAYPAGER_TRY(take_arrivals(last_started, false));
     const Plan plan = table_.plan(round, ready_rays, slots);
     for (const uint32_t block : plan.evict) pages_[block] = {RP_NONE, 0, 0, 0};
@@ -186,8 +184,9 @@ Status Residency::load_all(Queue& queue) {
             if (requests != blocks()[i].requests) demand.push_back({i, requests, 0, 0});
             absent += requests;
         }
+        take_demand(round, demand);
         if (absent == 0) return publish_all(queue);
-        RAYPAGER_TRY(after_round(round, round, Event(), demand, 0, 1));
+        RAYPAGER_TRY(after_round(round, round, Event(), 0, 1));
         if (statistics().evictions) return Status::failed("the pool is too small for all blocks at once");
         auto arrived = wait_for_block(round);
         if (!arrived) return arrived.status();

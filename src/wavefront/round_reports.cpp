@@ -43,7 +43,12 @@ Status RoundReports::finish_read(uint32_t number, RoundCounters& counters, std::
     std::memcpy(&told, words.data() + RP_REPORT_COUNT * sizeof(uint32_t), sizeof told);
     if (told > blocks_) return Status::failed(fmt::format("a round tells of {} blocks, but there are {}; this is a bug", told, blocks_));
     demand = {reinterpret_cast<const rp_block_demand*>(words.data() + head_bytes), std::min(told, reading.blocks)};
-    if (told <= reading.blocks) return {};
+    if (told > reading.blocks) RAYPAGER_TRY(read_rest(number, told, demand));
+    const bool sound = std::ranges::all_of(demand, [this](const rp_block_demand& of_block) { return of_block.block < blocks_; });
+    return sound ? Status() : Status::failed(fmt::format("a round tells of blocks that there are not, beyond {}; this is a bug", blocks_));
+}
+
+Status RoundReports::read_rest(uint32_t number, uint32_t told, std::span<const rp_block_demand>& demand) {
     // From now on twice as many are read at once, so that this is seldom: it waits for what is in the queue.
     at_once_ = static_cast<uint32_t>(std::min<uint64_t>(2 * uint64_t{told}, blocks_));
     all_.resize(told);

@@ -35,6 +35,7 @@ private:
         uint32_t blocks = 0;  // that there is room for
         Event read;
     };
+    Status read_rest(uint32_t number, uint32_t told, std::span<const rp_block_demand>& demand);
     uint64_t at(uint32_t number) const { return number * bytes(blocks_) / count; }
 
     Device* device_ = nullptr;

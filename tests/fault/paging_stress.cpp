@@ -320,7 +320,8 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
     std::vector<bool> there(count);
     for (uint32_t round = 1; round <= 60; round++) {
         const rp_block_demand demand[] = {{(round - 1) * 7 % count, 0, 0, 0}, {round * 7 % count, 5, 0, 0}};
-        ASSERT_TRUE((*residency)->after_round(round, round, Event(), demand, 0, 1).ok());
+        (*residency)->take_demand(round, demand);
+        ASSERT_TRUE((*residency)->after_round(round, round, Event(), 0, 1).ok());
         if (round % 3 == 0) {
             ASSERT_TRUE((*residency)->wait_for_block(round).ok());
         }

@@ -53,7 +53,8 @@ protected:
             round_++;
             std::vector<rp_block_demand> demand = {{pageable, 1, 0, 0}};
             if (wanted_ != pageable) demand.push_back({std::exchange(wanted_, pageable), 0, 0, 0});
-            ASSERT_TRUE(residency_->after_round(round_, round_, Event(), demand, 0, 1).ok());
+            residency_->take_demand(round_, demand);
+            ASSERT_TRUE(residency_->after_round(round_, round_, Event(), 0, 1).ok());
             const auto arrived = residency_->wait_for_block(round_);
             ASSERT_TRUE(arrived.ok()) << arrived.status().message();
             ASSERT_TRUE(residency_->publish(device_->kernels()).ok());
