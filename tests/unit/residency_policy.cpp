@@ -1,6 +1,8 @@
 // The paging policies as the pure functions that they are.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -58,6 +60,30 @@ TEST(Policy, each_kind_has_its_first_load) {
     const std::vector<BlockState> aged = {absent(30, 100000, 64), absent(20, 1, 64)};
     EXPECT_EQ(plan(PolicyKind::aged_wants, aged, pool, 100000).load.at(0).block, 1u);  // 20 requests x 100000^(1/4) rounds > 16 x 30 x 1
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, {absent(30, 100, 64), absent(20, 1, 64)}, pool, 100).load.at(0).block, 0u);
+}
+
+// The order of many is that of floor(log2(requests age^(1/4) / bytes) / 6), then by turn.
+TEST(Policy, aged_wants_come_by_a_coarse_logarithm) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    constexpr uint32_t round = 100'000;
+    for (int trial = 0; trial < 200; trial++) {
+        std::vector<BlockState> blocks;
+        for (int i = 0; i < 40; i++) blocks.push_back(absent(1 + random() % (1u << random() % 31), 1 + random() % round, 64 << random() % 20));
+        std::vector<uint32_t> order(blocks.size());
+        std::iota(order.begin(), order.end(), 0);
+        const auto score = [&](uint32_t i) {
+            const double rounds = double(round - blocks[i].requested_since) + 1;
+            return std::floor(std::ilogb(blocks[i].requests * std::sqrt(std::sqrt(rounds)) / blocks[i].bytes) / 6.0);
+        };
+        std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return score(a) > score(b); });
+        PolicySettings settings = default_settings(PolicyKind::aged_wants);
+        settings.loads_into_free = 100;
+        const Plan plan = plan_paging(settings, {blocks, ActiveBlocks(blocks), round, 0, 100}, SlabAllocator({uint64_t{64} << 32}));
+        ASSERT_EQ(plan.load.size(), blocks.size());
+        for (size_t i = 0; i < order.size(); i++) ASSERT_EQ(plan.load[i].block, order[i]);
+    }
 }
 
 // Nearly the same wants: one way through the scene, from where the last load was.
