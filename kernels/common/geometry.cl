@@ -2,6 +2,7 @@
 #ifndef RP_GEOMETRY_CL
 #define RP_GEOMETRY_CL
 
+#include "common/demand.cl"
 #include "common/primitive.cl"
 
 // Parameters that every kernel with access to geometry takes, and the argument list that passes them on. RP_SLABS (1 to 8) is set by the
@@ -31,6 +32,7 @@ typedef struct rp_geometry {
     const __global ulong* block_entry_paths;
     const __global uint4* pages;   // rp_page
     volatile __global uint* used;  // RP_DEMAND_USED
+    volatile __global uchar* marks;
 #ifdef RP_INSTANCES
     const __global rp_object* objects;
 #endif
@@ -46,12 +48,15 @@ typedef struct rp_geometry {
 #define RP_SLAB_ARGUMENTS slab0, slab1, slab2, slab3, slab4, slab5, slab6, slab7
 #endif
 #ifdef RP_INSTANCES
-#define RP_MAKE_GEOMETRY(used) \
-    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, objects, RP_SLAB_ARGUMENTS }
+#define RP_OBJECT_ARGUMENT objects,
 #else
-#define RP_MAKE_GEOMETRY(used) \
-    { top_grid, top_nodes, block_entries, block_entry_paths, pages, used, RP_SLAB_ARGUMENTS }
+#define RP_OBJECT_ARGUMENT
 #endif
+#define RP_MAKE_GEOMETRY(block_count)                                                                                \
+    {                                                                                                                \
+        top_grid, top_nodes, block_entries, block_entry_paths, pages, demand + RP_DEMAND_USED*(size_t)(block_count), \
+            rp_marks_of(demand, block_count), RP_OBJECT_ARGUMENT RP_SLAB_ARGUMENTS                                   \
+    }
 
 // atomic_add whose result nobody wants. NVIDIA's compiler makes one with a result of it all the same, and where a loop has one, work-items
 // of a sub-group that have parted take turns in each pass (YIELD): shadow rays take 1.18 times as long (H100, bench/journal/gpu-paging.md).
@@ -70,9 +75,13 @@ static inline void rp_note_entry(const rp_geometry* g, float2 origin, float2 rec
 #ifdef RP_TRACK_ENTERS
     const uint2 bits = as_uint2(origin) ^ as_uint2(reciprocal);
     // By a product, since last bits are often 0 where coordinates were subtracted.
-    if (((bits.x ^ bits.y) * 0x9e3779b9u >> 16 & RP_TRACK_ENTERS) == 0u) rp_add_without_result(g->used + block, rays);
+    if (((bits.x ^ bits.y) * 0x9e3779b9u >> 16 & RP_TRACK_ENTERS) != 0u) return;
+    rp_add_without_result(g->used + block, rays);
+    rp_mark(g->marks, block);
 #elif defined(RP_TRACK_LAST_ROUND)
-    if (g->used[block] != round) g->used[block] = round;
+    if (g->used[block] == round) return;
+    g->used[block] = round;
+    rp_mark(g->marks, block);
 #endif
 }
 

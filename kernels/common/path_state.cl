@@ -10,6 +10,7 @@
 #ifndef RP_PATH_STATE_CL
 #define RP_PATH_STATE_CL
 
+#include "common/demand.cl"
 #include "common/prefetch.cl"
 #include "raypager/abi/block.h"
 #include "raypager/abi/path.h"
@@ -86,7 +87,7 @@ static inline int rp_refraction_of(uint flags) { return (int)flags >> RP_PATH_RE
 
 // ---- Waiting
 
-// The word that says what a slot waits for: a block, or, with streams, the next slot of a list of its block's (RP_DEMAND_LISTS).
+// The word that says what a slot waits for: a block, or, with streams, the next slot of a list of its block's (RP_DEMAND_LISTS_AT).
 static inline uint rp_wait_word(const rp_paths* paths, uint slot) { return paths->status[(size_t)RP_STATUS_WORDS(paths->slot_count) + slot]; }
 static inline void rp_set_wait_word(const rp_paths* paths, uint slot, uint word) {
     paths->status[(size_t)RP_STATUS_WORDS(paths->slot_count) + slot] = word;
@@ -106,11 +107,12 @@ static inline uint rp_extension_waits(uint offset_exponent, uint kept) {
 }
 static inline uint rp_shadow_waits(uint status) { return RP_PHASE_SHADOW_WAITS | (status & (RP_STATUS_ENDS | RP_STATUS_MET_CUTOUT)); }
 
-// The ray of a slot waits for a block. waiting_status: one of the two above. requests: of all blocks.
-static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* requests) {
+// The ray of a slot waits for a block. waiting_status: one of the two above. demand: abi/path.h.
+static inline void rp_wait_for_block(const rp_paths* paths, uint slot, uint block, uint waiting_status, volatile __global uint* demand,
+                                     uint block_count) {
     paths->status[slot] = waiting_status;
     rp_set_wait_word(paths, slot, block);
-    atomic_inc(requests + block);
+    rp_request(demand, block_count, block, 1u);
 }
 
 // Address on the device of what a slot waits for, by its status word and its wait word: RP_NONE, it is absent; 0, the slot does not wait.

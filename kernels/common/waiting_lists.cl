@@ -6,7 +6,7 @@
 
 // The lists of a block's extension rays that wait, and behind them those of its shadow rays. demand: abi/path.h.
 static inline volatile __global uint* rp_lists_of(volatile __global uint* demand, uint block_count, uint block) {
-    return demand + (size_t)RP_DEMAND_LISTS * block_count + (size_t)block * (2u * RP_LISTS);
+    return demand + RP_DEMAND_LISTS_AT((size_t)block_count) + (size_t)block * (2u * RP_LISTS);
 }
 
 // Rays of a stream that wait from now on, linked already, for some blocks. They join a list of the block together, for with many cores each word that
@@ -16,7 +16,7 @@ typedef struct rp_pending_lists {
     uint list;  // of a block's
     uint next;  // the list that gives way to another block's
     uint block[RP_PENDING_LISTS], count[RP_PENDING_LISTS];
-    uint head[RP_PENDING_LISTS];  // link to the slot that came last (RP_DEMAND_LISTS)
+    uint head[RP_PENDING_LISTS];  // link to the slot that came last (RP_DEMAND_LISTS_AT)
     uint tail[RP_PENDING_LISTS];  // the slot that came first
 } rp_pending_lists;
 
@@ -31,7 +31,7 @@ static inline void rp_end_pending_list(rp_pending_lists* lists, uint k, const rp
     if (lists->count[k] == 0u) return;
     const uint block = lists->block[k];
     rp_set_wait_word(paths, lists->tail[k], atomic_xchg(rp_lists_of(demand, block_count, block) + lists->list, lists->head[k]));
-    atomic_add(demand + RP_DEMAND_REQUESTS * block_count + block, lists->count[k]);
+    rp_request(demand, block_count, block, lists->count[k]);
 }
 
 // Before this, rays that were put into lists are in no list, and nobody requests their blocks.

@@ -390,7 +390,7 @@ __kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict
     uint mine[2] = {0u, 0u};
     rp_begin_totals(totals, 2u);
 #if defined(RP_TEXTURES) || defined(RP_SHORT_STATES)
-    const rp_geometry geometry_of_scene = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry_of_scene = RP_MAKE_GEOMETRY(block_count);
     const rp_geometry* const geometry = &geometry_of_scene;
 #endif
 #ifdef RP_TEXTURES

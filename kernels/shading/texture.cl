@@ -50,13 +50,12 @@ typedef struct rp_texture_site {
 
 // The path of a slot waits for a page. waiting_status: as of rp_wait_to_shade.
 static inline void rp_await_page(const rp_textures* t, const rp_paths* paths, uint slot, uint waiting_status, uint page) {
-    volatile __global uint* const requests = t->demand + RP_DEMAND_REQUESTS * (size_t)t->block_count;
 #ifdef RP_SHORT_STATES
-    rp_wait_for_block(paths, slot, page, waiting_status, requests);
+    rp_wait_for_block(paths, slot, page, waiting_status, t->demand, t->block_count);
 #else
     rp_set_status(paths, slot, waiting_status);
     rp_set_wait_word(paths, slot, atomic_xchg(rp_lists_of(t->demand, t->block_count, page) + slot / 64u % RP_LISTS, slot + 1u));
-    atomic_inc(requests + page);
+    rp_request(t->demand, t->block_count, page, 1u);
     atomic_inc(t->counters + RP_COUNT_IN_LISTS);
 #endif
 }
@@ -225,15 +224,19 @@ static inline float3 rp_of_channels(float4 c, uint op) {
 // whether it is one of those that are counted (rp_note_entry).
 static inline void rp_note_texture_page(const rp_textures* t, uint page, uint bits) {
 #ifdef RP_TRACK_BOUNCES
-    atomic_inc(t->demand + RP_DEMAND_BOUNCES * (size_t)t->block_count + page);
+    rp_note_bounce(t->demand, t->block_count, page);
 #endif
 #if defined(RP_TRACK_ENTERS) || defined(RP_TRACK_LAST_ROUND)
     volatile __global uint* const used = t->demand + RP_DEMAND_USED * (size_t)t->block_count + page;
 #endif
 #if defined(RP_TRACK_ENTERS)
-    if ((bits >> 16 & RP_TRACK_ENTERS) == 0u) rp_add_without_result(used, 1u);
+    if ((bits >> 16 & RP_TRACK_ENTERS) != 0u) return;
+    rp_add_without_result(used, 1u);
+    rp_mark(t->geometry->marks, page);
 #elif defined(RP_TRACK_LAST_ROUND)
-    if (*used != t->round) *used = t->round;
+    if (*used == t->round) return;
+    *used = t->round;
+    rp_mark(t->geometry->marks, page);
 #endif
 }
 

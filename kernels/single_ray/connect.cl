@@ -8,8 +8,8 @@
 #include "single_ray/traverse.cl"
 #undef RP_ANY_HIT
 
-static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* requests, uint round, const rp_paths* paths, uint slot,
-                                  __constant rp_render_params* params, const __global rp_primitive_range* ranges,
+static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global uint* demand, uint block_count, uint round, const rp_paths* paths,
+                                  uint slot, __constant rp_render_params* params, const __global rp_primitive_range* ranges,
                                   __global uint* film RP_VISIT_PARAMETER) {
     const uint status = rp_status_of(paths, slot);
     const rp_shadow_ray ray = rp_shadow_of(paths, slot, status);
@@ -23,7 +23,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
     walk.search.met_cutout = rp_has_met_cutout(status);
 #endif
 #ifdef RP_RECORD
-    if (!rp_visit_begin(&walk.visits, geometry, visit_words, requests, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
+    if (!rp_visit_begin(&walk.visits, geometry, visit_words, demand, block_count, paths, slot, RP_VISIT_BEGIN_SHADOW, RP_VISIT_RESUME_SHADOW)) return;
     if (walk.visits.on && ray.block_entry == RP_NONE && !rp_visit_candidates(&walk.visits, geometry, &walk.ray, ray.t_max)) {
         rp_visit_end(&walk.visits, RP_VISIT_NO_BLOCK);
         return;  // begins anew in the next round
@@ -56,7 +56,7 @@ static inline void rp_connect_ray(const rp_geometry* geometry, volatile __global
 #ifdef RP_CUTOUTS
         seen = rp_with_cutout_met(seen, walk.search.met_cutout);
 #endif
-        rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_shadow_waits(seen), requests);
+        rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_shadow_waits(seen), demand, block_count);
         return;
     }
 #ifdef RP_CUTOUTS
@@ -73,10 +73,9 @@ __kernel void rp_connect(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, u
                          __global uint* restrict status, __global uint4* restrict planes, const __global uint* restrict counters,
                          __constant rp_render_params* restrict params, const __global rp_primitive_range* restrict ranges,
                          __global uint* restrict film RP_VISIT_PARAMETER) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_SHADOW];
     for (uint i = get_global_id(0); i < count; i += get_global_size(0))
-        rp_connect_ray(&geometry, demand + RP_DEMAND_REQUESTS * block_count, round, &paths, rp_shadow_entry(queue, slot_count, i), params, ranges,
-                       film RP_VISIT_ARGUMENT);
+        rp_connect_ray(&geometry, demand, block_count, round, &paths, rp_shadow_entry(queue, slot_count, i), params, ranges, film RP_VISIT_ARGUMENT);
 }

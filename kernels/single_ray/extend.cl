@@ -99,18 +99,17 @@ static inline void rp_put_down(const rp_geometry* geometry, const rp_closest_wal
         if (block_entry == RP_NONE)
             rp_finish_extension(paths, slot, offset_exponent);
         else
-            rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_extension_waits(offset_exponent, 0u),
-                              demand + RP_DEMAND_REQUESTS * block_count);
+            rp_wait_for_block(paths, slot, rp_block_entry_block(geometry, block_entry), rp_extension_waits(offset_exponent, 0u), demand, block_count);
     }
 #ifdef RP_TRACK_BOUNCES
-    if (block_entry == RP_NONE && hit->found_in != RP_NONE) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + hit->found_in);
+    if (block_entry == RP_NONE && hit->found_in != RP_NONE) rp_note_bounce(demand, block_count, hit->found_in);
 #endif
 }
 
 __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, uint slot_count, const __global uint* restrict queue,
                         __global uint* restrict status, __global uint4* restrict planes,
                         volatile __global uint* restrict counters RP_VISIT_PARAMETER) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     const rp_paths paths = {slot_count, status, planes};
     const uint count = counters[RP_COUNT_EXTEND];
     __local uint totals[2];
@@ -152,8 +151,7 @@ __kernel void rp_extend(RP_GEOMETRY_PARAMETERS, uint block_count, uint round, ui
         const uint slot = rp_extend_entry(queue, i);
         rp_take_up(&geometry, &walk, stack, &paths, slot);
 #ifdef RP_RECORD
-        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand + RP_DEMAND_REQUESTS * block_count, &paths, slot, RP_VISIT_BEGIN_EXTEND,
-                            RP_VISIT_RESUME_EXTEND))
+        if (!rp_visit_begin(&walk.visits, &geometry, visit_words, demand, block_count, &paths, slot, RP_VISIT_BEGIN_EXTEND, RP_VISIT_RESUME_EXTEND))
             continue;
 #endif
         rp_traverse_closest(&geometry, &walk, stack, round);

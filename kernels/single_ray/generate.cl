@@ -1,5 +1,6 @@
 // Second stage: free slots take the next samples and become camera paths.
 #include "common/camera_paths.cl"
+#include "common/demand.cl"
 #include "raypager/abi/block.h"
 
 static inline rp_supply rp_read_supply(const volatile __global uint* counters) {
@@ -17,12 +18,12 @@ __kernel void rp_generate(__constant rp_render_params* restrict params, const __
     rp_begin_paths(params, &supply, free_list, &paths, queue, numbers, again, listed, later RP_STAGE_ARGUMENT);
 }
 
-// After rp_generate, one work-item a block and at least one: nobody waits any more for a block that is resident; and the samples that were
-// given out are accounted for.
+// After rp_generate, one work-item for each of `count` blocks and at least one: the samples that were given out are accounted for; and nobody waits
+// any more for a block that is resident. count: all blocks, or 0 where rp_publish has seen to that.
 __kernel void rp_advance(__constant rp_render_params* restrict params, __global uint* restrict counters, const __global rp_page* restrict pages,
-                         uint block_count, __global uint* restrict demand, rp_sample_numbers numbers, uint listed) {
+                         uint count, uint block_count, __global uint* restrict demand, rp_sample_numbers numbers, uint listed) {
     const uint block = get_global_id(0);
-    if (block < block_count && pages[block].address != RP_NONE) demand[RP_DEMAND_REQUESTS * block_count + block] = 0u;
+    if (block < count && pages[block].address != RP_NONE) rp_end_requests(demand, block_count, block);
     if (block != 0u) return;
     const rp_supply supply = rp_read_supply(counters);
     rp_account_for_samples(params, &supply, counters, numbers, listed);

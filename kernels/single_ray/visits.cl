@@ -57,8 +57,8 @@ static inline bool rp_visit_add(const rp_visit_log* log, uint kind, uint block) 
 
 // Begins a pass of the ray in a slot; kind: that of its first event. False if the log is full: then the ray must be left as it is, for the
 // next round. If it had waited for a block, which may be gone by then, it wants that again.
-static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* requests,
-                                  const rp_paths* paths, uint slot, uint begin_kind, uint resume_kind) {
+static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volatile __global uint* words, volatile __global uint* demand,
+                                  uint block_count, const rp_paths* paths, uint slot, uint begin_kind, uint resume_kind) {
     const uint status = rp_status_of(paths, slot);
     const rp_path_sample sample_id = rp_sample_of(paths, slot, status);
     log->words = words;
@@ -70,7 +70,7 @@ static inline bool rp_visit_begin(rp_visit_log* log, const rp_geometry* g, volat
     log->on = rp_path_hash(log->pixel, log->sample) <= words[RP_VISIT_THRESHOLD];
     log->head = log->on ? rp_visit_reserve(log) : 0u;
     if (log->head != RP_NONE) return true;
-    if (resumed) atomic_inc(requests + rp_block_entry_block(g, rp_block_entry_of(paths, slot)));
+    if (resumed) rp_request(demand, block_count, rp_block_entry_block(g, rp_block_entry_of(paths, slot)), 1u);
     return false;
 }
 

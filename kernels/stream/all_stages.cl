@@ -3,3 +3,4 @@
 #include "shading/shade.cl"
 #include "stream/wake.cl"
 #include "stream/trace.cl"
+#include "common/report.cl"

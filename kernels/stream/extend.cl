@@ -87,7 +87,7 @@ static inline void rp_store_extend_ray(const rp_geometry* g, const rp_walk* walk
     if (block_entry == RP_NONE) {
         rp_finish_stream_extension(paths, slot, offset_exponent, kept, last_block);
 #ifdef RP_TRACK_BOUNCES
-        if (has_hit) atomic_inc(demand + RP_DEMAND_BOUNCES * block_count + rp_hit_leaf(s, r)->block);
+        if (has_hit) rp_note_bounce(demand, block_count, rp_hit_leaf(s, r)->block);
 #endif
     } else {
         counts->waiting++;
@@ -175,7 +175,7 @@ static RP_NOINLINE void rp_extend_streams(const rp_geometry* g, rp_share share, 
 __kernel void rp_extend_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, uint round, uint slot_count,
                                const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
                                volatile __global uint* restrict counters) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     const rp_paths paths = {slot_count, status, planes};
     rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, paths, counters);
 }

@@ -9,7 +9,7 @@ __kernel void rp_trace_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
                               const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
                               volatile __global uint* restrict counters, __constant rp_render_params* restrict params,
                               const __global rp_primitive_range* restrict ranges, __global uint* restrict film) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     const rp_paths paths = {slot_count, status, planes};
     rp_extend_streams(&geometry, rp_share_of(counters[RP_COUNT_EXTEND]), wide_top, block_count, round, queue, demand, paths, counters);
     const rp_connect_scene scene = {params, ranges, film};

@@ -47,9 +47,6 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
         rp_change_pages(pages, &changes);
         for (uint i = 0u; i < RP_COUNTERS_PER_ROUND; i++) counters[i] = 0u;
     }
-#ifdef RP_TRACK_BOUNCES
-    for (uint block = item; block < block_count; block += items) demand[RP_DEMAND_BOUNCES * block_count + block] = 0u;
-#endif
     uint names[RP_MAX_NAMED], woken = 0u;
     vstore16(new_blocks, 0, names);
     const uint count = named != RP_NONE ? named : block_count, parts = clamp(items / max(count, 1u), 1u, 2u * RP_LISTS);
@@ -57,7 +54,7 @@ __kernel void rp_begin_round(__global uint* restrict status, __global rp_page* r
         const uint block = named != RP_NONE ? names[i / parts] : i / parts;
         if (named == RP_NONE && pages[block].address == RP_NONE) continue;
         const uint here = rp_wake_lists(rp_lists_of(demand, block_count, block), i % parts, parts, block, &paths, awake);
-        if (here != 0u) atomic_sub(demand + RP_DEMAND_REQUESTS * block_count + block, here);
+        if (here != 0u) rp_request(demand, block_count, block, -here);
         woken += here;
     }
     if (woken != 0u) atomic_sub(counters + RP_COUNT_IN_LISTS, woken);

@@ -28,7 +28,8 @@ public:
           table_(trace.block_bytes, make_pool(trace, settings), settings.policy),
           slots_(settings.slots),
           waiting_(trace.block_bytes.size()),
-          demand_(RP_DEMAND_ARRAYS * trace.block_bytes.size()),
+          demand_(trace.block_bytes.size()),
+          changed_in_(trace.block_bytes.size()),
           entered_in_(trace.block_bytes.size()),
           seen_(trace.block_bytes.size()) {
         for (uint32_t slot = 0; slot < settings.slots; slot++) free_.push_back(slot);
@@ -41,7 +42,7 @@ public:
             const auto ready = static_cast<uint32_t>(ready_.size());
             if (ready == 0 && waiting_rays_ == 0) break;
             trace_ready_rays();
-            under_way_.push_back({round_, ready, demand_});
+            under_way_.push_back({round_, ready, take_changes()});
             bool arrived = false;
             // With nothing to trace, no round is started before the host has seen to it.
             while (under_way_.size() >= (ready == 0 ? 1 : settings_.rounds_under_way)) arrived |= after_oldest_round();
@@ -69,11 +70,26 @@ private:
     // A round that the host has not seen yet.
     struct Round {
         uint32_t round, ready;
-        std::vector<uint32_t> demand;
+        std::vector<rp_block_demand> demand;
     };
     enum class Pass { ended, waits };
 
-    uint32_t* demand(uint32_t array) { return demand_.data() + array * trace_.block_bytes.size(); }
+    // What kernels count of the block, about to be changed.
+    rp_block_demand& demand(uint32_t block) {
+        if (changed_in_[block] != round_) told_.push_back(block);
+        changed_in_[block] = round_;
+        return demand_[block];
+    }
+    // What the round that has been traced tells.
+    std::vector<rp_block_demand> take_changes() {
+        std::vector<rp_block_demand> changes;
+        for (const uint32_t block : told_) {
+            changes.push_back({block, static_cast<uint32_t>(waiting_[block].size()), demand_[block].bounces, demand_[block].used});
+            demand_[block].bounces = 0;
+        }
+        told_.clear();
+        return changes;
+    }
 
     // The page table as rounds from now on see it; rays wake whose block has come.
     void publish() {
@@ -86,6 +102,7 @@ private:
             }
             waiting_rays_ -= waiting_[block].size();
             waiting_[block].clear();
+            (void)demand(block);
         }
         changed_.clear();
     }
@@ -110,7 +127,6 @@ private:
 
     void trace_ready_rays() {
         used_.clear();
-        std::fill_n(demand(RP_DEMAND_BOUNCES), waiting_.size(), 0u);
         for (const uint32_t slot : ready_) {
             Slot& state = slots_[slot];
             result_.visits++;
@@ -119,12 +135,12 @@ private:
                 begin_ray(slot, state.ray + 1, state.end);
             } else {
                 state.waits_since = round_;
-                waiting_[trace_.visits_of(trace_.rays[state.ray])[state.at].block()].push_back(slot);
+                const uint32_t block = trace_.visits_of(trace_.rays[state.ray])[state.at].block();
+                waiting_[block].push_back(slot);
+                (void)demand(block);
                 waiting_rays_++;
             }
         }
-        // All rays that wait now, those that came to wait in this round included.
-        for (size_t block = 0; block < waiting_.size(); block++) demand(RP_DEMAND_REQUESTS)[block] = static_cast<uint32_t>(waiting_[block].size());
         result_.service.blocks.insert(result_.service.blocks.end(), used_.begin(), used_.end());
         result_.service.begin.push_back(result_.service.blocks.size());
         const auto work = static_cast<double>(result_.visits - counted_visits_);
@@ -135,9 +151,9 @@ private:
     void enter(uint32_t block) {
         result_.visits++;
         if (counts_entries(settings_.policy.kind))
-            demand(RP_DEMAND_USED)[block]++;
+            demand(block).used++;
         else
-            demand(RP_DEMAND_USED)[block] = round_;
+            demand(block).used = round_;
         if (entered_in_[block] == round_) return;
         entered_in_[block] = round_;
         used_.push_back(block);
@@ -157,7 +173,7 @@ private:
             entered_hit = entered_hit || block == ray.hit_block;
         }
         // Like the engine, which counts them only where the policy looks at them.
-        if (entered_hit && settings_.policy.kind == PolicyKind::most_wanted) demand(RP_DEMAND_BOUNCES)[ray.hit_block]++;
+        if (entered_hit && settings_.policy.kind == PolicyKind::most_wanted) demand(ray.hit_block).bounces++;
         return Pass::ended;
     }
 
@@ -212,7 +228,9 @@ private:
     BlockTable table_;
     std::vector<Slot> slots_;
     std::vector<std::vector<uint32_t>> waiting_;  // slots, by block
-    std::vector<uint32_t> demand_;
+    std::vector<rp_block_demand> demand_;         // by block; requests: see waiting_
+    std::vector<uint32_t> changed_in_;            // by block: last round that changed it
+    std::vector<uint32_t> told_;                  // blocks that the round tells of
     std::vector<uint32_t> free_, ready_, next_ready_, used_;
     std::vector<uint32_t> entered_in_;  // by block: last round with an entry
     std::vector<bool> seen_;            // by block: resident, as the rounds see it

@@ -66,7 +66,6 @@ Status DeviceRounds::restart(const rp_render_params& params) {
     residency_->forget_demand();
     counters_ = {};
     texture_waits_ = 0;
-    demand_ = {};
     ended_before_ = ended_;
     auto wavefront = Wavefront::create(*device_, source_.scene(), plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),
                                        plan_.filled_together, plan_.notes, plan_.visits);
@@ -99,7 +98,9 @@ Status DeviceRounds::start() {
 
 Status DeviceRounds::finish() {
     ended_++;
-    RAYPAGER_TRY(wavefront_->finish_round(counters_, demand_));
+    std::span<const rp_block_demand> demand;
+    RAYPAGER_TRY(wavefront_->finish_round(counters_, demand));
+    residency_->take_demand(ended_, demand);
     texture_waits_ += counters_.textured_slots();
     fill_by_waits();
     return {};
@@ -113,7 +114,7 @@ void DeviceRounds::fill_by_waits() {
     wavefront_->fill_together(filled_together(static_cast<double>(counters_.requests_served()) / static_cast<double>(rays)));
 }
 
-Status DeviceRounds::page() { return residency_->after_round(ended_, started_, wavefront_->last_round_end(), demand_, ready_rays(), slots()); }
+Status DeviceRounds::page() { return residency_->after_round(ended_, started_, wavefront_->last_round_end(), ready_rays(), slots()); }
 
 Status DeviceRounds::wait_for_block() {
     using Clock = std::chrono::steady_clock;

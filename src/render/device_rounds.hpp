@@ -90,7 +90,6 @@ private:
     std::unique_ptr<Wavefront> wavefront_;
     RoundCounters counters_;
     uint64_t texture_waits_ = 0;
-    std::span<const uint32_t> demand_;
     uint32_t started_ = 0, ended_ = 0, ended_before_ = 0;  // the last: before a restart
     double stall_seconds_ = 0;
 };

@@ -20,15 +20,14 @@ RoundState make_round_state(uint32_t round, const RoundCounters& counters, const
                      counters.textured_slots() + counters.idle_slots() + counters.requests_served() + paging.loads + paging.evictions;
     constexpr size_t told = 3;
     const std::span<const BlockState> blocks = residency.blocks();
-    for (uint32_t i = 0; i < blocks.size(); i++) {
-        if (blocks[i].requests == 0) continue;
+    residency.active().wanted.for_each([&](uint32_t i) {
         state.requested_blocks++;
         auto& most = state.most_wanted;
+        if (most.size() == told && blocks[i].requests <= most.back().rays) return;
         const auto at = std::find_if(most.begin(), most.end(), [&](const RoundState::Request& request) { return request.rays < blocks[i].requests; });
-        if (at == most.end() && most.size() == told) continue;
         most.insert(at, {i, blocks[i].requests, blocks[i].requested_since, blocks[i].state == PageState::loading});
         if (most.size() > told) most.pop_back();
-    }
+    });
     return state;
 }
 

@@ -1,8 +1,12 @@
 #include "residency/policy.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include "residency/victims.hpp"
 
 namespace raypager {
 namespace {
@@ -16,13 +20,22 @@ double patience(double rounds) { return std::sqrt(std::sqrt(rounds)); }
 // Wants that differ by less than about this factor count as the same, so that blocks come in the order in which they lie in space: rays that
 // waited for one of them find the next one beside it. Measured: 2, 4, 16 and 64 are better and better, 256 is so on clouds alone
 // (bench/journal/the-paper.md).
-constexpr double same_requests_bits = 6;  // 2^6
+constexpr int same_requests_bits = 6;  // 2^6
+
+// floor(ilogb(x) / same_requests_bits) without the calls of either, which are much of what a round costs where very many blocks are wanted. REQUIRES:
+// x is positive and neither tiny nor infinite.
+double coarse_logarithm(double x) {
+    constexpr int bias = 1023, lift = 1200;  // a multiple of same_requests_bits, so that nothing is negative
+    static_assert(lift % same_requests_bits == 0 && lift > bias);
+    const int exponent = static_cast<int>(std::bit_cast<uint64_t>(x) >> 52) - bias;
+    return (exponent + lift) / same_requests_bits - lift / same_requests_bits;
+}
 
 // How much a block is wanted; the highest comes in first.
 double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
     switch (kind) {
         case PolicyKind::aged_wants:
-            return std::floor(std::ilogb(block.requests * patience(age(block, round)) / block.bytes) / same_requests_bits);
+            return coarse_logarithm(block.requests * patience(age(block, round)) / block.bytes);
         case PolicyKind::most_wanted:
             return block.requests;
         case PolicyKind::wanted_per_byte:
@@ -35,12 +48,6 @@ double load_score(PolicyKind kind, const BlockState& block, uint32_t round) {
     return 0;
 }
 
-// How many blocks come before this one in the sweep's turn.
-uint32_t turns_away(const PolicyInput& input, uint32_t block) {
-    const auto count = static_cast<uint32_t>(input.blocks.size());
-    return (block + count - input.next_in_turn % count) % count;
-}
-
 // A block that may be loaded; the greatest comes first. Blocks of equal score come by turn.
 struct Candidate {
     double score;
@@ -50,8 +57,9 @@ struct Candidate {
 
 // All absent blocks, in turn; nothing while no ray waits.
 std::vector<Candidate> sweep_candidates(const PolicyInput& input) {
-    const auto waits = [](const BlockState& block) { return block.state == PageState::absent && block.requests > 0; };
-    if (std::none_of(input.blocks.begin(), input.blocks.end(), waits)) return {};
+    bool waits = false;
+    input.active.wanted.for_each([&](uint32_t i) { waits |= input.blocks[i].state == PageState::absent; });
+    if (!waits) return {};
     std::vector<Candidate> candidates;
     const auto count = static_cast<uint32_t>(input.blocks.size());
     for (uint32_t i = 0; i < count; i++) {
@@ -65,63 +73,18 @@ std::vector<Candidate> sweep_candidates(const PolicyInput& input) {
 std::vector<Candidate> load_candidates(const PolicySettings& settings, const PolicyInput& input) {
     if (settings.kind == PolicyKind::sweep) return sweep_candidates(input);
     std::vector<Candidate> wanted;
-    for (uint32_t i = 0; i < input.blocks.size(); i++) {
+    wanted.reserve(input.active.wanted.size());
+    input.active.wanted.for_each([&](uint32_t i) {
         const BlockState& block = input.blocks[i];
-        if (block.state != PageState::absent || block.requests == 0) continue;
+        if (block.state != PageState::absent) return;
         double score = load_score(settings.kind, block, input.round);
         const double rounds = age(block, input.round);
         if (settings.max_age && rounds > settings.max_age) score = 1e30 * rounds;
         // One way through the scene again and again, from where the last load was, so that none is always the last.
         wanted.push_back({score, settings.kind == PolicyKind::aged_wants ? turns_away(input, i) : i, i});
-    }
+    });
     return wanted;
 }
-
-// Blocks that may go, the least needed first.
-std::vector<uint32_t> eviction_order(const PolicySettings& settings, const PolicyInput& input) {
-    std::vector<uint32_t> order;
-    for (uint32_t i = 0; i < input.blocks.size(); i++)
-        if (input.blocks[i].state == PageState::resident && input.blocks[i].resident_since <= input.round) order.push_back(i);
-    if (settings.kind == PolicyKind::sweep) {  // what comes next in turn was loaded first
-        std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return turns_away(input, a) < turns_away(input, b); });
-        return order;
-    }
-    const bool by_bounces = settings.kind == PolicyKind::most_wanted, by_traffic = counts_entries(settings.kind);
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-        const BlockState &x = input.blocks[a], &y = input.blocks[b];
-        if (by_traffic && x.traffic != y.traffic) return x.traffic < y.traffic;
-        if (!by_bounces && x.last_used != y.last_used) return x.last_used < y.last_used;
-        if (x.bounces != y.bounces) return x.bounces < y.bounces;
-        if (x.last_used != y.last_used) return x.last_used < y.last_used;
-        return a < b;
-    });
-    return order;
-}
-
-// Blocks that may go, the least needed first, sorted when the first is asked for.
-class Victims {
-public:
-    Victims(const PolicySettings& settings, const PolicyInput& input) : settings_(settings), input_(input) {}
-    // The one behind the last that is to go, and how many are behind that one; nullptr: there is none.
-    const BlockState* next(size_t behind = 0) {
-        if (!sorted_) order_ = eviction_order(settings_, input_);
-        sorted_ = true;
-        return taken_ + behind < order_.size() ? &input_.blocks[order_[taken_ + behind]] : nullptr;
-    }
-    // The next ones go.
-    void take(size_t count, std::vector<uint32_t>& evict) {
-        const auto first = order_.begin() + static_cast<std::ptrdiff_t>(taken_);
-        evict.insert(evict.end(), first, first + static_cast<std::ptrdiff_t>(count));
-        taken_ += count;
-    }
-
-private:
-    const PolicySettings& settings_;
-    const PolicyInput& input_;
-    std::vector<uint32_t> order_;
-    bool sorted_ = false;
-    size_t taken_ = 0;
-};
 
 // Evicts as few as make room for so many bytes in one piece. Nothing if that cannot be: the rest of the pool is being loaded, or has not been seen by
 // a round.
@@ -174,6 +137,16 @@ void make_room_ahead(const PolicySettings& settings, const PolicyInput& input, u
 
 bool counts_entries(PolicyKind kind) { return kind == PolicyKind::aged_wants; }
 
+bool is_idle(PolicyKind kind, const BlockState& block) {
+    if (counts_entries(kind)) return block.traffic == 0;
+    return kind != PolicyKind::most_wanted || block.bounces == 0;
+}
+
+uint32_t turns_away(const PolicyInput& input, uint32_t block) {
+    const auto count = static_cast<uint32_t>(input.blocks.size());
+    return (block + count - input.next_in_turn % count) % count;
+}
+
 PolicySettings default_settings(PolicyKind kind) {
     PolicySettings settings;
     settings.kind = kind;
@@ -204,11 +177,10 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
     return settings;
 }
 
-Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& current) {
-    Plan plan{{}, {}, {}, current};
+Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, SlabAllocator current) {
+    Plan plan{{}, {}, {}, std::move(current)};
     SlabAllocator& pool = plan.pool;
-    uint32_t in_flight = 0;
-    for (const BlockState& block : input.blocks) in_flight += block.state == PageState::loading;
+    uint32_t in_flight = input.active.loading;
     // Few of those that are wanted come in at a time: a heap gives these in order without sorting the others.
     std::vector<Candidate> wanted = load_candidates(settings, input);
     std::make_heap(wanted.begin(), wanted.end());

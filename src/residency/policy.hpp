@@ -8,28 +8,16 @@
 
 #include "raypager/device_profile.hpp"
 #include "raypager/tuning.hpp"
+#include "residency/block_state.hpp"
 #include "residency/slab_allocator.hpp"
 
 namespace raypager {
 
-enum class PageState : uint8_t { absent, loading, resident };
-
-// What is known of one block when a round has ended.
-struct BlockState {
-    PageState state = PageState::absent;
-    uint32_t bytes = 0;
-    uint32_t requests = 0;         // rays that wait for it now
-    uint32_t bounces = 0;          // rays of the last round that ended on its surfaces
-    uint32_t last_used = 0;        // last round in which a ray entered it, as far as that is noted
-    uint32_t entries = 0;          // of rays so far, as counted (counts_entries)
-    double traffic = 0;            // entries, as counted, of the last rounds: of earlier ones less and less (PolicySettings::traffic_kept)
-    uint32_t requested_since = 0;  // first round of the present run of rounds in which it was wanted; 0: not wanted
-    uint32_t resident_since = 0;   // first round that could see it
-    PoolAddress address;
-};
-
 // What RP_DEMAND_USED is to be for a policy (abi/path.h): entries, or the last round with one.
 bool counts_entries(PolicyKind kind);
+// Whether the policy tells a resident block from others of this kind by when it was used last alone: such go before those that are not idle. Bounces
+// are counted for most-wanted alone.
+bool is_idle(PolicyKind kind, const BlockState& block);
 
 struct PolicySettings {
     PolicyKind kind = PolicyKind::aged_wants;
@@ -49,11 +37,15 @@ PolicySettings default_settings(PolicyKind kind, uint64_t pool_bytes, uint64_t a
 
 struct PolicyInput {
     std::span<const BlockState> blocks;
-    uint32_t round = 0;       // that has ended
-    uint32_t ready_rays = 0;  // that could go on in that round
+    const ActiveBlocks& active;  // of these
+    uint32_t round = 0;          // that has ended
+    uint32_t ready_rays = 0;     // that could go on in that round
     uint32_t slots = 0;
     uint32_t next_in_turn = 0;  // block behind the one whose load was started last; only PolicyKind::sweep looks at it
 };
+
+// How many blocks come before this one in the sweep's turn.
+uint32_t turns_away(const PolicyInput& input, uint32_t block);
 
 struct PlannedLoad {
     uint32_t block;
@@ -70,6 +62,7 @@ struct Plan {
 
 // Never evicts a block that no round has seen yet, nor one that is being loaded. If anything is wanted, nothing is being loaded, and
 // everything resident has been seen by a round, then the plan has a load (REQUIRES: every block fits into an empty pool).
-Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, const SlabAllocator& pool);
+// Looks at those blocks alone that are wanted, and at resident ones only where what is idle does not make room; sweep at all if anything is wanted.
+Plan plan_paging(const PolicySettings& settings, const PolicyInput& input, SlabAllocator pool);
 
 }  // namespace raypager

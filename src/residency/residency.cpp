@@ -14,8 +14,9 @@
 namespace raypager {
 namespace {
 
-// More entries of the page table than these are not worth a launch for each few of them.
-constexpr size_t max_changes = 8 * RP_PAGE_CHANGES;
+// More entries of the page table than these are not worth a launch for each few of them: with many blocks, writing them all takes as long as many
+// launches.
+size_t max_changes(size_t blocks) { return std::max<size_t>(8 * RP_PAGE_CHANGES, blocks / 128); }
 
 uint32_t page_address(PoolAddress place) {
     const uint64_t unit = place.offset / RP_BLOCK_ALIGNMENT;
@@ -118,7 +119,7 @@ Status Residency::allocate_slabs(Device& device, const std::vector<uint64_t>& si
 Status Residency::publish(Queue& queue) {
     std::sort(changed_.begin(), changed_.end());
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
-    if (nothing_published_ || changed_.size() > max_changes) return publish_all(queue);
+    if (nothing_published_ || changed_.size() > max_changes(pages_.size())) return publish_all(queue);
     take_newly_published();
     list_changes();
     return {};
@@ -167,9 +168,7 @@ Status Residency::take_arrivals(uint32_t round, bool wait) {
     return {};
 }
 
-Status Residency::after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const uint32_t> demand, uint32_t ready_rays,
-                              uint32_t slots) {
-    table_.take_demand(round, demand);
+Status Residency::after_round(uint32_t round, uint32_t last_started, const Event& last_end, uint32_t ready_rays, uint32_t slots) {
     RAYPAGER_TRY(take_arrivals(last_started, false));
     const Plan plan = table_.plan(round, ready_rays, slots);
     for (const uint32_t block : plan.evict) pages_[block] = {RP_NONE, 0, 0, 0};
@@ -192,16 +191,17 @@ Result<bool> Residency::wait_for_block(uint32_t round) {
 }
 
 Status Residency::load_all(Queue& queue) {
-    const size_t count = blocks().size();
-    std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
     for (uint32_t round = 1;; round++) {
-        size_t absent = 0;
-        for (size_t i = 0; i < count; i++) {
-            demand[RP_DEMAND_REQUESTS * count + i] = blocks()[i].state == PageState::resident ? 0 : 1;
-            absent += demand[RP_DEMAND_REQUESTS * count + i];
+        std::vector<rp_block_demand> demand;
+        uint32_t absent = 0;
+        for (uint32_t i = 0; i < blocks().size(); i++) {
+            const uint32_t requests = blocks()[i].state == PageState::resident ? 0 : 1;
+            if (requests != blocks()[i].requests) demand.push_back({i, requests, 0, 0});
+            absent += requests;
         }
+        take_demand(round, demand);
         if (absent == 0) return publish_all(queue);
-        RAYPAGER_TRY(after_round(round, round, Event(), demand, 0, 1));
+        RAYPAGER_TRY(after_round(round, round, Event(), 0, 1));
         if (statistics().evictions) return Status::failed("the pool is too small for all blocks at once");
         auto arrived = wait_for_block(round);
         if (!arrived) return arrived.status();

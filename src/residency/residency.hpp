@@ -57,11 +57,11 @@ public:
     std::span<const rp_page> page_changes() const { return page_changes_; }
     // Blocks that the last publish() made visible: all that came since the one before it and are still there, each once.
     std::span<const uint32_t> newly_published() const { return newly_published_; }
-    // After a round has ended on the device: takes in what has arrived, evicts, and starts loads.
+    // What a round tells of blocks when it has ended (BlockTable::take_demand). REQUIRES: each round's is taken in, in their order.
+    void take_demand(uint32_t round, std::span<const rp_block_demand> demand) { table_.take_demand(round, demand); }
+    // After that: takes in what has arrived, evicts, and starts loads.
     // last_started: the youngest round under way (or `round`), and when it will have ended: until then kernels may read what is evicted now.
-    // demand: the arrays of abi/path.h (RP_DEMAND_*), one after the other.
-    Status after_round(uint32_t round, uint32_t last_started, const Event& last_end, std::span<const uint32_t> demand, uint32_t ready_rays,
-                       uint32_t slots);
+    Status after_round(uint32_t round, uint32_t last_started, const Event& last_end, uint32_t ready_rays, uint32_t slots);
     // When no ray can go on and no round is under way: waits until a block has arrived since that round ended. False if none has, and none
     // is on its way.
     Result<bool> wait_for_block(uint32_t round);
@@ -83,6 +83,7 @@ public:
     // For people; from any thread.
     std::string loader_activity() const { return loader_->activity(); }
     std::span<const BlockState> blocks() const { return table_.blocks(); }
+    const ActiveBlocks& active() const { return table_.active(); }
 
 private:
     explicit Residency(BlockTable table) : table_(std::move(table)) {}

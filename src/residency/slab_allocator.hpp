@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
+#include <tuple>
 #include <vector>
 
 namespace raypager {
@@ -29,7 +31,12 @@ public:
     uint64_t capacity() const { return capacity_; }
 
 private:
-    std::vector<std::map<uint64_t, uint64_t>> free_;  // per slab: offset -> bytes, neighbours merged
+    using Extents = std::map<uint64_t, uint64_t>;  // of a slab: offset -> bytes, neighbours merged
+    void add(uint32_t slab, uint64_t offset, uint64_t bytes);
+    void remove(uint32_t slab, Extents::iterator extent);
+
+    std::vector<Extents> free_;
+    std::set<std::tuple<uint64_t, uint32_t, uint64_t>> by_size_;  // the same: bytes, slab, offset
     uint64_t free_bytes_ = 0, capacity_ = 0;
 };
 

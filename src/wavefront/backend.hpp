@@ -15,6 +15,7 @@
 #include "wavefront/geometry_buffers.hpp"
 #include "wavefront/path_state.hpp"
 #include "wavefront/round_counters.hpp"
+#include "wavefront/round_reports.hpp"
 
 namespace raypager {
 
@@ -25,13 +26,13 @@ struct WavefrontBuffers {
     PathSlots slots;
     Buffer film, queue, free_list, again, counters;
     Buffer stage_pixels;  // where sampling is adaptive
+    RoundReports reports;
 };
 
 // What kernels are built with, as " -D...": for those that trace, those that shade, and those that make camera rays; and for all of single rays.
 struct BackendSettings {
     std::string tracing, shading, cameras, single_rays;
-    bool textures = false;       // the scene has some: stages must be built for it
-    bool count_bounces = false;  // RP_DEMAND_BOUNCES is kept
+    bool textures = false;  // the scene has some: stages must be built for it
 };
 
 // A round that is to be started.
@@ -42,6 +43,7 @@ struct Round {
     rp_sample_numbers numbers = {0, 0, 0, 0};   // of the samples that come next
     uint32_t listed_again = 0;                  // samples in WavefrontBuffers::again
     bool more_again = false;                    // more of them will be listed in rounds to come
+    uint32_t report = 0;                        // number of the report that it fills
 };
 
 // Profiling events of the stages of one round. begin: of streams only. connect: empty where extension rays and shadow rays are traced by one kernel.
@@ -55,8 +57,8 @@ public:
 
     // Puts the stages of a round into queues of the device.
     virtual Status launch(const Round& round, StageEvents& events) = 0;
-    // Checks what came back with a round that has ended; fails only where there is a bug. demand: abi/path.h.
-    virtual Status check_round(const RoundCounters&, std::span<const uint32_t> /*demand*/) const { return {}; }
+    // Checks what came back with a round that has ended, round by round; fails only where there is a bug.
+    virtual Status check_round(const RoundCounters&, std::span<const rp_block_demand> /*demand*/) { return {}; }
     // Whether a slot can have a camera ray that has not been traced at all between two rounds.
     virtual bool leaves_untraced_camera_rays() const { return false; }
     // Whether shadow rays are traced while extension rays are, in a queue of their own.
@@ -92,6 +94,14 @@ protected:
                             round.listed_again, more);
     }
 
+    // items: work-items that take so many words of marks in a row.
+    Status launch_report(const Round& round, uint64_t items, uint32_t group, uint32_t together) {
+        const WavefrontBuffers& b = buffers_;
+        RAYPAGER_TRY(report_.set(b.counters, geometry_.demand(), geometry_.block_count(), b.reports.buffer(), round.report, together));
+        return device_.kernels().launch(report_, items, group);
+    }
+
+    Kernel report_;
     Device& device_;
     const rp_render_params& params_;
     const GeometryBuffers& geometry_;

@@ -15,8 +15,8 @@ constexpr uint32_t stack_in_world = RP_TOP_MAX_DEPTH + 1 + RP_BLOCK_MAX_DEPTH + 
 uint32_t stack_size(const BakedScene& scene) { return 1 + (1 + scene.instance_levels()) * stack_in_world; }
 
 uint64_t demand_bytes(const BakedScene& scene, BlockForm form) {
-    const uint64_t arrays = form == BlockForm::wide ? RP_DEMAND_ARRAYS_OF_STREAMS : RP_DEMAND_ARRAYS;
-    return at_least_16(scene.pageable_count() * arrays * sizeof(uint32_t));
+    const uint64_t blocks = scene.pageable_count();
+    return at_least_16((form == BlockForm::wide ? RP_DEMAND_WORDS_OF_STREAMS(blocks) : RP_DEMAND_WORDS(blocks)) * sizeof(uint32_t));
 }
 
 // What single rays have on the device (abi/block.h, rp_block_entry).

@@ -30,7 +30,7 @@ public:
                                           const Buffer& page_table, bool cutouts = true, const std::string& film_definitions = {});
 
     const Buffer& pages() const { return *page_table_; }
-    const Buffer& demand() const { return demand_; }       // arrays of abi/path.h
+    const Buffer& demand() const { return demand_; }       // abi/path.h, RP_DEMAND_WORDS
     uint32_t block_count() const { return block_count_; }  // entries of the page table: pages of images are among them
     // "-DNAME=VALUE ..." that kernels with RP_GEOMETRY_PARAMETERS are built with.
     std::string definitions() const;

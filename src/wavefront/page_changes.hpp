@@ -30,14 +30,23 @@ struct RoundBegin {
     std::array<uint32_t, RP_MAX_NAMED> names{};
 };
 
-// The launches of rp_begin_round before a round: one work-item for all but the last one, which wakes rays. Where not all blocks that came can be
-// named, it asks the table for them, which must be up to date by then.
-inline std::vector<RoundBegin> round_begins(std::span<const rp_page> changes, std::span<const uint32_t> came) {
-    const bool named = came.size() <= RP_MAX_NAMED;
+// The launches of rp_begin_round before a round, at least one: one work-item for those that name no block, as they wake nobody. Where more blocks
+// came than are worth their launches, the last one asks the table for them, which must be up to date by then. blocks: entries of the table.
+inline std::vector<RoundBegin> round_begins(std::span<const rp_page> changes, std::span<const uint32_t> came, uint64_t blocks) {
+    constexpr uint64_t asked_in_a_launch = 4096;  // so many entries are looked at in about the time that a launch takes
+    const bool named = came.size() <= RP_MAX_NAMED * (1 + blocks / asked_in_a_launch);
     std::vector<RoundBegin> launches;
     while (changes.size() > (named ? RP_PAGE_CHANGES : 0)) launches.push_back({take_changes(changes), 0});
-    launches.push_back({take_changes(changes), named ? static_cast<uint32_t>(came.size()) : RP_NONE});
-    if (named) std::copy(came.begin(), came.end(), launches.back().names.begin());
+    if (!named) {
+        launches.push_back({take_changes(changes), RP_NONE});
+        return launches;
+    }
+    do {
+        const auto names = came.first(std::min<size_t>(came.size(), RP_MAX_NAMED));
+        launches.push_back({take_changes(changes), static_cast<uint32_t>(names.size())});
+        std::copy(names.begin(), names.end(), launches.back().names.begin());
+        came = came.subspan(names.size());
+    } while (!came.empty());
     return launches;
 }
 

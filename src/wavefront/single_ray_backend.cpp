@@ -21,7 +21,6 @@ Result<std::unique_ptr<Backend>> SingleRayBackend::create(Device& device, const 
                                                           const VisitLogSettings& visits) {
     std::unique_ptr<SingleRayBackend> backend(new SingleRayBackend(device, params, geometry, buffers));
     backend->visit_settings_ = visits;
-    backend->count_bounces_ = settings.count_bounces;
     RAYPAGER_TRY(backend->allocate());
     RAYPAGER_TRY(backend->build(settings));
     return std::unique_ptr<Backend>(std::move(backend));
@@ -41,7 +40,7 @@ Status SingleRayBackend::allocate() {
 
 Status SingleRayBackend::build(const BackendSettings& settings) {
     const DeviceProfile& profile = device_.profile();
-    RAYPAGER_TRY(get_kernels({{publish_, "single_ray/publish", "rp_publish"}}, ""));
+    RAYPAGER_TRY(get_kernels({{publish_, "single_ray/publish", "rp_publish"}, {report_, "single_ray/publish", "rp_report"}}, settings.tracing));
     const std::string states = short_states + settings.single_rays;
     const std::string common =
         device_.register_limit(profile.shading_registers) + geometry_.definitions() + states +
@@ -79,7 +78,7 @@ void SingleRayBackend::fill_together(uint32_t slots) {
 
 Status SingleRayBackend::change_pages(std::span<const rp_page> changes) {
     while (!changes.empty()) {
-        RAYPAGER_TRY(publish_.set(geometry_.pages(), take_changes(changes)));
+        RAYPAGER_TRY(publish_.set(geometry_.pages(), geometry_.block_count(), geometry_.demand(), take_changes(changes)));
         RAYPAGER_TRY(device_.kernels().launch(publish_, 1, 1));
     }
     return {};
@@ -97,14 +96,22 @@ Status SingleRayBackend::set_tracing_arguments(Kernel& extend, uint32_t round) {
     return geometry_.set(connect_, round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.params, b.ranges, b.film, visits_);
 }
 
+// For which of them it has to be asked whether they are resident, so that nobody waits for them: all, where the table was written as a whole. While
+// visits are recorded, a ray that finds no room in the log waits although its block is there.
+uint32_t SingleRayBackend::blocks_to_ask(const Round& round) const {
+    const bool all = visit_settings_.capacity > 0 || (round.page_changes.empty() && !round.newly_published.empty());
+    return all ? geometry_.block_count() : 0;
+}
+
 Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
     const WavefrontBuffers& b = buffers_;
     RAYPAGER_TRY(set_tracing_arguments(extend, round.number));
     if (textures_) RAYPAGER_TRY(set_shading_arguments(round.number, b.textures, b.free_list));
     RAYPAGER_TRY(set_generate(generate_, round));
+    const uint32_t blocks = geometry_.block_count();
     RAYPAGER_TRY(
-        advance_.set(b.params, b.counters, geometry_.pages(), geometry_.block_count(), geometry_.demand(), round.numbers, round.listed_again));
-    const uint32_t bit_scale = sleep_bit_scale(geometry_.block_count());
+        advance_.set(b.params, b.counters, geometry_.pages(), blocks_to_ask(round), blocks, geometry_.demand(), round.numbers, round.listed_again));
+    const uint32_t bit_scale = sleep_bit_scale(blocks);
     // While visits are recorded, a ray that finds no room in the log waits although its block is there.
     const cl_ulong came = visit_settings_.capacity == 0 ? sleep_bits(round.newly_published, bit_scale) : all_sleep_bits;
     return wake_.set(b.slots.status(), geometry_.pages(), params_.slot_count, b.queue, b.free_list, b.counters, sleep_groups_, bit_scale, came,
@@ -112,14 +119,11 @@ Status SingleRayBackend::set_arguments(Kernel& extend, const Round& round) {
 }
 
 Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
-    const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), group = device_.group_size();
+    const uint32_t slots = params_.slot_count, group = device_.group_size();
     const uint32_t items = std::min(slots, device_.info().compute_units * device_.profile().items);
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(change_pages(round.page_changes));
     RAYPAGER_TRY(queue.fill_zero(buffers_.counters, 0, RP_COUNTERS_PER_ROUND * sizeof(uint32_t)));
-    if (count_bounces_)
-        RAYPAGER_TRY(
-            queue.fill_zero(geometry_.demand(), uint64_t{RP_DEMAND_BOUNCES} * blocks * sizeof(uint32_t), uint64_t{blocks} * sizeof(uint32_t)));
     // Camera rays are all there is in the first round.
     Kernel& extend = persistent_ && round.number > 1 ? extend_bounces_ : extend_;
     RAYPAGER_TRY(set_arguments(extend, round));
@@ -134,13 +138,18 @@ Status SingleRayBackend::launch(const Round& round, StageEvents& events) {
         RAYPAGER_TRY(device_.concurrent().flush());
     }
     RAYPAGER_TRY(queue.launch(generate_, items, group, &events.generate));
-    RAYPAGER_TRY(queue.launch(advance_, std::max<uint32_t>(blocks, 1), group));
+    RAYPAGER_TRY(queue.launch(advance_, std::max<uint32_t>(blocks_to_ask(round), 1), group));
     if (persistent_)
         RAYPAGER_TRY(queue.launch(extend, std::min<uint64_t>(items, device_.persistent_items()), group, &events.extend));
     else
         RAYPAGER_TRY(geometry_.launch(device_, queue, extend, slots, &events.extend));
     RAYPAGER_TRY(queue.launch(shade_, items, group, &events.shade));
-    return connects_concurrently() ? queue.wait_for(events.connect) : geometry_.launch(device_, queue, connect_, slots, &events.connect);
+    if (connects_concurrently())
+        RAYPAGER_TRY(queue.wait_for(events.connect));
+    else
+        RAYPAGER_TRY(geometry_.launch(device_, queue, connect_, slots, &events.connect));
+    const uint64_t marks = RP_MARK_WORDS(uint64_t{geometry_.block_count()});
+    return launch_report(round, std::clamp<uint64_t>(marks, RP_COUNTER_WORDS, std::max<uint32_t>(items, RP_COUNTER_WORDS)), group, 1);
 }
 
 Status SingleRayBackend::read_visits(std::vector<uint32_t>& words) {

@@ -31,10 +31,11 @@ private:
     Status set_tracing_arguments(Kernel& extend, uint32_t round);
     template <class... First>
     Status set_shading_arguments(const First&... first);
+    uint32_t blocks_to_ask(const Round& round) const;
     Status set_arguments(Kernel& extend, const Round& round);
 
     VisitLogSettings visit_settings_;
-    bool count_bounces_ = false, textures_ = false;
+    bool textures_ = false;
     uint32_t filled_together_ = 1;
     bool persistent_ = false;  // extension rays are traced by persistent threads
     Buffer sleep_groups_, visits_;

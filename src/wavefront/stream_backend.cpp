@@ -36,7 +36,8 @@ Status StreamBackend::build(const BackendSettings& settings) {
                               {wake_, all, "rp_wake_stream"},
                               {generate_, all, "rp_generate_stream"},
                               {trace_, all, "rp_trace_stream"},
-                              {shade_, all, "rp_shade"}},
+                              {shade_, all, "rp_shade"},
+                              {report_, all, "rp_report"}},
                              geometry_.definitions() + settings.tracing + settings.shading + settings.cameras + " -DRP_SHADE_LANES=16"));
     textures_ = settings.textures;
     const WavefrontBuffers& b = buffers_;
@@ -48,11 +49,11 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), cores = device_.info().compute_units;
     const WavefrontBuffers& b = buffers_;
     Queue& queue = device_.kernels();
-    const std::vector<RoundBegin> begins = round_begins(round.page_changes, round.newly_published);
+    const std::vector<RoundBegin> begins = round_begins(round.page_changes, round.newly_published, blocks);
     for (const RoundBegin& begin : begins) {
         RAYPAGER_TRY(begin_.set(b.slots.status(), geometry_.pages(), blocks, slots, awake_, b.counters, geometry_.demand(), begin.named, begin.names,
                                 begin.changes));
-        RAYPAGER_TRY(queue.launch(begin_, &begin == &begins.back() ? wake_items() : 1, 1, &events.begin));
+        RAYPAGER_TRY(queue.launch(begin_, begin.named > 0 || &begin == &begins.back() ? wake_items() : 1, 1, &events.begin));
     }
     RAYPAGER_TRY(wake_.set(b.slots.status(), slots, awake_, b.queue, b.free_list, b.counters, block_scale(blocks, RP_BUNDLES)));
     RAYPAGER_TRY(queue.launch(wake_, wake_items(), 1, &events.wake));
@@ -64,16 +65,21 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     if (textures_)
         RAYPAGER_TRY(geometry_.set(shade_, round.number, b.textures, b.free_list, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue,
                                    b.slots.status(), b.slots.planes(), b.counters, b.film));
-    return queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade);
+    RAYPAGER_TRY(queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade));
+    constexpr uint32_t marks = 64;  // in a row
+    return launch_report(round, std::clamp<uint64_t>(RP_MARK_WORDS(uint64_t{blocks}) / marks, 1, uint64_t{cores} * 4), 1, marks);
 }
 
 // Requests per block and RP_COUNT_IN_LISTS count the same waiting rays. If they did not agree, a block would be loaded for nobody, for ever.
-Status StreamBackend::check_round(const RoundCounters& counters, std::span<const uint32_t> demand) const {
-    uint64_t requests = 0;
-    for (const uint32_t of_block : demand.subspan(uint64_t{RP_DEMAND_REQUESTS} * geometry_.block_count(), geometry_.block_count()))
-        requests += of_block;
-    if (requests == counters.words[RP_COUNT_IN_LISTS]) return {};
-    return Status::failed(fmt::format("{} rays wait, but blocks are requested by {}; this is a bug", counters.words[RP_COUNT_IN_LISTS], requests));
+Status StreamBackend::check_round(const RoundCounters& counters, std::span<const rp_block_demand> demand) {
+    requests_.resize(geometry_.block_count());
+    for (const rp_block_demand& told : demand) {
+        all_requests_ += uint64_t{told.requests} - requests_[told.block];
+        requests_[told.block] = told.requests;
+    }
+    if (all_requests_ == counters.words[RP_COUNT_IN_LISTS]) return {};
+    return Status::failed(
+        fmt::format("{} rays wait, but blocks are requested by {}; this is a bug", counters.words[RP_COUNT_IN_LISTS], all_requests_));
 }
 
 }  // namespace raypager

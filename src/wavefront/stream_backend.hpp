@@ -17,7 +17,7 @@ public:
     static constexpr uint32_t extra_queue_words = 1024;
 
     Status launch(const Round& round, StageEvents& events) override;
-    Status check_round(const RoundCounters& counters, std::span<const uint32_t> demand) const override;
+    Status check_round(const RoundCounters& counters, std::span<const rp_block_demand> demand) override;
 
 private:
     using Backend::Backend;
@@ -28,6 +28,8 @@ private:
     Buffer awake_;
     Kernel begin_, wake_, generate_, trace_, shade_;
     bool textures_ = false;
+    std::vector<uint32_t> requests_;  // by block, as rounds have told
+    uint64_t all_requests_ = 0;
 };
 
 }  // namespace raypager

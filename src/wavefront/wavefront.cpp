@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/check.hpp"
 #include "lights/image_words.hpp"
@@ -103,7 +102,8 @@ WavefrontBytes wavefront_bytes(const BakedScene& scene, BlockForm form, uint32_t
     bytes.scene = at_least_16(sizeof(rp_render_params)) + at_least_16(scene.materials.size() * sizeof(rp_material)) +
                   at_least_16(scene.lights.size() * sizeof(rp_light)) + at_least_16(light_words_bytes(scene)) + texture_bytes(scene) +
                   at_least_16(range_bytes(scene)) + GeometryBuffers::bytes(scene, form) + RP_COUNTER_WORDS * sizeof(uint32_t) + again_bytes(0) +
-                  backend_fixed_bytes(form) + PathSlots::fixed_bytes(fields) + extra_queue_words(form) * sizeof(uint32_t);
+                  RoundReports::bytes(scene.pageable_count()) + backend_fixed_bytes(form) + PathSlots::fixed_bytes(fields) +
+                  extra_queue_words(form) * sizeof(uint32_t);
     const uint64_t pixels = uint64_t{width} * height;
     bytes.film = pixels * film.words() * sizeof(uint32_t) + (film.adaptive() ? pixels * sizeof(uint32_t) : 16);
     bytes.per_slot = PathSlots::bytes_per_slot(fields) + list_bytes_per_slot + backend_bytes_per_slot(form);
@@ -134,7 +134,6 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     BackendSettings settings;
     const BlockNotes kept = scene.pageable_count() == 0 ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
-    settings.count_bounces = kept.bounces;
     settings.textures = scene.has_textures();
     settings.shading = shading_definitions(scene);
     settings.cameras = camera_definitions(params) + (film.adaptive() ? " -DRP_ADAPTIVE" : "");
@@ -243,45 +242,35 @@ Status Wavefront::allocate_state(const SlotFields& fields) {
     }
     RAYPAGER_TRY(b.slots.clear(device_.kernels()));
     for (const Buffer* buffer : {&b.film, &b.counters}) RAYPAGER_TRY(device_.kernels().fill_zero(*buffer, 0, buffer->bytes()));
-    for (Flight& flight : flights_) {
-        auto results = device_.allocate_pinned(b.counters.bytes() + uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS * sizeof(uint32_t));
-        if (!results) return results.status();
-        flight.results = std::move(*results);
-    }
-    return {};
+    return b.reports.allocate(device_, geometry_.block_count());
 }
 
 Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published) {
     RAYPAGER_CHECK(started_ - finished_ < max_rounds);
-    Flight& flight = flights_[started_++ % max_rounds];
+    const uint32_t report = started_++ % max_rounds;
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
     // Slots stay free for the stages to come.
     const rp_sample_numbers numbers = numbers_.for_round(samples_begun_);
     const bool more = samples_again().size() > listed_again_ || expects_more_ || film_layout().adaptive() || numbers.end < numbers_.count();
-    const Round round = {number, page_changes, newly_published, numbers, listed_again_, more};
-    RAYPAGER_TRY(backend_->launch(round, flight.events));
+    const Round round = {number, page_changes, newly_published, numbers, listed_again_, more, report};
+    RAYPAGER_TRY(backend_->launch(round, events_[report]));
     if (count_waits_) {
         const uint64_t items = uint64_t{device_.info().compute_units} * device_.profile().items;
         RAYPAGER_TRY(queue.launch(*count_waits_, std::min<uint64_t>(params_.slot_count, items), device_.group_size()));
     }
-    const std::span<std::byte> results = flight.results.bytes();
-    RAYPAGER_TRY(queue.read(buffers_.counters, 0, results.first(buffers_.counters.bytes()), &flight.read));
-    RAYPAGER_TRY(queue.read(geometry_.demand(), 0, results.subspan(buffers_.counters.bytes()), &flight.read));
+    RAYPAGER_TRY(buffers_.reports.begin_read(report));
     return queue.flush();
 }
 
-Status Wavefront::finish_round(RoundCounters& counters, std::span<const uint32_t>& demand) {
+Status Wavefront::finish_round(RoundCounters& counters, std::span<const rp_block_demand>& demand) {
     RAYPAGER_CHECK(finished_ < started_);
-    Flight& flight = flights_[finished_++ % max_rounds];
-    RAYPAGER_TRY(flight.read.wait());
-    const StageEvents& events = flight.events;
+    const uint32_t report = finished_++ % max_rounds;
+    RAYPAGER_TRY(buffers_.reports.read(report).wait());
+    const StageEvents& events = events_[report];
     // What comes behind an event of another queue may run even if that ended badly.
     if (backend_->connects_concurrently()) RAYPAGER_TRY(events.connect.wait());
-    const std::span<std::byte> results = flight.results.bytes();
-    const size_t counter_bytes = buffers_.counters.bytes();
-    std::memcpy(counters.words.data(), results.data(), counter_bytes);
-    demand = {reinterpret_cast<const uint32_t*>(results.data() + counter_bytes), uint64_t{geometry_.block_count()} * RP_DEMAND_ARRAYS};
+    RAYPAGER_TRY(buffers_.reports.finish_read(report, counters, demand));
     RAYPAGER_TRY(backend_->check_round(counters, demand));
     samples_begun_ = counters.samples_begun();
     begun_again_ += std::min(listed_again_, counters.free_slots());

@@ -68,11 +68,12 @@ public:
     // that are not on the device yet, as rp_page_changes has them. newly_published: blocks that are in the page table with them and were not in the
     // round before, each once.
     Status start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published);
-    // Waits for the oldest round under way and hands over its counters and demand (abi/path.h), which stay as they are until a round is started.
-    Status finish_round(RoundCounters& counters, std::span<const uint32_t>& demand);
+    // Waits for the oldest round under way and hands over its counters, and what it tells of blocks: those alone whose requests or use have changed
+    // in it, or on whose surfaces rays have ended, each once, in no order. This stays as it is until a round is started.
+    Status finish_round(RoundCounters& counters, std::span<const rp_block_demand>& demand);
     // Of the youngest round that was started: when it has ended.
-    const Event& last_round_end() const { return flights_[(started_ + max_rounds - 1) % max_rounds].read; }
-    static constexpr uint32_t max_rounds = 2;
+    const Event& last_round_end() const { return buffers_.reports.read((started_ + max_rounds - 1) % max_rounds); }
+    static constexpr uint32_t max_rounds = RoundReports::count;
     // The events of the round that has ended, RP_VISIT_WORDS words each. REQUIRES: recording, and no round is under way.
     Status read_visits(std::vector<uint32_t>& words) { return backend_->read_visits(words); }
     // Which samples are begun. What changes here counts from the next round on. REQUIRES: none is cut that a round under way may begin.
@@ -115,13 +116,6 @@ public:
     uint64_t concurrent_nanoseconds() const { return concurrent_ns_; }
 
 private:
-    // A round under way, and where its results will be: pinned memory, so that reading them back does not hold up the host.
-    struct Flight {
-        StageEvents events;
-        Event read;
-        PinnedBuffer results;  // counters, then demand
-    };
-
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
         : device_(device), params_(params), geometry_(std::move(geometry)) {}
     Status upload_scene(const BakedScene& scene);
@@ -145,8 +139,8 @@ private:
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
     bool expects_more_ = false;
-    uint32_t listed_again_ = 0;  // on the device for the round under way
-    std::array<Flight, max_rounds> flights_;
+    uint32_t listed_again_ = 0;                   // on the device for the round under way
+    std::array<StageEvents, max_rounds> events_;  // of rounds under way
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};
     uint64_t concurrent_ns_ = 0;

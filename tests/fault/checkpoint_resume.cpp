@@ -131,6 +131,25 @@ TEST_F(CheckpointResume, is_not_needed_after_a_stop_in_the_last_round) {
     EXPECT_GT(complete, 0u);
 }
 
+// What rounds tell that end before a checkpoint is not forgotten, although nothing is paged after them.
+TEST_F(CheckpointResume, is_written_after_every_round_while_others_are_under_way) {
+    // With few paths a block is often wanted by one of them alone, and nobody else tells of it.
+    for (const uint32_t paths : {16u, 64u, 128u, 1000u})
+        for (const double percent : {30.0, 70.0}) {
+            SCOPED_TRACE(testing::Message() << paths << " paths, " << percent << " %");
+            support::TestOptions options = base_;
+            std::filesystem::remove(options.checkpoint.file);
+            options.tuning.paths = paths;
+            options.instruments.rounds_under_way = 2;
+            options.checkpoint.every_seconds = 1e-9;
+            options.geometry_limit_percent = percent;
+            const auto result = render(*file_, options, {});
+            ASSERT_TRUE(result.ok()) << result.status().message();
+            EXPECT_EQ(result->report.film_hash, hash_);
+            EXPECT_GT(result->report.checkpoint.written, result->report.paging.rounds / 4);
+        }
+}
+
 TEST_F(CheckpointResume, goes_on_with_paths_that_wait_for_blocks) {
     support::TestOptions options = base_;
     options.tuning.paths = 3000;  // nearly all samples are under way at once

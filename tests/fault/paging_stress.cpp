@@ -319,9 +319,9 @@ TEST_F(PagingStressOnDevice, ResidencyNamesTheBlocksThatItPublishes) {
     std::set<uint32_t> seen;
     std::vector<bool> there(count);
     for (uint32_t round = 1; round <= 60; round++) {
-        std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
-        demand[RP_DEMAND_REQUESTS * count + (round * 7) % count] = 5;
-        ASSERT_TRUE((*residency)->after_round(round, round, Event(), demand, 0, 1).ok());
+        const rp_block_demand demand[] = {{(round - 1) * 7 % count, 0, 0, 0}, {round * 7 % count, 5, 0, 0}};
+        (*residency)->take_demand(round, demand);
+        ASSERT_TRUE((*residency)->after_round(round, round, Event(), 0, 1).ok());
         if (round % 3 == 0) {
             ASSERT_TRUE((*residency)->wait_for_block(round).ok());
         }

@@ -1,6 +1,8 @@
 // Pages of images come and go as blocks do, within the same limits.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "device/device.hpp"
 #include "raypager/abi/path.h"
 #include "raypager/bake.hpp"
@@ -46,13 +48,13 @@ protected:
     bool is_resident(uint32_t pageable) const { return residency_->blocks()[pageable].state == PageState::resident; }
     // Rounds in which one ray waits for this, until it is there.
     void want(uint32_t pageable) {
-        const size_t count = scene().pageable_count();
-        std::vector<uint32_t> demand(count * RP_DEMAND_ARRAYS);
         for (int tries = 0; !is_resident(pageable); tries++) {
             ASSERT_LT(tries, 100) << "it never came";
-            demand[RP_DEMAND_REQUESTS * count + pageable] = 1;
             round_++;
-            ASSERT_TRUE(residency_->after_round(round_, round_, Event(), demand, 0, 1).ok());
+            std::vector<rp_block_demand> demand = {{pageable, 1, 0, 0}};
+            if (wanted_ != pageable) demand.push_back({std::exchange(wanted_, pageable), 0, 0, 0});
+            residency_->take_demand(round_, demand);
+            ASSERT_TRUE(residency_->after_round(round_, round_, Event(), 0, 1).ok());
             const auto arrived = residency_->wait_for_block(round_);
             ASSERT_TRUE(arrived.ok()) << arrived.status().message();
             ASSERT_TRUE(residency_->publish(device_->kernels()).ok());
@@ -75,7 +77,7 @@ protected:
     std::unique_ptr<Device> device_;
     std::optional<Blocks> blocks_;
     std::unique_ptr<Residency> residency_;
-    uint32_t round_ = 0;
+    uint32_t round_ = 0, wanted_ = 0;
 };
 
 Scene textured_terrain_of(uint32_t n) {

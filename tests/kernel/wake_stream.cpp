@@ -50,7 +50,7 @@ protected:
             return;
         }
         const size_t list = 2 * RP_LISTS * block + (phase == RP_PHASE_SHADOW_WAITS ? RP_LISTS : 0) + random_() % RP_LISTS;
-        status_[RP_STATUS_WORDS(slots) + slot] = std::exchange(demand_[RP_DEMAND_LISTS * blocks + list], slot + 1);
+        status_[RP_STATUS_WORDS(slots) + slot] = std::exchange(demand_[RP_DEMAND_LISTS_AT(blocks) + list], slot + 1);
         demand_[RP_DEMAND_REQUESTS * blocks + block]++;
         counters_[RP_COUNT_IN_LISTS]++;
     }
@@ -93,7 +93,7 @@ protected:
         for (uint32_t block = 0; block < blocks; block++) {
             EXPECT_EQ(demand_[RP_DEMAND_REQUESTS * blocks + block], requests[block]);
             if (absent(block)) continue;
-            const auto lists = demand_.begin() + RP_DEMAND_LISTS * blocks + 2 * RP_LISTS * block;
+            const auto lists = demand_.begin() + RP_DEMAND_LISTS_AT(blocks) + 2 * RP_LISTS * block;
             EXPECT_EQ(std::count(lists, lists + 2 * RP_LISTS, 0u), 2 * RP_LISTS);
         }
         for (const auto* list : {&extend_list, &shadow_list}) {
@@ -126,8 +126,7 @@ protected:
 
 private:
     void launch(bool named) {
-        auto begin = device_->kernel("stream/wake", "rp_begin_round", " -DRP_TRACK_BOUNCES"),
-             wake = device_->kernel("stream/wake", "rp_wake_stream", "");
+        auto begin = device_->kernel("stream/wake", "rp_begin_round", ""), wake = device_->kernel("stream/wake", "rp_wake_stream", "");
         ASSERT_TRUE(begin.ok()) << begin.status().message();
         ASSERT_TRUE(wake.ok()) << wake.status().message();
         std::array<cl_uint, RP_MAX_NAMED> names{};
@@ -149,7 +148,8 @@ private:
         const cl_uint count = named ? static_cast<cl_uint>(came_.size()) : RP_NONE;
         // What is counted anew in each round is cleared.
         for (uint32_t i = 0; i < RP_COUNTERS_PER_ROUND; i++) counters_[i] = random_();
-        for (uint32_t block = 0; block < blocks; block++) demand_[RP_DEMAND_BOUNCES * blocks + block] = random_();
+        const std::vector<uint32_t> before = demand_;
+        std::fill_n(demand_.begin() + RP_DEMAND_MARKS_AT(blocks), RP_MARK_WORDS(blocks), 0);
         auto status = device_->upload(bytes_of(status_), "status"), pages = device_->upload(bytes_of(pages_on_device_), "pages");
         auto awake = device_->upload(bytes_of(awake_), "awake"), counters = device_->upload(bytes_of(counters_), "counters");
         auto demand = device_->upload(bytes_of(demand_), "demand");
@@ -178,12 +178,16 @@ private:
         for (uint32_t block = 0; block < blocks; block++) {
             ASSERT_EQ(pages_on_device_[block].address, pages_[block].address);
             ASSERT_EQ(pages_on_device_[block].block, 0u);
-            ASSERT_EQ(demand_[RP_DEMAND_BOUNCES * blocks + block], 0u);
+            // The host is told where fewer wait than before.
+            const uint32_t marks = demand_[RP_DEMAND_MARKS_AT(blocks) + block / (4 * RP_MARK_BLOCKS)];
+            const bool marked = (marks >> 8 * (block / RP_MARK_BLOCKS % 4) & 255) != 0;
+            const uint32_t at = RP_DEMAND_REQUESTS * blocks + block;
+            ASSERT_TRUE(marked || demand_[at] == before[at]) << block;
         }
     }
 
     std::vector<rp_page> pages_on_device_ = std::vector<rp_page>(blocks);
-    std::vector<uint32_t> demand_ = std::vector<uint32_t>(RP_DEMAND_ARRAYS_OF_STREAMS * blocks), counters_ = std::vector<uint32_t>(RP_COUNTER_WORDS);
+    std::vector<uint32_t> demand_ = std::vector<uint32_t>(RP_DEMAND_WORDS_OF_STREAMS(blocks)), counters_ = std::vector<uint32_t>(RP_COUNTER_WORDS);
     std::vector<uint64_t> awake_ = std::vector<uint64_t>(RP_AWAKE_WORDS(slots), ~uint64_t{0});
     std::vector<uint32_t> queue_ = std::vector<uint32_t>(slots + work_items), free_ = std::vector<uint32_t>(slots);
 };
@@ -282,7 +286,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
     for (uint32_t block_count = 1; block_count <= 20; block_count++) {
         SCOPED_TRACE(block_count);
         const bool shadow = block_count % 2 == 0;
-        std::vector<uint32_t> blocks(slots), status(2 * RP_STATUS_WORDS(slots)), demand(RP_DEMAND_ARRAYS_OF_STREAMS * block_count);
+        std::vector<uint32_t> blocks(slots), status(2 * RP_STATUS_WORDS(slots)), demand(RP_DEMAND_WORDS_OF_STREAMS(block_count));
         for (uint32_t& block : blocks) block = random() % block_count;
         auto waits_for = (*device)->upload(bytes_of(blocks), "blocks"), states = (*device)->upload(bytes_of(status), "status");
         auto lists = (*device)->upload(bytes_of(demand), "demand");
@@ -295,7 +299,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
         for (uint32_t block = 0; block < block_count; block++) {
             uint32_t length = 0;
             for (uint32_t list = 0; list < 2 * RP_LISTS; list++) {
-                uint32_t link = demand[RP_DEMAND_LISTS * block_count + 2 * RP_LISTS * block + list];
+                uint32_t link = demand[RP_DEMAND_LISTS_AT(block_count) + 2 * RP_LISTS * block + list];
                 EXPECT_EQ(link != 0, list == 3 + (shadow ? RP_LISTS : 0)) << list;
                 for (; link != 0; link = status[RP_STATUS_WORDS(slots) + link - 1], length++) {
                     ASSERT_LE(link, slots);
@@ -306,6 +310,7 @@ TEST(WaitingLists, nobody_is_lost_where_all_come_at_once) {
             }
             EXPECT_EQ(length, std::count(blocks.begin(), blocks.end(), block));
             EXPECT_EQ(demand[RP_DEMAND_REQUESTS * block_count + block], length);
+            EXPECT_EQ(demand[RP_DEMAND_MARKS_AT(block_count)] >> 8 * (block / RP_MARK_BLOCKS) & 255, length > 0 ? 1u : 0u);
         }
         EXPECT_EQ(std::count(found.begin(), found.end(), true), slots);
         EXPECT_EQ(std::count(status.begin(), status.begin() + slots, RP_PHASE_EXTEND_WAITS), slots);

@@ -28,10 +28,11 @@ TEST(PageChanges, all_come_once_and_in_order) {
     for (const uint32_t count : {0u, 1u, 47u, 48u, 49u, 96u, 97u, 400u}) {
         for (const uint32_t blocks : {0u, 1u, 16u, 17u, 200u}) {
             SCOPED_TRACE(testing::Message() << count << " changes, " << blocks << " blocks that came");
+            const uint32_t table = 4000;
             std::vector<uint32_t> came(blocks);
             std::iota(came.begin(), came.end(), 1000);
             const std::vector<rp_page> changes = changes_of(count);
-            const std::vector<RoundBegin> launches = round_begins(changes, came);
+            const std::vector<RoundBegin> launches = round_begins(changes, came, table);
             ASSERT_FALSE(launches.empty());
             std::vector<uint32_t> entries;
             for (const RoundBegin& launch : launches) {
@@ -55,6 +56,26 @@ TEST(PageChanges, all_come_once_and_in_order) {
             }
         }
     }
+}
+
+// In a large table it takes less time to name more blocks than a launch has room for.
+TEST(PageChanges, many_are_named_where_asking_takes_long) {
+    std::vector<uint32_t> came(5 * RP_MAX_NAMED + 3);
+    std::iota(came.begin(), came.end(), 1000);
+    for (const uint32_t count : {0u, 5u, 48u, 200u}) {
+        SCOPED_TRACE(count);
+        std::vector<uint32_t> names, entries;
+        for (const RoundBegin& launch : round_begins(changes_of(count), came, 1'000'000)) {
+            ASSERT_LE(launch.named, RP_MAX_NAMED);
+            names.insert(names.end(), launch.names.begin(), launch.names.begin() + launch.named);
+            const std::vector<uint32_t> here = entries_in(launch.changes);
+            entries.insert(entries.end(), here.begin(), here.end());
+        }
+        EXPECT_EQ(names, came);
+        EXPECT_EQ(entries.size(), count);
+    }
+    EXPECT_EQ(round_begins({}, came, 4096 * 4).back().named, RP_NONE);
+    EXPECT_EQ(round_begins({}, came, 4096 * 5).size(), 6u);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The paging policies as the pure functions that they are.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -40,7 +42,7 @@ std::vector<BlockState> half_resident(SlabAllocator& pool, uint32_t half) {
 }
 
 Plan plan(PolicyKind kind, const std::vector<BlockState>& blocks, const SlabAllocator& pool, uint32_t round = 10) {
-    return plan_paging(default_settings(kind), {blocks, round, 0, 100}, pool);
+    return plan_paging(default_settings(kind), {blocks, ActiveBlocks(blocks), round, 0, 100}, pool);
 }
 
 TEST(Policy, loads_nothing_that_nobody_wants) {
@@ -60,13 +62,38 @@ TEST(Policy, each_kind_has_its_first_load) {
     EXPECT_EQ(plan(PolicyKind::wanted_per_byte, {absent(30, 100, 64), absent(20, 1, 64)}, pool, 100).load.at(0).block, 0u);
 }
 
+// The order of many is that of floor(log2(requests age^(1/4) / bytes) / 6), then by turn.
+TEST(Policy, aged_wants_come_by_a_coarse_logarithm) {
+    const uint32_t seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    constexpr uint32_t round = 100'000;
+    for (int trial = 0; trial < 200; trial++) {
+        std::vector<BlockState> blocks;
+        for (int i = 0; i < 40; i++) blocks.push_back(absent(1 + random() % (1u << random() % 31), 1 + random() % round, 64 << random() % 20));
+        std::vector<uint32_t> order(blocks.size());
+        std::iota(order.begin(), order.end(), 0);
+        const auto score = [&](uint32_t i) {
+            const double rounds = double(round - blocks[i].requested_since) + 1;
+            return std::floor(std::ilogb(blocks[i].requests * std::sqrt(std::sqrt(rounds)) / blocks[i].bytes) / 6.0);
+        };
+        std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return score(a) > score(b); });
+        PolicySettings settings = default_settings(PolicyKind::aged_wants);
+        settings.loads_into_free = 100;
+        const Plan plan = plan_paging(settings, {blocks, ActiveBlocks(blocks), round, 0, 100}, SlabAllocator({uint64_t{64} << 32}));
+        ASSERT_EQ(plan.load.size(), blocks.size());
+        for (size_t i = 0; i < order.size(); i++) ASSERT_EQ(plan.load[i].block, order[i]);
+    }
+}
+
 // Nearly the same wants: one way through the scene, from where the last load was.
 TEST(Policy, aged_wants_come_as_they_lie_in_space) {
     SlabAllocator pool({6400});
     const std::vector<BlockState> blocks = {absent(30, 10), absent(20, 10), absent(28, 10), absent(4000, 10)};
     const auto order = [&](uint32_t next_in_turn) {
         std::vector<uint32_t> loads;
-        for (const PlannedLoad& load : plan_paging(default_settings(PolicyKind::aged_wants), {blocks, 10, 0, 100, next_in_turn}, pool).load)
+        for (const PlannedLoad& load :
+             plan_paging(default_settings(PolicyKind::aged_wants), {blocks, ActiveBlocks(blocks), 10, 0, 100, next_in_turn}, pool).load)
             loads.push_back(load.block);
         return loads;
     };
@@ -91,26 +118,6 @@ TEST(Policy, evicts_what_the_fewest_rays_enter) {
     EXPECT_EQ(plan(PolicyKind::lru, blocks, pool).evict, std::vector<uint32_t>{2});
 }
 
-TEST(BlockTable, counted_entries_fade) {
-    const std::vector<uint32_t> bytes = {64, 64};
-    BlockTable table(bytes, SlabAllocator({128}), default_settings(PolicyKind::aged_wants, 128, 64, profile_of_cores(0)));
-    std::vector<uint32_t> demand(RP_DEMAND_ARRAYS * bytes.size());
-    uint32_t* const used = demand.data() + RP_DEMAND_USED * bytes.size();
-    used[0] = UINT32_MAX - 9;
-    table.take_demand(1, demand);
-    used[0] += 30;  // past the end of 32 bits
-    table.take_demand(2, demand);
-    const double before = table.blocks()[0].traffic;
-    used[1] = 5;
-    table.take_demand(3, demand);
-    EXPECT_LT(table.blocks()[0].traffic, before);
-    EXPECT_GT(table.blocks()[0].traffic, before / 2);
-    EXPECT_EQ(table.blocks()[1].traffic, 5);
-    for (uint32_t round = 4; round < 100; round++) table.take_demand(round, demand);
-    EXPECT_EQ(table.blocks()[0].traffic, 0);
-    EXPECT_EQ(table.blocks()[0].last_used, 2u);
-}
-
 TEST(Policy, never_evicts_what_no_round_has_seen) {
     SlabAllocator pool({64});
     const std::vector<BlockState> blocks = {resident(pool, 11, 0, 64, 11), absent(5)};
@@ -124,10 +131,10 @@ TEST(Policy, holds_evicting_loads_while_many_rays_are_ready) {
     SlabAllocator pool({64});
     const std::vector<BlockState> blocks = {resident(pool, 2, 0), absent(5)};
     const PolicySettings settings = default_settings(PolicyKind::aged_wants);
-    EXPECT_TRUE(plan_paging(settings, {blocks, 10, 50, 100}, pool).load.empty());
-    EXPECT_EQ(plan_paging(settings, {blocks, 10, 10, 100}, pool).load.size(), 1u);
+    EXPECT_TRUE(plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 50, 100}, pool).load.empty());
+    EXPECT_EQ(plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 10, 100}, pool).load.size(), 1u);
     // Free space costs nothing.
-    EXPECT_EQ(plan_paging(settings, {blocks, 10, 50, 100}, SlabAllocator({128})).load.size(), 1u);
+    EXPECT_EQ(plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 50, 100}, SlabAllocator({128})).load.size(), 1u);
 }
 
 TEST(Policy, the_longest_wanted_comes_first_in_the_end) {
@@ -140,7 +147,7 @@ TEST(Policy, the_longest_wanted_comes_first_in_the_end) {
 TEST(Policy, on_demand_is_not_held_back) {
     SlabAllocator pool({64});
     const std::vector<BlockState> blocks = {resident(pool, 2, 0), absent(5)};
-    EXPECT_EQ(plan_paging(default_settings(PolicyKind::lru), {blocks, 10, 99, 100}, pool).load.size(), 1u);
+    EXPECT_EQ(plan_paging(default_settings(PolicyKind::lru), {blocks, ActiveBlocks(blocks), 10, 99, 100}, pool).load.size(), 1u);
 }
 
 TEST(Policy, sweep_loads_in_turn_whatever_is_wanted) {
@@ -149,37 +156,37 @@ TEST(Policy, sweep_loads_in_turn_whatever_is_wanted) {
     std::vector<BlockState> blocks = {absent(0), absent(7), resident(pool, 10, 9), resident(pool, 1, 0), absent(0)};
     PolicySettings settings = default_settings(PolicyKind::sweep);
     settings.loads_in_flight = 1;
-    const Plan first = plan_paging(settings, {blocks, 10, 0, 100, 4}, pool);
+    const Plan first = plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 0, 100, 4}, pool);
     ASSERT_EQ(first.load.size(), 1u);
     EXPECT_EQ(first.load[0].block, 4u);
     EXPECT_EQ(first.evict, std::vector<uint32_t>{2});  // was there for longest, however much it is used
-    const Plan second = plan_paging(settings, {blocks, 10, 0, 100, 0}, pool);
+    const Plan second = plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 0, 100, 0}, pool);
     EXPECT_EQ(second.load.at(0).block, 0u);
     blocks[1].requests = 0;
-    EXPECT_TRUE(plan_paging(settings, {blocks, 10, 0, 100, 4}, pool).load.empty());  // nobody waits
+    EXPECT_TRUE(plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 0, 100, 4}, pool).load.empty());  // nobody waits
 }
 
 TEST(Policy, room_is_made_ahead_for_those_that_come_next) {
     SlabAllocator pool({640});
     std::vector<BlockState> blocks = half_resident(pool, 10);
     PolicySettings settings = default_settings(PolicyKind::aged_wants);
-    EXPECT_EQ(plan_paging(settings, {blocks, 10, 0, 100}, pool).evict.size(), settings.loads_in_flight);
+    EXPECT_EQ(plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 0, 100}, pool).evict.size(), settings.loads_in_flight);
     settings.evict_ahead = 3;
-    const Plan first = plan_paging(settings, {blocks, 10, 0, 100}, pool);
+    const Plan first = plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 0, 100}, pool);
     EXPECT_EQ(first.load.size(), settings.loads_in_flight);
     EXPECT_EQ(first.evict.size(), settings.loads_in_flight + 3);
     EXPECT_FALSE(first.load[0].was_free);
     for (const uint32_t block : first.evict) blocks[block].state = PageState::absent;
     for (const PlannedLoad& load : first.load) blocks[load.block].state = PageState::loading;
-    const Plan second = plan_paging(settings, {blocks, 11, 0, 100}, first.pool);
+    const Plan second = plan_paging(settings, {blocks, ActiveBlocks(blocks), 11, 0, 100}, first.pool);
     ASSERT_EQ(second.load.size(), 3u);
     for (const PlannedLoad& load : second.load) EXPECT_TRUE(load.was_free);
     // While loads are held back, nobody goes for those to come.
-    EXPECT_TRUE(plan_paging(settings, {blocks, 11, 100, 100}, first.pool).evict.empty());
+    EXPECT_TRUE(plan_paging(settings, {blocks, ActiveBlocks(blocks), 11, 100, 100}, first.pool).evict.empty());
     // Nor while as many are under way as may be.
     EXPECT_TRUE(second.evict.empty());
     for (const PlannedLoad& load : second.load) blocks[load.block].state = PageState::loading;
-    const Plan third = plan_paging(settings, {blocks, 12, 0, 100}, second.pool);
+    const Plan third = plan_paging(settings, {blocks, ActiveBlocks(blocks), 12, 0, 100}, second.pool);
     EXPECT_TRUE(third.load.empty() && third.evict.empty());
 }
 
@@ -189,7 +196,7 @@ TEST(Policy, nobody_goes_for_room_that_is_there) {
     PolicySettings settings = default_settings(PolicyKind::aged_wants);
     settings.loads_into_free = 2;
     settings.evict_ahead = 3;
-    const Plan plan = plan_paging(settings, {blocks, 10, 0, 100}, pool);
+    const Plan plan = plan_paging(settings, {blocks, ActiveBlocks(blocks), 10, 0, 100}, pool);
     EXPECT_EQ(plan.load.size(), 2u);
     EXPECT_TRUE(plan.evict.empty());
 }
@@ -220,8 +227,8 @@ TEST(Policy, more_loads_are_in_flight_while_the_device_is_idle) {
     EXPECT_EQ(default_settings(PolicyKind::aged_wants, 80 * 64, 64, profile_of_cores(0)).loads_while_idle, 40u);  // half of the pool
     SlabAllocator pool({400 * 64});
     const std::vector<BlockState> blocks = half_resident(pool, 400);
-    EXPECT_EQ(plan_paging(settings, {blocks, 500, 20, 1000}, pool).load.size(), 64u);
-    EXPECT_EQ(plan_paging(settings, {blocks, 500, 19, 1000}, pool).load.size(), 128u);
+    EXPECT_EQ(plan_paging(settings, {blocks, ActiveBlocks(blocks), 500, 20, 1000}, pool).load.size(), 64u);
+    EXPECT_EQ(plan_paging(settings, {blocks, ActiveBlocks(blocks), 500, 19, 1000}, pool).load.size(), 128u);
 }
 
 // Of the blocks that are wanted and not loaded, those that come next, whether loads are held back or not.
@@ -231,11 +238,11 @@ TEST(Policy, tells_what_is_wanted_behind_the_loads) {
     blocks[13].requests = 0;
     blocks[17].requests = 100000;
     const PolicySettings settings = default_settings(PolicyKind::aged_wants);
-    const Plan held = plan_paging(settings, {blocks, 20, 100, 100}, pool);
+    const Plan held = plan_paging(settings, {blocks, ActiveBlocks(blocks), 20, 100, 100}, pool);
     EXPECT_TRUE(held.load.empty());
     ASSERT_EQ(held.behind.size(), 9u);
     EXPECT_EQ(held.behind[0], 17u);
-    const Plan plan = plan_paging(settings, {blocks, 20, 0, 100}, pool);
+    const Plan plan = plan_paging(settings, {blocks, ActiveBlocks(blocks), 20, 0, 100}, pool);
     std::set<uint32_t> told(plan.behind.begin(), plan.behind.end());
     EXPECT_EQ(told.size(), plan.behind.size());
     for (const PlannedLoad& load : plan.load) EXPECT_TRUE(told.insert(load.block).second);
@@ -273,7 +280,7 @@ TEST(Policy, random_states_give_sound_plans) {
         const auto turn = below(static_cast<uint32_t>(blocks.size()));
         PolicySettings settings = default_settings(kind);
         settings.evict_ahead = below(5);
-        const Plan result = plan_paging(settings, {blocks, round, 0, 1000, turn}, pool);
+        const Plan result = plan_paging(settings, {blocks, ActiveBlocks(blocks), round, 0, 1000, turn}, pool);
         SlabAllocator replay = pool;  // what the plan's pool must come to
         for (const uint32_t block : result.evict) {
             replay.release(blocks[block].address, blocks[block].bytes);

@@ -53,7 +53,7 @@
 #define RP_SLEEP_GROUP 16u
 #define RP_SLEEP_BITS 58u
 
-// With streams a bit of each slot says whether it is awake: to be looked at in this round. Those that wait are in lists (RP_DEMAND_LISTS).
+// With streams a bit of each slot says whether it is awake: to be looked at in this round. Those that wait are in lists (RP_DEMAND_LISTS_AT).
 #define RP_AWAKE_SLOTS 64u  // in a word, the first in its lowest bit; changed in halves, too, which takes a device whose low bytes come first
 #define RP_AWAKE_WORDS(slot_count) (((slot_count) + (RP_AWAKE_SLOTS - 1u)) / RP_AWAKE_SLOTS)
 
@@ -65,7 +65,7 @@
 // there (surface.cl), unless shading is to find its surface; and with streams the block that its path met last, or the greatest number that there is
 // room for (131,071; then rays of the blocks behind it are in one bundle): waking reads no more.
 // Behind RP_STATUS_WORDS of these words stands, for each slot that waits, the block that it waits for, or, with streams, the next slot of a list
-// of that block's (RP_DEMAND_LISTS).
+// of that block's (RP_DEMAND_LISTS_AT).
 // In scenes whose meshes have colours at their vertices (RP_VERTEX_COLORS) a third run of words follows: the interpolated colour at the closest hit
 // of the slot's extension ray. Where they have coordinates of textures (RP_UVS), there follow three runs of numbers: u and v there, and the density
 // of the texture. Where instances have traits (RP_TRAITS), one more: the number of those of the instance that the closest hit is in, or 0. In
@@ -137,10 +137,10 @@ typedef struct rp_path_sample {
 #define RP_COUNT_SHADOW_RAYS (RP_COUNTERS_PER_ROUND + 6u)
 #define RP_COUNT_REQUESTS_SERVED (RP_COUNTERS_PER_ROUND + 8u)   // times that a waiting extension ray entered the block that it had waited for
 #define RP_COUNT_REQUESTS_NO_HIT (RP_COUNTERS_PER_ROUND + 10u)  // of these: nothing was hit behind it
-#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)         // with streams: rays in the lists of blocks (RP_DEMAND_LISTS)
+#define RP_COUNT_IN_LISTS (RP_COUNTERS_PER_ROUND + 12u)         // with streams: rays in the lists of blocks (RP_DEMAND_LISTS_AT)
 #define RP_COUNTER_WORDS (RP_COUNTERS_PER_ROUND + 13u)
 
-// Demand: arrays of one word a block, one after the other.
+// Demand: arrays of one word a block, one after the other. Whoever changes a word of a block's marks the block.
 #define RP_DEMAND_REQUESTS 0u  // rays that wait for the block
 #define RP_DEMAND_BOUNCES 1u   // with RP_TRACK_BOUNCES: extension rays of this round that found their closest hit in the block and ended with it
 // With RP_TRACK_LAST_ROUND: the last round in which a ray entered the block; with RP_TRACK_ENTERS: how many have so far, of a
@@ -148,14 +148,33 @@ typedef struct rp_path_sample {
 // A residency policy needs one or the other, and where everything is resident none is kept.
 #define RP_DEMAND_USED 2u
 #define RP_DEMAND_ARRAYS 3u
-// With streams there are more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
+// The host is told of what has changed alone (rp_block_demand). Behind the arrays stand, for each block, two words: its requests and its use, as
+// they were told last. Behind these a mark, one byte for RP_MARK_BLOCKS blocks that follow each other: not 0 if anything may have changed of them
+// since. block_count: size_t on devices.
+#define RP_MARK_BLOCKS 8u
+#define RP_MARK_WORDS(block_count) (((block_count) + (4u * RP_MARK_BLOCKS - 1u)) / (4u * RP_MARK_BLOCKS))
+#define RP_DEMAND_TOLD_AT(block_count) (RP_DEMAND_ARRAYS * (block_count))
+#define RP_DEMAND_MARKS_AT(block_count) ((RP_DEMAND_ARRAYS + 2u) * (block_count))
+#define RP_DEMAND_WORDS(block_count) (RP_DEMAND_MARKS_AT(block_count) + RP_MARK_WORDS(block_count))
+// With streams there is more, which the host has no use for. The slots of the rays that wait for a block are lists, linked through the words of
 // their places (RP_STATUS_WORDS): extension rays and shadow rays each for themselves, and either in RP_LISTS of them, which are gone through
 // together, since the next link has to come from far each time. Those of a stream that wait for the same block are in one list, so that most stay
 // neighbours.
 #define RP_LISTS 8u
 // A word a list, for each block RP_LISTS of extension rays, then RP_LISTS of shadow rays: the link to the slot that came last, which is its number
 // plus one; 0: to none.
-#define RP_DEMAND_LISTS 3u
-#define RP_DEMAND_ARRAYS_OF_STREAMS (3u + 2u * RP_LISTS)
+#define RP_DEMAND_LISTS_AT(block_count) RP_DEMAND_WORDS(block_count)
+#define RP_DEMAND_WORDS_OF_STREAMS(block_count) (RP_DEMAND_WORDS(block_count) + 2u * RP_LISTS * (block_count))
+
+// What a round tells of a block whose requests or use have changed in it, or on whose surfaces rays have ended: the words of the demand.
+typedef struct rp_block_demand {
+    rp_u32 block, requests, bounces, used;
+} rp_block_demand;
+
+// The report of a round, which is read back after it: its counters, how many blocks it tells of, and, from word RP_REPORT_HEAD on, these, in no
+// order (kernels/common/report.cl). Two reports lie one behind the other, for rounds in turn.
+#define RP_REPORT_COUNT RP_COUNTER_WORDS
+#define RP_REPORT_HEAD ((RP_COUNTER_WORDS + 4u) / 4u * 4u)
+#define RP_REPORT_WORDS(block_count) (RP_REPORT_HEAD + 4u * (block_count))
 
 #endif

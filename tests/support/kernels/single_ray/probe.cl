@@ -23,7 +23,7 @@
 __kernel void rp_probe(RP_GEOMETRY_PARAMETERS, uint block_count, const __global float4* restrict rays, uint count, __global uint4* restrict results) {
     const uint i = get_global_id(0);
     if (i >= count) return;
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     const float4 origin = rays[2u * i], direction = rays[2u * i + 1u];
     uint2 stack[RP_STACK_SIZE];
     uint any_stack[RP_STACK_SIZE];

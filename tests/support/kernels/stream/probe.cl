@@ -39,7 +39,7 @@ static inline void rp_load_probe_walk(const __global float4* rays, uint first, u
 // Rays and results as those of rp_probe, but that the block entry is RP_NONE, or 0 if the ray came to an absent block.
 __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count, const __global float4* restrict rays,
                               uint count, __global uint4* restrict results) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     rp_walk walk;
     for (uint first = RP_STREAM_RAYS * (uint)get_global_id(0); first < count; first += RP_STREAM_RAYS * (uint)get_global_size(0)) {
         const uint n = min(count - first, RP_STREAM_RAYS);
@@ -77,7 +77,7 @@ __kernel void rp_probe_stream(RP_GEOMETRY_PARAMETERS, const __global uchar* rest
 __kernel void rp_probe_stream_waits(RP_GEOMETRY_PARAMETERS, const __global uchar* restrict wide_top, uint block_count,
                                     const __global float4* restrict rays, const __global uint4* restrict before, uint count,
                                     __global uint4* restrict results) {
-    const rp_geometry geometry = RP_MAKE_GEOMETRY(demand + RP_DEMAND_USED * block_count);
+    const rp_geometry geometry = RP_MAKE_GEOMETRY(block_count);
     rp_walk walk;
     rp_stream* s = &walk.stream;
     for (uint first = RP_STREAM_RAYS * (uint)get_global_id(0); first < count; first += RP_STREAM_RAYS * (uint)get_global_size(0)) {
