@@ -40,6 +40,7 @@ Status RenderJob::prepare() {
     RAYPAGER_TRY(checkpointer_->restore(wavefront()));
     if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(checkpointer_->resumed()));
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
+    RAYPAGER_TRY(begin_parts());
     watch();
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), rounds_->device().info().cpu_cores());
     render_start_ = Clock::now();
@@ -59,6 +60,7 @@ Status RenderJob::step() {
         RAYPAGER_TRY(end_early());
         if (adaptive_) RAYPAGER_TRY(end_stage());
         RAYPAGER_TRY(go_on_with_first_pass());
+        RAYPAGER_TRY(go_on_with_parts());
         if (checkpointer_->due()) RAYPAGER_TRY(keep_checkpoint());
         return report_progress();
     };
@@ -77,6 +79,7 @@ Result<MeasuredRender> RenderJob::finish() {
 Status RenderJob::finish_round() {
     watchdog_->doing("tracing");
     RAYPAGER_TRY(rounds_->finish());
+    part_begins_ = false;
     return recorder_.round_ended(wavefront(), render_seconds() - snapshot_seconds_);
 }
 

@@ -27,7 +27,7 @@ public:
 
     // Opens the device and makes everything on it.
     Status prepare();
-    bool done() const { return (rounds_->all_idle() && !in_first_pass_ && !wavefront().begins_again()) || stopped_ || last_stage_ended_; }
+    bool done() const { return (rounds_->all_idle() && !more_to_begin()) || stopped_ || last_stage_ended_; }
     // One round, and what is due after it. REQUIRES: !done().
     Status step();
     // Whether a lack of progress is to be reported: not while nobody asks for a step, as at first.
@@ -56,7 +56,7 @@ private:
     Status settle();
     // Before the first round has ended, nothing has been counted yet.
     uint64_t samples_begun() const { return rounds_->has_counted() ? rounds_->counters().next_sample() : wavefront().params().first_sample; }
-    uint64_t samples_to_begin() const { return (in_first_pass_ ? all_samples_ : wavefront().params().sample_limit) + coarse_; }
+    uint64_t samples_to_begin() const { return (in_first_pass_ ? all_samples_ : wavefront().params().sample_limit) + coarse_ - left_out_; }
     Status wait_for_block();
     Status end_early();
     Status begin_adaptive(bool resumed);
@@ -64,6 +64,10 @@ private:
     Status begin_first_pass();
     Status go_on_with_first_pass();
     Status end_first_pass();
+    Status begin_parts();
+    Status go_on_with_parts();
+    // Although no path is under way.
+    bool more_to_begin() const { return in_first_pass_ || wavefront().begins_again() || part_begins_; }
     void watch();
     Status end_stage();
     uint64_t most_pixels() const { return uint64_t{full_width_} * full_height_; }
@@ -102,6 +106,9 @@ private:
     FirstPass first_pass_;           // coarse to fine
     bool in_first_pass_ = false;     // some of it have not begun
     uint64_t all_samples_ = 0;       // the limit behind it
+    std::vector<SamplePart> parts_;  // of RenderInstruments: those that are left
+    bool part_begins_ = false;       // with the next round
+    uint64_t left_out_ = 0;          // samples before the present part and between those that were begun
     uint64_t pixels_ = 0;
     uint32_t full_width_ = 0, full_height_ = 0;  // for as many pixels there is memory
     std::atomic<bool> cancelled_{false};

@@ -1,11 +1,13 @@
 // The whole job for those who measure and test it: a render from any source of blocks, with what is not for users.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "device/hooks.hpp"
+#include "raypager/abi/scene.h"
 #include "raypager/session.hpp"
 #include "residency/block_table.hpp"
 #include "residency/demand_trace.hpp"
@@ -13,7 +15,12 @@
 
 namespace raypager {
 
-// What only tests and measurements set. None of it changes the picture.
+// Samples begin .. end - 1, by their number in the order in which they are begun (wavefront/sample_order.hpp).
+struct SamplePart {
+    uint64_t begin = 0, end = 0;
+};
+
+// What only tests and measurements set. None of it changes the picture, but for parts, which leave samples out.
 struct RenderInstruments {
     bool keep_journal = false;  // fill MeasuredRender::journal and round_seconds
     uint64_t record_paths = 0;  // about so many paths are recorded in MeasuredRender::trace; 0: none
@@ -25,6 +32,9 @@ struct RenderInstruments {
     std::optional<uint32_t> evict_ahead;         // as PolicySettings has it
     uint32_t visit_events = 0;                   // that the log of recorded paths has room for; 0: as many as suit
     std::shared_ptr<DeviceHooks> device_hooks;   // null: none
+    // Which parts of the render are begun, one after the other: ascending, none of them empty, at least one. Asked once slots and regions are chosen,
+    // which are those of the whole render. Blocks stay from part to part. Not with adaptive sampling, nor with checkpoints. Empty: all of it.
+    std::function<std::vector<SamplePart>(const rp_render_params&)> parts;
 };
 
 struct MeasuredRender : RenderResult {

@@ -248,9 +248,12 @@ Status Wavefront::allocate_state(const SlotFields& fields) {
         if (!results) return results.status();
         flight.results = std::move(*results);
     }
-    const uint64_t first = params_.first_sample;
-    const uint32_t words[2] = {static_cast<uint32_t>(first), static_cast<uint32_t>(first >> 32)};
-    return device_.kernels().write_now(b.counters, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), std::as_bytes(std::span(words)));
+    return set_next_sample(params_.first_sample);
+}
+
+Status Wavefront::set_next_sample(uint64_t sample) {
+    const uint32_t words[2] = {static_cast<uint32_t>(sample), static_cast<uint32_t>(sample >> 32)};
+    return device_.kernels().write_now(buffers_.counters, RP_COUNT_NEXT_SAMPLE * sizeof(uint32_t), std::as_bytes(std::span(words)));
 }
 
 Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_changes, std::span<const uint32_t> newly_published) {
@@ -299,6 +302,12 @@ Status Wavefront::begin_stage(uint64_t begin, uint32_t first, uint32_t passes, s
     params_.stage_first = first;
     params_.stage_passes = passes;
     return set_sample_limit(begin + uint64_t{passes} * pixels.size());
+}
+
+Status Wavefront::begin_part(uint64_t begin, uint64_t end) {
+    RAYPAGER_CHECK(started_ == finished_);
+    RAYPAGER_TRY(set_next_sample(begin));
+    return set_sample_limit(end);
 }
 
 Status Wavefront::set_sample_limit(uint64_t limit) {

@@ -76,6 +76,8 @@ public:
     Status read_visits(std::vector<uint32_t>& words) { return backend_->read_visits(words); }
     // Begins no samples from this number on. REQUIRES: no round is under way.
     Status set_sample_limit(uint64_t limit);
+    // Begins samples begin to end - 1 from now on. REQUIRES: no round is under way.
+    Status begin_part(uint64_t begin, uint64_t end);
     // Where sampling is adaptive: samples first to first + passes - 1 of these pixels follow, which are numbered from `begin` on (abi/scene.h).
     // REQUIRES: no round is under way, and all samples up to the limit have begun.
     Status begin_stage(uint64_t begin, uint32_t first, uint32_t passes, std::span<const uint32_t> pixels);
@@ -123,6 +125,7 @@ private:
     Status upload_light_words(const BakedScene& scene, std::vector<rp_light>& lights);
     Status upload_textures(const BakedScene& scene);
     Status allocate_state(const SlotFields& fields);
+    Status set_next_sample(uint64_t sample);
     FilmLayout film_layout() const { return FilmLayout(params_); }
     Status build_count_waits();
     Status list_samples_again();

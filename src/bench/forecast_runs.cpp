@@ -1,0 +1,73 @@
+#include "bench/forecast_runs.hpp"
+
+#include "device/device.hpp"
+#include "render/params.hpp"
+#include "render/plan.hpp"
+
+namespace raypager::bench {
+namespace {
+
+// Says of each mark what had come again by then, and returns the bytes of what came for the first time.
+double add_reloads(const BakedScene& scene, const MeasuredRender& render, std::vector<PilotMark>& marks) {
+    std::vector<bool> came(scene.pageable_count());
+    double first = 0, again = 0;
+    size_t rounds = 0, event = 0;
+    for (PilotMark& mark : marks) {
+        while (rounds < render.round_seconds.size() && static_cast<double>(render.round_seconds[rounds]) <= mark.extent.seconds) rounds++;
+        // What comes while the last round is under way is nobody's.
+        for (; event < render.journal.size() && (render.journal[event].round <= rounds || &mark == &marks.back()); event++) {
+            const auto& [round, block, has_come] = render.journal[event];
+            if (!has_come) continue;
+            (came[block] ? again : first) += scene.pageable_bytes(block, render.report.form);
+            came[block] = true;
+        }
+        mark.extent.bytes = again;
+    }
+    return first;
+}
+
+}  // namespace
+
+Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& options) {
+    const BakedScene& scene = source.scene();
+    const auto params = make_params(scene, options);
+    if (!params) return params.status();
+    const auto device = Device::open(options.device, options.memory_limit, options.tuning.profile);
+    if (!device) return device.status();
+    const DeviceInfo& info = (*device)->info();
+    RAYPAGER_TRY(check_picture_size(*params, info));
+    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit());
+    if (!plan) return plan.status();
+    return LimitPlan{info.name, plan->residency.pool_bytes, plan->device_bytes, scene.memory_bytes(plan->form), plan->params.slot_count};
+}
+
+Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks) {
+    Pilot pilot;
+    double pixels = 1;
+    RenderInstruments instruments;
+    instruments.keep_journal = true;
+    instruments.parts = [&](const rp_render_params& params) {
+        const uint64_t count = uint64_t{params.width} * params.height;
+        pixels = static_cast<double>(count);
+        pilot.samples = count * params.spp;
+        pilot.parts = pilot_parts(pilot.samples, count, params.slot_count);
+        std::vector<SamplePart> parts;
+        for (const PilotPart& part : pilot.parts) parts.push_back({part.begin, part.end});
+        return parts;
+    };
+    RenderCallbacks own;
+    own.warning = callbacks.warning;
+    own.progress = [&](const RenderProgress& p) {
+        const auto rounds = static_cast<double>(pilot.marks.size() + 1);
+        pilot.marks.push_back({static_cast<uint64_t>(p.spp * pixels + 0.5), {p.seconds, static_cast<double>(p.rays), rounds, 0}});
+    };
+    RenderOptions each_round = options;
+    each_round.progress_seconds = 0;
+    const auto result = render(source, each_round, own, instruments);
+    if (!result) return result.status();
+    if (!result->report.complete) return Status::interrupted("stopped by a signal before the forecast was complete");
+    pilot.first_bytes = add_reloads(source.scene(), *result, pilot.marks);
+    return pilot;
+}
+
+}  // namespace raypager::bench

@@ -1,0 +1,43 @@
+// Parts of a render, measured, and what follows from them for the whole of it. Pure arithmetic.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace raypager::bench {
+
+// Samples begin .. end - 1 are rendered, those from `from` on are measured: the ones before bring path slots and resident blocks into the state that
+// they have there in the whole render.
+struct PilotPart {
+    uint64_t begin = 0, from = 0, end = 0;
+};
+
+// For a render of so many samples. The first part is the render's beginning, with most of its first loads; the others lie evenly over all of it, each
+// in the middle of a share of its own. One part alone, which is all of the render, where they would be half of it or more.
+std::vector<PilotPart> pilot_parts(uint64_t samples, uint64_t pixels, uint64_t slots);
+
+struct Extent {
+    double seconds = 0, rays = 0, rounds = 0;
+    double bytes = 0;  // moved again, after they had been evicted
+};
+
+// Where a render was after a round.
+struct PilotMark {
+    uint64_t begun = 0;  // number of the next sample
+    Extent extent;       // of all parts so far
+};
+
+// A render in pieces: the beginning is what it took more than its samples do later; paces are per sample, of each share; then come the last paths.
+struct Course {
+    Extent beginning, end;
+    std::vector<Extent> paces;
+};
+// One part: all is in the beginning. REQUIRES: a mark at the end of each part.
+Course course_of(std::span<const PilotMark> marks, std::span<const PilotPart> parts);
+// The shortest time of each piece, and the mean of what else there is. REQUIRES: at least one, all of the same parts.
+Course quickest(std::span<const Course> courses);
+// Of the whole render of so many samples.
+Extent whole_extent(const Course& course, uint64_t samples);
+
+}  // namespace raypager::bench
