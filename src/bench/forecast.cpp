@@ -20,7 +20,7 @@ struct Trial {
     LimitPlan plan;
     std::vector<Course> courses;
     Extent whole;
-    double first_bytes = 0;
+    double resident_bytes = 0;
 };
 
 double bytes_of(const GeometryLimit& limit, uint64_t scene_bytes) {
@@ -102,7 +102,7 @@ private:
         const auto pilot = run_pilot(source_, trial.options, callbacks_);
         if (!pilot) return pilot.status();
         trial.courses.push_back(course_of(pilot->marks, pilot->parts));
-        trial.first_bytes = std::max(trial.first_bytes, pilot->first_bytes);
+        trial.resident_bytes = std::max(trial.resident_bytes, pilot->resident_bytes);
         samples_ = pilot->samples;
         uint64_t measured = 0;
         for (const PilotPart& part : pilot->parts) measured += part.end - part.begin;
@@ -124,7 +124,7 @@ private:
         row.memory_bytes = trial.plan.device_bytes;
         row.paths = trial.plan.slots;
         row.seconds = trial.whole.rays > 0 ? trial.whole.seconds * rays() / trial.whole.rays : trial.whole.seconds;
-        row.moved_bytes = trial.first_bytes + trial.whole.bytes;
+        row.moved_bytes = trial.resident_bytes + trial.whole.bytes;
         return row;
     }
 
@@ -143,7 +143,7 @@ private:
         row.geometry_bytes = asked.plan.scene_bytes;
         row.paths = asked.plan.slots;
         row.memory_bytes = asked.plan.device_bytes - asked.plan.pool_bytes + asked.plan.scene_bytes;
-        row.moved_bytes = asked.first_bytes;
+        row.moved_bytes = asked.resident_bytes;
         // Each round takes a ray of every path on.
         row.seconds = clock.seconds(rays(), rays() / static_cast<double>(asked.plan.slots), 0);
         for (const Trial& trial : trials_) row.seconds = std::min(row.seconds, row_of(trial).seconds);

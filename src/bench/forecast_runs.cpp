@@ -7,23 +7,21 @@
 namespace raypager::bench {
 namespace {
 
-// Says of each mark what had come again by then, and returns the bytes of what came for the first time.
-double add_reloads(const BakedScene& scene, const MeasuredRender& render, std::vector<PilotMark>& marks) {
-    std::vector<bool> came(scene.pageable_count());
-    double first = 0, again = 0;
+// Says of each mark how much had left by then, and returns how much is there in the end. All that came is either of them. What leaves tells better
+// than what comes how much is moved while a render goes on: parts meet blocks for the first time that the whole render would have met long before.
+double add_evictions(const BakedScene& scene, const MeasuredRender& render, std::vector<PilotMark>& marks) {
+    double there = 0, gone = 0;
     size_t rounds = 0, event = 0;
     for (PilotMark& mark : marks) {
         while (rounds < render.round_seconds.size() && static_cast<double>(render.round_seconds[rounds]) <= mark.extent.seconds) rounds++;
-        // What comes while the last round is under way is nobody's.
         for (; event < render.journal.size() && (render.journal[event].round <= rounds || &mark == &marks.back()); event++) {
-            const auto& [round, block, has_come] = render.journal[event];
-            if (!has_come) continue;
-            (came[block] ? again : first) += scene.pageable_bytes(block, render.report.form);
-            came[block] = true;
+            const double bytes = scene.pageable_bytes(render.journal[event].block, render.report.form);
+            there += render.journal[event].came ? bytes : -bytes;
+            gone += render.journal[event].came ? 0 : bytes;
         }
-        mark.extent.bytes = again;
+        mark.extent.bytes = gone;
     }
-    return first;
+    return there;
 }
 
 }  // namespace
@@ -66,7 +64,7 @@ Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options,
     const auto result = render(source, each_round, own, instruments);
     if (!result) return result.status();
     if (!result->report.complete) return Status::interrupted("stopped by a signal before the forecast was complete");
-    pilot.first_bytes = add_reloads(source.scene(), *result, pilot.marks);
+    pilot.resident_bytes = add_evictions(source.scene(), *result, pilot.marks);
     return pilot;
 }
 

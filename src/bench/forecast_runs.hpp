@@ -25,8 +25,8 @@ Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& op
 struct Pilot {
     std::vector<PilotMark> marks;
     std::vector<PilotPart> parts;
-    uint64_t samples = 0;    // of the whole render
-    double first_bytes = 0;  // of blocks that came for the first time
+    uint64_t samples = 0;       // of the whole render
+    double resident_bytes = 0;  // in the end
 };
 // Renders parts of the picture; nobody sees it. An error of the kind "interrupted" if it was stopped.
 Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks);

@@ -7,9 +7,11 @@
 namespace raypager::bench {
 namespace {
 
-constexpr uint64_t shares = 12;
+// The stretches of a render's samples begin behind an eighth of them, a sixteenth and so on: no part is to lie there, where for once the picture's
+// end meets its beginning.
+constexpr uint64_t shares = 10;
 // In path slots. What a render does changes within about as many paths as are under way.
-constexpr uint64_t warm_length = 1, measured_length = 1, least_beginning = 2, most_beginning = 4;
+constexpr uint64_t least_beginning = 2, most_beginning = 4;
 
 Extent operator-(const Extent& a, const Extent& b) { return {a.seconds - b.seconds, a.rays - b.rays, a.rounds - b.rounds, a.bytes - b.bytes}; }
 Extent operator+(const Extent& a, const Extent& b) { return {a.seconds + b.seconds, a.rays + b.rays, a.rounds + b.rounds, a.bytes + b.bytes}; }
@@ -42,7 +44,7 @@ Extent quickest_piece(std::span<const Course> courses, const auto& piece_of) {
 
 std::vector<PilotPart> pilot_parts(uint64_t samples, uint64_t pixels, uint64_t slots) {
     const uint64_t beginning = std::clamp(pixels, least_beginning * slots, most_beginning * slots);
-    const uint64_t warm = warm_length * slots, measured = measured_length * slots, share = samples / shares;
+    const uint64_t warm = slots + slots / 2, measured = slots + slots / 2, share = samples / shares;
     if (beginning + shares * (warm + measured) > samples / 2) return {{0, 0, samples}};
     std::vector<PilotPart> parts = {{0, 0, beginning}};
     for (uint64_t i = 0; i < shares; i++) {

@@ -19,7 +19,7 @@ std::vector<PilotPart> pilot_parts(uint64_t samples, uint64_t pixels, uint64_t s
 
 struct Extent {
     double seconds = 0, rays = 0, rounds = 0;
-    double bytes = 0;  // moved again, after they had been evicted
+    double bytes = 0;  // of blocks that were evicted
 };
 
 // Where a render was after a round.
