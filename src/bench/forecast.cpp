@@ -83,6 +83,7 @@ private:
 
     Status measure() {
         constexpr size_t most_passes = 3;
+        if (how_.progress) how_.progress(0);
         for (size_t pass = 0; pass < most_passes; pass++) {
             const double before = seconds();
             for (size_t i = 0; i < trials_.size(); i++) {
@@ -102,6 +103,8 @@ private:
         const auto pilot = run_pilot(source_, trial.options, callbacks_);
         if (!pilot) return pilot.status();
         trial.courses.push_back(course_of(pilot->marks, pilot->parts));
+        const uint64_t pixels = uint64_t{options_.width} * options_.height;
+        if (pilot->parts.size() > 1) trial.courses.back().later_sweeps = later_sweeps(pilot->samples, pixels, pilot->parts.front().end);
         trial.resident_bytes = std::max(trial.resident_bytes, pilot->resident_bytes);
         samples_ = pilot->samples;
         uint64_t measured = 0;

@@ -14,7 +14,7 @@ std::optional<uint64_t> limit_for(std::span<const LimitPoint> points, double sec
         if (now <= seconds) {
             const double from = std::log(static_cast<double>(points[i - 1].geometry_bytes)),
                          to = std::log(static_cast<double>(points[i].geometry_bytes));
-            return static_cast<uint64_t>(std::exp(from + (before - seconds) / (before - now) * (to - from)));
+            return static_cast<uint64_t>(std::llround(std::exp(from + (before - seconds) / (before - now) * (to - from))));
         }
         before = now;
     }

@@ -1,17 +1,17 @@
 #include "bench/pilot.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/check.hpp"
+#include "raypager/abi/scene.h"
 
 namespace raypager::bench {
 namespace {
 
-// The stretches of a render's samples begin behind an eighth of them, a sixteenth and so on: no part is to lie there, where for once the picture's
-// end meets its beginning.
-constexpr uint64_t shares = 10;
-// In path slots. What a render does changes within about as many paths as are under way.
-constexpr uint64_t least_beginning = 2, most_beginning = 4;
+constexpr uint64_t shares = 5;
+// In path slots. After a jump to another place it takes a few generations of paths until what is resident suits it: the more, the larger the pool.
+constexpr uint64_t warm_length = 3, measured_length = 3, least_beginning = 2, most_beginning = 4;
 
 Extent operator-(const Extent& a, const Extent& b) { return {a.seconds - b.seconds, a.rays - b.rays, a.rounds - b.rounds, a.bytes - b.bytes}; }
 Extent operator+(const Extent& a, const Extent& b) { return {a.seconds + b.seconds, a.rays + b.rays, a.rounds + b.rounds, a.bytes + b.bytes}; }
@@ -42,14 +42,19 @@ Extent quickest_piece(std::span<const Course> courses, const auto& piece_of) {
 
 }  // namespace
 
+uint64_t last_stretch(uint64_t samples, uint64_t pixels) {
+    const uint64_t passes = samples / std::max<uint64_t>(1, pixels);
+    return (passes + RP_LAST_STRETCH - 1) / RP_LAST_STRETCH * pixels;
+}
+
 std::vector<PilotPart> pilot_parts(uint64_t samples, uint64_t pixels, uint64_t slots) {
-    const uint64_t beginning = std::clamp(pixels, least_beginning * slots, most_beginning * slots);
-    const uint64_t warm = slots + slots / 2, measured = slots + slots / 2, share = samples / shares;
-    if (beginning + shares * (warm + measured) > samples / 2) return {{0, 0, samples}};
+    const uint64_t beginning = std::clamp(2 * pixels, least_beginning * slots, most_beginning * slots);
+    const uint64_t warm = warm_length * slots, measured = measured_length * slots, first = last_stretch(samples, pixels);
+    const uint64_t share = (samples - std::min(samples, first)) / shares;
+    if (beginning + shares * (warm + measured) > samples / 2 || share < warm + measured) return {{0, 0, samples}};
     std::vector<PilotPart> parts = {{0, 0, beginning}};
     for (uint64_t i = 0; i < shares; i++) {
-        // A render's beginning may reach into its first share.
-        const uint64_t begin = std::max(i * share + (share - measured) / 2 - warm, parts.back().end);
+        const uint64_t begin = std::max(first + i * share + (share - warm - measured) / 2, parts.back().end);
         parts.push_back({begin, begin + warm, begin + warm + measured});
     }
     return parts;
@@ -77,7 +82,9 @@ Course course_of(std::span<const PilotMark> marks, std::span<const PilotPart> pa
             course.paces.push_back(1 / static_cast<double>(part.end - part.from) * (last - when_begun(own, part, part.from)));
         at = end;
     }
-    course.beginning = course.beginning - static_cast<double>(parts.front().end) * course.paces.front();
+    Extent mean;
+    for (const Extent& pace : course.paces) mean = mean + 1 / static_cast<double>(course.paces.size()) * pace;
+    course.beginning = course.beginning - static_cast<double>(parts.front().end) * mean;
     course.end = all.back().extent - last;
     return course;
 }
@@ -86,14 +93,24 @@ Course quickest(std::span<const Course> courses) {
     RAYPAGER_CHECK(!courses.empty());
     Course course;
     course.beginning = quickest_piece(courses, [](const Course& c) { return c.beginning; });
+    course.later_sweeps = courses.front().later_sweeps;
     course.end = quickest_piece(courses, [](const Course& c) { return c.end; });
     for (size_t i = 0; i < courses.front().paces.size(); i++)
         course.paces.push_back(quickest_piece(courses, [i](const Course& c) { return c.paces[i]; }));
     return course;
 }
 
+double later_sweeps(uint64_t samples, uint64_t pixels, uint64_t begun) {
+    // How many stretches begin behind so many passes, in parts of a stretch.
+    const auto sweeps = [](double passes) { return passes < 1 ? passes : 1 + std::log2(passes); };
+    const double passes = static_cast<double>(last_stretch(samples, pixels)) / static_cast<double>(pixels);
+    const double seen = sweeps(static_cast<double>(begun) / static_cast<double>(pixels));
+    return std::max(0.0, sweeps(passes) - seen) / seen;
+}
+
 Extent whole_extent(const Course& course, uint64_t samples) {
     Extent sum = course.beginning + course.end;
+    sum.bytes += course.later_sweeps * std::max(0.0, course.beginning.bytes);
     for (const Extent& pace : course.paces) sum = sum + static_cast<double>(samples) / static_cast<double>(course.paces.size()) * pace;
     // The beginning's excess may be negative where it has little to load, but nothing takes less than nothing.
     sum.bytes = std::max(sum.bytes, 0.0);

@@ -13,8 +13,10 @@ struct PilotPart {
     uint64_t begin = 0, from = 0, end = 0;
 };
 
-// For a render of so many samples. The first part is the render's beginning, with most of its first loads; the others lie evenly over all of it, each
-// in the middle of a share of its own. One part alone, which is all of the render, where they would be half of it or more.
+// Where the last stretch of a render begins, which has most of its samples, region by region (wavefront/sample_order.hpp).
+uint64_t last_stretch(uint64_t samples, uint64_t pixels);
+// For a render of so many samples. The first part is the render's beginning, with most of its first loads; the others lie evenly over its last
+// stretch, each in the middle of a share of its own. One part alone, which is all of the render, where they would be half of it or more.
 std::vector<PilotPart> pilot_parts(uint64_t samples, uint64_t pixels, uint64_t slots);
 
 struct Extent {
@@ -28,9 +30,14 @@ struct PilotMark {
     Extent extent;       // of all parts so far
 };
 
+// The stretches before the last one are short ways through the whole picture. How many of them there are behind the first so many samples, over those
+// that these are.
+double later_sweeps(uint64_t samples, uint64_t pixels, uint64_t begun);
+
 // A render in pieces: the beginning is what it took more than its samples do later; paces are per sample, of each share; then come the last paths.
 struct Course {
     Extent beginning, end;
+    double later_sweeps = 0;  // each is as much of a beginning: it has to load what had to make room
     std::vector<Extent> paces;
 };
 // One part: all is in the beginning. REQUIRES: a mark at the end of each part.
