@@ -99,9 +99,12 @@ private:
     }
 
     Status measure(Trial& trial) {
-        if (how_.stop && *how_.stop) return Status::interrupted("stopped by a signal before the forecast was complete");
+        const auto stopped = [this] { return how_.stop && *how_.stop; };
+        const Status interrupted = Status::interrupted("stopped before the forecast was complete");
+        if (stopped()) return interrupted;
         const auto pilot = run_pilot(source_, trial.options, callbacks_);
-        if (!pilot) return pilot.status();
+        // Compilers of kernels that catch signals themselves fail when one comes.
+        if (!pilot) return stopped() ? interrupted : pilot.status();
         trial.courses.push_back(course_of(pilot->marks, pilot->parts));
         const uint64_t pixels = uint64_t{options_.width} * options_.height;
         if (pilot->parts.size() > 1) trial.courses.back().later_sweeps = later_sweeps(pilot->samples, pixels, pilot->parts.front().end);

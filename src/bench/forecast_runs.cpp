@@ -63,7 +63,7 @@ Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options,
     each_round.progress_seconds = 0;
     const auto result = render(source, each_round, own, instruments);
     if (!result) return result.status();
-    if (!result->report.complete) return Status::interrupted("stopped by a signal before the forecast was complete");
+    if (!result->report.complete) return Status::interrupted("stopped before the forecast was complete");
     pilot.resident_bytes = add_evictions(source.scene(), *result, pilot.marks);
     return pilot;
 }
