@@ -51,6 +51,8 @@ struct Forecast {
     // With so much geometry resident, the render would take half as much longer than with everything resident as within the limits of the options;
     // and half of the time. Between rows by interpolation. None: nothing is slower, or no limit does it.
     std::optional<uint64_t> halves_excess, halves_time;
+    // By how much, at most, a row took longer than one with less geometry, as a factor: 1 on a quiet machine. Seconds are no better than that.
+    double noise = 1;
     double seconds = 0;  // that the forecast took
 };
 

@@ -170,6 +170,11 @@ private:
         result.resident = result.rows.front();
         for (ForecastRow& row : result.rows) row.slow_down = result.resident.seconds > 0 ? row.seconds / result.resident.seconds : 1;
         result.resident.slow_down = 1;
+        double least = result.resident.seconds;
+        for (auto row = result.rows.rbegin(); row != result.rows.rend(); ++row) {
+            least = row == result.rows.rbegin() ? row->seconds : std::min(least, row->seconds);
+            if (least > 0) result.noise = std::max(result.noise, row->seconds / least);
+        }
         const uint64_t of_asked = row_of(asked).geometry_bytes;
         result.asked = *std::ranges::find(result.rows, of_asked, &ForecastRow::geometry_bytes);
         find_limits(result);

@@ -30,14 +30,14 @@ struct PilotMark {
     Extent extent;       // of all parts so far
 };
 
-// The stretches before the last one are short ways through the whole picture. How many of them there are behind the first so many samples, over those
-// that these are.
+// The stretches before the last one are short: each is a way through the whole picture, a sweep. Sweeps that begin behind the first `begun` samples
+// and before the last stretch, over those that begin before.
 double later_sweeps(uint64_t samples, uint64_t pixels, uint64_t begun);
 
 // A render in pieces: the beginning is what it took more than its samples do later; paces are per sample, of each share; then come the last paths.
 struct Course {
     Extent beginning, end;
-    double later_sweeps = 0;  // each is as much of a beginning: it has to load what had to make room
+    double later_sweeps = 0;  // so many times what the beginning evicted, the sweeps behind it evict
     std::vector<Extent> paces;
 };
 // One part: all is in the beginning. REQUIRES: a mark at the end of each part.

@@ -91,6 +91,9 @@ std::string forecast_text(const Forecast& forecast) {
     if (forecast.halves_excess) text += limit_text("half of what the limit costs", *forecast.halves_excess, forecast);
     if (forecast.halves_time) text += limit_text("half of the time", *forecast.halves_time, forecast);
     if (!forecast.halves_excess) text += "  a larger limit would gain nothing\n";
+    constexpr double quiet = 1.05;
+    if (forecast.noise > quiet)
+        text += fmt::format("  more memory took up to {:.2f} times as long as less: other programs disturb the measurement\n", forecast.noise);
     text += fmt::format("  from {} of the samples, measured in {}\n", format_share(share_of(forecast.samples_measured, forecast.samples)),
                         format_duration(forecast.seconds));
     return text;
@@ -119,6 +122,7 @@ Json plan_json(const PlanSettings& settings, const RenderOptions& options, const
         {"rows", rows},
         {"halves_excess_bytes", maybe(forecast.halves_excess)},
         {"halves_time_bytes", maybe(forecast.halves_time)},
+        {"noise", forecast.noise},
         {"samples", forecast.samples},
         {"samples_measured", forecast.samples_measured},
         {"seconds", forecast.seconds}};

@@ -78,6 +78,8 @@ TEST_F(Forecasts, say_what_a_render_takes) {
         EXPECT_GT(row.seconds, 0);
         EXPECT_EQ(row.paths, 256u);
     }
+    EXPECT_GE(result->noise, 1);
+    for (size_t i = 1; i < result->rows.size(); i++) EXPECT_LE(result->rows[i - 1].seconds, result->noise * result->rows[i].seconds * (1 + 1e-9));
     // All that is seen comes once, and nothing again.
     const auto bytes_of = [&](double percent) {
         options_.geometry_limit_percent = percent;
