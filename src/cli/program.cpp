@@ -23,6 +23,7 @@ constexpr auto verbs = std::to_array<Verb>({
     {"bake", "cut a scene into blocks and write a block file", run_bake},
     {"inspect", "say what is in a block file; check it", run_inspect},
     {"render", "render a scene or a block file", run_render},
+    {"plan", "say what a render would take, and with other limits", run_plan},
 #ifdef RAYPAGER_VIEW
     {"view", "look at a scene in a browser while it renders", run_view},
 #endif

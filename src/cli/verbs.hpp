@@ -15,6 +15,7 @@ Status run_bake(const Arguments& arguments);
 Status run_inspect(const Arguments& arguments);
 Status run_render(const Arguments& arguments);
 Status run_view(const Arguments& arguments);
+Status run_plan(const Arguments& arguments);
 Status run_compare(const Arguments& arguments);
 Status run_bench(const Arguments& arguments);
 Status run_generate(const Arguments& arguments);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/check.hpp"
 #include "base/log.hpp"
 #include "render/params.hpp"
 
@@ -26,6 +27,12 @@ Status RenderJob::prepare() {
     else
         pool_.add(checkpointer_->left(sample_limit_));
     pool_.add_again(checkpointer_->under_way());
+    if (instruments_.parts) {
+        RAYPAGER_CHECK(!checkpointer_->enabled() && params->adaptive_error == 0);
+        pool_.clear();
+        pool_.add(instruments_.parts(wavefront().params()));
+        samples_to_begin_ = pool_.left();
+    }
     if (shares()) film_.resize(wavefront().film_words());
     RAYPAGER_TRY(checkpointer_->restore([this](uint64_t first, std::span<const uint32_t> words) { return write_words(first, words); }));
     if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(checkpointer_->next_sample()) : std::nullopt));

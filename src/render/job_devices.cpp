@@ -15,7 +15,7 @@ namespace raypager {
 
 // What only one device can do.
 Status RenderJob::check_several() const {
-    if (instruments_.record_paths > 0 || instruments_.keep_journal)
+    if (instruments_.record_paths > 0 || instruments_.keep_journal || instruments_.parts)
         return Status::usage("a render on several devices cannot be recorded; name one with --device");
     if (options_.tuning.pool_place == PoolPlace::host) return Status::usage("--pool host: is for one device; name it with --device");
     return {};

@@ -98,7 +98,7 @@ TEST_F(CliProgram, AFileThatMayNotGrowIsAnError) {
 
 TEST_F(CliProgram, HelpAndVersionSucceed) {
     EXPECT_EQ(run("--version").output.substr(0, 9), "raypager ");
-    for (const char* verb : {"", "devices", "make-scene", "bake", "inspect", "render", "compare"}) {
+    for (const char* verb : {"", "devices", "make-scene", "bake", "inspect", "render", "plan", "compare"}) {
         const Outcome outcome = run(fmt::format("{} --help", verb));
         EXPECT_EQ(outcome.status, 0) << verb;
         EXPECT_NE(outcome.output.find("Usage: raypager"), std::string::npos) << verb;
@@ -107,7 +107,7 @@ TEST_F(CliProgram, HelpAndVersionSucceed) {
 }
 
 TEST_F(CliProgram, HelpOfAVerb) {
-    for (const char* verb : {"devices", "make-scene", "bake", "inspect", "render", "compare", "bench", "bench sweep"}) {
+    for (const char* verb : {"devices", "make-scene", "bake", "inspect", "render", "plan", "compare", "bench", "bench sweep"}) {
         const Outcome by_name = run(fmt::format("help {}", verb)), by_option = run(fmt::format("{} --help", verb));
         EXPECT_EQ(by_name.status, 0) << verb;
         EXPECT_EQ(by_name.output, by_option.output) << verb;
