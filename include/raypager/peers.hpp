@@ -1,4 +1,4 @@
-// Other processes that render the same picture: the ranks of a cluster. cluster.hpp has them by MPI.
+// Other processes that render the same picture: the ranks of a cluster. The program has them by MPI (src/cluster).
 #pragma once
 
 #include <cstddef>

@@ -9,6 +9,7 @@
 #include "cli/developing.hpp"
 #include "cli/live_view.hpp"
 #include "cli/output_paths.hpp"
+#include "cli/ranks.hpp"
 #include "cli/render_monitor.hpp"
 #include "cli/render_settings.hpp"
 #include "cli/report.hpp"
@@ -18,7 +19,6 @@
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "raypager/baselines.hpp"
-#include "raypager/cluster.hpp"
 #include "raypager/session.hpp"
 
 namespace raypager {
@@ -148,20 +148,11 @@ Status run_render(const Arguments& arguments) {
     if (!settings) return settings.status();
     if (!*settings) return {};
     RAYPAGER_TRY(choose_denoiser(**settings));
-#ifdef RAYPAGER_MPI
-    Cluster cluster;
-    (*settings)->options.peers = cluster.peers();
-    const Status status = render_to_files(**settings);
-    (*settings)->options.peers.reset();
-    // Others would wait for this one for ever.
-    if (cluster.peers() && !status && status.kind() != ErrorKind::interrupted) {
-        log_note(status.message());
-        cluster.end(status.exit_code());
-    }
-    return status;
-#else
-    return render_to_files(**settings);
-#endif
+    return run_in_ranks([&settings](std::shared_ptr<Peers> peers) {
+        RenderSettings own = **settings;
+        own.options.peers = std::move(peers);
+        return render_to_files(own);
+    });
 }
 
 }  // namespace raypager

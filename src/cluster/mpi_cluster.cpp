@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "raypager/cluster.hpp"
+#include "cluster/cluster.hpp"
 
 namespace raypager {
 namespace {

@@ -51,7 +51,9 @@ Result<bool> DeviceWorker::take_samples() {
         w.numbers().append(*range);
     }
     const bool begins = w.begins_again() || w.numbers().count() > w.samples_begun();
-    return begins || rounds_->under_way() > 0 || rounds_->ready_rays() > 0 || rounds_->counters().waiting_rays() > 0;
+    if (!several_ || begins || rounds_->ready_rays() > 0 || rounds_->counters().waiting_rays() > 0) return true;
+    RAYPAGER_TRY(settle());  // rounds under way have nothing to do either
+    return false;
 }
 
 Status DeviceWorker::round() {

@@ -96,6 +96,18 @@ TEST_F(SeveralDevices, draw_the_picture_of_one) {
         }
 }
 
+// As on GPUs, where the next round is started before one has ended.
+TEST_F(SeveralDevices, end_with_two_rounds_under_way) {
+    const uint64_t expected = hash_of_one();
+    options_.device = device(2);
+    for (const Traversal traversal : {Traversal::stream, Traversal::ray}) {
+        options_.tuning.traversal = traversal;
+        RenderInstruments instruments;
+        instruments.rounds_under_way = 2;
+        EXPECT_EQ(run(options_, instruments).report.film_hash, expected);
+    }
+}
+
 TEST_F(SeveralDevices, keep_the_layers_of_one) {
     options_.layers = *parse_film_layers("all");
     options_.device = device(1);

@@ -1,4 +1,4 @@
-// Ranks by MPI. Only in a library that was built with it (RAYPAGER_MPI).
+// Ranks by MPI.
 #pragma once
 
 #include <memory>
