@@ -98,7 +98,7 @@ endfunction()
 foreach(file ${files})
     # Measurements, and what looks into block files, know more.
     if(file MATCHES "^src/cli/" AND NOT file MATCHES "^src/cli/(bench|sweep_state|traverse_options|inspect|make_scene)")
-        uses_public_library_alone(${file} "\"(cli|view)/|\"scene/(vector|box)[.]hpp\"")
+        uses_public_library_alone(${file} "\"(cli|view|cluster)/|\"scene/(vector|box)[.]hpp\"")
     elseif(file MATCHES "^src/view/")
         uses_public_library_alone(${file} "\"view/")
     elseif(file STREQUAL "src/python/program.cpp")
