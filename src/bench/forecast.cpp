@@ -51,13 +51,16 @@ private:
         Trial trial{options_, {}, {}, {}, 0};
         trial.options.geometry_limit = limit.bytes;
         trial.options.geometry_limit_percent = limit.bytes ? 0 : limit.percent;
-        for (const uint64_t memory : {options_.memory_limit, uint64_t{0}}) {
-            trial.options.memory_limit = memory;
-            const auto plan = plan_within(source_, trial.options);
-            if (!plan) return plan.status();
-            trial.plan = *plan;
-            if (static_cast<double>(trial.plan.pool_bytes) >= std::floor(bytes_of(limit, trial.plan.scene_bytes))) break;
-        }
+        const auto plan = plan_within(source_, trial.options);
+        if (!plan) return plan.status();
+        trial.plan = *plan;
+        if (static_cast<double>(plan->pool_bytes) >= std::floor(bytes_of(limit, plan->scene_bytes))) return trial;
+        RenderOptions roomy = trial.options;
+        roomy.memory_limit = 0;
+        const auto more = plan_within(source_, roomy);
+        if (!more || more->pool_bytes <= plan->pool_bytes) return trial;
+        trial.options = roomy;
+        trial.plan = *more;
         return trial;
     }
 
@@ -106,6 +109,8 @@ private:
         // Compilers of kernels that catch signals themselves fail when one comes.
         if (!pilot) return stopped() ? interrupted : pilot.status();
         trial.courses.push_back(course_of(pilot->marks, pilot->parts));
+        if (trial.courses.back().paces.size() != trial.courses.front().paces.size())
+            return Status::failed("other programs took memory of the device between two measurements; try again, or give a --memory-limit");
         const uint64_t pixels = uint64_t{options_.width} * options_.height;
         if (pilot->parts.size() > 1) trial.courses.back().later_sweeps = later_sweeps(pilot->samples, pixels, pilot->parts.front().end);
         trial.resident_bytes = std::max(trial.resident_bytes, pilot->resident_bytes);
@@ -209,6 +214,7 @@ private:
 Result<Forecast> forecast(const Blocks& scene, const RenderOptions& options, const ForecastOptions& how, const RenderCallbacks& callbacks) {
     if (options.time_seconds > 0) return Status::usage("a forecast is of a number of samples, and not of a render that ends by the clock");
     if (options.adaptive_error > 0) return Status::usage("how many samples adaptive sampling takes is not known before; there is no forecast of it");
+    if (options.peers) return Status::usage("a forecast is of one process");
     if (!options.checkpoint.file.empty() || !options.record.file.empty() || options.coarse_first)
         return Status::usage("a forecast has no checkpoint, no recording, and no coarse pass");
     RenderOptions filled = options;

@@ -32,10 +32,10 @@ Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& op
     const auto params = make_params(scene, options);
     if (!params) return params.status();
     DeviceHooks none;
-    const auto choice = choose_devices(options.device, false, none);
+    const auto choice = choose_devices(options.device, options.allow_different, none);
     if (!choice) return choice.status();
     if (choice->selectors.size() > 1) return Status::usage("a plan is for one device; name it with --device");
-    const auto device = Device::open(options.device, options.memory_limit, options.tuning.profile);
+    const auto device = Device::open(choice->selectors.front(), options.memory_limit, options.tuning.profile);
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
     RAYPAGER_TRY(check_picture_size(*params, info));

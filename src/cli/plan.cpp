@@ -9,6 +9,7 @@
 #include "cli/bench_lists.hpp"
 #include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
+#include "cli/ranks.hpp"
 #include "cli/render_settings.hpp"
 #include "cli/report.hpp"
 #include "cli/scene_cache.hpp"
@@ -25,7 +26,9 @@ using Json = nlohmann::ordered_json;
 constexpr const char* about_plan =
     "Says what a render would take before it is made: seconds, bytes moved onto the device, and how much slower it would be than with everything\n"
     "resident; what other limits would do to it; and which one would halve what the limit costs. Short parts of the very render, spread over all of\n"
-    "it, are rendered within each limit and timed. INPUT and options are those of 'raypager render'.";
+    "it, are rendered within each limit and timed; where the device has it, with more memory than --memory-limit says. INPUT and options are those "
+    "of\n"
+    "'raypager render', without --layers, --denoise, --adaptive and checkpoints.";
 
 struct PlanSettings {
     RenderSettings render;
@@ -75,7 +78,7 @@ std::string row_text(const ForecastRow& row, const Forecast& forecast) {
     return fmt::format("{} {:>10} {:>8} {:>14} {:>10} {:>10} {:>10.2f}{}\n", asked ? '>' : ' ', format_bytes(row.geometry_bytes),
                        format_share(share_of(row.geometry_bytes, forecast.scene_bytes)), format_bytes(row.memory_bytes), format_duration(row.seconds),
                        format_bytes(static_cast<uint64_t>(row.moved_bytes)), row.slow_down,
-                       row.measured ? "" : "  by a model: too large for the device");
+                       row.measured ? "" : "  by a model: more than renders take of this device");
 }
 
 std::string limit_text(const char* what, uint64_t limit, const Forecast& forecast) {
@@ -155,7 +158,10 @@ Status plan(const PlanSettings& settings) {
 Status run_plan(const Arguments& arguments) {
     const auto settings = parse_plan_settings(arguments);
     if (!settings) return settings.status();
-    return *settings ? plan(**settings) : Status();
+    if (!*settings) return {};
+    return run_in_ranks([&settings](const std::shared_ptr<Peers>& peers, bool&) {
+        return peers ? Status::usage("plan: is for one process; start it without mpirun") : plan(**settings);
+    });
 }
 
 }  // namespace raypager

@@ -1,24 +1,46 @@
 #include "cli/ranks.hpp"
 
 #ifdef RAYPAGER_MPI
+#include <algorithm>
+#include <exception>
+
 #include "base/log.hpp"
 #include "cluster/cluster.hpp"
 #endif
 
 namespace raypager {
 
-Status run_in_ranks(const std::function<Status(std::shared_ptr<Peers>)>& run) {
+#ifdef RAYPAGER_MPI
+namespace {
+
+// Others would wait for this one for ever. (An error is one line.)
+void end_all(Cluster& cluster, std::string message, int exit_status) {
+    std::replace(message.begin(), message.end(), '\n', ' ');
+    progress_line("");
+    log_note(message);
+    cluster.end(exit_status);
+}
+
+}  // namespace
+#endif
+
+Status run_in_ranks(const std::function<Status(std::shared_ptr<Peers>, bool& together)>& run) {
+    bool together = false;
 #ifdef RAYPAGER_MPI
     Cluster cluster;
-    const Status status = run(cluster.peers());
-    // Others would wait for this one for ever.
-    if (cluster.peers() && !status && status.kind() != ErrorKind::interrupted) {
-        log_note(status.message());
-        cluster.end(status.exit_code());
+    if (!cluster.peers()) return run(nullptr, together);
+    try {
+        const Status status = run(cluster.peers(), together);
+        if (!together) end_all(cluster, status ? "ended before the others" : status.message(), status ? 1 : status.exit_code());
+        return status;
+    } catch (const std::bad_alloc&) {
+        end_all(cluster, "out of memory; close other programs, or give a smaller --host-limit or --memory-limit", 1);
+    } catch (const std::exception& error) {
+        end_all(cluster, error.what(), 1);
     }
-    return status;
+    return Status::failed("ended before the others");
 #else
-    return run(nullptr);
+    return run(nullptr, together);
 #endif
 }
 

@@ -8,7 +8,8 @@
 
 namespace raypager {
 
-// run: is handed the other processes, or null where there are none. An error of one ends all.
-Status run_in_ranks(const std::function<Status(std::shared_ptr<Peers>)>& run);
+// run: is handed the other processes, or null where there are none; and says whether all have come to the end together. A process that does not ends
+// all others.
+Status run_in_ranks(const std::function<Status(std::shared_ptr<Peers>, bool& together)>& run);
 
 }  // namespace raypager

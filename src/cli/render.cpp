@@ -84,21 +84,25 @@ Status wait_for(Peers& peers) {
 }
 
 // Of a render that rank 0 has the picture of.
-Status render_for_others(const RenderOptions& options, const Blocks& scene, const StopSignal& signal) {
+Status render_for_others(const RenderOptions& options, const Blocks& scene, const StopSignal& signal, bool& together) {
     RenderCallbacks callbacks;
     callbacks.begins = [&signal] { signal.set_mode(StopMode::keep); };
-    return render(scene, options, callbacks).status();
+    RAYPAGER_TRY(render(scene, options, callbacks).status());
+    RAYPAGER_TRY(wait_for(*options.peers));  // while rank 0 writes, for signals come to all
+    together = true;
+    return {};
 }
 
-Status render_to_files(const RenderSettings& settings) {
+// together: whether all processes have come to its end.
+Status render_to_files(const RenderSettings& settings, bool& together) {
     const auto begin = std::chrono::steady_clock::now();
     Peers* const peers = settings.options.peers.get();
     const bool reports = !peers || peers->rank() == 0;
     if (peers && (settings.turntable > 0 || settings.view))
         return Status::usage("--turntable and --view are for one process; start it without mpirun");
-    RAYPAGER_TRY(check_outputs(settings));
+    if (reports) RAYPAGER_TRY(check_outputs(settings));
     const StopSignal signal(StopMode::leave);
-    auto reference = read_reference(settings);
+    auto reference = reports ? read_reference(settings) : std::optional<Image>();
     if (!reference) return reference.status();
     const bool show_progress = reports && (settings.progress || stderr_is_terminal());
     BakeRequest request = {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress, settings.look};
@@ -116,7 +120,7 @@ Status render_to_files(const RenderSettings& settings) {
     if (settings.turntable > 0) return render_turntable(settings, *options, *opened, begin);
     options->stop = &signal.stop();
     options->stop_now = &signal.stop_now();
-    if (!reports) return render_for_others(*options, scene, signal);
+    if (!reports) return render_for_others(*options, scene, signal, together);
     auto monitor = RenderMonitor::create(settings, *options, std::move(*reference));
     if (!monitor) return monitor.status();
 
@@ -137,6 +141,8 @@ Status render_to_files(const RenderSettings& settings) {
     RAYPAGER_TRY(write_results(settings, *options, scene, *result, seconds));  // the picture first, whatever became of the log
     RAYPAGER_TRY(logged);
     if (!denoised) return denoised.status().at(settings.output.string() + " is the picture with its noise");
+    if (peers) RAYPAGER_TRY(wait_for(*peers));
+    together = true;
     print_summary(settings, scene, result->report, seconds, monitor->final_rmse(), opened->ground_triangles);
     return complete ? Status() : stopped_early(settings, result->report);
 }
@@ -148,10 +154,10 @@ Status run_render(const Arguments& arguments) {
     if (!settings) return settings.status();
     if (!*settings) return {};
     RAYPAGER_TRY(choose_denoiser(**settings));
-    return run_in_ranks([&settings](std::shared_ptr<Peers> peers) {
+    return run_in_ranks([&settings](std::shared_ptr<Peers> peers, bool& together) {
         RenderSettings own = **settings;
         own.options.peers = std::move(peers);
-        return render_to_files(own);
+        return render_to_files(own, together);
     });
 }
 

@@ -114,6 +114,7 @@ Status DeviceGroup::step() {
         if (!busy) return busy.status();
         first.idle = shared_ && !*busy;
         if (first.idle) {
+            first.worker->watchdog().waits_for_others();
             std::this_thread::sleep_for(nap);
             return {};
         }
@@ -129,7 +130,11 @@ Status DeviceGroup::step() {
         return std::any_of(members_.begin(), members_.end(), ended) ||
                std::all_of(members_.begin(), members_.end(), [](const auto& m) { return m->idle; });
     };
-    changed_.wait_for(lock, step_time, over);
+    // Where all are idle already, it is another process that they wait for.
+    if (over())
+        changed_.wait_for(lock, nap);
+    else
+        changed_.wait_for(lock, step_time, over);
     return {};
 }
 

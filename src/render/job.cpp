@@ -23,10 +23,10 @@ Status RenderJob::prepare() {
     sample_limit_ = samples_to_begin_ = params->stage_begin;
     // With other processes, numbers that nobody has begun yet are taken by all.
     if (options_.peers)
-        pool_.add(checkpointer_->gaps());
+        RAYPAGER_TRY(share_checkpoint());
     else
         pool_.add(checkpointer_->left(sample_limit_));
-    pool_.add_again(checkpointer_->under_way());
+    if (!options_.peers) pool_.add_again(checkpointer_->under_way());
     if (instruments_.parts) {
         RAYPAGER_CHECK(!checkpointer_->enabled() && params->adaptive_error == 0);
         pool_.clear();
@@ -110,12 +110,13 @@ uint64_t RenderJob::samples_begun() const {
 // When time is up, or a stop is asked for, few camera paths begin any more (wavefront/sample_order.hpp), and all paths finish; but after a stop they
 // do not get long for it, and with a checkpoint, which keeps them, no time at all.
 Status RenderJob::end_early() {
+    if (options_.peers) return {};  // they end together
     const auto is_set = [](const std::atomic<bool>* flag) { return flag != nullptr && flag->load(); };
     if (all_ended()) return {};
     const double now = render_seconds();
     const bool at_once = cancelled_ || is_set(options_.stop_now), stop = at_once || is_set(options_.stop), first = stop && !stop_began_;
     if (first) stop_began_ = now;
-    if (!options_.peers) stopped_ = stop && (checkpointer_->enabled() || at_once || now - *stop_began_ >= options_.stop_seconds);
+    stopped_ = stop && (checkpointer_->enabled() || at_once || now - *stop_began_ >= options_.stop_seconds);
     const bool late = !late_ && options_.time_seconds > 0 && now >= options_.time_seconds;
     late_ = late_ || late;
     return !stopped_ && (first || late) ? begin_fewer(stop) : Status();
@@ -204,6 +205,8 @@ RenderProgress RenderJob::progress() const {
     p.snapshot_seconds = snapshot_seconds_;
     // Those that are begun again count as begun; a first pass that goes coarse to fine does so as a whole.
     uint64_t begun = samples_begun() - first_pass_.left() - pool_.again().size(), under_way = 0;
+    // What others have taken is as good as begun.
+    if (options_.peers) begun = std::max(begun, common_begin_ + std::min(common_taken_, common_end()));
     for (const WorkerFigures& f : devices) {
         begun -= f.again_left;
         under_way += uint64_t{f.ready_rays} + f.counters.waiting_rays();

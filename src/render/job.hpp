@@ -87,14 +87,16 @@ private:
     bool shares() const { return devices_.several() || options_.peers; }  // the film with other devices
 
     // job_peers.cpp: what other processes have to do with it.
-    enum class PeerAction : uint8_t { checkpoint = 1, snapshot, stage, stop, finish };
-    Status begin_with_peers(rp_render_params& params);
+    enum class PeerAction : uint8_t { checkpoint = 1, snapshot, stage, late, stop_soon, stop, finish };
+    Status begin_with_peers(rp_render_params& params, const DeviceInfo& device);
+    Status share_checkpoint();
+    Status ask_to_stop();
+    Result<bool> all_agree(bool agrees);
     uint64_t common_end() const;
     bool takes_no_more() const;
     Status take_from_peers();
     Status act_with_peers();
     Result<std::optional<PeerAction>> next_action();
-    bool stop_is_due();
     Status say_idle(bool idle);
     Status act(PeerAction what);
     Status film_to_first(const std::function<Status(std::span<uint32_t>)>& see);
@@ -155,10 +157,11 @@ private:
     // With other processes: numbers from common_begin_ on are taken by all, and common_taken_ of them were when this one last asked.
     uint64_t common_begin_ = 0, common_taken_ = 0, actions_ = 0;
     bool resumed_ = false;  // from a checkpoint, whichever process has read it
-    bool said_idle_ = false, stop_requested_ = false, keeps_checkpoints_ = false;
+    bool said_idle_ = false, asked_to_stop_ = false, asked_to_stop_now_ = false, keeps_checkpoints_ = false;
     bool finished_ = false;  // all of them
     WorkDone of_peers_;
     uint64_t begun_by_peers_ = 0;
+    double concurrent_of_peers_ = 0;  // seconds
     std::vector<RenderReport::DeviceWork> peer_devices_;
     Clock::time_point last_asked_;
     std::optional<AdaptiveSampling> adaptive_;

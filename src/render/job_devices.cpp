@@ -108,11 +108,11 @@ Status RenderJob::make_devices(rp_render_params& params) {
     RAYPAGER_TRY(check_picture_size(params, info));
     RAYPAGER_TRY(open_checkpoint(params, info));
     const bool leads = !options_.peers || options_.peers->rank() == 0;
-    if (!leads) RAYPAGER_TRY(begin_with_peers(params));
+    if (!leads) RAYPAGER_TRY(begin_with_peers(params, info));
     auto made = make_all_rounds(params, *shares);
     const auto alive = static_cast<uint32_t>(std::count_if(made.begin(), made.end(), [](const auto& rounds) { return rounds.ok(); }));
     if (alive == 0) return made.front().status();
-    if (leads) RAYPAGER_TRY(begin_with_peers(params));
+    if (leads) RAYPAGER_TRY(begin_with_peers(params, info));
 
     const bool shared = alive > 1 || options_.peers;
     pool_.set_devices(alive);

@@ -189,6 +189,7 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
     report.seconds.render = done.render_seconds;
     std::copy_n(done.stage_seconds, report.seconds.stages.size(), report.seconds.stages.begin());
     for (const double seconds : done.stage_seconds) report.seconds.trace += seconds;
+    report.seconds.trace -= concurrent_of_peers_;
     for (size_t i = 0; i < devices_.count(); i++)
         report.seconds.trace -= static_cast<double>(devices_.worker(i).wavefront().concurrent_nanoseconds()) * 1e-9;
     report.seconds.stall = done.stall_seconds;

@@ -1,5 +1,7 @@
 // A render that several processes share: they take samples from common numbers, and do together what concerns the whole picture: checkpoints, stages
 // of adaptive sampling, and the end. Rank 0 decides when, and has the film of all afterwards.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -20,6 +22,8 @@ constexpr uint64_t shares_per_rank = 4, fewest_of_rank = 65536, parts_of_rank = 
 
 // The lowest bits of the number that rank 0 raises say what is to be done; the others count.
 constexpr uint32_t action_bits = 8;
+// Of the number of stop requests: those that are not to wait for paths under way.
+constexpr uint64_t at_once_unit = uint64_t{1} << 32;
 
 template <class T>
 void put(std::vector<std::byte>& bytes, const std::vector<T>& values) {
@@ -49,25 +53,63 @@ WorkDone counts_of(WorkDone work) {
 
 }  // namespace
 
-// Of what rank 0 has read of a checkpoint the others need the order of samples, and where their numbers go on.
-Status RenderJob::begin_with_peers(rp_render_params& params) {
+// What rank 0 has settled, the order of samples above all; and whether all render the same.
+Status RenderJob::begin_with_peers(rp_render_params& params, const DeviceInfo& device) {
     if (!options_.peers) return {};
     RAYPAGER_TRY(check_several());
     struct Beginning {
+        RenderIdentity identity;
         rp_sample_order order;
+        std::array<char, 256> device;
         uint64_t next_sample;
-        uint32_t keeps_checkpoints, resumed;
+        uint32_t spp, keeps_checkpoints, resumed;
     };
+    Beginning beginning = {};
+    beginning.identity = identity_of(scene_, params);
+    beginning.order = params.order;
+    const std::string own = device.name + ", " + device.driver;
+    own.copy(beginning.device.data(), beginning.device.size() - 1);
+    beginning.next_sample = checkpointer_->next_sample();
+    beginning.spp = params.spp;
+    beginning.keeps_checkpoints = checkpointer_->enabled() ? 1 : 0;
+    beginning.resumed = checkpointer_->resumed() ? 1 : 0;
+    const RenderIdentity identity = beginning.identity;
     std::vector<std::byte> bytes;
-    put(bytes,
-        std::vector<Beginning>{{params.order, checkpointer_->next_sample(), checkpointer_->enabled() ? 1u : 0u, checkpointer_->resumed() ? 1u : 0u}});
+    put(bytes, std::vector{beginning});
     RAYPAGER_TRY(options_.peers->broadcast(bytes));
     std::span<const std::byte> rest(bytes);
-    const Beginning beginning = take<Beginning>(rest)[0];
+    beginning = take<Beginning>(rest)[0];
+    const uint32_t rank = options_.peers->rank();
+    if (std::memcmp(&identity, &beginning.identity, sizeof identity) != 0 || params.spp != beginning.spp)
+        return Status::failed(fmt::format("rank {} renders another scene or picture than rank 0, or is another program; give all the same", rank));
+    if (own.substr(0, beginning.device.size() - 1) != beginning.device.data() && !options_.allow_different)
+        return Status::usage(
+            fmt::format("rank {} has {}, rank 0 {}: the last bits of the picture would depend on which of them takes a sample; give all "
+                        "the same --device, or --allow-different",
+                        rank, own, beginning.device.data()));
     params.order = beginning.order;
     common_begin_ = beginning.next_sample;
     keeps_checkpoints_ = beginning.keeps_checkpoints != 0;
     resumed_ = beginning.resumed != 0;
+    return {};
+}
+
+// Each does its share of what a checkpoint has left behind.
+Status RenderJob::share_checkpoint() {
+    std::vector<std::byte> bytes;
+    if (options_.peers->rank() == 0) {
+        put(bytes, checkpointer_->gaps());
+        put(bytes, checkpointer_->under_way());
+    }
+    RAYPAGER_TRY(options_.peers->broadcast(bytes));
+    std::span<const std::byte> rest(bytes);
+    const uint64_t rank = options_.peers->rank(), ranks = options_.peers->count();
+    std::vector<SampleRange> gaps = take<SampleRange>(rest);
+    for (SampleRange& gap : gaps) gap = {gap.begin + gap.size() * rank / ranks, gap.begin + gap.size() * (rank + 1) / ranks};
+    pool_.add(std::move(gaps));
+    const std::vector<rp_path_sample> again = take<rp_path_sample>(rest);
+    const auto at = [&](uint64_t share) { return again.begin() + static_cast<std::ptrdiff_t>(again.size() * share / ranks); };
+    pool_.add_again({at(rank), at(rank + 1)});
     return {};
 }
 
@@ -98,9 +140,9 @@ Status RenderJob::act_with_peers() {
     const auto now = Clock::now();
     if (now - last_asked_ < std::chrono::milliseconds(20)) return {};
     last_asked_ = now;
+    RAYPAGER_TRY(ask_to_stop());
     RAYPAGER_TRY(say_idle(takes_no_more() && devices_.idle()));
     Peers& peers = *options_.peers;
-    if (stop_began_ && !std::exchange(stop_requested_, true)) RAYPAGER_TRY(peers.add(stop_requests, 1).status());
     const auto word = peers.add(action, 0);
     if (!word) return word.status();
     if (peers.rank() > 0) return *word >> action_bits > actions_ ? act(static_cast<PeerAction>(*word & ((1 << action_bits) - 1))) : Status();
@@ -111,26 +153,34 @@ Status RenderJob::act_with_peers() {
     return act(**next);
 }
 
+// Signals may come to one of them alone.
+Status RenderJob::ask_to_stop() {
+    const auto is_set = [](const std::atomic<bool>* flag) { return flag != nullptr && flag->load(); };
+    const bool at_once = cancelled_ || is_set(options_.stop_now), stop = at_once || is_set(options_.stop);
+    if (stop && !std::exchange(asked_to_stop_, true)) RAYPAGER_TRY(options_.peers->add(stop_requests, 1).status());
+    if (at_once && !std::exchange(asked_to_stop_now_, true)) RAYPAGER_TRY(options_.peers->add(stop_requests, at_once_unit).status());
+    return {};
+}
+
 Result<std::optional<RenderJob::PeerAction>> RenderJob::next_action() {
     const auto idle = options_.peers->add(idle_ranks, 0), stops = options_.peers->add(stop_requests, 0);
     if (!idle || !stops) return idle ? stops.status() : idle.status();
+    const double now = render_seconds();
+    const bool stop = *stops > 0, has_had_time = stop_began_ && now - *stop_began_ >= options_.stop_seconds;
     std::optional<PeerAction> next;
-    if (*stops > 0 && stop_is_due())
+    if (stop && (checkpointer_->enabled() || *stops >= at_once_unit || has_had_time))
         next = PeerAction::stop;
+    else if (stop && !stop_began_)
+        next = PeerAction::stop_soon;
+    else if (!late_ && options_.time_seconds > 0 && now >= options_.time_seconds)
+        next = PeerAction::late;
     else if (*idle == options_.peers->count())
         next = adaptive_ && !late_ && !stop_began_ ? PeerAction::stage : PeerAction::finish;
     else if (checkpointer_->due())
         next = PeerAction::checkpoint;
-    else if (callbacks_.snapshot && options_.snapshot_seconds > 0 && render_seconds() >= next_snapshot_)
+    else if (callbacks_.snapshot && options_.snapshot_seconds > 0 && now >= next_snapshot_)
         next = PeerAction::snapshot;
     return next;
-}
-
-// With a checkpoint at once, else when paths under way have had their time.
-bool RenderJob::stop_is_due() {
-    const double now = render_seconds();
-    if (!stop_began_) stop_began_ = now;
-    return checkpointer_->enabled() || now - *stop_began_ >= options_.stop_seconds;
 }
 
 Status RenderJob::say_idle(bool idle) {
@@ -138,10 +188,32 @@ Status RenderJob::say_idle(bool idle) {
     return options_.peers->add(idle_ranks, idle ? 1 : ~uint64_t{0}).status();
 }
 
+Result<bool> RenderJob::all_agree(bool agrees) {
+    const std::array<std::byte, 1> own = {std::byte{agrees}};
+    const auto all = options_.peers->gather(own);
+    if (!all) return all.status();
+    std::vector<std::byte> answer;
+    if (options_.peers->rank() == 0)
+        answer.push_back(std::byte{std::all_of(all->begin(), all->end(), [](const auto& of_rank) { return of_rank[0] != std::byte{0}; })});
+    RAYPAGER_TRY(options_.peers->broadcast(answer));
+    return answer[0] != std::byte{0};
+}
+
 Status RenderJob::act(PeerAction what) {
     actions_++;
+    if (what == PeerAction::late || what == PeerAction::stop_soon) {
+        late_ = late_ || what == PeerAction::late;
+        if (what == PeerAction::stop_soon) stop_began_ = render_seconds();
+        return begin_fewer(what == PeerAction::stop_soon);
+    }
     RAYPAGER_TRY(settle());
     RAYPAGER_TRY(collect_films());
+    if (what == PeerAction::stage || what == PeerAction::finish) {
+        // A device may have failed in the last moment; then others do its work again.
+        const auto agreed = all_agree(takes_no_more() && devices_.idle());
+        if (!agreed) return agreed.status();
+        if (!*agreed) return say_idle(false);
+    }
     switch (what) {
         case PeerAction::checkpoint:
             devices_.doing("writing the checkpoint");
@@ -152,14 +224,13 @@ Status RenderJob::act(PeerAction what) {
         case PeerAction::stage:
             return stage_of_all();
         case PeerAction::stop:
-            stopped_ = true;
-            shortened_ = true;
+            stopped_ = shortened_ = true;
             [[fallthrough]];
-        case PeerAction::finish:
+        default:
             finished_ = true;
             last_stage_ended_ = adaptive_.has_value();
+            return {};
     }
-    return {};
 }
 
 // Rank 0 gets the film of all; the others have none of it any more.
@@ -260,6 +331,7 @@ Status RenderJob::finish_with_peers() {
     struct Done {
         WorkDone work;
         uint64_t begun;
+        double concurrent_seconds;
     };
     struct DeviceDone {
         std::array<char, 128> name;
@@ -267,9 +339,10 @@ Status RenderJob::finish_with_peers() {
         double trace_seconds, stall_seconds, build_seconds;
     };
     std::vector<std::byte> bytes;
-    put(bytes, std::vector<Done>{{work(), samples_begun()}});
+    Done own = {work(), samples_begun(), 0};
     std::vector<DeviceDone> devices;
     for (size_t i = 0; i < devices_.count(); i++) {
+        own.concurrent_seconds += static_cast<double>(devices_.worker(i).wavefront().concurrent_nanoseconds()) * 1e-9;
         const RenderReport::DeviceWork d = device_work(devices_.worker(i));
         devices.push_back({{},
                            d.index,
@@ -286,6 +359,7 @@ Status RenderJob::finish_with_peers() {
                            d.build_seconds});
         d.facts.name.copy(devices.back().name.data(), devices.back().name.size() - 1);
     }
+    put(bytes, std::vector{own});
     put(bytes, devices);
     const auto all = options_.peers->gather(bytes);
     if (!all) return all.status();
@@ -294,6 +368,7 @@ Status RenderJob::finish_with_peers() {
         const Done done = take<Done>(rest)[0];
         of_peers_ += counts_of(done.work);
         begun_by_peers_ += done.begun;
+        concurrent_of_peers_ += done.concurrent_seconds;
         for (const DeviceDone& d : take<DeviceDone>(rest)) {
             RenderReport::DeviceWork& device = peer_devices_.emplace_back();
             device.facts.name = d.name.data();

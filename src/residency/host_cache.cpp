@@ -143,7 +143,7 @@ bool HostCache::prepare(uint64_t bytes) {
 
 void HostCache::enter() {
     const Lock lock(mutex_);
-    users_++;
+    shared_ = ++users_ > 1 || shared_;
 }
 
 void HostCache::leave() {
@@ -233,7 +233,7 @@ Status HostCache::add_chunk(Lock& lock) {
     if (memory) {
         chunk.pinned = std::move(*memory);
         chunk.bytes = chunk.pinned.bytes();
-    } else if (users_ > 1) {
+    } else if (shared_) {
         chunk.plain.reset(static_cast<std::byte*>(std::aligned_alloc(RP_BLOCK_ALIGNMENT, chunk_bytes_)));
         if (!chunk.plain) return memory.status();
         chunk.bytes = {chunk.plain.get(), chunk_bytes_};

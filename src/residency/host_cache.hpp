@@ -98,6 +98,7 @@ private:
     bool adding_ = false;  // a chunk is being pinned, without the lock
     bool closed_ = false;
     uint32_t users_ = 0;
+    bool shared_ = false;  // there were several of them
 };
 
 }  // namespace raypager
