@@ -195,7 +195,7 @@ TEST_F(Report, nobody_waits_for_what_has_come) {
     rp_render_params params = {};
     auto settings = device_->upload(std::as_bytes(std::span(&params, 1)), "settings");
     ASSERT_TRUE(settings.ok());
-    ASSERT_TRUE(advance->set(*settings, counters_on_device_, *table, blocks_, blocks_, demand_, 0u).ok());
+    ASSERT_TRUE(advance->set(*settings, counters_on_device_, *table, blocks_, blocks_, demand_, rp_sample_numbers{}, 0u).ok());
     ASSERT_TRUE(queue.launch(*advance, blocks_, 1).ok());
     ASSERT_TRUE(queue.read_now(counters_on_device_, 0, std::as_writable_bytes(std::span(counters_))).ok());
     rule.clear();
