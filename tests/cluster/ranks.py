@@ -49,9 +49,13 @@ def check_killed_ranks() -> None:
     stops = 0
     for ranks in (3, 2):
         before = Path("a.ckpt").stat().st_mtime_ns if Path("a.ckpt").exists() else 0
-        job = subprocess.Popen(command(ranks, *options, *kept), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        job = subprocess.Popen(
+            command(ranks, *options, *kept), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
         begin = time.monotonic()
-        while job.poll() is None and time.monotonic() - begin < LIMIT and not (Path("a.ckpt").exists() and Path("a.ckpt").stat().st_mtime_ns > before):
+        while (
+            job.poll() is None and time.monotonic() - begin < LIMIT and not (Path("a.ckpt").exists() and Path("a.ckpt").stat().st_mtime_ns > before)
+        ):
             time.sleep(0.02)
         processes = subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()
         if job.poll() is None and processes:

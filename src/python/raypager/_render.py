@@ -350,9 +350,8 @@ def render(scene: Source, *, progress: Callable[[Progress], object] | None = Non
     ``device``: a number or part of a name, see :func:`devices`; several as a list, or "all" for those like the default one. They share the work, and
     the picture is the same; with ``allow_different`` they may be of different kinds, and then its last bits depend on chance. ``memory_limit``:
     of each device's memory, for all of the render: bytes, or text such as "8G". ``geometry_limit``: of it, for blocks and pages: bytes, or a share
-    of the scene such as "25%". ``host_limit``: of main memory,
-    for blocks that are read, and for the bake. The picture is the same to the bit whatever the limits are; one that is too small is an error that
-    says what would do.
+    of the scene such as "25%". ``host_limit``: of main memory, for blocks that are read, and for the bake. The picture is the same to the bit
+    whatever the limits are; one that is too small is an error that says what would do.
 
     ``checkpoint``: a file that keeps all work, every ``checkpoint_every`` seconds and at the end; ``resume``: goes on from it. ``connection``,
     ``policy``, ``traversal``, ``paths``: as the command line's. ``progress``: called a few times a second.
