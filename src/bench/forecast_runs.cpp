@@ -1,5 +1,7 @@
 #include "bench/forecast_runs.hpp"
 
+#include <cmath>
+
 #include "device/device.hpp"
 #include "device/select.hpp"
 #include "render/params.hpp"
@@ -68,7 +70,7 @@ Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options,
     own.warning = callbacks.warning;
     own.progress = [&](const RenderProgress& p) {
         const auto rounds = static_cast<double>(pilot.marks.size() + 1);
-        pilot.marks.push_back({static_cast<uint64_t>(p.spp * pixels + 0.5), {p.seconds, static_cast<double>(p.rays), rounds, 0}});
+        pilot.marks.push_back({static_cast<uint64_t>(std::llround(p.spp * pixels)), {p.seconds, static_cast<double>(p.rays), rounds, 0}});
     };
     RenderOptions each_round = options;
     each_round.progress_seconds = 0;

@@ -88,9 +88,8 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
     for (const RenderReport::DeviceWork& device : report.devices) {
         if (report.devices.size() == 1) break;
         line((device.rank > 0 ? fmt::format("rank {} device {}", device.rank, device.index) : fmt::format("device {}", device.index)).c_str(),
-             fmt::format("{} % of the samples, {}, {} loaded, {} of memory",
-                         static_cast<int>(100 * ratio(double(device.samples), double(samples)) + 0.5), counted(device.loads, "load"),
-                         format_bytes(device.bytes_loaded), format_bytes(device.peak_memory_bytes)));
+             fmt::format("{:.0f} % of the samples, {}, {} loaded, {} of memory", 100 * ratio(double(device.samples), double(samples)),
+                         counted(device.loads, "load"), format_bytes(device.bytes_loaded), format_bytes(device.peak_memory_bytes)));
     }
     line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));
     return text;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/hash.hpp"
 #include "render/job.hpp"
 #include "render/params.hpp"
 
@@ -80,7 +81,8 @@ Status RenderJob::begin_with_peers(rp_render_params& params, const DeviceInfo& d
     std::span<const std::byte> rest(bytes);
     beginning = take<Beginning>(rest)[0];
     const uint32_t rank = options_.peers->rank();
-    if (std::memcmp(&identity, &beginning.identity, sizeof identity) != 0 || params.spp != beginning.spp)
+    const auto hash = [](const RenderIdentity& of) { return hash64(std::as_bytes(std::span(&of, 1))); };
+    if (hash(identity) != hash(beginning.identity) || params.spp != beginning.spp)
         return Status::failed(fmt::format("rank {} renders another scene or picture than rank 0, or is another program; give all the same", rank));
     if (own.substr(0, beginning.device.size() - 1) != beginning.device.data() && !options_.allow_different)
         return Status::usage(

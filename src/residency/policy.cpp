@@ -28,7 +28,8 @@ double coarse_logarithm(double x) {
     constexpr int bias = 1023, lift = 1200;  // a multiple of same_requests_bits, so that nothing is negative
     static_assert(lift % same_requests_bits == 0 && lift > bias);
     const int exponent = static_cast<int>(std::bit_cast<uint64_t>(x) >> 52) - bias;
-    return (exponent + lift) / same_requests_bits - lift / same_requests_bits;
+    const int coarse = (exponent + lift) / same_requests_bits - lift / same_requests_bits;
+    return coarse;
 }
 
 // How much a block is wanted; the highest comes in first.
