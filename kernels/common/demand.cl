@@ -10,11 +10,13 @@ static inline volatile __global uchar* rp_marks_of(volatile __global uint* deman
 
 // Something about the block has changed that the host is to be told.
 static inline void rp_mark(volatile __global uchar* marks, uint block) {
-    volatile __global uchar* const mark = marks + block / RP_MARK_BLOCKS;
-#ifdef RP_NV_PTX
-    *mark = 1u;  // a store is not waited for, but a load would be
+    const uint group = block / RP_MARK_BLOCKS;
+#ifdef RP_ATOMIC_MARKS
+    atomic_or((volatile __global uint*)marks + group / 4u, 1u << 8u * (group % 4u));
+#elif defined(RP_NV_PTX)
+    marks[group] = 1u;  // a store is not waited for, but a load would be
 #else
-    if (*mark == 0u) *mark = 1u;  // cores that only read it do not take it from each other
+    if (marks[group] == 0u) marks[group] = 1u;  // cores that only read it do not take it from each other
 #endif
 }
 
