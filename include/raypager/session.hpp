@@ -124,12 +124,14 @@ struct RenderReport {
         std::string name, platform, driver, type;
     } device;  // the first one
     // What each did in this run; of several devices without those that have failed.
-    struct DeviceWork {
-        DeviceFacts facts;
+    struct DeviceFigures {
         uint32_t rank = 0, index = 0;  // of the process; as in --device
         uint64_t samples = 0, rays = 0, loads = 0, bytes_loaded = 0, rounds = 0, texture_waits = 0;
         uint64_t peak_memory_bytes = 0, peak_geometry_bytes = 0;
         double trace_seconds = 0, stall_seconds = 0, build_seconds = 0;
+    };
+    struct DeviceWork : DeviceFigures {
+        DeviceFacts facts;
     };
     std::vector<DeviceWork> devices;
     struct Limits {

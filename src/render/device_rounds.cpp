@@ -66,7 +66,6 @@ Status DeviceRounds::restart(const rp_render_params& params) {
     residency_->forget_demand();
     counters_ = {};
     texture_waits_ = 0;
-    ended_before_ = ended_;
     auto wavefront = Wavefront::create(*device_, source_.scene(), plan_.form, plan_.params, residency_->slabs(), residency_->page_table(),
                                        plan_.filled_together, plan_.notes, plan_.visits);
     if (!wavefront) return wavefront.status();

@@ -44,7 +44,6 @@ public:
     uint32_t started() const { return started_; }
     uint32_t ended() const { return ended_; }
     uint32_t under_way() const { return started_ - ended_; }
-    bool has_counted() const { return ended_ > ended_before_; }  // since the start or restart
     bool may_start() const { return under_way() < (nothing_to_trace() || wavefront_->begins_again() ? 1 : plan_.rounds_under_way); }
     Status start();
     // Waits for the oldest round under way. Afterwards the counters are those of that round.
@@ -90,7 +89,7 @@ private:
     std::unique_ptr<Wavefront> wavefront_;
     RoundCounters counters_;
     uint64_t texture_waits_ = 0;
-    uint32_t started_ = 0, ended_ = 0, ended_before_ = 0;  // the last: before a restart
+    uint32_t started_ = 0, ended_ = 0;
     double stall_seconds_ = 0;
 };
 

@@ -101,7 +101,6 @@ WorkerFigures DeviceWorker::figures() const {
     f.texture_waits = rounds_->texture_waits();
     f.begins_again = wavefront().begins_again();
     f.all_idle = rounds_->all_idle();
-    f.has_counted = rounds_->has_counted();
     WorkDone& work = f.work;
     work.stall_seconds = rounds_->stall_seconds();
     for (size_t i = 0; i < std::size(work.stage_seconds); i++) work.stage_seconds[i] = static_cast<double>(wavefront().stage_nanoseconds()[i]) * 1e-9;

@@ -23,7 +23,7 @@ struct WorkerFigures {
     uint32_t index = 0;       // of the device
     uint32_t slots = 0, ready_rays = 0, rounds = 0;
     uint64_t resident_bytes = 0, pool_bytes = 0, texture_waits = 0;
-    bool begins_again = false, all_idle = false, has_counted = false;
+    bool begins_again = false, all_idle = false;
 };
 
 struct WorkerCallbacks {

@@ -22,11 +22,12 @@ Status RenderJob::prepare() {
     begun_before_ = checkpointer_->begun();
     sample_limit_ = samples_to_begin_ = params->stage_begin;
     // With other processes, numbers that nobody has begun yet are taken by all.
-    if (options_.peers)
+    if (options_.peers) {
         RAYPAGER_TRY(share_checkpoint());
-    else
+    } else {
         pool_.add(checkpointer_->left(sample_limit_));
-    if (!options_.peers) pool_.add_again(checkpointer_->under_way());
+        pool_.add_again(checkpointer_->under_way());
+    }
     if (instruments_.parts) {
         RAYPAGER_CHECK(!checkpointer_->enabled() && params->adaptive_error == 0);
         pool_.clear();

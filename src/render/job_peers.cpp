@@ -18,9 +18,6 @@ namespace {
 // Numbers that all ranks have in common (Peers::add).
 enum Common : uint32_t { taken, action, idle_ranks, stop_requests };
 
-// Of what is left, a rank takes a quarter of its share at a time, but not so few that it would have to ask after every round.
-constexpr uint64_t shares_per_rank = 4, fewest_of_rank = 65536, parts_of_rank = 32;
-
 // The lowest bits of the number that rank 0 raises say what is to be done; the others count.
 constexpr uint32_t action_bits = 8;
 // Of the number of stop requests: those that are not to wait for paths under way.
@@ -125,9 +122,7 @@ bool RenderJob::takes_no_more() const {
 
 Status RenderJob::take_from_peers() {
     if (takes_no_more()) return {};
-    const uint64_t end = common_end(), ranks = options_.peers->count();
-    const uint64_t least = std::clamp<uint64_t>(end / (parts_of_rank * ranks), 1, fewest_of_rank);
-    const uint64_t share = std::max((end - common_taken_) / (shares_per_rank * ranks), least);
+    const uint64_t end = common_end(), share = next_share(end - common_taken_, end, options_.peers->count());
     if (pool_.left() > share / 2) return {};
     const auto before = options_.peers->add(taken, share);
     if (!before) return before.status();
@@ -337,8 +332,7 @@ Status RenderJob::finish_with_peers() {
     };
     struct DeviceDone {
         std::array<char, 128> name;
-        uint64_t index, samples, rays, loads, bytes_loaded, rounds, texture_waits, peak_memory_bytes, peak_geometry_bytes;
-        double trace_seconds, stall_seconds, build_seconds;
+        RenderReport::DeviceFigures figures;
     };
     std::vector<std::byte> bytes;
     Done own = {work(), samples_begun(), 0};
@@ -346,19 +340,7 @@ Status RenderJob::finish_with_peers() {
     for (size_t i = 0; i < devices_.count(); i++) {
         own.concurrent_seconds += static_cast<double>(devices_.worker(i).wavefront().concurrent_nanoseconds()) * 1e-9;
         const RenderReport::DeviceWork d = device_work(devices_.worker(i));
-        devices.push_back({{},
-                           d.index,
-                           d.samples,
-                           d.rays,
-                           d.loads,
-                           d.bytes_loaded,
-                           d.rounds,
-                           d.texture_waits,
-                           d.peak_memory_bytes,
-                           d.peak_geometry_bytes,
-                           d.trace_seconds,
-                           d.stall_seconds,
-                           d.build_seconds});
+        devices.push_back({{}, d});
         d.facts.name.copy(devices.back().name.data(), devices.back().name.size() - 1);
     }
     put(bytes, std::vector{own});
@@ -372,21 +354,8 @@ Status RenderJob::finish_with_peers() {
         begun_by_peers_ += done.begun;
         concurrent_of_peers_ += done.concurrent_seconds;
         for (const DeviceDone& d : take<DeviceDone>(rest)) {
-            RenderReport::DeviceWork& device = peer_devices_.emplace_back();
-            device.facts.name = d.name.data();
+            RenderReport::DeviceWork& device = peer_devices_.emplace_back(RenderReport::DeviceWork{d.figures, {d.name.data(), {}, {}, {}}});
             device.rank = static_cast<uint32_t>(rank);
-            device.index = static_cast<uint32_t>(d.index);
-            device.samples = d.samples;
-            device.rays = d.rays;
-            device.loads = d.loads;
-            device.bytes_loaded = d.bytes_loaded;
-            device.rounds = d.rounds;
-            device.texture_waits = d.texture_waits;
-            device.peak_memory_bytes = d.peak_memory_bytes;
-            device.peak_geometry_bytes = d.peak_geometry_bytes;
-            device.trace_seconds = d.trace_seconds;
-            device.stall_seconds = d.stall_seconds;
-            device.build_seconds = d.build_seconds;
         }
     }
     if (late_ || stop_began_) samples_to_begin_ = samples_begun() + begun_by_peers_;

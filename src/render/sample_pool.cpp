@@ -6,10 +6,6 @@
 namespace raypager {
 namespace {
 
-// Of what is left, each device takes a quarter of its share, but not so few that it would have to come again after every round: at most so many, and
-// of what there was in the beginning a part.
-constexpr uint64_t shares = 4, fewest = 65536, parts = 32;
-
 uint64_t sum(const std::vector<SampleRange>& ranges) {
     uint64_t all = 0;
     for (const SampleRange& range : ranges) all += range.size();
@@ -18,18 +14,23 @@ uint64_t sum(const std::vector<SampleRange>& ranges) {
 
 }  // namespace
 
+uint64_t next_share(uint64_t left, uint64_t in_the_beginning, uint64_t takers) {
+    const uint64_t fewest = std::clamp<uint64_t>(in_the_beginning / (32 * takers), 1, 65536);
+    return std::max(left / (4 * takers), fewest);
+}
+
 void SamplePool::add(std::vector<SampleRange> ranges) {
     const std::lock_guard lock(mutex_);
     ranges.insert(ranges.end(), ranges_.begin(), ranges_.end());
     ranges_ = merge_ranges(std::move(ranges));
-    fewest_ = std::clamp<uint64_t>(sum(ranges_) / (parts * devices_), 1, fewest);
+    in_the_beginning_ = sum(ranges_);
 }
 
 std::optional<SampleRange> SamplePool::take() {
     const std::lock_guard lock(mutex_);
     if (ranges_.empty()) return std::nullopt;
     SampleRange& first = ranges_.front();
-    const uint64_t most = devices_ == 1 ? first.size() : std::max(sum(ranges_) / (shares * devices_), fewest_);
+    const uint64_t most = devices_ == 1 ? first.size() : next_share(sum(ranges_), in_the_beginning_, devices_);
     const SampleRange taken = {first.begin, first.begin + std::min(first.size(), most)};
     first.begin = taken.end;
     if (first.size() == 0) ranges_.erase(ranges_.begin());

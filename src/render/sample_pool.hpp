@@ -12,6 +12,10 @@
 
 namespace raypager {
 
+// How many of those that are left one of so many takers gets: a quarter of its share, but not so few that it would have to come again after every
+// round: at most 65536 then, and a part of what there was in the beginning.
+uint64_t next_share(uint64_t left, uint64_t in_the_beginning, uint64_t takers);
+
 class SamplePool {
 public:
     // devices: that take from it. One gets everything at once.
@@ -35,7 +39,7 @@ public:
 private:
     mutable std::mutex mutex_;
     uint32_t devices_;
-    uint64_t fewest_ = 1;              // that are taken at a time, where there are as many
+    uint64_t in_the_beginning_ = 0;    // when samples were last added
     std::vector<SampleRange> ranges_;  // sorted
     std::vector<rp_path_sample> again_;
     size_t again_share_ = 0;

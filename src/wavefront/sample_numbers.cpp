@@ -45,21 +45,6 @@ size_t SampleNumbers::part_of(uint64_t count) const {
     return static_cast<size_t>(found - parts_.begin());
 }
 
-uint64_t SampleNumbers::number(uint64_t count) const {
-    RAYPAGER_CHECK(count < this->count());
-    const Part& part = parts_[part_of(count)];
-    return part.range.begin + (count - part.begin_count());
-}
-
-std::vector<SampleRange> SampleNumbers::before(uint64_t count) const {
-    std::vector<SampleRange> ranges;
-    for (const Part& part : parts_) {
-        if (part.begin_count() >= count) break;
-        ranges.push_back({part.range.begin, part.range.begin + (std::min(count, part.end_count) - part.begin_count())});
-    }
-    return ranges;
-}
-
 std::vector<SampleRange> SampleNumbers::from(uint64_t count) const {
     std::vector<SampleRange> ranges;
     for (const Part& part : parts_)

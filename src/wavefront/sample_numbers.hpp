@@ -2,6 +2,7 @@
 // has begun by number; a count and these ranges say which ones.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,9 +26,7 @@ public:
     void append(const SampleRange& range);
     // Behind the first so many none are begun. REQUIRES: not more than count().
     void cut(uint64_t count);
-    // The number of the sample that is begun after so many others. REQUIRES: count < count().
-    uint64_t number(uint64_t count) const;
-    std::vector<SampleRange> before(uint64_t count) const;
+    // Those that are begun after so many others.
     std::vector<SampleRange> from(uint64_t count) const;
     // For a round that is started when at least so many have been begun: the range that they end in, and the next one.
     rp_sample_numbers for_round(uint64_t count) const;
