@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "raypager/scene.hpp"
@@ -16,12 +17,16 @@ namespace raypager {
 enum class BlockForm { stored, wide };
 
 class BlockSource;
+class Peers;
 
 // Blocks in a file or in memory. A handle: copies share what they refer to, which any number of threads may read.
 class Blocks {
 public:
     // Reads and checks everything in a block file (.rpb) but the blocks, which renders read and check when they need them. The file stays open.
     static Result<Blocks> open(const std::filesystem::path& path);
+    // The same scene in all processes that render together. By all together; own: rank 0's. Others may read blocks from the file that rank 0 has
+    // opened, where it is there for them under the same path; else from the memory of those that do (RenderOptions::peers).
+    static Result<Blocks> hand_out(const std::optional<Blocks>& own, Peers& peers);
     // For the engine: BlockSource is no part of the library.
     explicit Blocks(std::shared_ptr<const BlockSource> source) : source_(std::move(source)) {}
 

@@ -134,6 +134,12 @@ struct RenderReport {
         DeviceFacts facts;
     };
     std::vector<DeviceWork> devices;
+    // Of each process, where there are several: bytes of blocks in its memory for all, bytes that its cache has asked for, by where they came from,
+    // and answers of others that came late or damaged.
+    struct Rank {
+        uint64_t kept_bytes = 0, from_memory = 0, from_peers = 0, from_file = 0, late = 0, damaged = 0;
+    };
+    std::vector<Rank> ranks;
     struct Limits {
         uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
     } limits, peak;

@@ -29,6 +29,7 @@ public:
     static Result<InputFile> open(const std::filesystem::path& path);
     uint64_t size() const { return size_; }  // of the content
     const std::filesystem::path& path() const { return path_; }
+    bool is_open() const { return descriptor_ >= 0 || unpacked_; }
     // Fills all of bytes from offset on; a file that ends before is an error.
     Status read(uint64_t offset, std::span<std::byte> bytes) const;
 

@@ -83,6 +83,20 @@ Status wait_for(Peers& peers) {
     return peers.broadcast(nothing);
 }
 
+// Rank 0 opens the scene, and bakes what is not baked.
+Result<OpenedScene> open_for_all(const RenderSettings& settings, const BakeRequest& request) {
+    Peers* const peers = settings.options.peers.get();
+    std::optional<OpenedScene> opened;
+    if (!peers || peers->rank() == 0) {
+        auto scene = open_scene(settings.inputs, settings.cache_directory, request);
+        if (!scene || !peers) return scene;
+        opened = std::move(*scene);
+    }
+    auto blocks = Blocks::hand_out(opened ? std::optional(opened->blocks) : std::nullopt, *peers);
+    if (!blocks) return blocks.status();
+    return opened ? *opened : OpenedScene{*blocks};
+}
+
 // Of a render that rank 0 has the picture of.
 Status render_for_others(const RenderOptions& options, const Blocks& scene, const StopSignal& signal, bool& together) {
     RenderCallbacks callbacks;
@@ -108,10 +122,8 @@ Status render_to_files(const RenderSettings& settings, bool& together) {
     BakeRequest request = {settings.bake, {settings.options.width, settings.options.height, settings.camera}, show_progress, settings.look};
     if (settings.options.host_limit)
         request.options.host_limit = std::max(settings.options.host_limit, smallest_bake_limit(request.options.block_bytes));
-    if (!reports) RAYPAGER_TRY(wait_for(*peers));  // rank 0 bakes what is not baked
-    const auto opened = open_scene(settings.inputs, settings.cache_directory, request);
+    const auto opened = open_for_all(settings, request);
     if (!opened) return opened.status();
-    if (peers && reports) RAYPAGER_TRY(wait_for(*peers));
     const Blocks& scene = opened->blocks;
     auto options = effective_options(settings, scene);
     if (!options) return options.status();

@@ -15,13 +15,13 @@ public:
     Cluster(const Cluster&) = delete;
     Cluster& operator=(const Cluster&) = delete;
     // Null where there is one rank.
-    std::shared_ptr<Peers> peers() const { return peers_; }
+    std::shared_ptr<Peers> peers() const;
     // Ends the program, with this exit status: where there are other ranks and it is not 0, theirs, too.
     int end(int exit_status);
 
 private:
-    bool begun_ = false;
-    std::shared_ptr<Peers> peers_;
+    struct State;
+    std::shared_ptr<State> state_;  // null: MPI has not begun
 };
 
 }  // namespace raypager

@@ -39,10 +39,11 @@ Status DeviceRounds::make(const rp_render_params& params, uint64_t memory_limit)
         device_ = std::move(*device);
     }
     const BakedScene& scene = source_.scene();
-    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit, share_.devices, share_.all_devices);
+    auto plan = plan_render(scene, options_, instruments_, params, device_->info(), memory_limit, share_);
     if (!plan) return plan.status();
     plan_ = *plan;
     if (share_.order_is_given) plan_.params.order = params.order;
+    plan_.residency.host_limit -= std::min(plan_.residency.host_limit, source_.held_bytes());
     plan_.residency.host_limit /= share_.caches;
     std::shared_ptr<HostCache> cache;
     for (const std::shared_ptr<HostCache>& shared : share_.shared_caches)
@@ -83,7 +84,7 @@ std::unique_ptr<Device> DeviceRounds::release_device() {
 void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std::function<void(const std::string&)>& warn) const {
     const DefaultLimit& limit = device_->default_limit();
     if (options_.memory_limit || share_.devices > 1 || !limit.reduced()) return;
-    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual, share_.devices, share_.all_devices);
+    const auto usual = plan_render(source_.scene(), options_, instruments_, params, device_->info(), limit.usual, share_);
     if (!usual || (usual->params.slot_count == slots() && usual->residency.pool_bytes == residency_->pool_bytes())) return;
     warn(fmt::format("other programs hold much of the memory: the memory limit is {} instead of {}; --memory-limit sets another",
                      format_bytes(device_->budget().limit()), format_bytes(limit.usual)));

@@ -15,11 +15,9 @@
 namespace raypager {
 
 // A device among others.
-struct DeviceShare {
+struct DeviceShare : Sharers {
     std::string selector;                                   // of the device
     std::shared_ptr<DeviceHooks> hooks;                     // null: none
-    uint32_t devices = 1;                                   // on this machine that share the work
-    uint32_t all_devices = 1;                               // on all machines
     bool order_is_given = false;                            // which another one has chosen
     uint32_t caches = 1;                                    // of blocks in main memory: one for each form that devices have them in
     std::vector<std::shared_ptr<HostCache>> shared_caches;  // those that others have made

@@ -17,6 +17,7 @@
 #include "render/first_pass.hpp"
 #include "render/recorder.hpp"
 #include "render/render.hpp"
+#include "store/sharded_blocks.hpp"
 
 namespace raypager {
 
@@ -79,6 +80,7 @@ private:
     Status drop_failed();
     // Those that fail are dropped, as long as there is another one. REQUIRES: settled.
     Status on_each_device(const std::function<Status(DeviceWorker&)>& act);
+    const BlockSource& blocks_from() const { return sharded_ ? *sharded_ : source_; }
     DeviceWorker& first() { return devices_.worker(0); }
     const DeviceWorker& first() const { return devices_.worker(0); }
     Wavefront& wavefront() { return first().wavefront(); }
@@ -89,6 +91,7 @@ private:
     // job_peers.cpp: what other processes have to do with it.
     enum class PeerAction : uint8_t { checkpoint = 1, snapshot, stage, late, stop_soon, stop, finish };
     Status begin_with_peers(rp_render_params& params, const DeviceInfo& device);
+    Status share_blocks(const DeviceInfo& device);
     Status share_checkpoint();
     Status ask_to_stop();
     Result<bool> all_agree(bool agrees);
@@ -138,6 +141,7 @@ private:
     Result<rp_render_params> full_size_params() const;
 
     const BlockSource& source_;
+    std::unique_ptr<ShardedBlocks> sharded_;  // with other processes: those of all
     const BakedScene& scene_;
     const RenderOptions& options_;
     const RenderCallbacks& callbacks_;
@@ -163,6 +167,7 @@ private:
     uint64_t begun_by_peers_ = 0;
     double concurrent_of_peers_ = 0;  // seconds
     std::vector<RenderReport::DeviceWork> peer_devices_;
+    std::vector<RenderReport::Rank> rank_figures_;  // of all
     Clock::time_point last_asked_;
     std::optional<AdaptiveSampling> adaptive_;
     bool last_stage_ended_ = false;  // of adaptive sampling

@@ -59,9 +59,7 @@ Status RenderJob::check_limits() const {
     const DeviceRounds& rounds = first().rounds();
     const auto params = full_size_params();
     if (!params) return params.status();
-    return plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share().devices,
-                       rounds.share().all_devices)
-        .status();
+    return plan_render(scene_, options_, instruments_, *params, rounds.device().info(), rounds.device().budget().limit(), rounds.share()).status();
 }
 
 // Of the largest view that there may be: memory is divided for that one.
@@ -116,8 +114,8 @@ Status RenderJob::go_on_within_limits() {
         std::unique_ptr<Device> device = std::move(devices.front());
         devices.erase(devices.begin());
         share.shared_caches = caches;
-        auto rounds =
-            DeviceRounds::create(source_, options_, instruments_, *full, std::move(device), share, [this](const std::string& text) { warn(text); });
+        auto rounds = DeviceRounds::create(blocks_from(), options_, instruments_, *full, std::move(device), share,
+                                           [this](const std::string& text) { warn(text); });
         if (!rounds) return devices_.several() ? Status::device(rounds.status().message()) : rounds.status();
         caches.push_back((*rounds)->residency().cache());
         worker.take_rounds(std::move(*rounds));

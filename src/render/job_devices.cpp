@@ -31,7 +31,8 @@ Result<std::unique_ptr<DeviceRounds>> RenderJob::make_rounds(const rp_render_par
         if (!device) return device.status();
     }
     RAYPAGER_TRY(check_picture_size(params, (*device)->info()));
-    return DeviceRounds::create(source_, options_, instruments_, params, std::move(*device), share, [this](const std::string& text) { warn(text); });
+    return DeviceRounds::create(blocks_from(), options_, instruments_, params, std::move(*device), share,
+                                [this](const std::string& text) { warn(text); });
 }
 
 Result<std::vector<DeviceShare>> RenderJob::choose_shares(DeviceInfo& first) const {
@@ -53,7 +54,8 @@ Result<std::vector<DeviceShare>> RenderJob::choose_shares(DeviceInfo& first) con
         share.selector = choice->selectors[i];
         const auto& more = instruments_.more_device_hooks;
         share.hooks = i == 0 ? instruments_.device_hooks : i <= more.size() ? more[i - 1] : nullptr;
-        share.devices = count * (peers ? peers->local_count() : 1);
+        share.processes = peers ? peers->local_count() : 1;
+        share.devices = count * share.processes;
         share.all_devices = count * (peers ? peers->count() : 1);
     }
     for (DeviceShare& share : shares) share.caches = static_cast<uint32_t>(forms.size());
@@ -107,6 +109,7 @@ Status RenderJob::make_devices(rp_render_params& params) {
     if (!shares) return shares.status();
     RAYPAGER_TRY(check_picture_size(params, info));
     RAYPAGER_TRY(open_checkpoint(params, info));
+    RAYPAGER_TRY(share_blocks(info));
     const bool leads = !options_.peers || options_.peers->rank() == 0;
     if (!leads) RAYPAGER_TRY(begin_with_peers(params, info));
     auto made = make_all_rounds(params, *shares);

@@ -153,7 +153,7 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
     RenderReport report;
     const DeviceRounds& rounds = first().rounds();
     report.limits = {rounds.device().budget().limit(), rounds.residency().pool_bytes(), rounds.plan().host_limit};
-    report.peak.host_bytes = rounds.residency().host_peak_bytes();
+    report.peak.host_bytes = rounds.residency().host_peak_bytes() + blocks_from().held_bytes();
     for (size_t i = 0; i < devices_.count(); i++) report.devices.push_back(device_work(devices_.worker(i)));
     report.devices.insert(report.devices.end(), peer_devices_.begin(), peer_devices_.end());
     for (const RenderReport::DeviceWork& device : report.devices) {
@@ -163,6 +163,7 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
         report.paging.texture_waits += device.texture_waits;
     }
     report.paging.texture_waits += texture_waits_before_;
+    report.ranks = rank_figures_;
     report.device = report.devices.front().facts;
     report.width = params.width;
     report.height = params.height;

@@ -11,6 +11,7 @@
 #include "base/hash.hpp"
 #include "render/job.hpp"
 #include "render/params.hpp"
+#include "render/plan.hpp"
 
 namespace raypager {
 namespace {
@@ -90,6 +91,16 @@ Status RenderJob::begin_with_peers(rp_render_params& params, const DeviceInfo& d
     common_begin_ = beginning.next_sample;
     keeps_checkpoints_ = beginning.keeps_checkpoints != 0;
     resumed_ = beginning.resumed != 0;
+    return {};
+}
+
+// Every block in the memory of one of them, as far as there is room. What is left of the host limit is each one's own cache.
+Status RenderJob::share_blocks(const DeviceInfo& device) {
+    if (!options_.peers) return {};
+    const uint64_t room = host_limit(options_, device, 0, options_.peers->local_count()) / 4 * 3;
+    auto blocks = ShardedBlocks::create(source_, *options_.peers, room, [this](const std::string& text) { warn(text); });
+    if (!blocks) return blocks.status();
+    sharded_ = std::move(*blocks);
     return {};
 }
 
@@ -329,13 +340,17 @@ Status RenderJob::finish_with_peers() {
         WorkDone work;
         uint64_t begun;
         double concurrent_seconds;
+        RenderReport::Rank figures;
     };
     struct DeviceDone {
         std::array<char, 128> name;
         RenderReport::DeviceFigures figures;
     };
     std::vector<std::byte> bytes;
-    Done own = {work(), samples_begun(), 0};
+    const ShardedBlocks::Figures blocks = sharded_->figures();
+    Done own = {
+        work(), samples_begun(), 0, {blocks.kept_bytes, blocks.from_memory, blocks.from_peers, blocks.from_file, blocks.late, blocks.damaged}};
+    rank_figures_.push_back(own.figures);
     std::vector<DeviceDone> devices;
     for (size_t i = 0; i < devices_.count(); i++) {
         own.concurrent_seconds += static_cast<double>(devices_.worker(i).wavefront().concurrent_nanoseconds()) * 1e-9;
@@ -353,6 +368,7 @@ Status RenderJob::finish_with_peers() {
         of_peers_ += counts_of(done.work);
         begun_by_peers_ += done.begun;
         concurrent_of_peers_ += done.concurrent_seconds;
+        rank_figures_.push_back(done.figures);
         for (const DeviceDone& d : take<DeviceDone>(rest)) {
             RenderReport::DeviceWork& device = peer_devices_.emplace_back(RenderReport::DeviceWork{d.figures, {d.name.data(), {}, {}, {}}});
             device.rank = static_cast<uint32_t>(rank);

@@ -90,16 +90,15 @@ PolicySettings policy_settings(const BakedScene& scene, BlockForm form, const Re
     return policy;
 }
 
-// The user's, or half of all memory, for the cache of blocks; less if less is free. planned_bytes: of device memory, which a CPU takes out of it.
-uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes) {
+}  // namespace
+
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes) {
     if (options.host_limit) return options.host_limit;
     // What such a device takes comes out of the same memory.
     const uint64_t taken = device.profile.shares_host_memory ? planned_bytes : 0;
     const auto left = [taken](uint64_t memory) { return memory - std::min(memory, taken); };
-    return default_limit(left(total_memory()) / 2, left(available_memory())).bytes;
+    return default_limit(left(total_memory()) / 2, left(available_memory())).bytes / processes;
 }
-
-}  // namespace
 
 BlockNotes block_notes(PolicyKind policy) {
     return {.bounces = policy == PolicyKind::most_wanted, .use = counts_entries(policy) ? BlockNotes::Use::entries : BlockNotes::Use::last_round};
@@ -144,8 +143,7 @@ Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOp
 }  // namespace
 
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
-                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, uint32_t devices,
-                               uint32_t all_devices) {
+                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, const Sharers& sharers) {
     RAYPAGER_TRY(check_traversal(options.tuning.traversal, device, scene.instance_levels()));
     if (scene.instances > 0 && instruments.record_paths > 0) return Status::usage("rays of a scene with instances cannot be recorded");
     RenderPlan plan;
@@ -153,14 +151,14 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.visits = visit_log_settings(scene, options, instruments, params, device);
     // Visits can be recorded only of rays that are traced one by one.
     plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device, scene.instance_levels());
-    const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit, all_devices);
+    const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit, sharers.all_devices);
     const auto memory = plan_memory(needs);
     if (!memory) return memory.status();
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
     plan.device_bytes = needs.fixed + memory->slots * needs.per_slot + memory->pool_bytes;
-    plan.host_limit = host_limit(options, device, devices * plan.device_bytes);
+    plan.host_limit = host_limit(options, device, sharers.devices * plan.device_bytes, sharers.processes);
     auto residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);
     if (!residency) return residency.status();
     plan.residency = *residency;

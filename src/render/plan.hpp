@@ -22,11 +22,19 @@ struct RenderPlan {
     bool fills_by_waits = false;    // filled_together follows how often rays wait
     uint32_t rounds_under_way = 1;  // at most
 };
-// memory_limit: of all device memory, in bytes. devices: equal ones on this machine that share
-// the work; all_devices: those on other machines included.
+// Who shares the work, this one included.
+struct Sharers {
+    uint32_t devices = 1;      // equal ones, on this machine
+    uint32_t all_devices = 1;  // on all machines
+    uint32_t processes = 1;    // on this machine
+};
+
+// memory_limit: of all device memory, in bytes.
 Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
-                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, uint32_t devices = 1,
-                               uint32_t all_devices = 1);
+                               const rp_render_params& params, const DeviceInfo& device, uint64_t memory_limit, const Sharers& sharers = {});
+// The user's, or of half of all memory a share, for the cache of blocks; less if less is free. planned_bytes: of device memory, which a CPU takes
+// out of it. processes: on this machine.
+uint64_t host_limit(const RenderOptions& options, const DeviceInfo& device, uint64_t planned_bytes, uint32_t processes);
 
 // What the policy needs to know of blocks.
 BlockNotes block_notes(PolicyKind policy);

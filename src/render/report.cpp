@@ -100,6 +100,18 @@ Json devices_array(const RenderReport& report) {
     return devices;
 }
 
+Json ranks_array(const RenderReport& report) {
+    Json ranks = Json::array();
+    for (const RenderReport::Rank& rank : report.ranks)
+        ranks.push_back({{"kept_bytes", rank.kept_bytes},
+                         {"bytes_from_memory", rank.from_memory},
+                         {"bytes_from_ranks", rank.from_peers},
+                         {"bytes_from_file", rank.from_file},
+                         {"late", rank.late},
+                         {"damaged", rank.damaged}});
+    return ranks;
+}
+
 Json settings_object(const RenderOptions& options, const Blocks& scene, const RenderReport& report) {
     const CheckpointOptions& checkpoint = options.checkpoint;
     return {{"device", report.device.name},
@@ -149,6 +161,7 @@ std::string report_text(const Blocks& scene, const RenderOptions& options, const
          {"device",
           {{"name", report.device.name}, {"platform", report.device.platform}, {"driver", report.device.driver}, {"type", report.device.type}}},
          {"devices", devices_array(report)},
+         {"ranks", ranks_array(report)},
          {"scene", scene_object(scene, report.form)},
          {"limits", limits_json(report.limits)},
          {"peak", limits_json(report.peak)},

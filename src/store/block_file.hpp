@@ -37,9 +37,13 @@ public:
     // change: applied to what was read, once it has been checked.
     using Change = std::function<void(BakedScene&)>;
     static Result<std::shared_ptr<const BlockFile>> open(const std::filesystem::path& path, const Change& change = {});
+    // The file that another process has opened, of which this one has the scene. It has no bytes where it is not there, or is another one.
+    static std::shared_ptr<const BlockFile> of_origin(BakedScene scene, const Origin& origin);
     const BakedScene& scene() const override { return scene_; }
-    const std::filesystem::path& path() const { return file_.path(); }
+    const std::filesystem::path& path() const { return path_; }
     uint64_t file_bytes() const { return file_.size(); }
+    bool has_bytes() const override { return file_.is_open(); }
+    Origin origin() const override;
 
 private:
     Status fetch(uint32_t pageable, std::span<std::byte> stored) const override;
@@ -47,6 +51,8 @@ private:
     uint64_t offset_of(uint32_t pageable) const;
 
     InputFile file_;
+    std::filesystem::path path_;
+    uint64_t checksum_ = 0;  // of the header
     BakedScene scene_;
 };
 

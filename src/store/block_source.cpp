@@ -10,15 +10,18 @@ Status BlockSource::read_block(uint32_t block, std::span<std::byte> stored) cons
     RAYPAGER_CHECK(block < scene().blocks.size());
     const BlockRecord& record = scene().blocks[block];
     RAYPAGER_CHECK(stored.size() == record.stored_bytes);
-    RAYPAGER_TRY(fetch(block, stored));
-    return hash64(stored) == record.checksum ? Status() : damaged(block, "the checksum is wrong");
+    return read(block, stored);
 }
 
 Status BlockSource::read_page(uint32_t page, std::span<std::byte> bytes) const {
     RAYPAGER_CHECK(page < scene().pages.size() && bytes.size() == RP_TEXTURE_PAGE_BYTES);
     const auto pageable = static_cast<uint32_t>(scene().blocks.size() + page);
-    RAYPAGER_TRY(fetch(pageable, bytes));
-    return hash64(bytes) == scene().pages[page].checksum ? Status() : damaged(pageable, "the checksum is wrong");
+    return read(pageable, bytes);
+}
+
+Status BlockSource::read(uint32_t pageable, std::span<std::byte> stored) const {
+    RAYPAGER_TRY(fetch(pageable, stored));
+    return hash64(stored) == checksum_of(pageable) ? Status() : damaged(pageable, "the checksum is wrong");
 }
 
 Status BlockSource::check_block(uint32_t block, std::span<const std::byte> stored) const {

@@ -1,70 +1,19 @@
-#include <algorithm>
-#include <cstring>
 #include <vector>
 
 #include "base/check.hpp"
 #include "base/hash.hpp"
 #include "store/block_file.hpp"
 #include "store/format.hpp"
+#include "store/scene_sections.hpp"
 
 namespace raypager {
 namespace {
 
 using namespace format;
 
-void store(float (&out)[3], const Float3& value) {
-    out[0] = value.x;
-    out[1] = value.y;
-    out[2] = value.z;
-}
-
-Scalars make_scalars(const BakedScene& scene) {
-    Scalars s = {};
-    store(s.eye, scene.camera.eye);
-    store(s.right, scene.camera.right);
-    store(s.up, scene.camera.up);
-    store(s.forward, scene.camera.forward);
-    s.projection = static_cast<uint32_t>(scene.camera.projection);
-    s.lens_radius = scene.camera.lens_radius;
-    s.focal_distance = scene.camera.focal_distance;
-    std::copy(scene.camera.window.begin(), scene.camera.window.end(), s.window);
-    s.filter_kind = static_cast<uint32_t>(scene.filter.kind);
-    s.filter_radius[0] = scene.filter.radius_x;
-    s.filter_radius[1] = scene.filter.radius_y;
-    s.filter_parameters[0] = scene.filter.first;
-    s.filter_parameters[1] = scene.filter.second;
-    s.width = scene.width;
-    s.height = scene.height;
-    s.spp = scene.spp;
-    s.max_depth = scene.max_depth;
-    std::memcpy(s.lower, scene.lower, sizeof s.lower);
-    std::memcpy(s.upper, scene.upper, sizeof s.upper);
-    s.top_grid = scene.top_grid;
-    s.triangles = scene.triangles;
-    s.spheres = scene.spheres;
-    s.instances = scene.instances;
-    s.fingerprint = scene.fingerprint;
-    s.position_cell = scene.position_cell;
-    s.exposure = scene.film.exposure;
-    std::copy(scene.film.color_matrix.begin(), scene.film.color_matrix.end(), s.color_matrix);
-    s.max_luminance = scene.film.max_luminance;
-    s.max_xyz = scene.film.max_xyz;
-    return s;
-}
-
 Status pad_to_page(OutputFile& file) {
     const std::vector<std::byte> zeros((page - file.position() % page) % page);
     return file.write(zeros);
-}
-
-template <class T>
-Status write_section(OutputFile& file, Header& header, Section kind, std::span<const T> items) {
-    RAYPAGER_TRY(pad_to_page(file));
-    const auto bytes = std::as_bytes(items);
-    header.sections[kind] = {file.position(), items.size(), hash64(bytes), kind, item_bytes[kind]};
-    static_assert(std::is_trivially_copyable_v<T>);
-    RAYPAGER_CHECK(sizeof(T) == item_bytes[kind]);
-    return file.write(bytes);
 }
 
 }  // namespace
@@ -104,41 +53,9 @@ Status BlockFileWriter::put_page(uint32_t number, std::span<const std::byte> byt
 }
 
 Status BlockFileWriter::finish(const BakedScene& scene) {
-    Header header = {};
-    std::memcpy(header.magic, magic, sizeof magic);
-    header.version = version;
-    header.endian_mark = endian_mark;
-    header.header_bytes = sizeof header;
-    header.section_count = section_count;
-    const Scalars s = make_scalars(scene);
-    RAYPAGER_TRY(write_section(file_, header, scalars, std::span(&s, 1)));
-    RAYPAGER_TRY(write_section<rp_material>(file_, header, materials, scene.materials));
-    RAYPAGER_TRY(write_section<rp_light>(file_, header, lights, scene.lights));
-    RAYPAGER_TRY(write_section<rp_primitive_range>(file_, header, ranges, scene.ranges));
-    RAYPAGER_TRY(write_section<rp_node>(file_, header, top_nodes, scene.top_nodes));
-    RAYPAGER_TRY(write_section<rp_block_entry>(file_, header, block_entries, scene.block_entries));
-    RAYPAGER_TRY(write_section<uint64_t>(file_, header, block_entry_paths, scene.block_entry_paths));
-    RAYPAGER_TRY(write_section<rp_u32>(file_, header, wide_roots, scene.wide_roots));
-    RAYPAGER_TRY(write_section<BlockRecord>(file_, header, blocks, scene.blocks));
-    std::vector<rp_light_image> sizes;
-    std::vector<rp_texel> all_texels;
-    for (const auto& image : scene.light_images) {
-        sizes.push_back({image->width, image->height});
-        all_texels.insert(all_texels.end(), image->texels.begin(), image->texels.end());
-    }
-    RAYPAGER_TRY(write_section<rp_light_image>(file_, header, light_images, sizes));
-    RAYPAGER_TRY(write_section<rp_texel>(file_, header, texels, all_texels));
-    RAYPAGER_TRY(write_section<rp_image>(file_, header, images, scene.images));
-    RAYPAGER_TRY(write_section<rp_image_level>(file_, header, image_levels, scene.image_levels));
-    RAYPAGER_TRY(write_section<PageRecord>(file_, header, pages, scene.pages));
-    RAYPAGER_TRY(write_section<rp_texture_op>(file_, header, texture_ops, scene.texture_ops));
-    RAYPAGER_TRY(write_section<rp_texture_map>(file_, header, texture_maps, scene.texture_maps));
-    RAYPAGER_TRY(write_section<rp_u32>(file_, header, sky_words, scene.sky_words));
-    RAYPAGER_TRY(write_section<rp_object>(file_, header, objects, scene.objects));
-    RAYPAGER_TRY(write_section<rp_instance_traits>(file_, header, instance_traits, scene.instance_traits));
-    header.file_bytes = file_.position();
-    header.checksum = hash64(std::as_bytes(std::span(&header, 1)).first(offsetof(Header, checksum)));
-    RAYPAGER_TRY(file_.write_at(0, std::as_bytes(std::span(&header, 1))));
+    const SectionWriter sink = {[this] { return file_.position(); }, [this](std::span<const std::byte> bytes) { return file_.write(bytes); },
+                                [this](uint64_t offset, std::span<const std::byte> bytes) { return file_.write_at(offset, bytes); }};
+    RAYPAGER_TRY(write_scene(sink, scene));
     return file_.commit();
 }
 
