@@ -1,9 +1,11 @@
 // Other processes that render the same picture: the ranks of a cluster. The program has them by MPI (src/cluster).
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -41,19 +43,24 @@ public:
     class Shelf {
     public:
         virtual ~Shelf() = default;
-        // found: what there is of that number, which stays as it is until the shelf is served no more.
+        // The memory of all that it has, which may outlive it: whoever sends or receives holds on to it.
+        virtual std::shared_ptr<const void> memory() const = 0;
+        // found: what there is of that number, in that memory. It does not change.
         virtual Answer find(uint64_t number, std::span<const std::byte>& found) = 0;
         // Where bytes go that another rank puts there; empty: nowhere.
         virtual std::span<std::byte> room_for(uint64_t number) = 0;
-        // That they have come, or, not whole, that others than there is room for have been put.
-        virtual void has_come(uint64_t number, bool whole) = 0;
+        // They have come. False: they are not what they should be, and are to be put again.
+        virtual bool has_come(uint64_t number) = 0;
+        // Nothing can be put there.
+        virtual void will_not_come(uint64_t number) = 0;
     };
-    // Answers others from this shelf from now on; null: with Answer::none. Returns when nothing of the shelf before is read any more.
+    // Answers others from this shelf from now on, and from none before it; null: with Answer::none.
     virtual void serve(Shelf* shelf) = 0;
-    // From any thread, and many at once, whatever else goes on. bytes: as many as there are of that number. Waits at most so many seconds.
-    virtual Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds) = 0;
-    // The same the other way; returns when they have come. False: there is no such room.
-    virtual bool put(uint32_t rank, uint64_t number, std::span<const std::byte> bytes) = 0;
+    // From any thread, and many at once, whatever else goes on. bytes: as many as there are of that number. Answer::late after so many seconds, or
+    // soon after stop has been set.
+    virtual Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) = 0;
+    // The same the other way; no bytes: there will be none. Returns when they have come. Answer::none: they were not taken.
+    virtual Answer put(uint32_t rank, uint64_t number, std::vector<std::byte> bytes, const std::atomic<bool>& stop) = 0;
 };
 
 }  // namespace raypager

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "cluster/cluster.hpp"
@@ -18,8 +19,12 @@ public:
     uint32_t local_count() const override { return static_cast<uint32_t>(mpi_.local_count()); }
     Result<uint64_t> add(uint32_t number, uint64_t value) override { return mpi_.add(number, value); }
     void serve(Shelf* shelf) override { mpi_.serve(shelf); }
-    Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds) override { return mpi_.get(rank, number, bytes, seconds); }
-    bool put(uint32_t rank, uint64_t number, std::span<const std::byte> bytes) override { return mpi_.put(rank, number, bytes); }
+    Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) override {
+        return mpi_.get(rank, number, bytes, seconds, stop);
+    }
+    Answer put(uint32_t rank, uint64_t number, std::vector<std::byte> bytes, const std::atomic<bool>& stop) override {
+        return mpi_.put(rank, number, std::move(bytes), stop);
+    }
 
     Status broadcast(std::vector<std::byte>& bytes) override {
         mpi_.run([&] {

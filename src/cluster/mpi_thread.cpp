@@ -4,8 +4,11 @@
 #include <chrono>
 #include <cstring>
 #include <limits>
+#include <new>
+#include <utility>
 
 #include "base/check.hpp"
+#include "base/log.hpp"
 
 namespace raypager {
 namespace {
@@ -15,8 +18,11 @@ constexpr int question_tag = 15, first_answer = 16;
 constexpr uint32_t max_slots = 8192;
 constexpr int first_data = first_answer + static_cast<int>(max_slots);
 
-constexpr uint32_t polls_before_sleep = 64;
-constexpr auto nap = std::chrono::microseconds(50);
+// Kernels may run on the same cores; but what is being sent goes on only when somebody looks.
+constexpr std::chrono::microseconds nap{50}, awake{20}, awake_while_sending{1000};
+// Between looks at whether whoever asks has given up.
+constexpr double patience = 0.2;
+const std::atomic<bool> never{false};
 
 }  // namespace
 
@@ -51,8 +57,8 @@ void MpiThread::begin_mpi() {
 
 // Others may ask until they, too, have come to their end.
 void MpiThread::end_mpi() {
-    const auto is_asked = [](const std::shared_ptr<Asked>& asked) { return asked != nullptr; };
-    while (std::any_of(asked_.begin(), asked_.end(), is_asked)) idle(poll());
+    in_task_ = true;
+    while (under_way_ > 0) idle(poll());
     MPI_Request all_have = MPI_REQUEST_NULL;
     MPI_Ibarrier(MPI_COMM_WORLD, &all_have);
     wait(all_have);
@@ -62,22 +68,37 @@ void MpiThread::end_mpi() {
 
 void MpiThread::work() {
     begin_mpi();
-    for (;;) {
-        const std::function<void()>* task = nullptr;
-        {
-            const std::lock_guard lock(mutex_);
-            if (stop_) break;
-            task = task_;
+    try {
+        for (;;) {
+            const std::function<void()>* task = nullptr;
+            {
+                const std::lock_guard lock(mutex_);
+                if (stop_) break;
+                task = task_;
+            }
+            if (task) carry_out(*task);
+            idle(poll());
         }
-        if (task) {
-            (*task)();
-            const std::lock_guard lock(mutex_);
-            task_ = nullptr;
-            for_others_.notify_all();
-        }
-        idle(poll());
+        end_mpi();
+    } catch (const std::bad_alloc&) {  // nobody else can say so
+        log_note("out of memory while answering other ranks; give a smaller --host-limit or --memory-limit");
+        MPI_Abort(MPI_COMM_WORLD, 1);
     }
-    end_mpi();
+}
+
+void MpiThread::carry_out(const std::function<void()>& task) {
+    in_task_ = true;
+    std::exception_ptr error;
+    try {
+        task();
+    } catch (...) {
+        error = std::current_exception();
+    }
+    in_task_ = false;
+    const std::lock_guard lock(mutex_);
+    error_ = error;
+    task_ = nullptr;
+    for_others_.notify_all();
 }
 
 void MpiThread::run(const std::function<void()>& task) {
@@ -86,6 +107,7 @@ void MpiThread::run(const std::function<void()>& task) {
     task_ = &task;
     for_thread_.notify_all();
     for_others_.wait(lock, [this] { return task_ == nullptr; });
+    if (const std::exception_ptr error = std::exchange(error_, nullptr)) std::rethrow_exception(error);
 }
 
 void MpiThread::wait(MPI_Request request) {
@@ -97,15 +119,15 @@ void MpiThread::wait(MPI_Request request) {
     }
 }
 
-// Kernels may run on the same cores. So it looks often only while there is something to see.
 void MpiThread::idle(bool happened) {
-    quiet_polls_ = happened ? 0 : quiet_polls_ + 1;
-    if (quiet_polls_ < polls_before_sleep) {
+    const auto now = std::chrono::steady_clock::now();
+    if (happened) last_event_ = now;
+    if (now - last_event_ < (under_way_ > 0 || !served_.empty() ? awake_while_sending : awake)) {
         std::this_thread::yield();
         return;
     }
     std::unique_lock lock(mutex_);
-    if (to_ask_.empty() && !task_ && !stop_) for_thread_.wait_for(lock, nap);
+    if (to_ask_.empty() && (in_task_ || (!task_ && !stop_))) for_thread_.wait_for(lock, nap);
 }
 
 bool MpiThread::poll() {
@@ -130,13 +152,14 @@ bool MpiThread::begin_asked() {
     Question& question = asked->question;
     question.slot = slot;
     const int tag = static_cast<int>(slot);
-    MPI_Irecv(asked->answer.data(), static_cast<int>(asked->answer.size()), MPI_BYTE, asked->to, first_answer + tag, MPI_COMM_WORLD,
+    MPI_Irecv(asked->answer.get(), static_cast<int>(asked->answer_bytes), MPI_BYTE, asked->to, first_answer + tag, MPI_COMM_WORLD,
               &asked->requests[0]);
     MPI_Isend(&question, sizeof question, MPI_BYTE, asked->to, question_tag, MPI_COMM_WORLD, &asked->requests[1]);
     if (question.kind == Question::put)
         MPI_Isend(asked->sent.data(), static_cast<int>(asked->sent.size()), MPI_BYTE, asked->to, first_data + tag, MPI_COMM_WORLD,
                   &asked->requests[2]);
     asked_[slot] = std::move(asked);
+    under_way_++;
     return true;
 }
 
@@ -156,11 +179,12 @@ bool MpiThread::see_answers() {
         MPI_Testall(2, &asked->requests[1], &sent, MPI_STATUSES_IGNORE);
         if (!sent) continue;
         any = true;
+        under_way_--;
         free_slots_.push_back(asked->question.slot);
         const std::lock_guard lock(mutex_);
         asked->done = true;
+        asked->changed.notify_all();
         asked.reset();
-        for_others_.notify_all();
     }
     return any;
 }
@@ -191,26 +215,20 @@ void MpiThread::answer(Served& served) {
         return send(served, &served.value, sizeof served.value);
     }
     const std::lock_guard lock(mutex_);
+    served.shelf = shelf_;
+    if (shelf_) served.memory = shelf_->memory();
     if (question.kind == Question::get) {
         std::span<const std::byte> found;
         served.code = shelf_ ? shelf_->find(question.number, found) : Code::none;
         if (served.code == Code::bytes && found.size() != question.value) served.code = Code::none;
-        if (served.code != Code::bytes) return send(served, &served.code, sizeof served.code);
-        served.reads_shelf = true;
-        shelf_readers_++;
-        return send(served, found.data(), found.size());
+        return served.code == Code::bytes ? send(served, found.data(), found.size()) : send(served, &served.code, sizeof served.code);
     }
-    std::span<std::byte> room = shelf_ ? shelf_->room_for(question.number) : std::span<std::byte>();
-    served.receives = true;
-    if (!room.empty() && room.size() == question.value) {
-        served.code = Code::bytes;
-        served.reads_shelf = true;
-        shelf_readers_++;
-    } else {
-        if (shelf_) shelf_->has_come(question.number, false);
+    std::span<std::byte> room = shelf_ && question.value > 0 ? shelf_->room_for(question.number) : std::span<std::byte>();
+    if (room.size() != question.value) {
         served.scrap.resize(question.value);
         room = served.scrap;
     }
+    served.receives = true;
     MPI_Irecv(room.data(), static_cast<int>(room.size()), MPI_BYTE, served.from, first_data + static_cast<int>(question.slot), MPI_COMM_WORLD,
               &served.request);
 }
@@ -220,21 +238,11 @@ bool MpiThread::see_served() {
     for (auto served = served_.begin(); served != served_.end();) {
         int done = 0;
         MPI_Test(&served->request, &done, MPI_STATUS_IGNORE);
+        any = any || done;
         if (!done) {
             ++served;
-            continue;
-        }
-        any = true;
-        if (served->reads_shelf) {
-            const std::lock_guard lock(mutex_);
-            if (served->receives) shelf_->has_come(served->question.number, true);
-            shelf_readers_--;
-            served->reads_shelf = false;
-            for_others_.notify_all();
-        }
-        if (served->receives) {
-            served->receives = false;
-            send(*served, &served->code, sizeof served->code);
+        } else if (served->receives) {
+            end_received(*served);
         } else {
             served = served_.erase(served);
         }
@@ -242,58 +250,64 @@ bool MpiThread::see_served() {
     return any;
 }
 
-std::shared_ptr<MpiThread::Asked> MpiThread::ask(std::shared_ptr<Asked> asked, double seconds) {
-    std::unique_lock lock(mutex_);
-    to_ask_.push_back(asked);
-    for_thread_.notify_all();
-    const auto done = [&] { return asked->done; };
-    // Some clocks do not take a time that is very far away.
-    constexpr double most = 1e6;
-    if (!for_others_.wait_for(lock, std::chrono::duration<double>(std::min(seconds, most)), done)) return nullptr;
+void MpiThread::end_received(Served& served) {
+    served.receives = false;
+    {
+        const std::lock_guard lock(mutex_);
+        const uint64_t number = served.question.number;
+        if (shelf_ && shelf_ == served.shelf && served.question.value == 0) shelf_->will_not_come(number);
+        if (shelf_ && shelf_ == served.shelf && served.question.value > 0 && served.scrap.empty() && shelf_->has_come(number))
+            served.code = Code::bytes;
+    }
+    send(served, &served.code, sizeof served.code);
+}
+
+std::shared_ptr<MpiThread::Asked> MpiThread::make_question(const Question& question, uint32_t to, size_t answer_bytes) {
+    auto asked = std::make_shared<Asked>();
+    asked->question = question;
+    asked->to = static_cast<int>(to);
+    asked->answer_bytes = answer_bytes;
+    asked->answer.reset(new std::byte[answer_bytes]);
     return asked;
 }
 
+bool MpiThread::ask(const std::shared_ptr<Asked>& asked, double seconds, const std::atomic<bool>& stop) {
+    const auto begin = std::chrono::steady_clock::now();
+    std::unique_lock lock(mutex_);
+    to_ask_.push_back(asked);
+    for_thread_.notify_all();
+    while (!asked->done && !stop) {
+        const double left = seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        if (left <= 0) break;
+        asked->changed.wait_for(lock, std::chrono::duration<double>(std::min(left, patience)));
+    }
+    return asked->done;
+}
+
 uint64_t MpiThread::add(uint32_t number, uint64_t value) {
-    auto asked = std::make_shared<Asked>();
-    asked->question = {Question::add, 0, number, value};
-    asked->answer.resize(sizeof(uint64_t));
+    const auto asked = make_question({Question::add, 0, number, value}, 0, sizeof(uint64_t));
+    ask(asked, std::numeric_limits<double>::infinity(), never);
     uint64_t before = 0;
-    asked = ask(asked, std::numeric_limits<double>::infinity());
-    std::memcpy(&before, asked->answer.data(), sizeof before);
+    std::memcpy(&before, asked->answer.get(), sizeof before);
     return before;
 }
 
-Peers::Answer MpiThread::get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds) {
-    auto asked = std::make_shared<Asked>();
-    asked->question = {Question::get, 0, number, bytes.size()};
-    asked->to = static_cast<int>(rank);
-    asked->answer.resize(bytes.size());
-    asked = ask(asked, seconds);
-    if (!asked) return Code::late;
-    if (asked->answer_bytes == sizeof(Code)) {
-        Code code = Code::none;
-        std::memcpy(&code, asked->answer.data(), sizeof code);
-        return code;
-    }
-    std::ranges::copy(asked->answer, bytes.begin());
+Peers::Answer MpiThread::get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) {
+    const auto asked = make_question({Question::get, 0, number, bytes.size()}, rank, bytes.size());
+    if (!ask(asked, seconds, stop)) return Code::late;
+    if (asked->answer_bytes == sizeof(Code)) return static_cast<Code>(asked->answer[0]);
+    std::copy_n(asked->answer.get(), bytes.size(), bytes.begin());
     return Code::bytes;
 }
 
-bool MpiThread::put(uint32_t rank, uint64_t number, std::span<const std::byte> bytes) {
-    auto asked = std::make_shared<Asked>();
-    asked->question = {Question::put, 0, number, bytes.size()};
-    asked->to = static_cast<int>(rank);
-    asked->sent = bytes;
-    asked->answer.resize(sizeof(Code));
-    asked = ask(asked, std::numeric_limits<double>::infinity());
-    return static_cast<Code>(asked->answer[0]) == Code::bytes;
+Peers::Answer MpiThread::put(uint32_t rank, uint64_t number, std::vector<std::byte> bytes, const std::atomic<bool>& stop) {
+    const auto asked = make_question({Question::put, 0, number, bytes.size()}, rank, sizeof(Code));
+    asked->sent = std::move(bytes);
+    return ask(asked, std::numeric_limits<double>::infinity(), stop) ? static_cast<Code>(asked->answer[0]) : Code::late;
 }
 
 void MpiThread::serve(Peers::Shelf* shelf) {
-    std::unique_lock lock(mutex_);
-    // Who is being answered still reads the one before.
-    shelf_ = nullptr;
-    for_others_.wait(lock, [this] { return shelf_readers_ == 0; });
+    const std::lock_guard lock(mutex_);
     shelf_ = shelf;
 }
 

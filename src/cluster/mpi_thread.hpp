@@ -4,10 +4,13 @@
 #include <mpi.h>
 
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <list>
 #include <memory>
@@ -29,14 +32,15 @@ public:
     int count() const { return count_; }
     int local_count() const { return local_count_; }
 
-    // Carries out something on the thread and returns when it is done. One at a time. In it, only wait() may wait for other ranks.
+    // Carries out something on the thread and returns when it is done, or throws what that throws. One at a time. In it, only wait() may wait for
+    // other ranks.
     void run(const std::function<void()>& task);
     void wait(MPI_Request request);  // on the thread
 
     // See Peers; from any thread.
     uint64_t add(uint32_t number, uint64_t value);
-    Peers::Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds);
-    bool put(uint32_t rank, uint64_t number, std::span<const std::byte> bytes);
+    Peers::Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop);
+    Peers::Answer put(uint32_t rank, uint64_t number, std::vector<std::byte> bytes, const std::atomic<bool>& stop);
     void serve(Peers::Shelf* shelf);
 
 private:
@@ -51,11 +55,12 @@ private:
     struct Asked {
         Question question;
         int to = 0;
-        std::span<const std::byte> sent;  // of put
-        std::vector<std::byte> answer;
-        size_t answer_bytes = 0;
+        std::vector<std::byte> sent;  // of put
+        std::unique_ptr<std::byte[]> answer;
+        size_t answer_bytes = 0;                                                                       // that there is room for, then that have come
         std::array<MPI_Request, 3> requests = {MPI_REQUEST_NULL, MPI_REQUEST_NULL, MPI_REQUEST_NULL};  // the answer's first
         bool done = false;
+        std::condition_variable changed;
     };
     // What another rank asks, while something is sent or received for it.
     struct Served {
@@ -65,10 +70,13 @@ private:
         Code code = Code::none;
         std::vector<std::byte> scrap;  // what has no place
         MPI_Request request = MPI_REQUEST_NULL;
-        bool receives = false, reads_shelf = false;
+        bool receives = false;
+        const Peers::Shelf* shelf = nullptr;  // that it is answered from
+        std::shared_ptr<const void> memory;   // that is sent or received
     };
 
     void work();
+    void carry_out(const std::function<void()>& task);
     void begin_mpi();
     void end_mpi();
     bool poll();  // false: nothing has happened
@@ -79,7 +87,10 @@ private:
     bool see_served();
     void answer(Served& served);
     void send(Served& served, const void* bytes, size_t count);
-    std::shared_ptr<Asked> ask(std::shared_ptr<Asked> asked, double seconds);
+    void end_received(Served& served);
+    static std::shared_ptr<Asked> make_question(const Question& question, uint32_t to, size_t answer_bytes);
+    // False: was not answered in time.
+    bool ask(const std::shared_ptr<Asked>& asked, double seconds, const std::atomic<bool>& stop);
 
     int rank_ = 0, count_ = 1, local_count_ = 1;
     std::mutex mutex_;
@@ -87,15 +98,17 @@ private:
     // Under the mutex.
     const std::function<void()>* task_ = nullptr;
     std::deque<std::shared_ptr<Asked>> to_ask_;
+    std::exception_ptr error_;  // of the task
     bool ready_ = false, stop_ = false;
     Peers::Shelf* shelf_ = nullptr;
-    uint32_t shelf_readers_ = 0;
     // The thread's own.
     std::vector<std::shared_ptr<Asked>> asked_;
     std::vector<uint32_t> free_slots_;
     std::list<Served> served_;
     std::array<uint64_t, Peers::common_numbers> numbers_{};
-    uint32_t quiet_polls_ = 0;
+    uint32_t under_way_ = 0;  // of what is asked
+    bool in_task_ = false;    // or at the end: others wait for this thread
+    std::chrono::steady_clock::time_point last_event_;
     std::thread thread_;
 };
 

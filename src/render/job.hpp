@@ -27,6 +27,10 @@ public:
     RenderJob(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks, const RenderInstruments& instruments)
         : source_(source), scene_(source.scene()), options_(options), callbacks_(callbacks), instruments_(instruments) {}
 
+    ~RenderJob();
+    RenderJob(const RenderJob&) = delete;
+    RenderJob& operator=(const RenderJob&) = delete;
+
     // Opens the devices and makes everything on them.
     Status prepare();
     bool done() const { return all_ended() || stopped_ || last_stage_ended_; }
@@ -142,6 +146,7 @@ private:
 
     const BlockSource& source_;
     std::unique_ptr<ShardedBlocks> sharded_;  // with other processes: those of all
+    uint64_t settled_host_limit_ = 0;         // then; else 0
     const BakedScene& scene_;
     const RenderOptions& options_;
     const RenderCallbacks& callbacks_;

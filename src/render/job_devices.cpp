@@ -110,6 +110,7 @@ Status RenderJob::make_devices(rp_render_params& params) {
     RAYPAGER_TRY(check_picture_size(params, info));
     RAYPAGER_TRY(open_checkpoint(params, info));
     RAYPAGER_TRY(share_blocks(info));
+    for (DeviceShare& share : *shares) share.host_limit = settled_host_limit_;
     const bool leads = !options_.peers || options_.peers->rank() == 0;
     if (!leads) RAYPAGER_TRY(begin_with_peers(params, info));
     auto made = make_all_rounds(params, *shares);

@@ -94,10 +94,18 @@ Status RenderJob::begin_with_peers(rp_render_params& params, const DeviceInfo& d
     return {};
 }
 
+// Devices' loaders may wait for others, which have come to their end before.
+RenderJob::~RenderJob() {
+    if (sharded_) sharded_->stop();
+}
+
 // Every block in the memory of one of them, as far as there is room. What is left of the host limit is each one's own cache.
 Status RenderJob::share_blocks(const DeviceInfo& device) {
     if (!options_.peers) return {};
-    const uint64_t room = host_limit(options_, device, 0, options_.peers->local_count()) / 4 * 3;
+    // Settled before blocks take memory. Devices that use main memory take their share of it.
+    const uint64_t limit = host_limit(options_, device, 0, options_.peers->local_count());
+    settled_host_limit_ = options_.host_limit == 0 && device.profile.shares_host_memory ? limit / 2 : limit;
+    const uint64_t room = settled_host_limit_ / 4 * 3;
     auto blocks = ShardedBlocks::create(source_, *options_.peers, room, [this](const std::string& text) { warn(text); });
     if (!blocks) return blocks.status();
     sharded_ = std::move(*blocks);

@@ -158,7 +158,7 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
     plan.device_bytes = needs.fixed + memory->slots * needs.per_slot + memory->pool_bytes;
-    plan.host_limit = host_limit(options, device, sharers.devices * plan.device_bytes, sharers.processes);
+    plan.host_limit = sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * plan.device_bytes, sharers.processes);
     auto residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);
     if (!residency) return residency.status();
     plan.residency = *residency;

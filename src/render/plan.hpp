@@ -27,6 +27,7 @@ struct Sharers {
     uint32_t devices = 1;      // equal ones, on this machine
     uint32_t all_devices = 1;  // on all machines
     uint32_t processes = 1;    // on this machine
+    uint64_t host_limit = 0;   // in bytes, for each process, where that is settled already; else 0
 };
 
 // memory_limit: of all device memory, in bytes.

@@ -17,8 +17,9 @@ namespace {
 
 // Who can read the file does not wait longer for a peer, and asks one that was late no more for some time.
 constexpr double patience = 2, late_for = 10;  // seconds
+constexpr int max_tries = 3;
 constexpr auto between_questions = std::chrono::milliseconds(5);
-constexpr uint32_t fill_threads = 2;
+constexpr uint32_t fill_threads = 4;
 
 double steady_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -45,6 +46,7 @@ Result<std::unique_ptr<ShardedBlocks>> ShardedBlocks::create(const BlockSource& 
     RAYPAGER_TRY(blocks->divide(room));
     RAYPAGER_TRY(blocks->take_memory());
     peers.serve(blocks.get());
+    RAYPAGER_TRY(blocks->begin_together());
     for (uint32_t i = 0; i < fill_threads; i++) blocks->threads_.emplace_back([raw = blocks.get()] { raw->fill(); });
     return blocks;
 }
@@ -53,6 +55,13 @@ ShardedBlocks::~ShardedBlocks() {
     stop_ = true;
     for (std::thread& thread : threads_) thread.join();
     peers_.serve(nullptr);
+}
+
+// Nobody asks before all answer.
+Status ShardedBlocks::begin_together() {
+    RAYPAGER_TRY(peers_.gather({}).status());
+    std::vector<std::byte> nothing;
+    return peers_.broadcast(nothing);
 }
 
 Status ShardedBlocks::divide(uint64_t room) {
@@ -106,36 +115,44 @@ Status ShardedBlocks::take_memory() {
     return {};
 }
 
+// Who cannot read waits for what others bring, so that comes by turns with what is kept here, which the file has, too.
 void ShardedBlocks::fill() {
     const size_t own = own_.has_bytes() ? kept_.size() : 0;
-    for (;;) {
-        const size_t i = next_++;
-        if (stop_ || i >= own + errands_.size()) return;
-        if (i < own)
-            read_kept(kept_[i]);
-        else
-            run_errand(errands_[i - own]);
+    for (bool any = true; any && !stop_;) {
+        const size_t errand = next_errand_++, kept = next_kept_++;
+        any = errand < errands_.size() || kept < own;
+        if (errand < errands_.size()) run_errand(errands_[errand]);
+        if (kept < own && !stop_) read_kept(kept_[kept]);
     }
 }
 
 // What cannot be read is no error yet: nobody may need it.
-void ShardedBlocks::read_kept(Kept& kept) { kept.state = own_.read(kept.pageable, bytes_of(kept)) ? State::here : State::failed; }
+void ShardedBlocks::read_kept(Kept& kept) {
+    try {
+        kept.state = own_.read(kept.pageable, bytes_of(kept)) ? State::here : State::failed;
+    } catch (const std::bad_alloc&) {  // of its message
+        kept.state = State::failed;
+    }
+}
 
 // Where a block cannot be read, its owner is told by none of its bytes.
 void ShardedBlocks::run_errand(const Errand& errand) {
-    Status status;
-    std::vector<std::byte> bytes;
-    try {
-        bytes.resize(scene().pageable_bytes(errand.pageable, BlockForm::stored));
-        status = own_.read(errand.pageable, bytes);
-    } catch (const std::bad_alloc&) {
-        status = Status::failed("not enough host memory to read a block; give a smaller --host-limit");
+    for (int tries = 0; tries < max_tries && !stop_; tries++) {
+        Status status;
+        std::vector<std::byte> bytes;
+        try {
+            bytes.resize(scene().pageable_bytes(errand.pageable, BlockForm::stored));
+            status = own_.read(errand.pageable, bytes);
+        } catch (const std::bad_alloc&) {
+            status = Status::failed("not enough host memory to read a block; give a smaller --host-limit");
+        }
+        if (!status) {
+            warn_once(peers_.rank(), status.message());
+            bytes.clear();
+        }
+        if (peers_.put(errand.rank, errand.pageable, std::move(bytes), stop_) == Peers::Answer::bytes || !status) return;
     }
-    if (!status) {
-        warn_once(peers_.rank(), status.message());
-        bytes.clear();
-    }
-    (void)peers_.put(errand.rank, errand.pageable, bytes);
+    (void)peers_.put(errand.rank, errand.pageable, {}, stop_);
 }
 
 ShardedBlocks::Kept* ShardedBlocks::find_kept(uint64_t pageable) const {
@@ -156,9 +173,16 @@ std::span<std::byte> ShardedBlocks::room_for(uint64_t number) {
     return kept && kept->state == State::awaited ? bytes_of(*kept) : std::span<std::byte>();
 }
 
-void ShardedBlocks::has_come(uint64_t number, bool whole) {
+bool ShardedBlocks::has_come(uint64_t number) {
+    Kept& kept = *find_kept(number);
+    if (!is_right(kept.pageable, bytes_of(kept))) return false;
+    kept.state = State::here;
+    return true;
+}
+
+void ShardedBlocks::will_not_come(uint64_t number) {
     Kept* const kept = find_kept(number);
-    if (kept && kept->state == State::awaited) kept->state = whole ? State::here : State::failed;
+    if (kept && kept->state == State::awaited) kept->state = State::failed;
 }
 
 bool ShardedBlocks::is_right(uint32_t pageable, std::span<const std::byte> stored) const { return hash64(stored) == checksum_of(pageable); }
@@ -187,31 +211,36 @@ bool ShardedBlocks::take_kept(uint32_t pageable, std::span<std::byte> stored) co
 Result<bool> ShardedBlocks::take_from_owner(uint32_t pageable, std::span<std::byte> stored) const {
     const uint32_t owner = owners_[pageable];
     const bool can_read = own_.has_bytes();
-    const std::string name = scene().pageable_name(pageable);
+    int tries = 0;
     for (; !stop_; std::this_thread::sleep_for(between_questions)) {
         {
             const std::lock_guard lock(mutex_);
             if (can_read && slow_until_[owner] > steady_seconds()) return false;
         }
-        const Peers::Answer answer = peers_.get(owner, pageable, stored, can_read ? patience : std::numeric_limits<double>::infinity());
+        const Peers::Answer answer = peers_.get(owner, pageable, stored, can_read ? patience : std::numeric_limits<double>::infinity(), stop_);
         if (answer == Peers::Answer::bytes && is_right(pageable, stored)) return true;
         if (answer == Peers::Answer::bytes) {
             damaged_++;
-            warn_once(owner, fmt::format("{} came damaged from rank {}; its memory or the network may be faulty", name, owner));
-        } else if (answer == Peers::Answer::late) {
+            warn_once(owner,
+                      fmt::format("{} came damaged from rank {}; its memory or the network may be faulty", scene().pageable_name(pageable), owner));
+        } else if (answer == Peers::Answer::late && !stop_) {
             late_++;
             warn_once(owner, fmt::format("rank {} has not answered for {} s; blocks that it keeps are read from the file", owner, patience));
             const std::lock_guard lock(mutex_);
             slow_until_[owner] = steady_seconds() + late_for;
         }
         if (can_read) return false;
-        if (answer == Peers::Answer::bytes || answer == Peers::Answer::none)
-            return Status::failed(fmt::format(
-                "rank {} cannot have {}: rank {} keeps it, but has {}, and {} is not there for others to read; "
-                "give the file to all",
-                peers_.rank(), name, owner, answer == Peers::Answer::none ? "no longer got it" : "a damaged one", origin().file.string()));
+        if (answer == Peers::Answer::none || (answer == Peers::Answer::bytes && ++tries == max_tries)) return cannot_be_had(pageable, answer);
     }
     return Status::failed("the render has ended");
+}
+
+Status ShardedBlocks::cannot_be_had(uint32_t pageable, Peers::Answer answer) const {
+    const uint32_t owner = owners_[pageable];
+    const std::string what = answer == Peers::Answer::none ? "could not get it, or has ended" : "has a damaged one";
+    return Status::failed(fmt::format("{}: {} is not there for rank {}, and rank {}, which keeps {}, {}; give the file to all",
+                                      origin().file.string(), origin().file.filename().string(), peers_.rank(), owner,
+                                      scene().pageable_name(pageable), what));
 }
 
 Status ShardedBlocks::fetch(uint32_t pageable, std::span<std::byte> stored) const {

@@ -23,6 +23,8 @@ public:
     // Memory fills while the render goes on.
     static Result<std::unique_ptr<ShardedBlocks>> create(const BlockSource& own, Peers& peers, uint64_t room, Warn warn);
     ~ShardedBlocks() override;
+    // Whoever waits for a block fails from now on, so that all can come to their end.
+    void stop() { stop_ = true; }
 
     const BakedScene& scene() const override { return own_.scene(); }
     uint64_t held_bytes() const override { return kept_bytes_; }
@@ -57,26 +59,30 @@ private:
     void run_errand(const Errand& errand);
     Kept* find_kept(uint64_t pageable) const;
     std::span<std::byte> bytes_of(const Kept& kept) const { return {memory_.get() + kept.at, kept.bytes}; }
+    Status begin_together();
     bool is_right(uint32_t pageable, std::span<const std::byte> stored) const;
     bool take_kept(uint32_t pageable, std::span<std::byte> stored) const;
     Result<bool> take_from_owner(uint32_t pageable, std::span<std::byte> stored) const;
+    Status cannot_be_had(uint32_t pageable, Peers::Answer answer) const;
     void warn_once(uint32_t rank, const std::string& text) const;
 
     Status fetch(uint32_t pageable, std::span<std::byte> stored) const override;
     Status damaged(uint32_t pageable, const std::string& what) const override;
+    std::shared_ptr<const void> memory() const override { return memory_; }
     Peers::Answer find(uint64_t number, std::span<const std::byte>& found) override;
     std::span<std::byte> room_for(uint64_t number) override;
-    void has_come(uint64_t number, bool whole) override;
+    bool has_come(uint64_t number) override;
+    void will_not_come(uint64_t number) override;
 
     const BlockSource& own_;
     Peers& peers_;
     const Warn warn_;
     std::vector<uint32_t> owners_;  // by pageable
-    std::unique_ptr<std::byte[]> memory_;
+    std::shared_ptr<std::byte[]> memory_;
     uint64_t kept_bytes_ = 0;
     mutable std::vector<Kept> kept_;  // by pageable, rising
     std::vector<Errand> errands_;
-    std::atomic<size_t> next_{0};  // of what is kept, then of the errands
+    std::atomic<size_t> next_kept_{0}, next_errand_{0};
     std::atomic<bool> stop_{false};
     mutable std::mutex mutex_;
     mutable std::vector<bool> warned_;        // by rank

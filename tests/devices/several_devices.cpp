@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdlib>
+#include <future>
 #include <mutex>
 #include <random>
 #include <string>
@@ -14,6 +15,7 @@
 #include "support/failing_device.hpp"
 #include "support/small_scene.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/thread_peers.hpp"
 
 namespace raypager {
 namespace {
@@ -350,6 +352,38 @@ TEST_F(SeveralDevices, are_named_in_lists) {
     options_.device = "";
     EXPECT_EQ(report(options_).devices.size(), 2u);
     unsetenv("RAYPAGER_DEVICE");
+}
+
+// Threads that are ranks to each other, with a device each.
+TEST_F(SeveralDevices, of_several_processes_draw_the_picture_of_one) {
+    for (const bool adaptive : {false, true}) {
+        options_.adaptive_error = adaptive ? 0.1 : 0;
+        const uint64_t expected = hash_of_one();
+        support::PeerThreads group(3);
+        std::vector<std::future<Result<RenderResult>>> ranks;
+        for (uint32_t rank = 0; rank < 3; rank++) {
+            RenderOptions own = options_;
+            own.device = indices_[rank];
+            own.peers = group.shared(rank);
+            own.host_limit = blocks_->bytes(BlockForm::stored) / 5 * 2;  // not all blocks have room in memory
+            ranks.push_back(std::async(std::launch::async, [own, this] { return render(*blocks_, own); }));
+        }
+        std::vector<RenderReport> reports;
+        for (auto& rank : ranks) {
+            const auto result = rank.get();
+            ASSERT_TRUE(result.ok()) << result.status().message();
+            reports.push_back(result->report);
+        }
+        EXPECT_EQ(reports[0].film_hash, expected);
+        ASSERT_EQ(reports[0].ranks.size(), 3u);
+        for (const RenderReport::Rank& rank : reports[0].ranks) {
+            EXPECT_GT(rank.kept_bytes, 0u);
+            EXPECT_LE(rank.kept_bytes, blocks_->bytes(BlockForm::stored) / 5 * 2);
+            EXPECT_GT(rank.from_peers, 0u);
+            EXPECT_GT(rank.from_file, 0u);
+            EXPECT_EQ(rank.late + rank.damaged, 0u);
+        }
+    }
 }
 
 }  // namespace

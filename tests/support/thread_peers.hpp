@@ -1,0 +1,41 @@
+// Threads of one process that are each other's peers, as ranks of a cluster are; and can be slow, or have memory that changes.
+#pragma once
+
+#include <atomic>
+#include <barrier>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "raypager/peers.hpp"
+
+namespace raypager::support {
+
+class PeerThreads {
+public:
+    explicit PeerThreads(uint32_t count);
+    ~PeerThreads();
+    // Each is for one thread, and lives as long as this.
+    Peers& peer(uint32_t rank) const;
+    std::shared_ptr<Peers> shared(uint32_t rank) const;
+    // What others ask this one for comes so late from now on.
+    void make_slow(uint32_t rank, double seconds);
+    // What others get from this one is damaged from now on.
+    void damage(uint32_t rank);
+    // The next bytes that are put there arrive damaged.
+    void spoil_once(uint32_t rank);
+    uint32_t questions() const { return questions_; }  // that get() has asked
+
+private:
+    class Peer;
+    std::vector<std::shared_ptr<Peer>> peers_;
+    std::barrier<> together_;
+    std::mutex mutex_;
+    uint64_t numbers_[Peers::common_numbers] = {};
+    std::vector<std::vector<std::byte>> handed_;  // by rank
+    std::vector<std::span<uint32_t>> words_;      // by rank
+    std::atomic<uint32_t> questions_{0};
+};
+
+}  // namespace raypager::support
