@@ -48,8 +48,8 @@ TEST(CliReport, HasExactlyThePromisedKeys) {
     settings.inputs = {"a.rpb"};
     settings.output = "out.exr";
     const auto json = report_json(settings, RenderOptions(), support::blocks_of(small_scene()), sample_report(), {5, 1});
-    EXPECT_EQ(keys_of(json), (Keys{"raypager", "device", "devices", "scene", "limits", "peak", "image", "layers", "camera", "bounds", "seconds",
-                                   "rays", "paging", "checkpoint", "settings"}));
+    EXPECT_EQ(keys_of(json), (Keys{"raypager", "device", "devices", "ranks", "scene", "limits", "peak", "image", "layers", "camera", "bounds",
+                                   "seconds", "rays", "paging", "checkpoint", "settings"}));
     EXPECT_EQ(keys_of(json["device"]), (Keys{"name", "platform", "driver", "type"}));
     EXPECT_EQ(keys_of(json["scene"]), (Keys{"triangles", "spheres", "blocks", "block_bytes_max", "geometry_bytes", "stored_bytes",
                                             "bytes_per_primitive", "images", "pages", "texture_bytes"}));
