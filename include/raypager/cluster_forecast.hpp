@@ -40,9 +40,11 @@ struct ClusterForecastRow {
 };
 
 struct ClusterForecast {
-    uint64_t store_bytes = 0;              // of all blocks and pages, in their stored form
-    uint64_t recorded_paths = 0;           // that are replayed
-    double resident_seconds = 0;           // of one node with everything resident, in the simulation
+    uint64_t store_bytes = 0;     // of all blocks and pages, in their stored form
+    uint64_t recorded_paths = 0;  // that are replayed
+    double resident_seconds = 0;  // of one node with everything resident, in the simulation
+    // So many times what it takes with everything resident, a step of a ray takes within the limits: by this one node takes as long as was measured.
+    double paging_cost = 1;
     double upload_rate = 0;                // bytes a second onto the device, measured
     std::vector<ClusterForecastRow> rows;  // one node first, then in the order of the options
 };

@@ -127,19 +127,38 @@ private:
         return row;
     }
 
+    // With which one node within the limits takes as long as was measured: where rays wait for blocks, devices take longer for each than the model
+    // says, for fewer run together, and some in vain.
+    Result<double> visit_seconds_within(double resident) const {
+        auto one = settings_of(1, resident);
+        if (!one) return one.status();
+        one->film_bytes = 0;
+        constexpr int steps = 3;  // what a step changes is small after the first
+        for (int i = 0; i < steps && !stopped(); i++) {
+            const ClusterResult result = simulate_cluster(trace_, *one);
+            const double missing = measured_.asked.seconds - result.seconds;
+            if (!(result.tracing > 0)) break;
+            one->node.visit_seconds = std::max(resident, one->node.visit_seconds * (1 + missing / result.tracing));
+        }
+        return one->node.visit_seconds;
+    }
+
     Status simulate() {
-        const double visit = visit_seconds();
-        auto resident = settings_of(1, visit);
+        const double resident_visit = visit_seconds();
+        auto resident = settings_of(1, resident_visit);
         if (!resident) return resident.status();
         resident->node.pool_bytes = trace_.geometry_bytes();
         resident->host_bytes = 2 * trace_.geometry_bytes();
         resident->film_bytes = 0;
         forecast_.resident_seconds = simulate_cluster(trace_, *resident).seconds;
+        const auto visit = visit_seconds_within(resident_visit);
+        if (!visit) return visit.status();
+        forecast_.paging_cost = resident_visit > 0 ? *visit / resident_visit : 1;
         std::vector<uint32_t> counts = {1};
         std::ranges::copy_if(how_.nodes, std::back_inserter(counts), [](uint32_t nodes) { return nodes > 1; });
         for (const uint32_t nodes : counts) {
             report(0.5 + 0.5 * static_cast<double>(forecast_.rows.size()) / static_cast<double>(counts.size()));
-            const auto settings = settings_of(nodes, visit);
+            const auto settings = settings_of(nodes, *visit);
             if (!settings) return settings.status();
             const ClusterResult result = simulate_cluster(trace_, *settings);
             if (stopped()) return interrupted();

@@ -260,6 +260,8 @@ std::string_view bound_name(ClusterBound bound) {
             return "a link, sending";
         case ClusterBound::disk:
             return "a disk";
+        case ClusterBound::film:
+            return "adding up films";
         case ClusterBound::waiting:
             return "waits for single blocks";
     }
@@ -269,8 +271,11 @@ std::string_view bound_name(ClusterBound bound) {
 ClusterBound ClusterResult::bound() const {
     ClusterBound most = ClusterBound::device;
     double busy = tracing;
-    const std::pair<ClusterBound, double> others[] = {
-        {ClusterBound::bus, bus}, {ClusterBound::link_in, link_in}, {ClusterBound::link_out, link_out}, {ClusterBound::disk, disk}};
+    const std::pair<ClusterBound, double> others[] = {{ClusterBound::bus, bus},
+                                                      {ClusterBound::link_in, link_in},
+                                                      {ClusterBound::link_out, link_out},
+                                                      {ClusterBound::disk, disk},
+                                                      {ClusterBound::film, film_seconds}};
     for (const auto& [bound, seconds] : others)
         if (seconds > busy) most = bound, busy = seconds;
     constexpr double mostly = 0.6;  // of the time

@@ -41,7 +41,7 @@ struct ClusterSettings {
 };
 
 // What limits a run.
-enum class ClusterBound { device, bus, link_in, link_out, disk, waiting };
+enum class ClusterBound { device, bus, link_in, link_out, disk, film, waiting };
 std::string_view bound_name(ClusterBound bound);
 
 // Of the whole render; bytes and loads of all nodes together.

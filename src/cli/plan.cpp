@@ -170,7 +170,7 @@ Status plan(const PlanSettings& settings) {
         const auto nodes = forecast_cluster(opened->blocks, *options, *result, how_nodes);
         progress_line("");
         if (!nodes) return nodes.status();
-        text += nodes_text(*nodes, *result, how_nodes.link);
+        text += nodes_text(*nodes, how_nodes.link);
         json["cluster"] = nodes_json(*nodes, how_nodes.link);
     }
     std::fputs(text.c_str(), stdout);

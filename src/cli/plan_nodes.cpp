@@ -41,7 +41,7 @@ Status check_node_options(const OptionParser& parser, const PlanNodes& nodes) {
     return {};
 }
 
-std::string nodes_text(const ClusterForecast& forecast, const Forecast& measured, double link) {
+std::string nodes_text(const ClusterForecast& forecast, double link) {
     std::string text = fmt::format("machines with a link of {} each, by a simulation of {} recorded paths:\n", rate_text(link),
                                    format_count(forecast.recorded_paths));
     text += fmt::format("  {:>5} {:>10} {:>10} {:>13} {:>13} {:>8} {:>8}  {}\n", "nodes", "time", "efficiency", "link in", "link out", "shard",
@@ -51,10 +51,8 @@ std::string nodes_text(const ClusterForecast& forecast, const Forecast& measured
                             format_share(row.efficiency), rate_text(row.link_in), rate_text(row.link_out),
                             format_share(of_store(forecast, row.shard_bytes)), format_share(of_store(forecast, row.cached_bytes)), row.bound);
     }
-    const double one = forecast.rows.front().seconds;
-    text += "  efficiency: against one with everything resident; link: of the busiest; shard, cache: shares of the store in each one's memory\n";
-    text += fmt::format("  one takes {} in the simulation, {} as measured above; uploads measured: {}\n", format_duration(one),
-                        format_duration(measured.asked.seconds), rate_text(forecast.upload_rate));
+    text += fmt::format("  as measured: within these limits rays take {:.2f} times as long as with everything resident, waits aside; uploads {}\n",
+                        forecast.paging_cost, rate_text(forecast.upload_rate));
     for (const ClusterForecastRow& row : forecast.rows)
         if (row.nodes > 1 && row.store_in_memory < forecast.store_bytes)
             text += fmt::format("  {} of the store stays on the disks of {} nodes: all of it takes --host-limit {}M\n",
@@ -88,6 +86,7 @@ Json nodes_json(const ClusterForecast& forecast, double link) {
             {"store_bytes", forecast.store_bytes},
             {"recorded_paths", forecast.recorded_paths},
             {"resident_seconds", forecast.resident_seconds},
+            {"paging_cost", forecast.paging_cost},
             {"upload_bytes_per_second", forecast.upload_rate},
             {"rows", rows}};
 }

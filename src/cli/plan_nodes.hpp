@@ -16,8 +16,7 @@ struct PlanNodes {
 void add_node_options(OptionParser& parser, PlanNodes& nodes);
 Status check_node_options(const OptionParser& parser, const PlanNodes& nodes);
 
-// measured: of one node, by the plan itself.
-std::string nodes_text(const ClusterForecast& forecast, const Forecast& measured, double link);
+std::string nodes_text(const ClusterForecast& forecast, double link);
 nlohmann::ordered_json nodes_json(const ClusterForecast& forecast, double link);
 
 }  // namespace raypager
