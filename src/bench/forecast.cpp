@@ -21,6 +21,7 @@ struct Trial {
     std::vector<Course> courses;
     Extent whole;
     double resident_bytes = 0;
+    double seen_bytes = 0;  // of all that ever came, each once
 };
 
 double bytes_of(const GeometryLimit& limit, uint64_t scene_bytes) {
@@ -48,7 +49,7 @@ public:
 private:
     // Within another limit of geometry: where the memory limit has no room for it, within as much as a render takes by itself.
     Result<Trial> trial_within(const GeometryLimit& limit) const {
-        Trial trial{options_, {}, {}, {}, 0};
+        Trial trial{options_, {}, {}, {}};
         trial.options.geometry_limit = limit.bytes;
         trial.options.geometry_limit_percent = limit.bytes ? 0 : limit.percent;
         const auto plan = plan_within(source_, trial.options);
@@ -67,7 +68,7 @@ private:
     Status choose_trials() {
         const auto asked = plan_within(source_, options_);
         if (!asked) return asked.status();
-        trials_.push_back({options_, *asked, {}, {}, 0});
+        trials_.push_back({options_, *asked, {}, {}});
         auto resident = trial_within({0, 100});
         if (!resident) return resident.status();
         has_resident_ = resident->plan.holds_all();
@@ -77,7 +78,7 @@ private:
             auto trial = trial_within(limit);
             // What is not asked for is left out if it cannot be.
             if (!trial && how_.limits.empty()) continue;
-            if (!trial) return trial.status();
+            if (!trial) return trial.status().at("--limits");
             const auto is_there = [&](const Trial& other) { return other.plan.pool_bytes == trial->plan.pool_bytes; };
             if (std::ranges::none_of(trials_, is_there)) trials_.push_back(std::move(*trial));
         }
@@ -90,7 +91,8 @@ private:
         for (size_t pass = 0; pass < most_passes; pass++) {
             const double before = seconds();
             for (size_t i = 0; i < trials_.size(); i++) {
-                RAYPAGER_TRY(measure(trials_[i]));
+                // To and fro, so that none has the cold start, or whatever else goes with its place, each time.
+                RAYPAGER_TRY(measure(trials_[pass % 2 ? trials_.size() - 1 - i : i]));
                 const double share = static_cast<double>(pass * trials_.size() + i + 1) / static_cast<double>(trials_.size() * most_passes);
                 if (how_.progress) how_.progress(std::min(1.0, std::max(share, seconds() / how_.seconds)));
             }
@@ -114,6 +116,7 @@ private:
         const uint64_t pixels = uint64_t{options_.width} * options_.height;
         if (pilot->parts.size() > 1) trial.courses.back().later_sweeps = later_sweeps(pilot->samples, pixels, pilot->parts.front().end);
         trial.resident_bytes = std::max(trial.resident_bytes, pilot->resident_bytes);
+        trial.seen_bytes = std::max(trial.seen_bytes, pilot->seen_bytes);
         samples_ = pilot->samples;
         uint64_t measured = 0;
         for (const PilotPart& part : pilot->parts) measured += part.end - part.begin;
@@ -154,7 +157,8 @@ private:
         row.geometry_bytes = asked.plan.scene_bytes;
         row.paths = asked.plan.slots;
         row.memory_bytes = asked.plan.device_bytes - asked.plan.pool_bytes + asked.plan.scene_bytes;
-        row.moved_bytes = asked.resident_bytes;
+        // What is seen comes once.
+        for (const Trial& trial : trials_) row.moved_bytes = std::max(row.moved_bytes, trial.seen_bytes);
         // Each round takes a ray of every path on.
         row.seconds = clock.seconds(rays(), rays() / static_cast<double>(asked.plan.slots), 0);
         for (const Trial& trial : trials_) row.seconds = std::min(row.seconds, row_of(trial).seconds);

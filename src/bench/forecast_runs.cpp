@@ -1,6 +1,9 @@
 #include "bench/forecast_runs.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstring>
 
 #include "device/device.hpp"
 #include "device/select.hpp"
@@ -27,23 +30,62 @@ double add_evictions(const BakedScene& scene, const MeasuredRender& render, std:
     return there;
 }
 
-}  // namespace
+double bytes_seen(const BakedScene& scene, const MeasuredRender& render) {
+    std::vector<bool> seen(scene.pageable_count());
+    double bytes = 0;
+    for (const PagingEvent& event : render.journal) {
+        if (seen[event.block]) continue;
+        seen[event.block] = true;
+        bytes += scene.pageable_bytes(event.block, render.report.form);
+    }
+    return bytes;
+}
 
-Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& options) {
-    const BakedScene& scene = source.scene();
-    const auto params = make_params(scene, options);
-    if (!params) return params.status();
+Result<std::unique_ptr<Device>> open_one(const RenderOptions& options) {
     DeviceHooks none;
     const auto choice = choose_devices(options.device, options.allow_different, none);
     if (!choice) return choice.status();
     if (choice->selectors.size() > 1) return Status::usage("a plan is for one device; name it with --device");
-    const auto device = Device::open(choice->selectors.front(), options.memory_limit, options.tuning.profile);
+    return Device::open(choice->selectors.front(), options.memory_limit, options.tuning.profile);
+}
+
+}  // namespace
+
+Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& options, uint32_t nodes) {
+    const BakedScene& scene = source.scene();
+    const auto params = make_params(scene, options);
+    if (!params) return params.status();
+    const auto device = open_one(options);
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
     RAYPAGER_TRY(check_picture_size(*params, info));
-    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit());
+    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit(), 1, nodes);
     if (!plan) return plan.status();
-    return LimitPlan{info.name, plan->residency.pool_bytes, plan->device_bytes, scene.memory_bytes(plan->form), plan->params.slot_count};
+    LimitPlan within;
+    within.device = info.name;
+    within.pool_bytes = plan->residency.pool_bytes, within.device_bytes = plan->device_bytes, within.host_bytes = plan->host_limit;
+    within.scene_bytes = scene.memory_bytes(plan->form);
+    within.slots = plan->params.slot_count, within.region_pixels = plan->params.order.region;
+    within.policy = plan->residency.policy, within.rounds_under_way = plan->rounds_under_way;
+    return within;
+}
+
+Result<double> upload_rate(const RenderOptions& options) {
+    auto device = open_one(options);
+    if (!device) return device.status();
+    const uint64_t bytes = std::clamp<uint64_t>((*device)->budget().limit() / 4, 4096, uint64_t{32} << 20);
+    const auto pinned = (*device)->allocate_pinned(bytes);
+    if (!pinned) return pinned.status();
+    const auto buffer = (*device)->allocate(bytes, "measuring uploads");
+    if (!buffer) return buffer.status();
+    std::memset(pinned->bytes().data(), 1, bytes);
+    double best = 1e30;
+    for (int i = 0; i < 5; i++) {
+        const auto begin = std::chrono::steady_clock::now();
+        RAYPAGER_TRY((*device)->uploads().write_now(*buffer, 0, pinned->bytes()));
+        best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    return static_cast<double>(bytes) / std::max(best, 1e-9);
 }
 
 Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options, const RenderCallbacks& callbacks) {
@@ -78,6 +120,7 @@ Result<Pilot> run_pilot(const BlockSource& source, const RenderOptions& options,
     if (!result) return result.status();
     if (!result->report.complete) return Status::interrupted("stopped before the forecast was complete");
     pilot.resident_bytes = add_evictions(source.scene(), *result, pilot.marks);
+    pilot.seen_bytes = bytes_seen(source.scene(), *result);
     return pilot;
 }
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "bench/device_replay.hpp"
 #include "residency/demand_trace.hpp"
 #include "residency/policy.hpp"
 
@@ -27,12 +28,6 @@ struct ReplaySettings {
     double visit_seconds = 0;       // that one visit or the start of a pass of a ray takes
     double round_seconds = 0;       // that a round takes beside
     double bandwidth = 0;           // bytes a second; 0: what was asked for after one round is there after the next
-};
-
-// Which blocks were entered in each round: those of round r (the first is 0) are blocks[begin[r]] .. blocks[begin[r + 1] - 1].
-struct ServiceOrder {
-    std::vector<uint32_t> blocks;
-    std::vector<uint64_t> begin = {0};
 };
 
 struct ReplayResult {

@@ -17,6 +17,7 @@ constexpr Verb measurements[] = {
     {"traverse", "rays per second of the engine's own kernels on a baked scene", run_bench_traverse},
     {"sweep", "renders at many limits, policies and path counts: tables, curves", run_bench_sweep},
     {"policy", "replays a recorded demand trace under other policies and limits", run_bench_policy},
+    {"cluster", "simulates clusters on a recorded demand trace: efficiency, links", run_bench_cluster},
 };
 
 std::string usage() {

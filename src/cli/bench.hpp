@@ -9,6 +9,7 @@ namespace raypager {
 Status run_bench_export(const Arguments& arguments);
 Status run_bench_traverse(const Arguments& arguments);
 Status run_bench_policy(const Arguments& arguments);
+Status run_bench_cluster(const Arguments& arguments);
 Status run_bench_sweep(const Arguments& arguments);
 
 }  // namespace raypager

@@ -9,6 +9,7 @@
 #include "cli/bench_lists.hpp"
 #include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
+#include "cli/plan_nodes.hpp"
 #include "cli/ranks.hpp"
 #include "cli/render_settings.hpp"
 #include "cli/report.hpp"
@@ -16,6 +17,7 @@
 #include "cli/stop_signal.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
+#include "raypager/cluster_forecast.hpp"
 #include "raypager/forecast.hpp"
 
 namespace raypager {
@@ -33,6 +35,7 @@ constexpr const char* about_plan =
 struct PlanSettings {
     RenderSettings render;
     ForecastOptions forecast;
+    PlanNodes nodes;
 };
 
 Result<std::optional<PlanSettings>> parse_plan_settings(const Arguments& arguments) {
@@ -50,6 +53,7 @@ Result<std::optional<PlanSettings>> parse_plan_settings(const Arguments& argumen
                   }));
     parser.option("effort", "SECONDS", "how long to measure, about: each limit at least once, three times at most (default: 20)",
                   into(settings.forecast.seconds, parse_seconds));
+    add_node_options(parser, settings.nodes);
     parser.option("report", "FILE.json", "every figure, for scripts", [&render](const std::string& text) {
         render.report.emplace();
         return into_path(*render.report)(text);
@@ -67,6 +71,7 @@ Result<std::optional<PlanSettings>> parse_plan_settings(const Arguments& argumen
     render.inputs.assign(inputs.begin(), inputs.end());
     RAYPAGER_TRY(check_inputs(parser, render));
     RAYPAGER_TRY(check_look_options(parser, render.look, render.inputs));
+    RAYPAGER_TRY(check_node_options(parser, settings.nodes));
     if (render.options.time_seconds > 0) return parser.wrong("--time: a plan is of a number of samples; give --spp in its place");
     return std::optional(std::move(settings));
 }
@@ -81,18 +86,23 @@ std::string row_text(const ForecastRow& row, const Forecast& forecast) {
                        row.measured ? "" : "  by a model: more than renders take of this device");
 }
 
-std::string limit_text(const char* what, uint64_t limit, const Forecast& forecast) {
-    return fmt::format("  {}: --geometry-limit {}K ({})\n", what, (limit + 1023) / 1024, format_share(share_of(limit, forecast.scene_bytes)));
+// memory_limit: of the options, 0 if there is none. What a larger limit takes beside, it takes within the smaller one, too.
+std::string limit_text(const char* what, uint64_t limit, const Forecast& forecast, uint64_t memory_limit) {
+    const uint64_t memory = forecast.asked.memory_bytes - std::min(forecast.asked.memory_bytes, forecast.asked.geometry_bytes) + limit;
+    const bool too_much = memory_limit > 0 && memory > memory_limit;
+    return fmt::format("  {}: --geometry-limit {}K{} ({})\n", what, (limit + 1023) / 1024,
+                       too_much ? fmt::format(", with a --memory-limit of about {}M", (memory >> 20) + 1) : "",
+                       format_share(share_of(limit, forecast.scene_bytes)));
 }
 
-std::string forecast_text(const Forecast& forecast) {
+std::string forecast_text(const Forecast& forecast, uint64_t memory_limit) {
     std::string text = fmt::format("{}x{}, {} spp on {}: {} of rendering, {} moved, {:.2f} times as long as with everything resident\n",
                                    forecast.width, forecast.height, forecast.spp, forecast.device, format_duration(forecast.asked.seconds),
                                    format_bytes(static_cast<uint64_t>(forecast.asked.moved_bytes)), forecast.asked.slow_down);
     text += fmt::format("  {:>10} {:>8} {:>14} {:>10} {:>10} {:>10}\n", "resident", "share", "device memory", "time", "moved", "slow-down");
     for (const ForecastRow& row : forecast.rows) text += row_text(row, forecast);
-    if (forecast.halves_excess) text += limit_text("half of what the limit costs", *forecast.halves_excess, forecast);
-    if (forecast.halves_time) text += limit_text("half of the time", *forecast.halves_time, forecast);
+    if (forecast.halves_excess) text += limit_text("half of what the limit costs", *forecast.halves_excess, forecast, memory_limit);
+    if (forecast.halves_time) text += limit_text("half of the time", *forecast.halves_time, forecast, memory_limit);
     if (!forecast.halves_excess) text += "  a larger limit would gain nothing\n";
     constexpr double quiet = 1.05;
     if (forecast.noise > quiet)
@@ -146,11 +156,25 @@ Status plan(const PlanSettings& settings) {
     ForecastOptions how = settings.forecast;
     how.stop = &signal.stop();
     if (show_progress) how.progress = [](double fraction) { progress_line(fmt::format("measuring: {:.0f} %", 100 * fraction)); };
+    ClusterForecastOptions how_nodes = settings.nodes.how;
+    how_nodes.stop = how.stop;
+    if (show_progress) how_nodes.progress = [](double fraction) { progress_line(fmt::format("simulating: {:.0f} %", 100 * fraction)); };
+    const bool with_nodes = !how_nodes.nodes.empty();
+    if (with_nodes) RAYPAGER_TRY(check_cluster_forecast(opened->blocks));
     const auto result = forecast(opened->blocks, *options, how);
     progress_line("");
     if (!result) return result.status();
-    std::fputs(forecast_text(*result).c_str(), stdout);
-    return render.report ? write_text(*render.report, json_text(plan_json(settings, *options, opened->blocks, *result))) : Status();
+    Json json = plan_json(settings, *options, opened->blocks, *result);
+    std::string text = forecast_text(*result, options->memory_limit);
+    if (with_nodes) {
+        const auto nodes = forecast_cluster(opened->blocks, *options, *result, how_nodes);
+        progress_line("");
+        if (!nodes) return nodes.status();
+        text += nodes_text(*nodes, how_nodes.link);
+        json["cluster"] = nodes_json(*nodes, how_nodes.link);
+    }
+    std::fputs(text.c_str(), stdout);
+    return render.report ? write_text(*render.report, json_text(json)) : Status();
 }
 
 }  // namespace

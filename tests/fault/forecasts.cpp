@@ -195,6 +195,62 @@ TEST_F(CliPlan, RefusesInOneLine) {
     refused("wedge.off --size 24x16 --report no/folder/r.json", 1, "no/folder");
 }
 
+// Of several machines, too, where it is asked for.
+TEST_F(CliPlan, SaysWhatMachinesTogetherTake) {
+    const std::string render = "wedge.off --size 48x32 --spp 8 --effort 0.01 --report r.json ";
+    ASSERT_EQ(run(render), 0) << file(".stderr");
+    EXPECT_FALSE(nlohmann::json::parse(file("r.json")).contains("cluster"));
+    EXPECT_EQ(file(".stdout").find("nodes"), std::string::npos);
+    ASSERT_EQ(run(render + "--nodes 2,4 --link 1G --host-limit 64M"), 0) << file(".stderr");
+    EXPECT_NE(file(".stdout").find("machines with a link of 1.00 GiB/s each"), std::string::npos) << file(".stdout");
+    const auto cluster = nlohmann::json::parse(file("r.json"))["cluster"];
+    EXPECT_EQ(cluster["link_bytes_per_second"], double(1 << 30));
+    EXPECT_EQ(cluster["recorded_paths"], 48 * 32 * 8);
+    ASSERT_EQ(cluster["rows"].size(), 3u);
+    const uint32_t nodes[] = {1, 2, 4};
+    for (size_t i = 0; i < 3; i++) {
+        const auto& row = cluster["rows"][i];
+        EXPECT_EQ(row["nodes"], nodes[i]);
+        EXPECT_GT(row["seconds"], 0.0);
+        EXPECT_GT(row["efficiency"], 0.0);
+        EXPECT_LE(row["efficiency"], 1.001);
+        EXPECT_EQ(row["host_limit"], 64 << 20);
+        EXPECT_EQ(row["store_in_memory_bytes"], cluster["store_bytes"]);
+        EXPECT_EQ(row["bytes_from_disk"], 0);
+    }
+    EXPECT_EQ(cluster["rows"][0]["bytes_received"], 0);
+    // There is one block: one node has it.
+    EXPECT_GT(cluster["rows"][1]["bytes_received"], 0);
+}
+
+TEST_F(CliPlan, RefusesMachinesInOneLine) {
+    const auto refused = [&](const std::string& arguments, int status, const std::string& named) {
+        EXPECT_EQ(run(arguments), status) << arguments;
+        const std::string errors = file(".stderr");
+        EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+        EXPECT_NE(errors.find(named), std::string::npos) << errors;
+        EXPECT_EQ(file(".stdout"), "");
+    };
+    for (const char* nodes : {"0", "4097", "-1", "2,x", "\"\"", "1.5"}) refused(fmt::format("wedge.off --nodes {}", nodes), 2, "--nodes");
+    refused("wedge.off --link 1G", 2, "--nodes");
+    refused("wedge.off --nodes 2 --link 0", 2, "--link");
+    refused("wedge.off --nodes 2 --link fast", 2, "--link");
+    // A grid of 200 triangles that is placed twice.
+    std::ofstream scene(folder_ / "twice.pbrt");
+    scene << "WorldBegin\nLightSource \"infinite\"\nObjectBegin \"grid\"\nShape \"trianglemesh\" \"point3 P\" [";
+    for (int i = 0; i < 121; i++) scene << i % 11 << " " << i / 11 << " " << i % 3 << " ";
+    scene << "] \"integer indices\" [";
+    for (int i = 0; i < 100; i++) {
+        const int at = i / 10 * 11 + i % 10;
+        scene << fmt::format("{} {} {} {} {} {} ", at, at + 1, at + 12, at, at + 12, at + 11);
+    }
+    scene << "]\nObjectEnd\nObjectInstance \"grid\"\nTranslate 20 0 0\nObjectInstance \"grid\"\n";
+    scene.close();
+    ASSERT_EQ(run("twice.pbrt --size 16x16 --spp 1 --effort 0.01"), 0) << file(".stderr");
+    EXPECT_EQ(run("twice.pbrt --size 16x16 --spp 1 --nodes 2"), 2);
+    EXPECT_NE(file(".stderr").find("--nodes"), std::string::npos) << file(".stderr");
+}
+
 TEST_F(CliPlan, StopsAtASignal) {
     support::ChildProcess child(RAYPAGER_PROGRAM, {"plan", "wedge.off", "--size", "256x256", "--spp", "4096", "--paths", "500000", "--progress"},
                                 folder_);
