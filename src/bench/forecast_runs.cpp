@@ -59,7 +59,7 @@ Result<LimitPlan> plan_within(const BlockSource& source, const RenderOptions& op
     if (!device) return device.status();
     const DeviceInfo& info = (*device)->info();
     RAYPAGER_TRY(check_picture_size(*params, info));
-    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit(), 1, nodes);
+    const auto plan = plan_render(scene, options, {}, *params, info, (*device)->budget().limit(), {.all_devices = nodes});
     if (!plan) return plan.status();
     LimitPlan within;
     within.device = info.name;
