@@ -33,10 +33,11 @@ struct ClusterForecastRow {
     double link_in = 0, link_out = 0;  // bytes a second of the busiest node
     uint64_t bytes_loaded = 0;         // onto all devices: the sum of the next four
     uint64_t bytes_from_cache = 0, bytes_from_own_shard = 0, bytes_received = 0, bytes_from_disk = 0;
-    uint64_t host_limit = 0;       // of each node
-    uint64_t shard_bytes = 0;      // of the largest shard
-    uint64_t cached_bytes = 0;     // beside it, of the mean node, in the end
-    uint64_t store_in_memory = 0;  // of all shards
+    uint64_t host_limit = 0;              // of each node
+    uint64_t shard_bytes = 0;             // of the largest shard
+    uint64_t cached_bytes = 0;            // beside it, of the mean node, in the end
+    uint64_t store_in_memory = 0;         // of all shards
+    uint64_t whole_store_host_limit = 0;  // of each node, with which all of the store would be in memory
 };
 
 struct ClusterForecast {

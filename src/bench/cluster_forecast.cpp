@@ -10,6 +10,7 @@
 #include "raypager/abi/film.h"
 #include "render/render.hpp"
 #include "store/block_source.hpp"
+#include "store/shards.hpp"
 
 namespace raypager {
 namespace {
@@ -124,6 +125,7 @@ private:
         row.bytes_received = result.received, row.bytes_from_disk = result.from_disk;
         row.host_limit = settings.host_bytes, row.shard_bytes = result.shard_bytes, row.cached_bytes = result.cached_bytes;
         row.store_in_memory = result.store_in_memory;
+        row.whole_store_host_limit = host_bytes_for_shard(forecast_.store_bytes / settings.nodes + 1);
         return row;
     }
 

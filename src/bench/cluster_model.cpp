@@ -12,6 +12,7 @@
 #include "bench/cluster_store.hpp"
 #include "bench/device_replay.hpp"
 #include "render/sample_pool.hpp"
+#include "store/shards.hpp"
 #include "wavefront/sample_order.hpp"
 
 namespace raypager::bench {
@@ -200,7 +201,7 @@ private:
         if (owner == index) {
             node.from_own_shard += bytes;
             push(now, Kind::in_memory, index, block);
-        } else if (owner == Shards::on_disk) {
+        } else if (owner == no_owner) {
             push(node.disk.carry(node.disk.begin(now), bytes), Kind::in_memory, index, block);
         } else {
             push(now + settings_.latency, Kind::asked_owner, index, block);

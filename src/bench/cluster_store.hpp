@@ -9,15 +9,13 @@
 
 namespace raypager::bench {
 
-// Which node has a block in its shard.
+// Which node has a block in its shard, as choose_owners says (store/shards.hpp).
 struct Shards {
-    static constexpr uint32_t on_disk = 0xffffffff;
-    std::vector<uint32_t> owner;   // by block; on_disk: none
+    std::vector<uint32_t> owner;   // by block; no_owner: it stays on disk
     std::vector<uint64_t> bytes;   // by node
     uint64_t bytes_in_memory = 0;  // of all
 };
-// Each block goes to the node with the least in its shard, which takes three quarters of the host memory at most. If there is no room for all, those
-// that stay on disk lie evenly among the others.
+// Of nodes with equal host memory.
 Shards divide_store(std::span<const uint32_t> block_bytes, uint32_t nodes, uint64_t host_bytes);
 
 // Of one node. The least recently used goes out.

@@ -56,8 +56,7 @@ std::string nodes_text(const ClusterForecast& forecast, double link) {
     for (const ClusterForecastRow& row : forecast.rows)
         if (row.nodes > 1 && row.store_in_memory < forecast.store_bytes)
             text += fmt::format("  {} of the store stays on the disks of {} nodes: all of it takes --host-limit {}M\n",
-                                format_share(1 - of_store(forecast, row.store_in_memory)), row.nodes,
-                                (forecast.store_bytes / row.nodes * 4 / 3 >> 20) + 1);
+                                format_share(1 - of_store(forecast, row.store_in_memory)), row.nodes, (row.whole_store_host_limit >> 20) + 1);
     return text;
 }
 

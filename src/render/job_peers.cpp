@@ -12,6 +12,7 @@
 #include "render/job.hpp"
 #include "render/params.hpp"
 #include "render/plan.hpp"
+#include "store/shards.hpp"
 
 namespace raypager {
 namespace {
@@ -94,7 +95,7 @@ Status RenderJob::begin_with_peers(rp_render_params& params, const DeviceInfo& d
     return {};
 }
 
-// Devices' loaders may wait for others, which have come to their end before.
+// Devices go first, and wait for their loaders, which may wait for ranks that have come to their end before.
 RenderJob::~RenderJob() {
     if (sharded_) sharded_->stop();
 }
@@ -105,8 +106,7 @@ Status RenderJob::share_blocks(const DeviceInfo& device) {
     // Settled before blocks take memory. Devices that use main memory take their share of it.
     const uint64_t limit = host_limit(options_, device, 0, options_.peers->local_count());
     settled_host_limit_ = options_.host_limit == 0 && device.profile.shares_host_memory ? limit / 2 : limit;
-    const uint64_t room = settled_host_limit_ / 4 * 3;
-    auto blocks = ShardedBlocks::create(source_, *options_.peers, room, [this](const std::string& text) { warn(text); });
+    auto blocks = ShardedBlocks::create(source_, *options_.peers, shard_room(settled_host_limit_), [this](const std::string& text) { warn(text); });
     if (!blocks) return blocks.status();
     sharded_ = std::move(*blocks);
     return {};

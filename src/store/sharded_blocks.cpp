@@ -269,6 +269,10 @@ Status ShardedBlocks::damaged(uint32_t pageable, const std::string& what) const 
         fmt::format("{}: {}: {}; the file is damaged, bake the scene again", origin().file.string(), scene().pageable_name(pageable), what));
 }
 
+bool ShardedBlocks::is_full() const {
+    return std::none_of(kept_.begin(), kept_.end(), [](const Kept& kept) { return kept.state == State::awaited; });
+}
+
 ShardedBlocks::Figures ShardedBlocks::figures() const { return {kept_bytes_, from_memory_, from_peers_, from_file_, late_, damaged_}; }
 
 }  // namespace raypager

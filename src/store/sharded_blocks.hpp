@@ -37,6 +37,8 @@ public:
         uint64_t late = 0, damaged = 0;  // answers of peers
     };
     Figures figures() const;
+    // Whether all that it is to keep has come, or will not.
+    bool is_full() const;
 
 private:
     enum class State : uint8_t { awaited, here, failed };

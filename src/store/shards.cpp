@@ -21,21 +21,25 @@ std::vector<uint32_t> choose_owners(std::span<const uint32_t> block_bytes, std::
     const double fits = all_bytes > 0 ? std::min(1.0, std::accumulate(room.begin(), room.end(), 0.0) / all_bytes) : 1;
     std::vector<uint64_t> used(room.size());
     std::vector<uint32_t> owner_of(block_bytes.size(), no_owner);
+    const uint32_t smallest = block_bytes.empty() ? 0 : *std::min_element(block_bytes.begin(), block_bytes.end());
     double due = 0;  // bytes that should have an owner by now, and have none
     for (size_t block = 0; block < block_bytes.size() && !owners.empty(); block++) {
         due += fits * block_bytes[block];
         if (fits < 1 && due < block_bytes[block]) continue;
-        // One that is as good as full takes no part any more.
-        while (!owners.empty()) {
-            const uint32_t rank = owners.top().rank;
+        std::vector<Owner> too_full;  // for this one
+        for (bool found = false; !found && !owners.empty();) {
+            const Owner owner = owners.top();
+            const uint64_t left = room[owner.rank] - used[owner.rank];
             owners.pop();
-            if (room[rank] - used[rank] < block_bytes[block]) continue;
-            used[rank] += block_bytes[block];
-            owners.push({static_cast<double>(used[rank]) / static_cast<double>(room[rank]), rank});
-            owner_of[block] = rank;
+            found = left >= block_bytes[block];
+            if (!found && left >= smallest) too_full.push_back(owner);
+            if (!found) continue;
+            used[owner.rank] += block_bytes[block];
+            owners.push({static_cast<double>(used[owner.rank]) / static_cast<double>(room[owner.rank]), owner.rank});
+            owner_of[block] = owner.rank;
             due -= block_bytes[block];
-            break;
         }
+        for (const Owner& owner : too_full) owners.push(owner);
     }
     return owner_of;
 }

@@ -1,9 +1,7 @@
 // Threads of one process that are each other's peers, as ranks of a cluster are; and can be slow, or have memory that changes.
 #pragma once
 
-#include <atomic>
 #include <barrier>
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -25,7 +23,6 @@ public:
     void damage(uint32_t rank);
     // The next bytes that are put there arrive damaged.
     void spoil_once(uint32_t rank);
-    uint32_t questions() const { return questions_; }  // that get() has asked
 
 private:
     class Peer;
@@ -35,7 +32,6 @@ private:
     uint64_t numbers_[Peers::common_numbers] = {};
     std::vector<std::vector<std::byte>> handed_;  // by rank
     std::vector<std::span<uint32_t>> words_;      // by rank
-    std::atomic<uint32_t> questions_{0};
 };
 
 }  // namespace raypager::support

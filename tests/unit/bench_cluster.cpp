@@ -6,6 +6,7 @@
 #include "bench/cluster_model.hpp"
 #include "bench/cluster_store.hpp"
 #include "bench_traces.hpp"
+#include "store/shards.hpp"
 
 namespace raypager::bench {
 namespace {
@@ -165,15 +166,15 @@ TEST(ClusterStore, is_divided_evenly) {
     EXPECT_EQ(roomy.bytes_in_memory, all);
     EXPECT_LE(std::ranges::max(roomy.bytes) - std::ranges::min(roomy.bytes), 64u * 20);
     // Room for half: three quarters of the memory of each.
-    const uint64_t host = all / 2 / 7 * 4 / 3;
+    const uint64_t host = host_bytes_for_shard(all / 2 / 7);
     const Shards tight = divide_store(blocks, 7, host);
     EXPECT_NEAR(static_cast<double>(tight.bytes_in_memory) / static_cast<double>(all), 0.5, 0.02);
-    EXPECT_LE(std::ranges::max(tight.bytes), host / 4 * 3);
+    EXPECT_LE(std::ranges::max(tight.bytes), shard_room(host));
     // In each part of the store, to a block or two.
     uint64_t seen = 0, in_memory = 0;
     for (size_t block = 0; block < blocks.size(); block++) {
         seen += blocks[block];
-        if (tight.owner[block] != Shards::on_disk) in_memory += blocks[block];
+        if (tight.owner[block] != no_owner) in_memory += blocks[block];
         EXPECT_NEAR(static_cast<double>(in_memory), static_cast<double>(seen) / 2, 3 * 64 * 20) << block;
     }
     EXPECT_EQ(divide_store(blocks, 3, 0).bytes_in_memory, 0u);

@@ -12,6 +12,7 @@
 #include <numeric>
 #include <optional>
 #include <random>
+#include <thread>
 
 #include "raypager/bake.hpp"
 #include "store/block_file.hpp"
@@ -128,6 +129,7 @@ protected:
                 });
                 seen.created = blocks.status();
                 if (!blocks) return seen;
+                while (!(*blocks)->is_full()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 barrier.arrive_and_wait();
                 if (rank == 0 && once_made) once_made();
                 barrier.arrive_and_wait();
