@@ -1,5 +1,7 @@
 #include "cluster/mpi_thread.hpp"
 
+#include <sys/prctl.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -18,8 +20,11 @@ constexpr int question_tag = 15, first_answer = 16;
 constexpr uint32_t max_slots = 8192;
 constexpr int first_data = first_answer + static_cast<int>(max_slots);
 
-// Kernels may run on the same cores; but what is being sent goes on only when somebody looks.
-constexpr std::chrono::microseconds nap{50}, awake{20}, awake_while_sending{1000};
+// Between looks at what has come. It does not spin: where kernels keep all cores busy, a thread that has slept gets one at once, and one that spins
+// has used up its share (a block took 3.4 to 4 ms to come, and takes 0.8 to 1.3: bench/journal/cluster.md).
+constexpr std::chrono::microseconds long_nap{100}, nap{30};
+constexpr std::chrono::milliseconds soon_after{1};
+constexpr unsigned long nap_slack = 1000;  // nanoseconds; Linux makes naps 50 us longer by itself
 // Between looks at whether whoever asks has given up.
 constexpr double patience = 0.2;
 const std::atomic<bool> never{false};
@@ -67,6 +72,7 @@ void MpiThread::end_mpi() {
 }
 
 void MpiThread::work() {
+    prctl(PR_SET_TIMERSLACK, nap_slack);
     begin_mpi();
     try {
         for (;;) {
@@ -121,13 +127,13 @@ void MpiThread::wait(MPI_Request request) {
 
 void MpiThread::idle(bool happened) {
     const auto now = std::chrono::steady_clock::now();
-    if (happened) last_event_ = now;
-    if (now - last_event_ < (under_way_ > 0 || !served_.empty() ? awake_while_sending : awake)) {
-        std::this_thread::yield();
+    if (happened) {
+        last_event_ = now;
         return;
     }
+    const bool soon = under_way_ > 0 || !served_.empty() || now - last_event_ < soon_after;
     std::unique_lock lock(mutex_);
-    if (to_ask_.empty() && (in_task_ || (!task_ && !stop_))) for_thread_.wait_for(lock, nap);
+    if (to_ask_.empty() && (in_task_ || (!task_ && !stop_))) for_thread_.wait_for(lock, soon ? nap : long_nap);
 }
 
 bool MpiThread::poll() {

@@ -106,6 +106,13 @@ Status DeviceRounds::finish() {
     return {};
 }
 
+// Path slots are gigabytes on a large device, so they are not read in vain at the end.
+Status DeviceRounds::read_samples_under_way(std::vector<rp_path_sample>& samples) {
+    if (ready_rays() > 0 || counters_.waiting_rays() > 0) return wavefront_->read_samples_under_way(samples);
+    samples = wavefront_->samples_again_left();
+    return {};
+}
+
 // A ray that waits keeps the slots that were filled with it from being used. Extension rays stand for all.
 void DeviceRounds::fill_by_waits() {
     if (!plan_.fills_by_waits) return;

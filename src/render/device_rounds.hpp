@@ -58,6 +58,8 @@ public:
     bool all_idle() const { return counters_.idle_slots() == slots(); }
     // Rays there are, but all wait for blocks; or none, and then the next round starts new paths or ends the render.
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
+    // Of paths under way, and those that are to begin again. REQUIRES: no round is under way.
+    Status read_samples_under_way(std::vector<rp_path_sample>& samples);
     double stall_seconds() const { return stall_seconds_; }  // spent in wait_for_block
 
     const DeviceShare& share() const { return share_; }

@@ -12,9 +12,9 @@ DeviceWorker::DeviceWorker(std::unique_ptr<DeviceRounds> rounds, SamplePool& poo
 }
 
 void DeviceWorker::begin_anew() {
-    if (several_) wavefront().expect_more(true);
     begun_last_ = rounds_->slots();
     begun_before_film_ = 0;
+    film_round_ = rounds_->started();
     again_.clear();
 }
 
@@ -39,6 +39,7 @@ Result<bool> DeviceWorker::take_samples() {
         std::vector<rp_path_sample> again = pool_.take_again();
         if (!again.empty()) {
             RAYPAGER_TRY(settle());
+            if (w.has_idle_slots()) RAYPAGER_TRY(w.wake_idle_slots());
             if (several_) again_.insert(again_.end(), again.begin(), again.end());
             w.begin_with(std::move(again));
         }
@@ -48,8 +49,13 @@ Result<bool> DeviceWorker::take_samples() {
     while (!several_ || w.numbers().count() - w.samples_begun() <= soon) {
         const auto range = pool_.take();
         if (!range) break;
+        if (w.has_idle_slots()) {
+            RAYPAGER_TRY(settle());
+            RAYPAGER_TRY(w.wake_idle_slots());
+        }
         w.numbers().append(*range);
     }
+    if (several_) w.expect_more(pool_.expects_more());
     const bool begins = w.begins_again() || w.numbers().count() > w.samples_begun();
     if (!several_ || begins || rounds_->ready_rays() > 0 || rounds_->counters().waiting_rays() > 0) return true;
     RAYPAGER_TRY(settle());  // rounds under way have nothing to do either
@@ -83,6 +89,7 @@ Status DeviceWorker::take_arrivals() { return rounds_->residency().take_arrivals
 
 void DeviceWorker::film_was_taken(std::vector<rp_path_sample> under_way) {
     begun_before_film_ = wavefront().samples_begun();
+    film_round_ = rounds_->started();
     again_ = std::move(under_way);
 }
 

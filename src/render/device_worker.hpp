@@ -46,6 +46,8 @@ public:
     // Between rounds: what has come is not held back from other devices.
     Status take_arrivals();
 
+    // Whether there have been rounds since its film was taken.
+    bool has_new_film() const { return rounds_->started() != film_round_; }
     // After the film, and the samples whose paths are under way, have been taken from it.
     void film_was_taken(std::vector<rp_path_sample> under_way);
     // What it has begun or was to begin, and what others must do in its place if it fails: its film is lost then.
@@ -81,6 +83,7 @@ private:
     std::unique_ptr<Watchdog> watchdog_;  // asks rounds_: destroyed before it
     uint64_t begun_last_ = 0;             // samples that the round before began
     uint64_t begun_before_film_ = 0;
+    uint32_t film_round_ = 0;            // rounds that were started before the film was taken
     std::vector<rp_path_sample> again_;  // that it was given since the film was taken, or that were under way then
 };
 

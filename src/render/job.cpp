@@ -166,7 +166,7 @@ Status RenderJob::take_contents(Checkpointer::Contents& contents) {
         if (shares())
             samples = devices_.worker(i).again_since_film();
         else
-            RAYPAGER_TRY(w.read_samples_under_way(samples));
+            RAYPAGER_TRY(devices_.worker(i).rounds().read_samples_under_way(samples));
         contents.under_way.insert(contents.under_way.end(), samples.begin(), samples.end());
     }
     return {};

@@ -28,6 +28,7 @@ Status RenderJob::collect_films() {
 }
 
 Status RenderJob::collect_film(DeviceWorker& worker) {
+    if (!worker.has_new_film()) return {};
     Wavefront& w = worker.wavefront();
     const FilmLayout layout(w.params());
     const FilmAdder adder(layout);
@@ -38,7 +39,7 @@ Status RenderJob::collect_film(DeviceWorker& worker) {
         adder.add(std::span(sum).subspan(first, piece.size()), piece);
     }
     std::vector<rp_path_sample> under_way;
-    RAYPAGER_TRY(w.read_samples_under_way(under_way));
+    RAYPAGER_TRY(worker.rounds().read_samples_under_way(under_way));
     RAYPAGER_TRY(w.clear_film());
     film_ = std::move(sum);
     worker.film_was_taken(std::move(under_way));

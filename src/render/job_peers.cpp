@@ -140,6 +140,7 @@ bool RenderJob::takes_no_more() const {
 }
 
 Status RenderJob::take_from_peers() {
+    pool_.expect_more(!takes_no_more());
     if (takes_no_more()) return {};
     const uint64_t end = common_end(), share = next_share(end - common_taken_, end, options_.peers->count());
     if (pool_.left() > share / 2) return {};

@@ -73,6 +73,16 @@ uint64_t SamplePool::left() const {
     return sum(ranges_);
 }
 
+bool SamplePool::expects_more() const {
+    const std::lock_guard lock(mutex_);
+    return expects_more_ || !ranges_.empty() || !again_.empty();
+}
+
+void SamplePool::expect_more(bool more) {
+    const std::lock_guard lock(mutex_);
+    expects_more_ = more;
+}
+
 std::vector<SampleRange> SamplePool::ranges() const {
     const std::lock_guard lock(mutex_);
     return ranges_;

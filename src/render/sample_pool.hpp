@@ -32,6 +32,9 @@ public:
     void cut(uint64_t number);
     void clear();
     uint64_t left() const;  // numbers
+    // Whether there are samples, or will be more: as a matter of course, so not those of a device that fails.
+    bool expects_more() const;
+    void expect_more(bool more);
     std::vector<rp_path_sample> again() const;
     std::vector<SampleRange> ranges() const;
     void set_devices(uint32_t devices);
@@ -43,6 +46,7 @@ private:
     std::vector<SampleRange> ranges_;  // sorted
     std::vector<rp_path_sample> again_;
     size_t again_share_ = 0;
+    bool expects_more_ = false;  // though none are left
 };
 
 }  // namespace raypager

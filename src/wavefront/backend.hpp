@@ -63,6 +63,8 @@ public:
     virtual bool leaves_untraced_camera_rays() const { return false; }
     // Whether shadow rays are traced while extension rays are, in a queue of their own.
     virtual bool connects_concurrently() const { return false; }
+    // The next round looks at every slot. REQUIRES: no round is under way.
+    virtual Status wake_all_slots() = 0;
     // From the next round on, so many free slots (1, 2, 4 or 8) are given out at once, where that decides about speed.
     virtual void fill_together(uint32_t /*slots*/) {}
     // The log of blocks that rays entered, where it is kept (abi/visits.h). REQUIRES: no round is under way.

@@ -67,6 +67,18 @@ Status PathSlots::clear(Queue& queue) const {
     return queue.fill_zero(status_, 0, status_.bytes());
 }
 
+Status PathSlots::free_idle(Queue& queue) const {
+    std::vector<uint32_t> statuses(std::min<uint64_t>(count_, slots_at_once));
+    for (uint64_t first = 0; first < count_; first += slots_at_once) {
+        const auto some = std::span(statuses).first(std::min<uint64_t>(count_ - first, slots_at_once));
+        RAYPAGER_TRY(read_statuses(queue, *this, first, some));
+        std::replace_if(
+            some.begin(), some.end(), [](uint32_t status) { return (status & RP_PHASE_MASK) == RP_PHASE_IDLE; }, RP_PHASE_FREE);
+        RAYPAGER_TRY(queue.write_now(status_, first * sizeof(uint32_t), std::as_bytes(some)));
+    }
+    return {};
+}
+
 // With streams this bit is of a block's number, as RP_STATUS_FOUND is.
 bool PathSlots::is_camera_ray(uint32_t status) const { return form_ == BlockForm::stored && (status & RP_STATUS_CAMERA) != 0; }
 

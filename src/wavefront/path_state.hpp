@@ -60,6 +60,8 @@ public:
     // forms (RP_STATUS_CAMERA, RP_STATUS_CONNECTED).
     static Result<PathSlots> create(Device& device, uint32_t count, BlockForm form, const SlotFields& fields);
     Status clear(Queue& queue) const;
+    // Those that no samples were left for are free again. REQUIRES: no round is under way.
+    Status free_idle(Queue& queue) const;
 
     // For kernels.
     uint32_t count() const { return count_; }

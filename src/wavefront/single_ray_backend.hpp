@@ -16,6 +16,7 @@ public:
     static constexpr uint64_t bytes_per_slot = 1, fixed_bytes = sizeof(uint64_t);
 
     Status launch(const Round& round, StageEvents& events) override;
+    Status wake_all_slots() override { return device_.kernels().fill_zero(sleep_groups_, 0, sleep_groups_.bytes()); }
     // One that found the log of visits full.
     bool leaves_untraced_camera_rays() const override { return visit_settings_.capacity > 0; }
     // What is recorded stays in the order of the stages.

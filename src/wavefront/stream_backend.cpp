@@ -25,6 +25,11 @@ Status StreamBackend::allocate() {
     auto buffer = device_.allocate(RP_AWAKE_WORDS(slots) * sizeof(uint64_t), "slots that are awake");
     if (!buffer) return buffer.status();
     awake_ = std::move(*buffer);
+    return wake_all_slots();
+}
+
+Status StreamBackend::wake_all_slots() {
+    const uint64_t slots = params_.slot_count;
     std::vector<uint64_t> awake(RP_AWAKE_WORDS(slots), ~uint64_t{0});
     if (slots % RP_AWAKE_SLOTS != 0) awake.back() >>= RP_AWAKE_SLOTS - slots % RP_AWAKE_SLOTS;
     return device_.kernels().write_now(awake_, 0, std::as_bytes(std::span(awake)));

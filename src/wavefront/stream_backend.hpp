@@ -18,6 +18,7 @@ public:
 
     Status launch(const Round& round, StageEvents& events) override;
     Status check_round(const RoundCounters& counters, std::span<const rp_block_demand> demand) override;
+    Status wake_all_slots() override;
 
 private:
     using Backend::Backend;

@@ -250,9 +250,9 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
     const uint32_t report = started_++ % max_rounds;
     Queue& queue = device_.kernels();
     RAYPAGER_TRY(list_samples_again());
-    // Slots stay free for the stages to come.
     const rp_sample_numbers numbers = numbers_.for_round(samples_begun_);
-    const bool more = samples_again().size() > listed_again_ || expects_more_ || film_layout().adaptive() || numbers.end < numbers_.count();
+    const bool more = samples_again().size() > listed_again_ || expects_more_ || numbers.end < numbers_.count();
+    has_idle_slots_ = has_idle_slots_ || !more;
     const Round round = {number, page_changes, newly_published, numbers, listed_again_, more, report};
     RAYPAGER_TRY(backend_->launch(round, events_[report]));
     if (count_waits_) {
@@ -279,6 +279,13 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const rp_block
     for (size_t i = 0; i < ns.size(); i++) stage_ns_[i] += ns[i];
     if (backend_->connects_concurrently()) concurrent_ns_ += std::min(ns[1] + ns[2] + ns[3], ns[4]);
     return {};
+}
+
+Status Wavefront::wake_idle_slots() {
+    RAYPAGER_CHECK(started_ == finished_);
+    RAYPAGER_TRY(buffers_.slots.free_idle(device_.kernels()));
+    has_idle_slots_ = false;
+    return backend_->wake_all_slots();
 }
 
 Status Wavefront::begin_stage(uint64_t begin, uint32_t first, uint32_t passes, std::span<const uint32_t> pixels) {

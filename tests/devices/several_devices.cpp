@@ -129,6 +129,11 @@ TEST_F(SeveralDevices, sample_as_adaptively_as_one) {
     const RenderReport shared = report(options_);
     EXPECT_EQ(shared.film_hash, one.film_hash);
     EXPECT_EQ(shared.average_spp, one.average_spp);
+    // Slots that had nothing left to do in a stage are there for the next.
+    options_.tuning.traversal = Traversal::ray;
+    EXPECT_EQ(report(options_).film_hash, one.film_hash);
+    options_.device = device(1);
+    EXPECT_EQ(report(options_).film_hash, one.film_hash);
 }
 
 // As many as are at hand go on, each time other ones.
@@ -191,6 +196,7 @@ TEST_F(SeveralDevices, do_the_work_of_one_that_fails) {
         RenderOptions options = options_;
         options.geometry_limit_percent = trial % 4 == 0 ? 100 : 10;
         options.adaptive_error = adapts ? 0.05 : 0;
+        if (trial % 5 == 3) options.tuning.traversal = Traversal::ray;
         if (trial % 8 >= 4) options.host_limit = 1;  // room for two blocks, which all devices' loaders wait for
         if (trial >= 4) {
             options.checkpoint.file = folder_.path() / (std::to_string(trial) + ".ckpt");

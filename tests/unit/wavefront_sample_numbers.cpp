@@ -85,6 +85,22 @@ TEST(SamplePool, ends_before_a_number) {
     EXPECT_EQ(pool.left(), 0u);
 }
 
+// Slots of devices sleep when it does not.
+TEST(SamplePool, expects_more_while_any_are_left) {
+    SamplePool pool(2);
+    EXPECT_FALSE(pool.expects_more());
+    pool.add({{0, 1}});
+    EXPECT_TRUE(pool.expects_more());
+    ASSERT_TRUE(pool.take());
+    EXPECT_FALSE(pool.expects_more());
+    pool.add_again({{1, 2}});
+    EXPECT_TRUE(pool.expects_more());
+    EXPECT_EQ(pool.take_again().size(), 1u);
+    EXPECT_FALSE(pool.expects_more());
+    pool.expect_more(true);
+    EXPECT_TRUE(pool.expects_more());
+}
+
 TEST(SamplePool, shares_out_what_is_begun_again) {
     SamplePool pool(2);
     std::vector<rp_path_sample> samples;
