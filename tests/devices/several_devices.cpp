@@ -15,6 +15,7 @@
 #include "support/failing_device.hpp"
 #include "support/small_scene.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/thorough.hpp"
 #include "support/thread_peers.hpp"
 
 namespace raypager {
@@ -77,12 +78,14 @@ protected:
 };
 
 TEST_F(SeveralDevices, draw_the_picture_of_one) {
+    support::Turns turns(0, 5);
     for (const Traversal traversal : {Traversal::stream, Traversal::ray})
         for (const double percent : {100.0, 30.0, 0.001}) {
             options_.tuning.traversal = traversal;
             options_.geometry_limit_percent = percent;
             const uint64_t expected = hash_of_one();
             for (const size_t count : {2u, 3u}) {
+                if (!turns.take()) continue;
                 SCOPED_TRACE(testing::Message() << count << " devices at " << percent << " %");
                 options_.device = device(count);
                 const RenderReport shared = report(options_);
@@ -153,7 +156,7 @@ TEST_F(SeveralDevices, go_on_from_the_checkpoints_of_other_numbers_of_them) {
             options.tuning.paths = runs % 2 ? 512 : 1024;
             auto session = Session::create(*blocks_, options);
             ASSERT_TRUE(session.ok()) << session.status().message();
-            for (int step = 0; step < 3 && !session->done(); step++) ASSERT_TRUE(session->step(0).ok());
+            for (int step = 0; step < (support::thorough() ? 3 : 9) && !session->done(); step++) ASSERT_TRUE(session->step(0).ok());
             done = session->done();
             const auto result = session->finish();
             ASSERT_TRUE(result.ok()) << result.status().message();
@@ -188,6 +191,8 @@ TEST_F(SeveralDevices, do_the_work_of_one_that_fails) {
     constexpr uint32_t seed = 20261128;
     std::mt19937 random(seed);
     for (int trial = 0; trial < 24; trial++) {
+        // Of every device, early and late, sampling evenly and adaptively, with much room and with little.
+        if (!support::thorough() && trial % 5 != 0) continue;
         const bool adapts = trial % 2 == 1;
         const uint64_t expected = adapts ? adaptive : plain;
         const int failing = trial % 3;

@@ -157,7 +157,7 @@ TEST_F(CheckpointFiles, with_flipped_bits_draw_no_wrong_picture) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     uint32_t refused = 0;
-    const uint32_t trials = support::thorough() ? 200 : 24;
+    const uint32_t trials = support::thorough() ? 200 : 16;
     for (uint32_t trial = 0; trial < trials; trial++) {
         std::string bytes = good_;
         // Half of them where the header is.
@@ -178,7 +178,8 @@ TEST_F(CheckpointFiles, with_flipped_bits_draw_no_wrong_picture) {
 
 TEST_F(CheckpointFiles, that_are_truncated_are_refused) {
     std::mt19937 random(5);
-    for (int trial = 0; trial < 20; trial++) {
+    const int trials = support::thorough() ? 20 : 8;
+    for (int trial = 0; trial < trials; trial++) {
         ASSERT_TRUE(put(good_.substr(0, random() % good_.size())).ok());
         expect_refused(options_, "");
     }

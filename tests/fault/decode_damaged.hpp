@@ -6,6 +6,7 @@
 #include <random>
 
 #include "block/wide_block.hpp"
+#include "support/thorough.hpp"
 #include "unit/bake_scenes.hpp"
 
 namespace raypager::blocks_test {
@@ -17,7 +18,8 @@ inline void decode_damaged_blocks(const std::filesystem::path& path, uint32_t se
     ASSERT_TRUE(file.ok());
     const BakedScene& scene = (*file)->scene();
     int refused = 0, accepted = 0;
-    for (int trial = 0; trial < 4000; trial++) {
+    const int trials = support::thorough() ? 4000 : 1000;
+    for (int trial = 0; trial < trials; trial++) {
         SCOPED_TRACE(testing::Message() << "seed " << seed << ", trial " << trial);
         const auto block = static_cast<uint32_t>(random() % scene.blocks.size());
         AlignedBytes bytes = read_block(**file, block);

@@ -11,6 +11,7 @@
 #include "support/floor_shape.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/test_options.hpp"
+#include "support/thorough.hpp"
 
 namespace raypager {
 namespace {
@@ -75,10 +76,12 @@ TEST_F(Adaptive, pictures_are_the_same_for_every_limit) {
     }
     EXPECT_EQ(fewest, 16);
     EXPECT_EQ(most, 50);
+    support::Turns turns(0, 5);
     for (const Traversal traversal : support::traversals()) {
         for (const PolicyName& policy : policy_names) {
             for (const double percent : {100.0, 20.0, 0.001}) {
                 if (policy.kind != PolicyKind::most_wanted && percent != 20) continue;
+                if (!turns.take()) continue;
                 support::TestOptions options = base_;
                 options.tuning.traversal = traversal;
                 options.tuning.policy = policy.kind;

@@ -125,7 +125,7 @@ TEST_F(LiveView, moves_and_comes_back_to_the_same_film) {
 }
 
 TEST_F(LiveView, goes_on_within_other_limits) {
-    options_.spp = 12;
+    options_.spp = 6;
     begin();
     (void)ask("picture");
     const uint64_t pool = state()["pool_bytes"];

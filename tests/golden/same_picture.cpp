@@ -158,15 +158,16 @@ protected:
 
     // Whether this scene is to be drawn with the next combination of options: a third of them, so that all come with some of the scenes.
     bool is_its_turn() { return turns_.take(); }
-    // The same where each combination takes kernels of its own: every other scene has those of one test, the rest those of the other.
-    static bool has_slabs() { return number_of_scene() % 2 == 1 || support::thorough(); }
-    static bool has_persistent_threads() { return number_of_scene() % 2 == 0 || support::thorough(); }
+    // The same where combinations take kernels of their own, which take longer to compile than pictures to draw: all scenes have those of the default
+    // policy, and some those of one that has the device note other things of blocks (BlockNotes).
+    static bool has_kernels_of(PolicyKind policy) {
+        return policy == PolicyKind::aged_wants || is_one_of(4, policy == PolicyKind::most_wanted ? 1 : 3);
+    }
+    static bool has_slabs() { return is_one_of(4, 2); }
+    static bool has_host_pool() { return is_one_of(10, 3); }
 
-    static bool has_host_pool() { return number_of_scene() % 4 == 0 || support::thorough(); }
-    // The same for those whose kernels no other test has: a third of the scenes.
-    static bool has_roulette() { return number_of_scene() % 3 == 1 || support::thorough(); }
-    static bool has_regions() { return number_of_scene() % 3 == 2 || support::thorough(); }
-    static bool has_room_ahead() { return number_of_scene() % 3 == 0 || has_host_pool() || support::thorough(); }
+    // Whether this scene is one of those that have something, or all are tried: every n-th, from one of them on.
+    static bool is_one_of(uint64_t every, uint64_t first) { return number_of_scene() % every == first || support::thorough(); }
 
     static uint64_t number_of_scene() {
         return static_cast<uint64_t>(std::find_if(std::begin(picture_cases), std::end(picture_cases),
@@ -188,6 +189,17 @@ protected:
         }
     }
 
+    void expect_recorded_film() const {
+        const auto result = run(base_);
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        const RenderReport::DeviceFacts& device = result->report.device;
+        const std::string key = support::film_device(device.name, device.driver);
+        const std::optional<uint64_t> recorded = support::recorded_film(key, GetParam().name);
+        const std::string line = support::film_line(key, GetParam().name, hash_);
+        if (!recorded) GTEST_SKIP() << "tests/golden/films.txt has no film of this kind of device; it would be: " << line;
+        EXPECT_EQ(hash_, *recorded) << "if the change is meant to change pictures, the line is now: " << line;
+    }
+
     support::TemporaryFolder folder_;
     std::shared_ptr<const BlockFile> file_;
     support::TestOptions base_;
@@ -197,23 +209,34 @@ private:
     support::Turns turns_{number_of_scene(), 3};
 };
 
-// The other tests say that no option changes this film; this one, that no change of the code did without meaning to. Where one means to, record the
+// What a part of the scenes have; the rest is not even baked. The numbers of those scenes leave all remainders by three, for the turns of
+// combinations.
+template <uint64_t every, uint64_t first>
+class SomePictures : public SamePicture {
+protected:
+    void SetUp() override {
+        if (!is_one_of(every, first)) GTEST_SKIP() << "other scenes are drawn so, and all with RAYPAGER_THOROUGH";
+        SamePicture::SetUp();
+    }
+};
+
+using SamePictureInRegions = SomePictures<5, 2>;
+using SamePictureWithRoomAhead = SomePictures<5, 3>;
+using SamePictureByPersistentThreads = SomePictures<4, 0>;
+using SamePictureWithRoulette = SomePictures<5, 1>;
+using OptimisedPicture = SomePictures<3, 0>;
+
+// The other tests say that no option changes this film; these, that no change of the code did without meaning to. Where one means to, record the
 // films again and say so in the commit (tests/golden/films.txt).
-TEST_P(SamePicture, is_the_recorded_one) {
-    const auto result = run(base_);
-    ASSERT_TRUE(result.ok()) << result.status().message();
-    const RenderReport::DeviceFacts& device = result->report.device;
-    const std::string key = support::film_device(device.name, device.driver);
-    const std::optional<uint64_t> recorded = support::recorded_film(key, GetParam().name);
-    if (!recorded)
-        GTEST_SKIP() << "tests/golden/films.txt has no film of this kind of device; it would be: " << support::film_line(key, GetParam().name, hash_);
-    EXPECT_EQ(hash_, *recorded) << "if the change is meant to change pictures, the line is now: " << support::film_line(key, GetParam().name, hash_);
-}
+TEST_P(SamePicture, is_the_recorded_one) { expect_recorded_film(); }
+
+// By kernels as users have them; all others here are compiled without optimisation (tests/CMakeLists.txt).
+TEST_P(OptimisedPicture, is_the_recorded_one) { expect_recorded_film(); }
 
 TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
     for (const PolicyName& policy : policy_names)
         for (const double percent : {100.0, 50.0, 25.0, 10.0, 3.0}) {
-            if (!is_its_turn()) continue;
+            if (!has_kernels_of(policy.kind) || !is_its_turn()) continue;
             support::TestOptions options = base_;
             options.tuning.policy = policy.kind;
             options.geometry_limit_percent = percent;
@@ -223,7 +246,7 @@ TEST_P(SamePicture, at_every_geometry_limit_and_policy) {
 
 TEST_P(SamePicture, with_room_for_one_block) {
     for (const PolicyName& policy : policy_names) {
-        if (!is_its_turn()) continue;
+        if (!has_kernels_of(policy.kind) || (policy.kind != PolicyKind::aged_wants && !is_its_turn())) continue;
         support::TestOptions options = base_;
         options.tuning.policy = policy.kind;
         options.geometry_limit = file_->scene().largest_pageable(form());
@@ -242,8 +265,7 @@ TEST_P(SamePicture, for_every_number_of_paths_in_flight) {
         }
 }
 
-TEST_P(SamePicture, for_regions_of_any_size) {
-    if (!has_regions()) GTEST_SKIP() << "other scenes are traced so, and all with RAYPAGER_THOROUGH";
+TEST_P(SamePictureInRegions, for_regions_of_any_size) {
     for (const uint32_t region : {0u, 7u, 500u})
         for (const double percent : {100.0, 20.0, 3.0})
             for (const Traversal traversal :
@@ -285,8 +307,7 @@ TEST_P(SamePicture, with_one_or_two_rounds_under_way) {
 }
 
 // As on GPUs: blocks come into places that rounds under way have nothing to do with, beside others that rounds may still read.
-TEST_P(SamePicture, with_room_made_ahead) {
-    if (!has_room_ahead()) GTEST_SKIP() << "other scenes are traced so, and all with RAYPAGER_THOROUGH";
+TEST_P(SamePictureWithRoomAhead, with_room_made_ahead) {
     for (const Traversal traversal : traversals())
         for (const double percent : {100.0, 40.0, 5.0, 0.001}) {
             if (!is_its_turn()) continue;
@@ -318,8 +339,7 @@ TEST_P(SamePicture, ray_by_ray_and_in_streams) {
 }
 
 // As on devices whose lanes can vote, with vectors of one lane, and the lowest entries of stacks in local memory.
-TEST_P(SamePicture, by_persistent_threads) {
-    if (!has_persistent_threads()) GTEST_SKIP() << "other scenes are traced so, and all with RAYPAGER_THOROUGH";
+TEST_P(SamePictureByPersistentThreads, by_persistent_threads) {
     for (const double percent : {100.0, 20.0, 0.001}) {
         if (!is_its_turn()) continue;
         support::TestOptions options = base_;
@@ -342,8 +362,7 @@ TEST_P(SamePicture, for_other_block_sizes) {
     }
 }
 
-TEST_P(SamePicture, roulette_connection_too) {
-    if (!has_roulette()) GTEST_SKIP() << "other scenes are traced so, and all with RAYPAGER_THOROUGH";
+TEST_P(SamePictureWithRoulette, roulette_connection_too) {
     support::TestOptions options = base_;
     options.connection = Connection::roulette;
     const auto resident = run(options);
@@ -387,7 +406,14 @@ TEST_P(SamePicture, a_limit_too_small_names_the_smallest_that_does) {
     expect_same(options, "smallest memory limit");
 }
 
-INSTANTIATE_TEST_SUITE_P(scenes, SamePicture, testing::ValuesIn(picture_cases), [](const auto& param) { return std::string(param.param.name); });
+std::string name_of(const testing::TestParamInfo<PictureCase>& info) { return info.param.name; }
+
+INSTANTIATE_TEST_SUITE_P(scenes, SamePicture, testing::ValuesIn(picture_cases), name_of);
+INSTANTIATE_TEST_SUITE_P(scenes, SamePictureInRegions, testing::ValuesIn(picture_cases), name_of);
+INSTANTIATE_TEST_SUITE_P(scenes, SamePictureWithRoomAhead, testing::ValuesIn(picture_cases), name_of);
+INSTANTIATE_TEST_SUITE_P(scenes, SamePictureByPersistentThreads, testing::ValuesIn(picture_cases), name_of);
+INSTANTIATE_TEST_SUITE_P(scenes, SamePictureWithRoulette, testing::ValuesIn(picture_cases), name_of);
+INSTANTIATE_TEST_SUITE_P(scenes, OptimisedPicture, testing::ValuesIn(picture_cases), name_of);
 
 }  // namespace
 }  // namespace raypager

@@ -12,6 +12,7 @@ import argparse
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -33,6 +34,7 @@ def fetch(folder):
     subprocess.run(["apt-get", "download", "-q", *DEBIAN], cwd=packages, check=True)
     subprocess.run([sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--no-binary", ":all:", *PYPI, "-d", packages], stdout=subprocess.DEVNULL, check=True)
     unpacked = folder / "unpacking"
+    shutil.rmtree(unpacked, ignore_errors=True)  # of a run that was broken off
     unpacked.mkdir()
     for package in packages.glob("*.deb"):
         subprocess.run(["dpkg-deb", "-x", package, unpacked / package.name.split("_")[0]], check=True)
