@@ -21,7 +21,8 @@ public:
     virtual uint32_t count() const = 0;        // of ranks, this one included
     virtual uint32_t local_count() const = 0;  // of those on this machine
 
-    // Numbers that all have in common, 0 at first. Adds to one, modulo 2^64, and says what it was before. Waits for nobody.
+    // Numbers that all have in common, 0 at first. Adds to one, modulo 2^64, and says what it was before. Waits for nobody. Renders leave the last
+    // one to whoever runs them.
     static constexpr uint32_t common_numbers = 8;
     virtual Result<uint64_t> add(uint32_t number, uint64_t value) = 0;
 

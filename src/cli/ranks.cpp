@@ -2,9 +2,12 @@
 
 #ifdef RAYPAGER_MPI
 #include <algorithm>
+#include <chrono>
 #include <exception>
+#include <thread>
 
 #include "base/log.hpp"
+#include "cli/stop_signal.hpp"
 #include "cluster/cluster.hpp"
 #endif
 
@@ -12,6 +15,12 @@ namespace raypager {
 
 #ifdef RAYPAGER_MPI
 namespace {
+
+// What is wrong with the options or the scene all ranks find, at about the same time. The first one says so, and gets time for it.
+void let_one_say_why(Peers& peers) {
+    const auto earlier = peers.add(Peers::common_numbers - 1, 1);
+    if (earlier && *earlier > 0) std::this_thread::sleep_for(std::chrono::seconds(2));
+}
 
 // Others would wait for this one for ever. (An error is one line.)
 void end_all(Cluster& cluster, std::string message, int exit_status) {
@@ -29,8 +38,10 @@ Status run_in_ranks(const std::function<Status(std::shared_ptr<Peers>, bool& tog
 #ifdef RAYPAGER_MPI
     Cluster cluster;
     if (!cluster.peers()) return run(nullptr, together);
+    StopSignal::leave_quietly();
     try {
         const Status status = run(cluster.peers(), together);
+        if (!together) let_one_say_why(*cluster.peers());
         if (!together) end_all(cluster, status ? "ended before the others" : status.message(), status ? 1 : status.exit_code());
         return status;
     } catch (const std::bad_alloc&) {

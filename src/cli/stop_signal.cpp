@@ -12,7 +12,7 @@
 namespace raypager {
 namespace {
 
-std::atomic<bool> stop_flag{false}, stop_now_flag{false}, on_terminal{false};
+std::atomic<bool> stop_flag{false}, stop_now_flag{false}, on_terminal{false}, leaves_quietly{false};
 std::atomic<int> mode{0}, alive{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free, "a signal handler must not lock");
 
@@ -38,7 +38,7 @@ void on_signal(int) {
     }
     const auto now = static_cast<StopMode>(mode.load());
     if (now == StopMode::leave) {
-        say("raypager: stopped by a signal before there was anything to keep\n");
+        if (!leaves_quietly) say("raypager: stopped by a signal before there was anything to keep\n");
         _exit(static_cast<int>(ErrorKind::interrupted));
     }
     if (!stop_flag.exchange(true)) {
@@ -77,6 +77,7 @@ StopSignal::~StopSignal() {
 }
 
 void StopSignal::set_mode(StopMode now) const { mode = static_cast<int>(now); }
+void StopSignal::leave_quietly() { leaves_quietly = true; }
 const std::atomic<bool>& StopSignal::stop() const { return stop_flag; }
 const std::atomic<bool>& StopSignal::stop_now() const { return stop_now_flag; }
 

@@ -21,6 +21,8 @@ public:
     StopSignal(const StopSignal&) = delete;
     StopSignal& operator=(const StopSignal&) = delete;
     void set_mode(StopMode mode) const;
+    // For processes that a launcher ends with each other: it says so, and they do not.
+    static void leave_quietly();
     const std::atomic<bool>& stop() const;
     const std::atomic<bool>& stop_now() const;
 

@@ -73,6 +73,8 @@ def check_refusals() -> None:
     for wrong in (["--turntable", "3"], ["--memory-limit", "1"], ["--pool", "host"]):
         run = subprocess.run(command(2, *wrong), env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT)
         assert run.returncode != 0, wrong
+        lines = [line for line in run.stderr.splitlines() if line.startswith("raypager:")]
+        assert len(lines) == 1, f"{wrong}: {run.stderr}"
 
 
 def main() -> None:
