@@ -5,7 +5,7 @@
 
 #include "base/check.hpp"
 #include "base/parallel.hpp"
-#include "cut/group_places.hpp"
+#include "base/group_places.hpp"
 #include "cut/partition.hpp"
 
 namespace raypager {

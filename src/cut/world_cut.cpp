@@ -6,7 +6,7 @@
 
 #include "base/jitter.hpp"
 #include "base/parallel.hpp"
-#include "cut/group_places.hpp"
+#include "base/group_places.hpp"
 #include "cut/partition.hpp"
 
 namespace raypager {
