@@ -10,7 +10,8 @@
 
 namespace raypager {
 
-// Appends up to `count` items. fill(begin, end, place) makes those of [begin, end), at most `piece` of them, from place on, and returns how many it has made.
+// Appends up to `count` items. fill(begin, end, place) makes those of [begin, end), at most `piece` of them, from place on, and returns how many it
+// has made.
 template <class T, class Fill>
 void append_kept(UnwrittenVector<T>& items, size_t count, size_t piece, const Fill& fill) {
     const size_t base = items.size();

@@ -349,7 +349,7 @@ private:
     const CloudStream& stream_;
     MeshIssues& issues_;
     StreamedCloud result_;
-    Box bounds_;                        // of the points that are placed
+    Box bounds_;  // of the points that are placed
     std::vector<PointRecord> sample_;
     uint64_t count_ = 0;  // of the points that are placed
     uint64_t points_done_ = 0;

@@ -62,7 +62,7 @@ Status PointSorter::add(std::span<const CloudPoint> points, uint32_t first) {
 }
 
 Status PointSorter::sort_range(const Bucket& range, SpillFile& file, uint64_t offset) const {
-    std::vector<PointRecord> unsorted;
+    UnwrittenVector<PointRecord> unsorted;
     unsorted.reserve(range.lists[point_records].count);
     RAYPAGER_TRY(range.for_each_piece(min_range_buffer, true, [&](RecordKind, std::span<const std::byte> bytes) {
         const size_t begin = unsorted.size();
@@ -74,7 +74,7 @@ Status PointSorter::sort_range(const Bucket& range, SpillFile& file, uint64_t of
         PointKey key;
         uint32_t place;
     };
-    std::vector<Place> places(unsorted.size());
+    UnwrittenVector<Place> places(unsorted.size());
     for (size_t i = 0; i < unsorted.size(); i++)
         places[i] = {{morton_key(grid_, unsorted[i].point.position), unsorted[i].index}, static_cast<uint32_t>(i)};
     std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.key < b.key; });

@@ -36,7 +36,7 @@ constexpr uint64_t sample_parts = 256;
 constexpr size_t sample_points = 1024;
 
 // What a thread reads of a file of records at a time, at most, and what all do before it is handed on.
-constexpr size_t piece_points = 4096, piece_bytes = size_t{512} << 10, pieces_at_once = 64;
+constexpr size_t piece_points = 4096, piece_bytes = size_t{512} << 10, pieces_at_once = 32;
 
 struct Scratch {
     std::vector<std::byte> bytes;

@@ -8,7 +8,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t at_once = size_t{1} << 20;
+constexpr size_t moved_at_once = size_t{1} << 20;
 
 template <class Record>
 Record load(const std::byte* bytes) {
@@ -27,11 +27,13 @@ PrimitiveRef triangle_ref(const std::byte* bytes) {
 
 // Large reads and writes are done by all threads: the system's part of them is mostly copying.
 Status write_together(SpillFile& file, uint64_t offset, std::span<const std::byte> bytes) {
-    return parallel_try(bytes.size(), at_once, [&](size_t begin, size_t end) { return file.write(offset + begin, bytes.subspan(begin, end - begin)); });
+    return parallel_try(bytes.size(), moved_at_once,
+                        [&](size_t begin, size_t end) { return file.write(offset + begin, bytes.subspan(begin, end - begin)); });
 }
 
 Status read_together(const SpillFile& file, uint64_t offset, std::span<std::byte> bytes) {
-    return parallel_try(bytes.size(), at_once, [&](size_t begin, size_t end) { return file.read(offset + begin, bytes.subspan(begin, end - begin)); });
+    return parallel_try(bytes.size(), moved_at_once,
+                        [&](size_t begin, size_t end) { return file.read(offset + begin, bytes.subspan(begin, end - begin)); });
 }
 
 }  // namespace
