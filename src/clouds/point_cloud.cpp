@@ -80,10 +80,10 @@ Result<PlacedCloud> place_cloud(const Shape& shape, const PointRules& rules, Mes
     parallel_for(points.size(), intake_piece, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) points[i].radius = rules.radius(points[i], by_spacing ? spacing[i] : 0);
     });
-    std::vector<bool> kept(points.size(), true);
-    if (rules.filters()) kept = filter_to_pixels(points, order, rules.view());
+    const bool filters = rules.filters();
+    const std::vector<bool> kept = filters ? filter_to_pixels(points, order, rules.view()) : std::vector<bool>();
     append_made(cloud.spheres, points.size(), issues, [&](size_t i, MeshIssues& found) -> std::optional<WorldSphere> {
-        if (!kept[i]) return {};
+        if (filters && !kept[i]) return {};
         return rules.sphere(points[i], found);
     });
     cloud.merged = static_cast<uint64_t>(std::ranges::count(kept, false));

@@ -12,8 +12,8 @@
 namespace raypager {
 namespace {
 
-// What one thread does at a time.
-constexpr size_t piece_points = size_t{1} << 14;
+// What one thread does at a time; more where that would be too many pieces, each of which counts its points of each group.
+constexpr size_t piece_points = size_t{1} << 14, most_pieces = 1024;
 // So many points are sorted at once, or more where there would be too many groups: these are found on a sample.
 constexpr size_t points_of_group = size_t{1} << 13, most_groups = 4096, sample_of_group = 16;
 
@@ -114,7 +114,8 @@ PointOrder make_point_order(std::span<const CloudPoint> points) {
     });
     const std::vector<PointKey> boundaries = group_boundaries(order.keys);
     const auto key_of = [&](size_t i) { return PointKey{order.keys[i], static_cast<uint32_t>(i)}; };
-    const GroupPlaces places(points.size(), boundaries.size() + 1, piece_points, [&](size_t i) {
+    const size_t piece = std::max(piece_points, points.size() / most_pieces + 1);
+    const GroupPlaces places(points.size(), boundaries.size() + 1, piece, [&](size_t i) {
         return static_cast<size_t>(std::upper_bound(boundaries.begin(), boundaries.end(), key_of(i)) - boundaries.begin());
     });
     UnwrittenVector<PointKey> sorted(points.size());
