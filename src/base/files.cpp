@@ -299,11 +299,16 @@ Result<std::shared_ptr<SpillFile>> SpillFile::create(const std::filesystem::path
 SpillFile::~SpillFile() { ::close(descriptor_); }
 
 Result<uint64_t> SpillFile::append(std::span<const std::byte> bytes) {
-    const uint64_t offset = end_.fetch_add(bytes.size());
+    const uint64_t offset = reserve(bytes.size());
+    if (auto status = write(offset, bytes); !status.ok()) return status;
+    return offset;
+}
+
+Status SpillFile::write(uint64_t offset, std::span<const std::byte> bytes) {
     if (!write_all(descriptor_, bytes, static_cast<int64_t>(offset)))
         return Status::failed(fmt::format("{}: a scratch file of {:.1f} GiB there cannot grow: {}; free space, or write to another disk",
                                           folder_.string(), static_cast<double>(offset) / (1 << 30), std::strerror(errno)));
-    return offset;
+    return {};
 }
 
 Status SpillFile::read(uint64_t offset, std::span<std::byte> bytes) const {

@@ -95,7 +95,11 @@ public:
     SpillFile& operator=(const SpillFile&) = delete;
     // Writes behind what is there; returns where. Any number of threads at once. What fails leaves a hole.
     Result<uint64_t> append(std::span<const std::byte> bytes);
-    // Any number of threads may read at once. REQUIRES: a range that was appended.
+    // A place behind what is there, for what is to be written in any order.
+    uint64_t reserve(uint64_t bytes) { return end_.fetch_add(bytes); }
+    // Any number of threads at once. REQUIRES: a range that was reserved.
+    Status write(uint64_t offset, std::span<const std::byte> bytes);
+    // Any number of threads may read at once. REQUIRES: a range that was written.
     Status read(uint64_t offset, std::span<std::byte> bytes) const;
     // Gives the space of a range back that nobody will read again, where the file system can.
     void discard(uint64_t offset, uint64_t bytes) const;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/check.hpp"
+#include "base/next_float.hpp"
 #include "block/visit_strip.hpp"
 
 namespace raypager {
@@ -59,14 +60,14 @@ float radius_of(const rp_sphere& sphere, rp_u32 flags) {
 }  // namespace
 
 Box bounds_of_spheres(const rp_sphere* spheres, rp_u32 flags) {
-    constexpr float inf = std::numeric_limits<float>::infinity(), largest = std::numeric_limits<float>::max();
+    constexpr float largest = std::numeric_limits<float>::max();
     Box box;
     for (const rp_sphere& stored : std::span(spheres, spheres_of_leaf(flags))) {
         const float radius = radius_of(stored, flags);
         Box sphere;
         for (int a = 0; a < 3; a++) {
-            sphere.lower[a] = std::max(std::nextafter(stored.center[a] - radius, -inf), -largest);
-            sphere.upper[a] = std::min(std::nextafter(stored.center[a] + radius, inf), largest);
+            sphere.lower[a] = std::max(next_below(stored.center[a] - radius), -largest);
+            sphere.upper[a] = std::min(next_above(stored.center[a] + radius), largest);
         }
         box.grow(sphere);
     }

@@ -75,7 +75,7 @@ Status CloudCells::find_spacing() {
     for (size_t i = cells_.size(); i-- > 0;) {
         CloudCell& cell = cells_[i];
         if (!cell.is_unit) {
-            cell.spacing = divided_cell_spacing(std::move(children[i]));
+            cell.spacing = divided_cell_spacing(children[i]);
             if (cell.spacing == 0) {
                 const auto spacing = compared(cell);
                 if (!spacing) return spacing.status();

@@ -9,6 +9,7 @@
 
 #include "base/parallel.hpp"
 #include "clouds/cloud_cells.hpp"
+#include "clouds/point_intake.hpp"
 #include "clouds/point_sort.hpp"
 
 namespace raypager {
@@ -16,9 +17,13 @@ namespace {
 
 // What a point of a unit takes while it is looked at: record, point, key, index, spacing, sphere.
 constexpr uint64_t unit_bytes = 128;
-// Larger units gain nothing.
-constexpr uint64_t largest_unit = uint64_t{1} << 18;
-constexpr size_t batch = size_t{1} << 16;
+// Units are so small that so many of them fit into their share of the limit, within these bounds: larger ones gain nothing.
+constexpr uint64_t units_in_memory = 64, smallest_unit = uint64_t{1} << 10, largest_unit = uint64_t{1} << 18;
+// Of the limit.
+constexpr uint64_t units_share = 4, batch_share = 32;
+// A point of a batch that is placed and sorted into ranges, or made a sphere.
+constexpr uint64_t batch_bytes = 64;
+constexpr uint64_t smallest_batch = uint64_t{1} << 12, largest_batch = uint64_t{1} << 18;
 
 // Which of the points are left, and the number of each among these.
 class Ranks {
@@ -62,8 +67,12 @@ public:
     }
 
 private:
-    uint64_t max_in_unit() const { return std::clamp<uint64_t>(stream_.memory.limit / 4 / (units_at_once() * unit_bytes), 1 << 10, largest_unit); }
-    static size_t units_at_once() { return 4 * worker_count(); }
+    uint64_t memory_of_units() const { return stream_.memory.limit / units_share; }
+    uint64_t max_in_unit() const { return std::clamp(memory_of_units() / (units_in_memory * unit_bytes), smallest_unit, largest_unit); }
+    size_t units_at_once() const { return std::clamp<uint64_t>(memory_of_units() / (max_in_unit() * unit_bytes), 1, 4 * worker_count()); }
+    size_t max_in_batch() const { return std::clamp(stream_.memory.limit / batch_share / batch_bytes, smallest_batch, largest_batch); }
+    // Whether each point becomes a sphere, whose number is then its index.
+    bool keeps_all() const { return !rules_.filters() && shape_.points->has_color(); }
     Status check_stop() const { return stream_.stop && *stream_.stop ? Status::interrupted("stopped by a signal; nothing was written") : Status(); }
 
     // Of the whole work, what has been done when each part of it begins.
@@ -75,26 +84,30 @@ private:
 
     struct Pass {
         double begin, end;  // of the whole work
-        MeshIssues issues;
-        uint64_t culled = 0;
+        PointPlacer placer;
+        MeshIssues issues = {};
+        uint64_t count = 0;  // of the points that are placed
     };
-    // Calls visit(point, index) for each point that is placed.
-    Status for_each_point(Pass& pass, const std::function<Status(const CloudPoint&, uint32_t)>& visit) const {
-        uint64_t index = 0, seen = 0;
+    // Calls visit(points, index of the first) for the points that are placed, a batch at a time.
+    template <class Visit>
+    Status for_each_batch(Pass& pass, const Visit& visit) const {
+        uint64_t seen = 0;
+        UnwrittenVector<CloudPoint> placed;
+        const auto take = [&](std::span<const CloudPoint> points) -> Status {
+            RAYPAGER_TRY(check_stop());
+            report(pass.begin, pass.end, share(seen += points.size(), shape_.points->count()));
+            placed.clear();
+            RAYPAGER_TRY(pass.placer.place(points, placed));
+            if (pass.count + placed.size() > RP_NONE)
+                return Status::failed(fmt::format("{}: has more than {} points; split it, or leave some out", shape_.points->name(), RP_NONE - 1));
+            const auto first = static_cast<uint32_t>(pass.count);
+            pass.count += placed.size();
+            return visit(std::span<const CloudPoint>(placed), first);
+        };
+        const size_t most = max_in_batch();
         return shape_.points->stream(
             [&](std::span<const CloudPoint> piece) -> Status {
-                RAYPAGER_TRY(check_stop());
-                report(pass.begin, pass.end, share(seen += piece.size(), shape_.points->count()));
-                for (CloudPoint point : piece) {
-                    const auto is_seen = rules_.place(point);
-                    if (!is_seen) return is_seen.status();
-                    pass.culled += !*is_seen;
-                    if (!*is_seen) continue;
-                    if (index >= RP_NONE)
-                        return Status::failed(
-                            fmt::format("{}: has more than {} points; split it, or leave some out", shape_.points->name(), RP_NONE - 1));
-                    RAYPAGER_TRY(visit(point, static_cast<uint32_t>(index++)));
-                }
+                for (size_t at = 0; at < piece.size(); at += most) RAYPAGER_TRY(take(piece.subspan(at, std::min(most, piece.size() - at))));
                 return {};
             },
             pass.issues);
@@ -102,15 +115,22 @@ private:
     // What a pass counted goes into the result. Only one of them may be counted.
     void count(const Pass& pass) {
         issues_.add(pass.issues);
-        result_.culled += pass.culled;
+        result_.culled += pass.placer.culled();
     }
 
     Result<StreamedCloud> take_one_by_one() {
-        Pass pass = {count_ > 0 ? taking : 0, 1, {}};
-        RAYPAGER_TRY(for_each_point(pass, [&](CloudPoint point, uint32_t) -> Status {
-            point.radius = rules_.radius(point, 0);
-            const auto sphere = rules_.sphere(point, issues_);
-            return sphere ? stream_.take(*sphere, result_.spheres++) : Status();
+        Pass pass = {count_ > 0 ? taking : 0, 1, PointPlacer(rules_)};
+        UnwrittenVector<SphereRecord> spheres;
+        RAYPAGER_TRY(for_each_batch(pass, [&](std::span<const CloudPoint> points, uint32_t) -> Status {
+            spheres.clear();
+            append_made(spheres, points.size(), issues_, [&](size_t i, MeshIssues& found) -> std::optional<SphereRecord> {
+                CloudPoint point = points[i];
+                point.radius = rules_.radius(point, 0);
+                const auto sphere = rules_.sphere(point, found);
+                return sphere ? std::optional(SphereRecord{*sphere, 0}) : std::nullopt;
+            });
+            for (SphereRecord& record : spheres) record.id = static_cast<uint32_t>(result_.spheres++);
+            return stream_.take(spheres);
         }));
         count(pass);
         return result_;
@@ -119,14 +139,16 @@ private:
     // What must be known before points can be sorted.
     Status survey() {
         const uint64_t every = std::max<uint64_t>(1, shape_.points->count() / stream_.memory.sample);
-        Pass pass = {0, taking, {}};  // the next one counts
-        return for_each_point(pass, [&](const CloudPoint& point, uint32_t index) -> Status {
-            bounds_.grow(point.position);
-            by_spacing_ |= rules_.needs_spacing(point);
-            if (index % every == 0) sample_.push_back({point, index});
-            count_++;
+        Pass pass = {0, taking, PointPlacer(rules_)};  // the next one counts
+        RAYPAGER_TRY(for_each_batch(pass, [&](std::span<const CloudPoint> points, uint32_t first) -> Status {
+            for (uint64_t i = (every - first % every) % every; i < points.size(); i += every)
+                sample_.push_back({points[i], static_cast<uint32_t>(first + i)});
             return {};
-        });
+        }));
+        count_ = pass.count;
+        bounds_ = pass.placer.bounds();
+        by_spacing_ = pass.placer.needs_spacing();
+        return {};
     }
 
     Result<SortedPoints> sort() {
@@ -136,22 +158,14 @@ private:
         std::vector<PointRecord>().swap(sample_);
         auto sorter = PointSorter::create(grid, count_, std::move(keys), stream_.memory, stream_.spill_beside);
         if (!sorter) return sorter.status();
-        std::vector<PointRecord> records;
-        uint64_t placed = 0;
-        const auto take = [&](const CloudPoint& point, uint32_t index) -> Status {
-            if (++placed > count_)
+        Pass pass = {taking, sorting, PointPlacer(rules_)};
+        RAYPAGER_TRY(for_each_batch(pass, [&](std::span<const CloudPoint> points, uint32_t first) -> Status {
+            if (first + points.size() > count_)
                 return Status::failed(shape_.points->name() + ": has more points than when it was read a moment ago; do not change it meanwhile");
-            records.push_back({point, index});
-            if (records.size() < batch) return {};
-            auto status = sorter->add(records);
-            records.clear();
-            return status;
-        };
-        Pass pass = {taking, sorting, {}};
-        RAYPAGER_TRY(for_each_point(pass, take));
+            return sorter->add(points, first);
+        }));
         count(pass);
-        RAYPAGER_TRY(sorter->add(records));
-        if (placed < count_)
+        if (pass.count < count_)
             return Status::failed(shape_.points->name() + ": has fewer points than when it was read a moment ago; do not change it meanwhile");
         return sorter->sort(stream_.stop, [this](double fraction) { report(sorting, looking, fraction); });
     }
@@ -170,7 +184,7 @@ private:
         auto file = SpillFile::create(stream_.spill_beside);
         if (!file) return file.status();
         BucketWriter left(std::move(*file), size_t{1} << 20);
-        Ranks ranks(count_);
+        Ranks ranks(keeps_all() ? 0 : count_);
         const auto is_looked_at = [&](const CloudCell& cell) { return cell.is_unit && (by_spacing_ || cell.pixel == RP_NONE); };
         RAYPAGER_TRY(look_at(points, cells, left, ranks, is_looked_at, [&](const CloudCell& cell) { return look_at_unit(points, cell, 0); }));
         if (by_spacing_) {
@@ -194,6 +208,7 @@ private:
         std::vector<uint32_t> order;
         for (uint32_t i = 0; i < cells.cells().size(); i++)
             if (wanted(cells.cells()[i])) order.push_back(i);
+        std::ranges::sort(order, {}, [&](uint32_t i) { return cells.cells()[i].begin; });
         std::vector<Unit> units(units_at_once());
         for (size_t first = 0; first < order.size(); first += units.size()) {
             RAYPAGER_TRY(check_stop());
@@ -206,8 +221,7 @@ private:
                 if (!units[i].done) continue;
                 result_.merged += units[i].merged;
                 issues_.add(units[i].issues);
-                for (const SphereRecord& record : units[i].spheres) ranks.keep(record.id);
-                RAYPAGER_TRY(left.add(sphere_records, std::as_bytes(std::span(units[i].spheres))));
+                RAYPAGER_TRY(hand_on(units[i].spheres, left, ranks));
                 points.discard(cell.begin, cell.end);
                 points_done_ += cell.end - cell.begin;
             }
@@ -216,9 +230,19 @@ private:
         return {};
     }
 
+    // What is left of a cell: to be numbered once all is known that is, or at once.
+    Status hand_on(std::span<SphereRecord> spheres, BucketWriter& left, Ranks& ranks) {
+        if (keeps_all()) {
+            result_.spheres += spheres.size();
+            return stream_.take(spheres);
+        }
+        for (const SphereRecord& record : spheres) ranks.keep(record.id);
+        return left.add(sphere_records, std::as_bytes(spheres));
+    }
+
     struct UnitPoints {
-        std::vector<PointRecord> records;
-        std::vector<CloudPoint> points;  // the same ones
+        UnwrittenVector<PointRecord> records;
+        UnwrittenVector<CloudPoint> points;  // the same ones
         PointOrder order;
     };
 
@@ -226,10 +250,14 @@ private:
         unit.records.resize(cell.end - cell.begin);
         RAYPAGER_TRY(sorted.read(cell.begin, unit.records));
         unit.order.grid = sorted.grid;
-        for (const PointRecord& record : unit.records) {
-            unit.points.push_back(record.point);
-            unit.order.keys.push_back(morton_key(sorted.grid, record.point.position));
-            unit.order.indices.push_back(static_cast<uint32_t>(unit.order.indices.size()));
+        const size_t count = unit.records.size();
+        unit.points.resize(count);
+        unit.order.keys.resize(count);
+        unit.order.indices.resize(count);
+        for (size_t i = 0; i < count; i++) {
+            unit.points[i] = unit.records[i].point;
+            unit.order.keys[i] = morton_key(sorted.grid, unit.points[i].position);
+            unit.order.indices[i] = static_cast<uint32_t>(i);
         }
         return {};
     }
@@ -254,6 +282,7 @@ private:
         unit.spacing = set_radii(cell, inherited, held);
         if (cell.pixel != RP_NONE || (by_spacing_ && unit.spacing == 0 && inherited == 0)) return unit;
         std::vector<bool> kept(held.points.size(), true);
+        unit.spheres.reserve(held.points.size());
         if (rules_.filters()) kept = filter_to_pixels(held.points, held.order, rules_.view(), cell.level);
         for (size_t i = 0; i < held.points.size(); i++) {
             unit.merged += !kept[i];
@@ -292,22 +321,24 @@ private:
             result_.merged += whole.end - whole.begin - 1;
             const auto sphere = rules_.sphere(merge.point(), issues_);
             if (!sphere) continue;
-            const SphereRecord record = {*sphere, merge.number()};
-            ranks.keep(record.id);
-            RAYPAGER_TRY(left.add_one(sphere_records, reinterpret_cast<const std::byte*>(&record)));
+            SphereRecord record = {*sphere, merge.number()};
+            RAYPAGER_TRY(hand_on(std::span(&record, 1), left, ranks));
         }
         return {};
     }
 
     Status number_what_is_left() {
-        return left_.for_each_piece(size_t{1} << 20, true, [&](RecordKind, std::span<const std::byte> bytes) -> Status {
+        const size_t at_once = std::clamp<uint64_t>(stream_.memory.limit / batch_share, size_t{1} << 20, size_t{16} << 20);
+        std::vector<SphereRecord> spheres;
+        return left_.for_each_piece(at_once, true, [&](RecordKind, std::span<const std::byte> bytes) -> Status {
             RAYPAGER_TRY(check_stop());
-            for (size_t at = 0; at < bytes.size(); at += sizeof(SphereRecord)) {
-                SphereRecord record;
-                std::memcpy(&record, &bytes[at], sizeof record);
-                RAYPAGER_TRY(stream_.take(record.sphere, ranks_.rank(record.id)));
-                result_.spheres++;
-            }
+            spheres.resize(bytes.size() / sizeof(SphereRecord));
+            std::memcpy(spheres.data(), bytes.data(), bytes.size());
+            parallel_for(spheres.size(), intake_piece, [&](size_t begin, size_t end) {
+                for (size_t i = begin; i < end; i++) spheres[i].id = static_cast<uint32_t>(ranks_.rank(spheres[i].id));
+            });
+            result_.spheres += spheres.size();
+            RAYPAGER_TRY(stream_.take(spheres));
             report(numbering, 1, share(result_.spheres, left_.primitives()));
             return {};
         });
@@ -318,7 +349,7 @@ private:
     const CloudStream& stream_;
     MeshIssues& issues_;
     StreamedCloud result_;
-    Box bounds_;
+    Box bounds_;  // of the points that are placed
     std::vector<PointRecord> sample_;
     uint64_t count_ = 0;  // of the points that are placed
     uint64_t points_done_ = 0;

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 
 #include "clouds/point_cloud.hpp"
 #include "raypager/scene.hpp"
 #include "world/bake_memory.hpp"
+#include "world/records.hpp"
 
 namespace raypager {
 
@@ -16,8 +18,8 @@ struct CloudStream {
     BakeMemory memory;
     std::filesystem::path spill_beside;
     const std::atomic<bool>* stop = nullptr;
-    // Takes each sphere of the cloud once, in any order. rank: its number in the order of the source.
-    std::function<Status(const WorldSphere& sphere, uint64_t rank)> take;
+    // Takes each sphere of the cloud once, in any order. Their ids are their numbers in the order of the source; take may change them.
+    std::function<Status(std::span<SphereRecord> spheres)> take;
     std::function<void(double fraction)> progress;  // may be empty
 };
 
@@ -26,7 +28,8 @@ struct StreamedCloud {
 };
 
 // The source is read twice. Where radii follow from the spacing, or points of the same pixel are merged, points are sorted on disk, and the
-// octree over them is built from cells that fit into memory.
+// octree over them is built from cells that fit into memory. Which these are, and the order of the spheres, follows from the points and the limit
+// alone, not from the number of threads.
 Result<StreamedCloud> stream_cloud(const Shape& shape, const PointRules& rules, const CloudStream& stream, MeshIssues& issues);
 
 }  // namespace raypager

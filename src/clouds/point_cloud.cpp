@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "block/point_code.hpp"
+#include "clouds/point_intake.hpp"
 #include "clouds/point_order.hpp"
 #include "clouds/point_spacing.hpp"
 #include "world/placement.hpp"
@@ -64,31 +67,26 @@ std::optional<WorldSphere> PointRules::sphere(const CloudPoint& point, MeshIssue
 
 Result<PlacedCloud> place_cloud(const Shape& shape, const PointRules& rules, MeshIssues& issues) {
     PlacedCloud cloud;
-    std::vector<CloudPoint> points;
-    bool by_spacing = false;
-    const auto take = [&](std::span<const CloudPoint> piece) -> Status {
-        for (CloudPoint point : piece) {
-            const auto is_seen = rules.place(point);
-            if (!is_seen) return is_seen.status();
-            cloud.culled += !*is_seen;
-            if (!*is_seen) continue;
-            by_spacing |= rules.needs_spacing(point);
-            points.push_back(point);
-        }
-        return {};
-    };
+    UnwrittenVector<CloudPoint> points;
+    grow_huge(points, std::min<uint64_t>(shape.points->count(), RP_NONE));
+    PointPlacer placer(rules);
+    const auto take = [&](std::span<const CloudPoint> piece) { return placer.place(piece, points); };
     if (auto status = shape.points->stream(take, issues); !status.ok()) return status;
+    cloud.culled = placer.culled();
+    const bool by_spacing = placer.needs_spacing();
     PointOrder order;
     if (by_spacing || rules.filters()) order = make_point_order(points);
     const std::vector<float> spacing = by_spacing ? estimate_point_spacing(points, order) : std::vector<float>();
-    for (size_t i = 0; i < points.size(); i++) points[i].radius = rules.radius(points[i], by_spacing ? spacing[i] : 0);
-    std::vector<bool> kept(points.size(), true);
-    if (rules.filters()) kept = filter_to_pixels(points, order, rules.view());
-    cloud.spheres.reserve(points.size());
-    for (size_t i = 0; i < points.size(); i++) {
-        cloud.merged += !kept[i];
-        if (const auto sphere = kept[i] ? rules.sphere(points[i], issues) : std::nullopt) cloud.spheres.push_back(*sphere);
-    }
+    parallel_for(points.size(), intake_piece, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) points[i].radius = rules.radius(points[i], by_spacing ? spacing[i] : 0);
+    });
+    const bool filters = rules.filters();
+    const std::vector<bool> kept = filters ? filter_to_pixels(points, order, rules.view()) : std::vector<bool>();
+    append_made(cloud.spheres, points.size(), issues, [&](size_t i, MeshIssues& found) -> std::optional<WorldSphere> {
+        if (filters && !kept[i]) return {};
+        return rules.sphere(points[i], found);
+    });
+    cloud.merged = static_cast<uint64_t>(std::ranges::count(kept, false));
     return cloud;
 }
 

@@ -42,9 +42,9 @@ private:
 };
 
 struct PlacedCloud {
-    std::vector<WorldSphere> spheres;  // coloured points, or spheres if the source has no colours; in the order of the source
-    uint64_t culled = 0;               // left out because the camera does not see them
-    uint64_t merged = 0;               // left out because another point of the same pixel stands for them
+    UnwrittenVector<WorldSphere> spheres;  // coloured points, or spheres if the source has no colours; in the order of the source
+    uint64_t culled = 0;                   // left out because the camera does not see them
+    uint64_t merged = 0;                   // left out because another point of the same pixel stands for them
 };
 
 // All of a cloud in memory, of which it takes placed_cloud_memory bytes a point on the way. An error names the shape: its source failed, or a

@@ -2,11 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "base/check.hpp"
+#include "base/group_places.hpp"
+#include "base/jitter.hpp"
+#include "base/parallel.hpp"
 
 namespace raypager {
 namespace {
+
+// What one thread does at a time; more where that would be too many pieces, each of which counts its points of each group.
+constexpr size_t piece_points = size_t{1} << 14, most_pieces = 1024;
+// So many points are sorted at once, or more where there would be too many groups: these are found on a sample.
+constexpr size_t points_of_group = size_t{1} << 13, most_groups = 4096, sample_of_group = 16;
 
 constexpr uint64_t largest_place = (uint64_t{1} << point_grid_levels) - 1;
 
@@ -26,6 +35,31 @@ uint64_t gather_bits(uint64_t key) {
     key = (key | key >> 8) & 0x001f0000ff0000ffu;
     key = (key | key >> 16) & 0x001f00000000ffffu;
     return (key | key >> 32) & largest_place;
+}
+
+Box bounds_of(std::span<const CloudPoint> points) {
+    Box bounds;
+    std::mutex mutex;
+    parallel_for(points.size(), piece_points, [&](size_t begin, size_t end) {
+        Box part;
+        for (const CloudPoint& point : points.subspan(begin, end - begin)) part.grow(point.position);
+        const std::lock_guard lock(mutex);
+        bounds.grow(part);
+    });
+    return bounds;
+}
+
+// The first key of each group but the first. Groups tell equal keys apart by index, so that points in one place are no group larger than others.
+std::vector<PointKey> group_boundaries(std::span<const uint64_t> keys) {
+    const size_t groups = std::min(keys.size() / points_of_group + 1, most_groups), sampled = std::min(keys.size(), groups * sample_of_group);
+    std::vector<PointKey> sample, boundaries;
+    for (size_t i = 0; i < sampled; i++) {
+        const size_t at = one_of_stretch(i, sampled, keys.size());
+        sample.push_back({keys[at], static_cast<uint32_t>(at)});
+    }
+    std::sort(sample.begin(), sample.end());
+    for (size_t g = 1; g < groups; g++) boundaries.push_back(sample[sample.size() * g / groups]);
+    return boundaries;
 }
 
 }  // namespace
@@ -51,10 +85,11 @@ PointGrid make_point_grid(const Box& bounds) {
 
 uint64_t morton_key(const PointGrid& grid, const Float3& position) {
     const double p[3] = {position.x, position.y, position.z};
+    const double cells_a_unit = 1 / grid.cell;  // a power of two: exact
     uint64_t key = 0;
     for (int a = 0; a < 3; a++) {
-        const double place = std::floor((p[a] - grid.lower[a]) / grid.cell);
-        RAYPAGER_CHECK(place >= 0 && place <= static_cast<double>(largest_place));
+        const double place = (p[a] - grid.lower[a]) * cells_a_unit;
+        RAYPAGER_CHECK(place >= 0 && place < static_cast<double>(largest_place + 1));
         key |= spread(static_cast<uint64_t>(place)) << a;
     }
     return key;
@@ -71,18 +106,28 @@ Float3 cell_corner(const PointGrid& grid, uint64_t key, int level) {
 
 PointOrder make_point_order(std::span<const CloudPoint> points) {
     PointOrder order;
-    Box bounds;
-    for (const CloudPoint& point : points) bounds.grow(point.position);
-    order.grid = make_point_grid(bounds);
-    std::vector<std::pair<uint64_t, uint32_t>> sorted(points.size());
-    for (size_t i = 0; i < points.size(); i++) sorted[i] = {morton_key(order.grid, points[i].position), static_cast<uint32_t>(i)};
-    std::sort(sorted.begin(), sorted.end());
-    order.keys.reserve(points.size());
-    order.indices.reserve(points.size());
-    for (const auto& [key, index] : sorted) {
-        order.keys.push_back(key);
-        order.indices.push_back(index);
-    }
+    order.grid = make_point_grid(bounds_of(points));
+    order.keys.resize(points.size());
+    order.indices.resize(points.size());
+    parallel_for(points.size(), piece_points, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) order.keys[i] = morton_key(order.grid, points[i].position);
+    });
+    const std::vector<PointKey> boundaries = group_boundaries(order.keys);
+    const auto key_of = [&](size_t i) { return PointKey{order.keys[i], static_cast<uint32_t>(i)}; };
+    const size_t piece = std::max(piece_points, points.size() / most_pieces + 1);
+    const GroupPlaces places(points.size(), boundaries.size() + 1, piece, [&](size_t i) {
+        return static_cast<size_t>(std::upper_bound(boundaries.begin(), boundaries.end(), key_of(i)) - boundaries.begin());
+    });
+    UnwrittenVector<PointKey> sorted(points.size());
+    places.put_all([&](size_t i, uint32_t place) { sorted[place] = key_of(i); });
+    parallel_for(boundaries.size() + 1, 1, [&](size_t group, size_t) {
+        const size_t begin = places.begin(group), end = places.begin(group + 1);
+        std::sort(sorted.begin() + static_cast<ptrdiff_t>(begin), sorted.begin() + static_cast<ptrdiff_t>(end));
+        for (size_t i = begin; i < end; i++) {
+            order.keys[i] = sorted[i].key;
+            order.indices[i] = sorted[i].index;
+        }
+    });
     return order;
 }
 

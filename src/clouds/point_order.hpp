@@ -1,10 +1,12 @@
 // The points of a cloud in Morton order, which is that of an octree's leaves: every cell of the octree is a run of them.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "base/huge_pages.hpp"
 #include "raypager/scene.hpp"
 #include "scene/box4.hpp"
 
@@ -26,15 +28,22 @@ uint64_t morton_key(const PointGrid& grid, const Float3& position);
 // Lower corner of the octree's cell of this level that holds the key.
 Float3 cell_corner(const PointGrid& grid, uint64_t key, int level);
 
+// What points are sorted by: their key, then their index.
+struct PointKey {
+    uint64_t key;
+    uint32_t index;
+    auto operator<=>(const PointKey&) const = default;
+};
+
 struct PointOrder {
     PointGrid grid;
-    std::vector<uint64_t> keys;     // ascending
-    std::vector<uint32_t> indices;  // of the points, by key; by index among equals
+    UnwrittenVector<uint64_t> keys;     // ascending
+    UnwrittenVector<uint32_t> indices;  // of the points, in the order of PointKey
 
     size_t size() const { return keys.size(); }
 };
 
-// REQUIRES: fewer than 2^32 points, all finite.
+// By all threads. REQUIRES: fewer than 2^32 points, all finite.
 PointOrder make_point_order(std::span<const CloudPoint> points);
 
 // Calls visit(begin, end) for each child, in order, of the cell of this level (at least 1) that is the run [begin, end).

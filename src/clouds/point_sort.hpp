@@ -14,13 +14,6 @@
 
 namespace raypager {
 
-// By the order of PointOrder: by key, then by index.
-struct PointKey {
-    uint64_t key;
-    uint32_t index;
-    auto operator<=>(const PointKey&) const = default;
-};
-
 struct SortedPoints {
     PointGrid grid;
     Bucket bucket;  // of point_records, in order
@@ -36,20 +29,22 @@ public:
     // count: of the points that will come; sample: keys of some of them, spread evenly.
     static Result<PointSorter> create(const PointGrid& grid, uint64_t count, std::vector<PointKey> sample, const BakeMemory& memory,
                                       const std::filesystem::path& spill_beside);
-    Status add(std::span<const PointRecord> records);
+    // Some points, by all threads. first: the index of the first of them.
+    Status add(std::span<const CloudPoint> points, uint32_t first);
     // After all have come. The space of what was added is given back.
     Result<SortedPoints> sort(const std::atomic<bool>* stop, const std::function<void(double fraction)>& progress);
 
 private:
     PointSorter() = default;
-    Status sort_range(const Bucket& range, std::vector<PointRecord>& records) const;
+    // Reads a range, and writes it sorted.
+    Status sort_range(const Bucket& range, SpillFile& file, uint64_t offset) const;
 
     PointGrid grid_;
     std::filesystem::path spill_beside_;
     size_t at_once_ = 1, buffer_bytes_ = 0;
     std::vector<PointKey> boundaries_;  // the first of each range but the first
     std::vector<BucketWriter> writers_;
-    std::vector<uint32_t> ranges_;  // of the points at hand
+    UnwrittenVector<PointRecord> records_;  // of the points at hand, by range
 };
 
 }  // namespace raypager

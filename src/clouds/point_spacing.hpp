@@ -14,19 +14,20 @@ namespace raypager {
 // On a surface sampled evenly that is the distance between neighbours. A point far from all others lies in a cell with few or none
 // beside it, so it gets the spacing of the next larger cell, which those who lie close together decide: it does not become a balloon.
 // As cells do not depend on the rest of the cloud, neither does the spacing in a cell that holds enough.
-// Clouds of fewer points are told from as a whole. Where nothing tells (a single point, or all in one place): 1.
+// Clouds of fewer points are told from as a whole. Where nothing tells (a single point, or all in one place): 1. By all threads.
 std::vector<float> estimate_point_spacing(std::span<const CloudPoint> points, const PointOrder& order);
 
 // The same where the cloud is too large to be looked at as a whole, but its cells are not.
-// The points are those of one cell of this level. Returns its spacing, 0 if its points do not tell, and sets that of each point, of as many as there
-// are, but for those of which nothing in the cell tells: they keep 0, and get the spacing of the next larger cell that has one.
-float estimate_cell_spacing(std::span<const CloudPoint> points, const PointOrder& order, int level, std::vector<float>& spacing);
+// The points are those of one cell of this level. Returns its spacing, 0 if its points do not tell, and sets that of each point, in their order;
+// of those of which nothing in the cell tells to 0: they get the spacing of the next larger cell that has one. spacing: one for each point.
+float estimate_cell_spacing(std::span<const CloudPoint> points, const PointOrder& order, int level, std::span<float> spacing);
 struct CellSpacing {
     float spacing;
     uint64_t points;
 };
 // Of a cell that is divided: the median over the points of those children that tell; 0 if none does.
-float divided_cell_spacing(std::vector<CellSpacing> children);
+// They are sorted on the way.
+float divided_cell_spacing(std::span<CellSpacing> children);
 // Of a cell of which no part tells, compared_spacing() of every n-th of its points, in order, such that there are at most so many.
 inline constexpr size_t most_compared_points = 256;
 

@@ -4,8 +4,8 @@
 #include <cstring>
 
 #include "base/check.hpp"
+#include "base/group_places.hpp"
 #include "base/parallel.hpp"
-#include "cut/group_places.hpp"
 #include "cut/partition.hpp"
 
 namespace raypager {

@@ -4,9 +4,9 @@
 #include <mutex>
 #include <numeric>
 
+#include "base/group_places.hpp"
 #include "base/jitter.hpp"
 #include "base/parallel.hpp"
-#include "cut/group_places.hpp"
 #include "cut/partition.hpp"
 
 namespace raypager {

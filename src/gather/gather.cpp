@@ -213,7 +213,7 @@ private:
         if (!*room) return stream_points(shape, rules);
         auto cloud = place_cloud(shape, rules, out_.issues);
         if (!cloud) return cloud.status();
-        for (const WorldSphere& sphere : cloud->spheres) RAYPAGER_TRY(push_sphere(sphere));
+        RAYPAGER_TRY(push_spheres(cloud->spheres));
         out_.points_culled += cloud->culled;
         out_.points_merged += cloud->merged;
         return {};
@@ -222,13 +222,15 @@ private:
     Status stream_points(const Shape& shape, const PointRules& rules) {
         const uint64_t first = count();
         const size_t first_light = out_.lights.size();
-        const auto take = [&](const WorldSphere& sphere, uint64_t rank) -> Status {
-            if (first + rank >= index_limit) return too_many(shape);
-            if (light_) {
+        const auto take = [&](std::span<SphereRecord> spheres) -> Status {
+            for (const auto& [sphere, rank] : spheres) {
+                if (first + rank >= index_limit) return too_many(shape);
+                if (!light_) continue;
                 out_.lights.resize(std::max(out_.lights.size(), first_light + rank + 1));
                 out_.lights[first_light + rank] = sphere_light(sphere, *light_);
             }
-            return spiller_->add(sphere, static_cast<uint32_t>(first + rank));
+            for (SphereRecord& record : spheres) record.id += static_cast<uint32_t>(first);
+            return spiller_->add(spheres);
         };
         const auto cloud = stream_cloud(
             shape, rules, {limits_.memory, limits_.spill_beside, limits_.stop, take, [this](double fraction) { report(fraction); }}, out_.issues);
@@ -241,10 +243,18 @@ private:
     Status push_sphere(const WorldSphere& sphere) {
         const auto room = fits(0);
         if (!room) return room.status();
-        if (light_) out_.lights.push_back(sphere_light(sphere, *light_));
-        if (spiller_) return spiller_->add(sphere);
-        store_.add(sphere);
-        return {};
+        return push_spheres(std::span(&sphere, 1));
+    }
+
+    // There is room for them.
+    Status push_spheres(std::span<const WorldSphere> spheres) {
+        if (light_)
+            for (const WorldSphere& sphere : spheres) out_.lights.push_back(sphere_light(sphere, *light_));
+        if (!spiller_) return store_.add(spheres), Status();
+        std::vector<SphereRecord> records;
+        auto id = static_cast<uint32_t>(count());
+        for (const WorldSphere& sphere : spheres) records.push_back({sphere, id++});
+        return spiller_->add(records);
     }
 
     // Shapes of the same material that do not shine share a range.

@@ -1,6 +1,7 @@
 #include "gather/spiller.hpp"
 
 #include <algorithm>
+#include <mutex>
 
 #include "base/parallel.hpp"
 #include "gather/lights.hpp"
@@ -9,7 +10,7 @@
 namespace raypager {
 namespace {
 
-constexpr size_t piece_triangles = size_t{1} << 14;
+constexpr size_t piece_triangles = size_t{1} << 14, piece_spheres = size_t{1} << 15;
 
 template <class Record>
 void set_attributes(Record& record, size_t corner, const VertexBits& vertex) {
@@ -116,11 +117,16 @@ Status Spiller::add_as(RecordKind kind, const Triangles& triangles, const AreaLi
     return {};
 }
 
-Status Spiller::add(const WorldSphere& sphere, uint32_t id) {
-    const SphereRecord record = {sphere, id};
-    bounds_.grow(sphere_bounds(sphere));
-    spheres_++;
-    return writer_.add_one(sphere_records, reinterpret_cast<const std::byte*>(&record));
+Status Spiller::add(std::span<const SphereRecord> spheres) {
+    std::mutex mutex;
+    parallel_for(spheres.size(), piece_spheres, [&](size_t begin, size_t end) {
+        Box bounds;
+        for (const SphereRecord& record : spheres.subspan(begin, end - begin)) bounds.grow(sphere_bounds(record.sphere));
+        const std::lock_guard lock(mutex);
+        bounds_.grow(bounds);
+    });
+    spheres_ += spheres.size();
+    return writer_.add(sphere_records, std::as_bytes(spheres));
 }
 
 template <class Record>
@@ -147,8 +153,10 @@ Status Spiller::add(const World& world, size_t at_once) {
     const auto all = static_cast<uint32_t>(world.primitives.size());
     for (uint32_t i = 0; i < all;) {
         if (world.is_sphere(i)) {
-            RAYPAGER_TRY(add(world.sphere(i)));
-            i++;
+            std::vector<SphereRecord> run;
+            for (; i < all && run.size() < at_once && world.is_sphere(i); i++)
+                run.push_back({world.sphere(i), static_cast<uint32_t>(count() + run.size())});
+            RAYPAGER_TRY(add(run));
             continue;
         }
         uint32_t end = i + 1;

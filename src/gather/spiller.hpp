@@ -28,9 +28,8 @@ public:
         VertexAttributes attributes;
     };
     Status add(const Triangles& triangles, const AreaLight* light, std::vector<rp_light>& lights, MeshIssues& issues);
-    Status add(const WorldSphere& sphere) { return add(sphere, static_cast<uint32_t>(count())); }
-    // With an id of its own. In the end each id must have been given once.
-    Status add(const WorldSphere& sphere, uint32_t id);
+    // With ids of their own. In the end each id must have been given once.
+    Status add(std::span<const SphereRecord> spheres);
     // All of a world, in order, so many triangles at a time. REQUIRES: nothing came before.
     Status add(const World& world, size_t at_once);
 

@@ -1,6 +1,7 @@
 #include "gather/world_store.hpp"
 
 #include <algorithm>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -41,10 +42,23 @@ Status WorldStore::add(const Shape& shape, const PlacedShape& placement, Triangl
     return {};
 }
 
-void WorldStore::add(const WorldSphere& sphere) {
-    world_.primitives.push_back(World::sphere_entry(world_.spheres.size()));
-    world_.spheres.push_back(sphere);
-    world_.bounds.grow(sphere_bounds(sphere));
+void WorldStore::add(std::span<const WorldSphere> spheres) {
+    const size_t first_sphere = world_.spheres.size(), first = world_.primitives.size();
+    grow_huge(world_.spheres, first_sphere + spheres.size());
+    grow_huge(world_.primitives, first + spheres.size());
+    world_.spheres.resize(first_sphere + spheres.size());
+    world_.primitives.resize(first + spheres.size());
+    std::mutex mutex;
+    parallel_for(spheres.size(), items_at_once, [&](size_t begin, size_t end) {
+        Box bounds;
+        for (size_t i = begin; i < end; i++) {
+            world_.spheres[first_sphere + i] = spheres[i];
+            world_.primitives[first + i] = World::sphere_entry(first_sphere + i);
+            bounds.grow(sphere_bounds(spheres[i]));
+        }
+        const std::lock_guard lock(mutex);
+        world_.bounds.grow(bounds);
+    });
 }
 
 size_t WorldStore::expected(size_t count, size_t item_bytes, double share) const {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <span>
 
 #include "raypager/scene.hpp"
 #include "world/placement.hpp"
@@ -29,7 +30,9 @@ public:
     // share: of all meshes, what will be there with this one, by their bytes; 1 where that is unknown.
     Status add(const Shape& shape, const PlacedShape& placement, TriangleMesh& mesh, MeshIssues& issues, double share);
 
-    void add(const WorldSphere& sphere);
+    void add(const WorldSphere& sphere) { add(std::span(&sphere, 1)); }
+    // By all threads.
+    void add(std::span<const WorldSphere> spheres);
 
 private:
     // How many items there will be at the end. Memory that nobody writes to costs nothing; moving what is there, again and again, does.

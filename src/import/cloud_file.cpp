@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <new>
 
+#include "base/kept_pieces.hpp"
 #include "import/endings.hpp"
 #include "import/geographic.hpp"
 #include "import/origin.hpp"
@@ -31,6 +34,34 @@ std::optional<CloudFormat> cloud_format(const std::filesystem::path& path) {
 // What is looked at to choose colours, origin and camera: so many parts of the file, so many points of each.
 constexpr uint64_t sample_parts = 256;
 constexpr size_t sample_points = 1024;
+
+// What a thread reads of a file of records at a time, at most, and what all do before it is handed on.
+constexpr size_t piece_points = 4096, piece_bytes = size_t{512} << 10, pieces_at_once = 32;
+
+struct Scratch {
+    std::vector<std::byte> bytes;
+    std::vector<FilePoint> points;
+};
+
+// Memory that one thread after another uses: new memory would cost more than what is done with it.
+class ScratchPool {
+public:
+    Scratch take() {
+        const std::lock_guard lock(mutex_);
+        if (free_.empty()) return {};
+        Scratch scratch = std::move(free_.back());
+        free_.pop_back();
+        return scratch;
+    }
+    void give(Scratch&& scratch) {
+        const std::lock_guard lock(mutex_);
+        free_.push_back(std::move(scratch));
+    }
+
+private:
+    std::mutex mutex_;
+    std::vector<Scratch> free_;
+};
 
 std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& file) {
     std::vector<FilePoint> points;
@@ -81,29 +112,68 @@ Result<std::shared_ptr<const CloudFile>> CloudFile::open(const std::filesystem::
     return std::shared_ptr<const CloudFile>(std::move(cloud));
 }
 
-void CloudFile::convert(std::span<const FilePoint> points, std::vector<CloudPoint>& converted) const {
+size_t CloudFile::convert(std::span<const FilePoint> points, CloudPoint* place) const {
+    const CloudPoint* const first = place;
     for (const FilePoint& p : points) {
         if (!is_usable(p.position)) continue;
-        CloudPoint& point = converted.emplace_back();
+        CloudPoint& point = *place++;
         point.position = {static_cast<float>(p.position[0] - origin_[0]), static_cast<float>(p.position[1] - origin_[1]),
                           static_cast<float>(p.position[2] - origin_[2])};
         point.radius = p.radius > 0 && p.radius <= static_cast<float>(largest_file_coordinate) ? p.radius : 0.0f;
         point.color = colors_.of(p);
     }
+    return static_cast<size_t>(place - first);
+}
+
+Status CloudFile::stream_records(const RecordReader& reader, const InputFile& file, const std::function<Status(std::span<const CloudPoint>)>& take,
+                                 MeshIssues& issues) const {
+    const RecordRange& records = reader.records();
+    const size_t piece = std::clamp<size_t>(piece_bytes / records.stride, 1, piece_points);
+    ScratchPool scratch;
+    UnwrittenVector<CloudPoint> converted;
+    for (uint64_t first = 0; first < records.count; first += pieces_at_once * piece) {
+        const auto count = static_cast<size_t>(std::min<uint64_t>(records.count - first, pieces_at_once * piece));
+        std::atomic<uint64_t> not_finite{0};
+        std::mutex mutex;
+        Status status;
+        converted.clear();
+        append_kept(converted, count, piece, [&](size_t begin, size_t end, CloudPoint* place) {
+            Scratch buffers = scratch.take();
+            buffers.bytes.resize((end - begin) * records.stride);
+            buffers.points.clear();
+            const RecordRange part = records.part(first + begin, end - begin);
+            if (auto read = file.read(part.offset, buffers.bytes); read.ok()) {
+                reader.decode(buffers.bytes.data(), end - begin, buffers.points);
+            } else {
+                const std::lock_guard lock(mutex);
+                status = std::move(read);
+            }
+            const size_t kept = convert(buffers.points, place);
+            not_finite += buffers.points.size() - kept;
+            scratch.give(std::move(buffers));
+            return kept;
+        });
+        RAYPAGER_TRY(status);
+        issues.not_finite += not_finite;
+        if (!converted.empty()) RAYPAGER_TRY(take(converted));
+    }
+    return {};
 }
 
 Status CloudFile::stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const {
     const auto file = InputFile::open(path_);
     if (!file) return file.status();
     try {
-        std::vector<CloudPoint> converted;
         MeshIssues found;
-        RAYPAGER_TRY(reader_->read(*file, [&](std::span<const FilePoint> points) {
-            converted.clear();
-            convert(points, converted);
+        std::vector<CloudPoint> converted;
+        const auto take_some = [&](std::span<const FilePoint> points) {
+            converted.resize(points.size());
+            converted.resize(convert(points, converted.data()));
             found.not_finite += points.size() - converted.size();
             return converted.empty() ? Status() : take(converted);
-        }));
+        };
+        const RecordReader* const reader = reader_->by_record();
+        RAYPAGER_TRY(reader ? stream_records(*reader, *file, take, found) : reader_->read(*file, take_some));
         issues.add(found);
         return {};
     } catch (const std::bad_alloc&) {
@@ -114,8 +184,9 @@ Status CloudFile::stream(const std::function<Status(std::span<const CloudPoint>)
 Result<std::vector<CloudPoint>> CloudFile::sample() const {
     const auto file = InputFile::open(path_);
     if (!file) return file.status();
-    std::vector<CloudPoint> converted;
-    convert(take_sample(*reader_, *file), converted);
+    const std::vector<FilePoint> points = take_sample(*reader_, *file);
+    std::vector<CloudPoint> converted(points.size());
+    converted.resize(convert(points, converted.data()));
     return converted;
 }
 

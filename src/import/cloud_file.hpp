@@ -36,8 +36,11 @@ public:
 
 private:
     CloudFile(std::filesystem::path path, std::unique_ptr<const PointReader> reader) : path_(std::move(path)), reader_(std::move(reader)) {}
-    // Appends the finite ones of points.
-    void convert(std::span<const FilePoint> points, std::vector<CloudPoint>& converted) const;
+    // Puts those of the points that are finite there; returns how many.
+    size_t convert(std::span<const FilePoint> points, CloudPoint* place) const;
+    // By all threads.
+    Status stream_records(const RecordReader& reader, const InputFile& file, const std::function<Status(std::span<const CloudPoint>)>& take,
+                          MeshIssues& issues) const;
 
     std::filesystem::path path_;
     std::unique_ptr<const PointReader> reader_;

@@ -14,12 +14,11 @@ constexpr Layout layouts[] = {{false, 0}, {false, 0}, {false, 20}, {false, 28}, 
 
 constexpr uint8_t low_noise = 7, high_noise = 18;
 
-class LasReader final : public PointReader {
+class LasReader final : public RecordReader {
 public:
     explicit LasReader(const LasHeader& header)
-        : header_(header), layout_(layouts[header.format]), records_{header.points_offset, header.count, header.record_bytes} {}
+        : RecordReader({header.points_offset, header.count, header.record_bytes}), header_(header), layout_(layouts[header.format]) {}
 
-    uint64_t count() const override { return header_.count; }
     PointFields fields() const override {
         return {.color = layout_.rgb != 0,
                 .intensity = true,
@@ -31,25 +30,7 @@ public:
 
     std::vector<std::string> warnings() const override { return header_.warnings; }
 
-    Status read(const InputFile& file, const Take& take) const override {
-        std::vector<FilePoint> points;
-        return read_records(file, records_, [&](const std::byte* record, size_t count) {
-            points.clear();
-            decode(record, count, points);
-            return take(points);
-        });
-    }
-
-    void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const override {
-        const Status unread = read_records(file, part_of(records_, part, parts, most), [&](const std::byte* record, size_t count) {
-            decode(record, count, points);
-            return Status();
-        });
-        (void)unread;  // read() will meet it again
-    }
-
-private:
-    void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const {
+    void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const override {
         for (size_t i = 0; i < count; ++i, record += header_.record_bytes) {
             const auto flags = load_las<uint8_t>(record + 15);
             const bool withheld = layout_.modern ? (flags & 4) != 0 : (flags & 128) != 0;
@@ -64,9 +45,9 @@ private:
         }
     }
 
+private:
     LasHeader header_;
     Layout layout_;
-    RecordRange records_;
 };
 
 }  // namespace

@@ -46,46 +46,33 @@ struct PointLayout {
     }
 };
 
-class BinaryPly final : public PointReader {
+// Where the properties of a vertex begin in its record, and behind the last one where it ends.
+std::vector<size_t> property_offsets(const PlyElement& vertex) {
+    std::vector<size_t> offsets = {0};
+    for (const PlyProperty& p : vertex.properties) offsets.push_back(offsets.back() + ply_type_bytes(p.type));
+    return offsets;
+}
+
+class BinaryPly final : public RecordReader {
 public:
     // offset: of the first vertex.
-    BinaryPly(PointLayout layout, uint64_t offset, bool swap) : layout_(std::move(layout)), records_{offset, layout_.vertex.count, 0}, swap_(swap) {
-        for (const PlyProperty& p : layout_.vertex.properties) {
-            offsets_.push_back(records_.stride);
-            records_.stride += ply_type_bytes(p.type);
-        }
-    }
-    uint64_t count() const override { return records_.count; }
+    BinaryPly(PointLayout layout, uint64_t offset, bool swap)
+        : RecordReader({offset, layout.vertex.count, property_offsets(layout.vertex).back()}),
+          layout_(std::move(layout)),
+          swap_(swap),
+          offsets_(property_offsets(layout_.vertex)) {}
     PointFields fields() const override { return layout_.fields(); }
     std::vector<std::string> warnings() const override { return layout_.warnings; }
 
-    Status read(const InputFile& file, const Take& take) const override {
-        std::vector<FilePoint> points;
-        return read_records(file, records_, [&](const std::byte* record, size_t count) {
-            points.clear();
-            decode(record, count, points);
-            return take(points);
-        });
-    }
-
-    void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const override {
-        const Status unread = read_records(file, part_of(records_, part, parts, most), [&](const std::byte* record, size_t count) {
-            decode(record, count, points);
-            return Status();
-        });
-        (void)unread;  // read() will meet it again
+    void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const override {
+        const auto value = [&](size_t p) { return load_ply_number(record + offsets_[p], layout_.vertex.properties[p].type, swap_); };
+        for (size_t i = 0; i < count; ++i, record += records().stride) points.push_back(layout_.point(value));
     }
 
 private:
-    void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const {
-        const auto value = [&](size_t p) { return load_ply_number(record + offsets_[p], layout_.vertex.properties[p].type, swap_); };
-        for (size_t i = 0; i < count; ++i, record += records_.stride) points.push_back(layout_.point(value));
-    }
-
     PointLayout layout_;
-    RecordRange records_;
     bool swap_;
-    std::vector<size_t> offsets_;  // of the properties in a record
+    std::vector<size_t> offsets_;
 };
 
 // Vertices come first, one a line.

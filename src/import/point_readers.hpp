@@ -44,6 +44,8 @@ struct PointFields {
     bool geographic = false;  // coordinates are longitude and latitude, the file says
 };
 
+class RecordReader;
+
 class PointReader {
 public:
     using Take = std::function<Status(std::span<const FilePoint>)>;
@@ -56,6 +58,35 @@ public:
     virtual Status read(const InputFile& file, const Take& take) const = 0;
     // Appends up to `most` points from the start of one of `parts` equal parts of the file. What is damaged there is left out: read() will say.
     virtual void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const = 0;
+    // Of a file that can be read from several places at once; null: of another.
+    virtual const RecordReader* by_record() const { return nullptr; }
+};
+
+// Fixed-size records one after another in a file.
+struct RecordRange {
+    uint64_t offset = 0, count = 0;
+    size_t stride = 0;  // bytes, more than 0
+    // So many of them from the first-th on. REQUIRES: there are as many.
+    RecordRange part(uint64_t first, uint64_t number) const { return {offset + first * stride, number, stride}; }
+};
+
+// Of files whose points are such records.
+class RecordReader : public PointReader {
+public:
+    uint64_t count() const final { return records_.count; }
+    const RecordRange& records() const { return records_; }
+    // Appends the points of so many records. Any number of threads at once.
+    virtual void decode(const std::byte* record, size_t count, std::vector<FilePoint>& points) const = 0;
+
+    Status read(const InputFile& file, const Take& take) const final;
+    void sample(const InputFile& file, uint64_t part, uint64_t parts, size_t most, std::vector<FilePoint>& points) const final;
+    const RecordReader* by_record() const final { return this; }
+
+protected:
+    explicit RecordReader(const RecordRange& records) : records_(records) {}
+
+private:
+    const RecordRange records_;
 };
 
 // LAS 1.0 to 1.4, point formats 0 to 10, not compressed (specification: ASPRS, LAS 1.4 R15). Withheld points and noise (classes 7 and 18)
@@ -69,15 +100,5 @@ Result<std::unique_ptr<PointReader>> open_text_points(const InputFile& file, con
 
 // Vertices, and no faces that would make a mesh of them.
 bool is_point_ply(const PlyHeader& header);
-
-// Fixed-size records one after another in a file.
-struct RecordRange {
-    uint64_t offset = 0, count = 0;
-    size_t stride = 0;  // bytes, more than 0
-};
-// The records of `part` when the range is divided into `parts`, `most` at most.
-RecordRange part_of(const RecordRange& range, uint64_t part, uint64_t parts, size_t most);
-// Calls take(first byte, number of records) for all records, some thousand at a time.
-Status read_records(const InputFile& file, const RecordRange& range, const std::function<Status(const std::byte*, size_t)>& take);
 
 }  // namespace raypager

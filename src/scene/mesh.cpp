@@ -84,16 +84,20 @@ Status MeshInMemory::load(TriangleMesh& mesh, MeshIssues& issues) const {
 }
 
 Status PointsInMemory::stream(const std::function<Status(std::span<const CloudPoint>)>& take, MeshIssues& issues) const {
-    constexpr size_t piece = 4096;
-    std::vector<CloudPoint> good;
-    for (size_t i = 0; i < points_.size(); i++) {
-        const CloudPoint& p = points_[i];
-        const bool finite = std::isfinite(p.position.x) && std::isfinite(p.position.y) && std::isfinite(p.position.z) && std::isfinite(p.radius);
-        if (finite) good.push_back(p);
-        issues.not_finite += !finite;
-        if (good.size() < piece && i + 1 < points_.size()) continue;
-        RAYPAGER_TRY(take(good));
-        good.clear();
+    constexpr size_t most = size_t{1} << 17;
+    const auto is_finite = [](const CloudPoint& p) {
+        return std::isfinite(p.position.x) && std::isfinite(p.position.y) && std::isfinite(p.position.z) && std::isfinite(p.radius);
+    };
+    for (size_t begin = 0; begin < points_.size();) {
+        size_t end = begin;
+        while (end < points_.size() && end - begin < most && is_finite(points_[end])) end++;
+        if (end > begin) {
+            RAYPAGER_TRY(take(std::span(points_).subspan(begin, end - begin)));
+        } else {
+            issues.not_finite++;
+            end++;
+        }
+        begin = end;
     }
     return {};
 }

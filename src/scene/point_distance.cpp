@@ -1,15 +1,17 @@
 #include "scene/point_distance.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
+
+#include "scene/box4.hpp"
 
 namespace raypager {
 namespace {
 
 constexpr size_t neighbour = 3;  // the one whose distance counts
+constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float min_share = 0.25f;
 // Of two or three points none can be called a stray, so that the smallest ball must be seen beside the whole.
 constexpr size_t without_strays = 3;
@@ -35,25 +37,56 @@ float extent_of(std::span<const Float3> points) {
     return std::sqrt(largest);
 }
 
+// Squared distances of the points from their nearest neighbours that do not lie in the same place. Those that have none are left out.
+std::vector<float> nearest_distances(std::span<const Float3> points) {
+    std::vector<float> distances;
+    for (size_t i = 0; i < points.size(); i++) {
+        float nearest = infinity;
+        for (const Float3& other : points)
+            if (const float d = distance_squared(points[i], other); d > 0) nearest = std::min(nearest, d);
+        if (nearest < infinity) distances.push_back(nearest);
+    }
+    return distances;
+}
+
+// Those from their third nearest neighbours, of eight points at a time: comparing all is faster than any tree for the tens of points of a cell.
+std::vector<float> neighbour_distances(std::span<const Float3> points) {
+    constexpr size_t lanes = 4, groups = 2, at_once = lanes * groups;
+    std::vector<float> distances;
+    distances.reserve(points.size());
+    for (size_t first = 0; first < points.size(); first += at_once) {
+        const size_t count = std::min(at_once, points.size() - first);
+        Float4 x[groups] = {}, y[groups] = {}, z[groups] = {}, nearest[groups][neighbour + 1];
+        for (size_t i = 0; i < count; i++) {
+            const Float3& p = points[first + i];
+            x[i / lanes][i % lanes] = p.x, y[i / lanes][i % lanes] = p.y, z[i / lanes][i % lanes] = p.z;
+        }
+        for (auto& of_group : nearest)
+            for (Float4& known : of_group) known = Float4{infinity, infinity, infinity, infinity};
+        for (const Float3& p : points) {
+            for (size_t g = 0; g < groups; g++) {
+                const Float4 a = x[g] - p.x, b = y[g] - p.y, c = z[g] - p.z;
+                Float4 d = a * a + b * b + c * c;
+                for (Float4& known : nearest[g]) {
+                    const Float4 farther = greatest(known, d);
+                    known = least(known, d);
+                    d = farther;
+                }
+            }
+        }
+        // The nearest of all is the point itself.
+        for (size_t i = 0; i < count; i++)
+            if (const float d = nearest[i / lanes][neighbour][i % lanes]; d < infinity) distances.push_back(d);
+    }
+    return distances;
+}
+
 }  // namespace
 
 float compared_spacing(std::span<const Float3> points) {
     if (points.size() < 2) return 0;
     const bool few = points.size() < min_surface_points;
-    const size_t rank = few ? 1 : neighbour;
-    std::vector<float> distances;
-    distances.reserve(points.size());
-    for (size_t i = 0; i < points.size(); i++) {
-        std::array<float, neighbour> nearest;
-        nearest.fill(std::numeric_limits<float>::infinity());
-        for (size_t j = 0; j < points.size(); j++) {
-            float d = i == j ? std::numeric_limits<float>::infinity() : distance_squared(points[i], points[j]);
-            if (few && d == 0) continue;  // as many may be in the same place
-            for (float& known : nearest)
-                if (d < known) std::swap(d, known);
-        }
-        if (nearest[rank - 1] < std::numeric_limits<float>::infinity()) distances.push_back(nearest[rank - 1]);
-    }
+    std::vector<float> distances = few ? nearest_distances(points) : neighbour_distances(points);
     const float spacing = std::sqrt(middle_of(distances));
     if (!few) return spacing;
     const float share = std::max(min_share, static_cast<float>(points.size()) / min_surface_points);

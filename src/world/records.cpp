@@ -8,6 +8,8 @@
 namespace raypager {
 namespace {
 
+constexpr size_t moved_at_once = size_t{1} << 20;
+
 template <class Record>
 Record load(const std::byte* bytes) {
     Record record;
@@ -23,10 +25,15 @@ PrimitiveRef triangle_ref(const std::byte* bytes) {
     return ref;
 }
 
-// By all threads.
+// Large reads and writes are done by all threads: the system's part of them is mostly copying.
+Status write_together(SpillFile& file, uint64_t offset, std::span<const std::byte> bytes) {
+    return parallel_try(bytes.size(), moved_at_once,
+                        [&](size_t begin, size_t end) { return file.write(offset + begin, bytes.subspan(begin, end - begin)); });
+}
+
 Status read_together(const SpillFile& file, uint64_t offset, std::span<std::byte> bytes) {
-    constexpr size_t piece = size_t{1} << 20;
-    return parallel_try(bytes.size(), piece, [&](size_t begin, size_t end) { return file.read(offset + begin, bytes.subspan(begin, end - begin)); });
+    return parallel_try(bytes.size(), moved_at_once,
+                        [&](size_t begin, size_t end) { return file.read(offset + begin, bytes.subspan(begin, end - begin)); });
 }
 
 }  // namespace
@@ -142,10 +149,10 @@ Status BucketWriter::make_room(RecordKind kind) {
 Status BucketWriter::flush(RecordKind kind) {
     auto& buffer = buffers_[kind];
     if (buffer.empty()) return {};
-    const auto offset = bucket_.file->append(buffer);
-    if (!offset) return offset.status();
+    const uint64_t offset = bucket_.file->reserve(buffer.size());
+    RAYPAGER_TRY(write_together(*bucket_.file, offset, buffer));
     const uint64_t records = buffer.size() / record_bytes[kind];
-    bucket_.lists[kind].extents.push_back({*offset, records});
+    bucket_.lists[kind].extents.push_back({offset, records});
     bucket_.lists[kind].count += records;
     buffer.clear();
     return {};

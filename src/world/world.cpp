@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/next_float.hpp"
 #include "base/parallel.hpp"
 
 namespace raypager {
@@ -14,6 +15,7 @@ constexpr float single_leaf_bytes = 56;  // of a leaf with a single triangle: le
 
 std::vector<uint8_t> count_uses(const World& world) {
     std::vector<uint8_t> uses(world.positions.size());
+    if (uses.empty()) return uses;
     for (uint32_t i = 0; i < world.primitives.size(); i++) {
         if (!world.is_triangle(i)) continue;
         for (uint32_t v : world.primitives[i]) uses[v] += uses[v] < 255;
@@ -48,8 +50,8 @@ Box sphere_bounds(const WorldSphere& sphere) {
     Box box;
     for (int a = 0; a < 3; a++) {
         const double c = center[a], r = sphere.radius;
-        box.lower[a] = std::nextafter(static_cast<float>(c - r), -INFINITY);
-        box.upper[a] = std::nextafter(static_cast<float>(c + r), INFINITY);
+        box.lower[a] = next_below(static_cast<float>(c - r));
+        box.upper[a] = next_above(static_cast<float>(c + r));
     }
     return box;
 }

@@ -48,7 +48,7 @@ struct World {
     // A triangle: its vertices, counter-clockwise seen from the side of its normal.
     // A sphere or a point: sphere_entry. An instance: instance_entry.
     std::vector<Triangle> primitives;
-    std::vector<WorldSphere> spheres;
+    UnwrittenVector<WorldSphere> spheres;
     std::vector<WorldInstance> instances;
     // Of the primitives, where these are only some of those that were gathered; empty: primitive i has the id i.
     std::vector<uint32_t> ids;

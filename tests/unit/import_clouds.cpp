@@ -1,10 +1,12 @@
 // Readers of point clouds: positions, colours and counts of every format, written here byte by byte.
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cmath>
 
 #include "import/cloud_file.hpp"
 #include "raypager/import.hpp"
+#include "support/failing_file_system.hpp"
 #include "support/temporary_folder.hpp"
 #include "unit/clouds_fixture.hpp"
 
@@ -248,7 +250,7 @@ TEST_F(ImportClouds, LinesThatAreDamaged) {
 
 TEST_F(ImportClouds, ManyPointsComeInPiecesAndInOrder) {
     std::vector<Float3> points;
-    for (uint32_t i = 0; i < 100'000; ++i) points.push_back({0.125f * static_cast<float>(i), static_cast<float>(i % 7), 0});
+    for (uint32_t i = 0; i < 200'000; ++i) points.push_back({0.125f * static_cast<float>(i), static_cast<float>(i % 7), 0});
     for (const char* encoding : {"ascii", "binary_little_endian"}) {
         const auto cloud = CloudFile::open(folder.write("many.ply", to_point_ply(points, encoding)));
         ASSERT_TRUE(cloud.ok());
@@ -278,6 +280,50 @@ TEST_F(ImportClouds, ManyPointsComeInPiecesAndInOrder) {
         ASSERT_TRUE(sample.ok());
         EXPECT_EQ(sample->size(), points.size());
         EXPECT_EQ(sample->back().position, points.back());
+    }
+}
+
+// Threads read parts of the file, of which some points are left out.
+TEST_F(ImportClouds, WhatIsNotFiniteIsLeftOutWhereverItIs) {
+    std::vector<Float3> points, kept;
+    for (uint32_t i = 0; i < 150'000; ++i) {
+        const bool finite = i % 7 != 3 && (i < 20'000 || i > 40'000);
+        points.push_back({finite ? static_cast<float>(i) : NAN, 1, 2});
+        if (finite) kept.push_back(points.back());
+    }
+    const auto cloud = CloudFile::open(folder.write("holes.ply", to_point_ply(points, "binary_little_endian")));
+    ASSERT_TRUE(cloud.ok());
+    size_t next = 0;
+    MeshIssues issues;
+    const Status status = (*cloud)->stream(
+        [&](std::span<const CloudPoint> piece) {
+            for (const CloudPoint& p : piece) {
+                EXPECT_TRUE(next < kept.size() && p.position == kept[next]) << next;
+                next++;
+            }
+            return Status();
+        },
+        issues);
+    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_EQ(next, kept.size());
+    EXPECT_EQ(issues.not_finite, points.size() - kept.size());
+}
+
+TEST_F(ImportClouds, AReadThatFailsEndsTheStream) {
+    const std::vector<Float3> points(150'000, Float3{1, 2, 3});
+    const auto path = folder.write("many.ply", to_point_ply(points, "binary_little_endian"));
+    const auto cloud = CloudFile::open(path);
+    ASSERT_TRUE(cloud.ok());
+    support::FailingFileSystem disk;
+    disk.error_number = EIO;
+    for (const int after : {1, 5, 33}) {
+        disk.fail_read_in = after;
+        MeshIssues issues;
+        const Status status = (*cloud)->stream([](std::span<const CloudPoint>) { return Status(); }, issues);
+        disk.fail_read_in = 0;
+        ASSERT_FALSE(status.ok()) << after;
+        EXPECT_EQ(status.message().find(path.string()), 0u) << status.message();
+        EXPECT_EQ(status.message().find('\n'), std::string::npos) << status.message();
     }
 }
 
