@@ -160,10 +160,11 @@ struct RenderReport {
         std::string advice;    // how to go on from the last one; empty: there is none
     } checkpoint;
     struct Seconds {
-        double total = 0, render = 0, stall = 0, build = 0;  // build: of the kernels
-        double trace = 0;                                    // of all kernels on the device; what ran side by side counts once
-        std::array<double, 5> stages{};                      // the parts: wake, generate, extend (streams: and connect), shade, connect
-        double snapshots = 0;                                // of render: what the snapshots took
+        // stall: no kernel ran on the device while rays waited for blocks. build: of the kernels.
+        double total = 0, render = 0, stall = 0, build = 0;
+        double trace = 0;                // of all stages on the device; what ran side by side counts once
+        std::array<double, 5> stages{};  // the parts: wake, generate, extend (streams: and connect), shade, connect
+        double snapshots = 0;            // of render: what the snapshots took
     } seconds;
     struct Rays {
         uint64_t camera = 0, bounce = 0, shadow = 0;

@@ -166,6 +166,7 @@ std::filesystem::path temporary_path(const std::filesystem::path& target) {
 }
 
 Result<OutputFile> OutputFile::create(const std::filesystem::path& path) {
+    remove_abandoned_temporaries(path);
     OutputFile file;
     file.path_ = path;
     file.temporary_ = temporary_path(path);

@@ -47,6 +47,7 @@ public:
     OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&& other) noexcept;
     ~OutputFile();  // removes the temporary file unless committed
+    // Removes what writers of this file have left behind that were killed.
     static Result<OutputFile> create(const std::filesystem::path& path);
     Status write(std::span<const std::byte> bytes);  // appends (buffered)
     Status write(std::string_view text);

@@ -82,7 +82,7 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
                                ratio(double(paging.bytes_loaded), double(all)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
     const double stall = report.seconds.stall / static_cast<double>(std::max<size_t>(1, devices));
     line("stalled",
-         fmt::format("{} with nothing to trace, {:.1f} % of the render", format_duration(stall), 100 * ratio(stall, report.seconds.render)));
+         fmt::format("{} without a kernel while rays wait for blocks, {:.1f} % of the render", format_duration(stall), 100 * ratio(stall, report.seconds.render)));
     uint64_t samples = 0;
     for (const RenderReport::DeviceWork& device : report.devices) samples += device.samples;
     for (const RenderReport::DeviceWork& device : report.devices) {

@@ -76,12 +76,12 @@ Status Event::wait() const {
     return code == CL_SUCCESS ? Status() : cl_failed("waiting for the device", code);
 }
 
-uint64_t Event::duration_ns() const {
+Event::Interval Event::interval() const {
     cl_ulong begin = 0, end = 0;
     if (handle_() == nullptr || handle_.getProfilingInfo(CL_PROFILING_COMMAND_START, &begin) != CL_SUCCESS ||
-        handle_.getProfilingInfo(CL_PROFILING_COMMAND_END, &end) != CL_SUCCESS)
-        return 0;
-    return end - begin;
+        handle_.getProfilingInfo(CL_PROFILING_COMMAND_END, &end) != CL_SUCCESS || end < begin)
+        return {};
+    return {begin, end};
 }
 
 namespace {

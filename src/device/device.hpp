@@ -75,8 +75,12 @@ public:
     // Whether it has ended; an error if it ended badly.
     Result<bool> finished() const;
     Status wait() const;
-    // Nanoseconds on the device, after it has finished; 0 if unknown.
-    uint64_t duration_ns() const;
+    // On the device's clock, in nanoseconds, after it has finished; both 0 if unknown.
+    struct Interval {
+        uint64_t begin = 0, end = 0;
+    };
+    Interval interval() const;
+    uint64_t duration_ns() const { return interval().end - interval().begin; }
     const cl::Event& handle() const { return handle_; }
     bool empty() const { return handle_() == nullptr; }
 

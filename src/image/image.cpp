@@ -85,7 +85,6 @@ Status write_image(const std::filesystem::path& path, const Image& image) {
     if (image.channels == 4 && !holds_alpha(path))
         return Status::usage(fmt::format("{}: a picture with this ending has no alpha channel; use .exr or .png", path.string()));
     RAYPAGER_TRY(check_image_size(path, image.width, image.height));
-    remove_abandoned_temporaries(path);
     return lower_case_ending(path) == ".pfm" ? write_pfm(path, image) : image_library->write(path, image, {});
 }
 
@@ -111,7 +110,6 @@ Status write_image_with_layers(const std::filesystem::path& path, const Image& p
             const auto begin = part->values.begin() + static_cast<ptrdiff_t>(i * part->channels);
             all.values.insert(all.values.end(), begin, begin + part->channels);
         }
-    remove_abandoned_temporaries(path);
     return image_library->write(path, all, channels);
 }
 

@@ -2,12 +2,29 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "base/words.hpp"
 #include "render/watchdog.hpp"
 
 namespace raypager {
+namespace {
+
+class AddTime {
+public:
+    explicit AddTime(double& seconds) : seconds_(seconds) {}
+    ~AddTime() { seconds_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+    AddTime(const AddTime&) = delete;
+    AddTime& operator=(const AddTime&) = delete;
+
+private:
+    using Clock = std::chrono::steady_clock;
+    double& seconds_;
+    const Clock::time_point begin_ = Clock::now();
+};
+
+}  // namespace
 
 Result<std::unique_ptr<DeviceRounds>> DeviceRounds::create(const BlockSource& source, const RenderOptions& options,
                                                            const RenderInstruments& instruments, const rp_render_params& params,
@@ -91,6 +108,7 @@ void DeviceRounds::note_reduced_limit(const rp_render_params& params, const std:
 }
 
 Status DeviceRounds::start() {
+    const AddTime timer(attended_seconds_);
     if (++started_ == RP_NONE) return Status::failed("too many rounds: the counters of blocks end at 2^32 - 2; go on with more --paths");
     RAYPAGER_TRY(residency_->publish(device_->kernels()));
     return wavefront_->start_round(started_, residency_->page_changes(), residency_->newly_published());
@@ -99,7 +117,12 @@ Status DeviceRounds::start() {
 Status DeviceRounds::finish() {
     ended_++;
     std::span<const rp_block_demand> demand;
-    RAYPAGER_TRY(wavefront_->finish_round(counters_, demand));
+    {
+        const AddTime timer(attended_seconds_);
+        RAYPAGER_TRY(wavefront_->finish_round(counters_, demand));
+    }
+    if (counters_.waiting_rays() > 0) stall_seconds_ += std::min(attended_seconds_, static_cast<double>(wavefront_->idle_nanoseconds()) * 1e-9);
+    attended_seconds_ = 0;
     residency_->take_demand(ended_, demand);
     texture_waits_ += counters_.textured_slots();
     fill_by_waits();
@@ -121,13 +144,14 @@ void DeviceRounds::fill_by_waits() {
     wavefront_->fill_together(filled_together(static_cast<double>(counters_.requests_served()) / static_cast<double>(rays)));
 }
 
-Status DeviceRounds::page() { return residency_->after_round(ended_, started_, wavefront_->last_round_end(), ready_rays(), slots()); }
+Status DeviceRounds::page() {
+    const AddTime timer(attended_seconds_);
+    return residency_->after_round(ended_, started_, wavefront_->last_round_end(), ready_rays(), slots());
+}
 
 Status DeviceRounds::wait_for_block() {
-    using Clock = std::chrono::steady_clock;
-    const auto begin = Clock::now();
+    const AddTime timer(attended_seconds_);
     auto arrived = residency_->wait_for_block(ended_);
-    stall_seconds_ += std::chrono::duration<double>(Clock::now() - begin).count();
     if (!arrived) return arrived.status();
     if (*arrived || !nothing_to_trace()) return {};
     return Status::failed(fmt::format("no progress in round {}: rays wait for blocks, but none is on its way: {}; this is a bug", ended_,

@@ -60,7 +60,8 @@ public:
     bool nothing_to_trace() const { return ready_rays() == 0 && counters_.waiting_rays() > 0; }
     // Of paths under way, and those that are to begin again. REQUIRES: no round is under way.
     Status read_samples_under_way(std::vector<rp_path_sample>& samples);
-    double stall_seconds() const { return stall_seconds_; }  // spent in wait_for_block
+    // How long the device ran nothing between two rounds while rays waited for blocks.
+    double stall_seconds() const { return stall_seconds_; }
 
     const DeviceShare& share() const { return share_; }
     const RenderPlan& plan() const { return plan_; }
@@ -91,6 +92,7 @@ private:
     uint64_t texture_waits_ = 0;
     uint32_t started_ = 0, ended_ = 0;
     double stall_seconds_ = 0;
+    double attended_seconds_ = 0;  // spent here since a round ended: the device may also wait for whoever calls
 };
 
 }  // namespace raypager

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "base/check.hpp"
 #include "base/log.hpp"
@@ -230,8 +231,30 @@ RenderProgress RenderJob::progress() const {
     return p;
 }
 
+// Once, where waiting for blocks makes a render more than ten times as long as its kernels take. First loads, which every render has, do not count.
+void RenderJob::warn_if_slow(double now) {
+    if (now < next_slow_check_) return;
+    next_slow_check_ *= 2;
+    double stall = 0, kernels = 0;
+    uint64_t loads = 0, evictions = 0;
+    const std::vector<WorkerFigures> all = devices_.figures();
+    for (const WorkerFigures& f : all) {
+        stall += f.work.stall_seconds / static_cast<double>(all.size());
+        for (const double seconds : f.work.stage_seconds) kernels += seconds / static_cast<double>(all.size());
+        loads += f.work.loads;
+        evictions += f.work.evictions;
+    }
+    if (10 * kernels > now || stall < now / 2 || evictions < loads / 2) return;
+    next_slow_check_ = std::numeric_limits<double>::infinity();
+    warn(
+        fmt::format("rays wait for blocks: the device has worked for {:.1f} of {:.1f} s; a larger --memory-limit or --geometry-limit, or more "
+                    "--paths, would make the render many times as fast; 'raypager plan' says what limits cost",
+                    kernels, now));
+}
+
 Status RenderJob::report_progress() {
     const double now = render_seconds();
+    warn_if_slow(now);
     if (callbacks_.progress && now >= next_progress_) {
         next_progress_ = now + options_.progress_seconds;
         const WorkDone done = work();

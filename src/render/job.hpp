@@ -67,6 +67,7 @@ private:
     Status keep_checkpoint();
     Status save_checkpoint();
     Status take_contents(Checkpointer::Contents& contents);
+    void warn_if_slow(double now);
     Status report_progress();
     void warn(const std::string& message) const;
     Status with_advice(const Status& error) const;
@@ -189,6 +190,7 @@ private:
     double snapshot_seconds_ = 0, snapshot_interval_ = 0;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
     double next_progress_ = 0, next_snapshot_ = 0, last_reported_ = 0;
+    double next_slow_check_ = 5;  // seconds of rendering
     uint64_t last_rays_ = 0;
     double rate_ = 0;
 };

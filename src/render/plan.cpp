@@ -121,8 +121,16 @@ uint32_t filled_together(double waits_per_ray) { return waits_per_ray < 0.1 ? 4 
 
 namespace {
 
-Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments,
-                                         const RenderPlan& plan, uint64_t pool_bytes, const DeviceInfo& device) {
+// Whether a pool in host memory fits.
+Status check_host_pool(const BakedScene& scene, BlockForm form, const RenderOptions& options, uint64_t host_limit, const DeviceInfo& device) {
+    const uint64_t bytes = options.tuning.pool_place == PoolPlace::host ? whole_pool_bytes(scene, form, device) : 0;
+    if (bytes <= host_limit) return {};
+    return Status::failed(fmt::format("--pool host: geometry and images take {} of host memory, the limit is {}; give a larger --host-limit",
+                                      format_exact_bytes(bytes), format_bytes(host_limit)));
+}
+
+ResidencySettings plan_residency(const BakedScene& scene, const RenderOptions& options, const RenderInstruments& instruments, const RenderPlan& plan,
+                                 uint64_t pool_bytes, const DeviceInfo& device) {
     const bool mapped = options.tuning.pool_place == PoolPlace::host;
     ResidencySettings settings;
     settings.form = plan.form;
@@ -130,9 +138,6 @@ Result<ResidencySettings> plan_residency(const BakedScene& scene, const RenderOp
     settings.pool_bytes = mapped ? whole_pool_bytes(scene, plan.form, device) : pool_bytes;
     settings.slab_bytes = instruments.slab_bytes;
     settings.journal = instruments.keep_journal;
-    if (mapped && settings.pool_bytes > plan.host_limit)
-        return Status::failed(fmt::format("--pool host: geometry and images take {} of host memory, the limit is {}; give a larger --host-limit",
-                                          format_exact_bytes(settings.pool_bytes), format_bytes(plan.host_limit)));
     settings.host_limit = mapped ? plan.host_limit - settings.pool_bytes : plan.host_limit;
     settings.loader_threads = instruments.loader_threads;
     settings.read_ahead_threads = instruments.read_ahead_threads;
@@ -153,15 +158,20 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.form = block_form(instruments.record_paths > 0 ? Traversal::ray : options.tuning.traversal, device, scene.instance_levels());
     const MemoryNeeds needs = memory_needs(scene, plan.form, options, params, plan.visits, device, memory_limit, sharers.all_devices);
     const auto memory = plan_memory(needs);
-    if (!memory) return memory.status();
+    const auto host_limit_beside = [&](uint64_t device_bytes) {
+        return sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * device_bytes, sharers.processes);
+    };
+    if (!memory) {  // and who gives what it asks for is not to learn then that something else is missing
+        const Status host = check_host_pool(scene, plan.form, options, host_limit_beside(0), device);
+        return host ? memory.status() : Status::failed(memory.status().message() + "; and " + host.message());
+    }
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
     plan.device_bytes = needs.fixed + memory->slots * needs.per_slot + memory->pool_bytes;
-    plan.host_limit = sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * plan.device_bytes, sharers.processes);
-    auto residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);
-    if (!residency) return residency.status();
-    plan.residency = *residency;
+    plan.host_limit = host_limit_beside(plan.device_bytes);
+    RAYPAGER_TRY(check_host_pool(scene, plan.form, options, plan.host_limit, device));
+    plan.residency = plan_residency(scene, options, instruments, plan, memory->pool_bytes, device);
     const bool resident = holds_all(*memory, needs);
     plan.notes = resident ? BlockNotes() : block_notes(options.tuning.policy);
     plan.filled_together = filled_together(plan.params.order, *memory, needs);

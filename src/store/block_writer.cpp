@@ -19,8 +19,6 @@ Status pad_to_page(OutputFile& file) {
 }  // namespace
 
 Result<BlockFileWriter> BlockFileWriter::create(const std::filesystem::path& path) {
-    // Bakes that were killed may have left files of many gigabytes.
-    remove_abandoned_temporaries(path);
     auto file = OutputFile::create(path);
     if (!file) return file.status();
     BlockFileWriter writer;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "base/check.hpp"
 #include "lights/image_words.hpp"
@@ -274,11 +276,35 @@ Status Wavefront::finish_round(RoundCounters& counters, std::span<const rp_block
     RAYPAGER_TRY(backend_->check_round(counters, demand));
     samples_begun_ = counters.samples_begun();
     begun_again_ += std::min(listed_again_, counters.free_slots());
-    const std::array<uint64_t, 5> ns = {events.begin.duration_ns() + events.wake.duration_ns(), events.generate.duration_ns(),
-                                        events.extend.duration_ns(), events.shade.duration_ns(), events.connect.duration_ns()};
-    for (size_t i = 0; i < ns.size(); i++) stage_ns_[i] += ns[i];
-    if (backend_->connects_concurrently()) concurrent_ns_ += std::min(ns[1] + ns[2] + ns[3], ns[4]);
+    add_times(events);
     return {};
+}
+
+void Wavefront::add_times(const StageEvents& events) {
+    const std::array<std::pair<Event::Interval, size_t>, 6> parts = {std::pair{events.begin.interval(), size_t{0}},
+                                                                     {events.wake.interval(), 0},
+                                                                     {events.generate.interval(), 1},
+                                                                     {events.extend.interval(), 2},
+                                                                     {events.shade.interval(), 3},
+                                                                     {events.connect.interval(), 4}};
+    std::array<Event::Interval, 6> in_order;
+    uint64_t sum = 0, busy = 0;
+    for (size_t i = 0; i < parts.size(); i++) {
+        const auto& [interval, stage] = parts[i];
+        in_order[i] = interval;
+        stage_ns_[stage] += interval.end - interval.begin;
+        sum += interval.end - interval.begin;
+    }
+    std::ranges::sort(in_order, {}, &Event::Interval::begin);
+    uint64_t end = 0;
+    for (const Event::Interval& interval : in_order) {
+        busy += std::max(end, interval.end) - std::max(end, interval.begin);
+        end = std::max(end, interval.end);
+    }
+    concurrent_ns_ += sum - busy;
+    const uint64_t since_last = last_end_ > 0 && end > last_end_ ? end - last_end_ : 0;
+    idle_ns_ = since_last - std::min(since_last, busy);
+    last_end_ = end;
 }
 
 Status Wavefront::wake_idle_slots() {

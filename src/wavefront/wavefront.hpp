@@ -118,6 +118,8 @@ public:
     const std::array<uint64_t, 5>& stage_nanoseconds() const { return stage_ns_; }
     // Of their sum, so much overlapped.
     uint64_t concurrent_nanoseconds() const { return concurrent_ns_; }
+    // How long the device ran none of them between the end of the round before and that of the round that has ended last.
+    uint64_t idle_nanoseconds() const { return idle_ns_; }
 
 private:
     Wavefront(Device& device, const rp_render_params& params, GeometryBuffers geometry)
@@ -129,6 +131,7 @@ private:
     FilmLayout film_layout() const { return FilmLayout(params_); }
     Status build_count_waits();
     Status list_samples_again();
+    void add_times(const StageEvents& events);
     // Of those that the render began with: the ones that no path has been started for yet.
     std::span<const rp_path_sample> samples_again() const { return std::span(again_list_).subspan(begun_again_); }
 
@@ -147,7 +150,8 @@ private:
     std::array<StageEvents, max_rounds> events_;  // of rounds under way
     uint32_t started_ = 0, finished_ = 0;
     std::array<uint64_t, 5> stage_ns_{};
-    uint64_t concurrent_ns_ = 0;
+    uint64_t concurrent_ns_ = 0, idle_ns_ = 0;
+    uint64_t last_end_ = 0;  // of a stage, on the device's clock
 };
 
 }  // namespace raypager

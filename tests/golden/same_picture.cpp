@@ -225,6 +225,7 @@ using SamePictureWithRoomAhead = SomePictures<5, 3>;
 using SamePictureByPersistentThreads = SomePictures<4, 0>;
 using SamePictureWithRoulette = SomePictures<5, 1>;
 using OptimisedPicture = SomePictures<3, 0>;
+using OnePicture = SomePictures<std::size(picture_cases), 0>;
 
 // The other tests say that no option changes this film; these, that no change of the code did without meaning to. Where one means to, record the
 // films again and say so in the commit (tests/golden/films.txt).
@@ -406,6 +407,17 @@ TEST_P(SamePicture, a_limit_too_small_names_the_smallest_that_does) {
     expect_same(options, "smallest memory limit");
 }
 
+TEST_P(OnePicture, a_refusal_names_both_limits_that_are_too_small) {
+    support::TestOptions options = base_;
+    options.tuning.pool_place = PoolPlace::host;
+    options.memory_limit = 1000;
+    options.host_limit = 1000;
+    const auto refused = run(options);
+    ASSERT_FALSE(refused.ok());
+    for (const char* part : {"the smallest that would do is ", "--host-limit"})
+        EXPECT_NE(refused.status().message().find(part), std::string::npos) << refused.status().message();
+}
+
 std::string name_of(const testing::TestParamInfo<PictureCase>& info) { return info.param.name; }
 
 INSTANTIATE_TEST_SUITE_P(scenes, SamePicture, testing::ValuesIn(picture_cases), name_of);
@@ -413,6 +425,7 @@ INSTANTIATE_TEST_SUITE_P(scenes, SamePictureInRegions, testing::ValuesIn(picture
 INSTANTIATE_TEST_SUITE_P(scenes, SamePictureWithRoomAhead, testing::ValuesIn(picture_cases), name_of);
 INSTANTIATE_TEST_SUITE_P(scenes, SamePictureByPersistentThreads, testing::ValuesIn(picture_cases), name_of);
 INSTANTIATE_TEST_SUITE_P(scenes, SamePictureWithRoulette, testing::ValuesIn(picture_cases), name_of);
+INSTANTIATE_TEST_SUITE_P(scenes, OnePicture, testing::ValuesIn(picture_cases), name_of);
 INSTANTIATE_TEST_SUITE_P(scenes, OptimisedPicture, testing::ValuesIn(picture_cases), name_of);
 
 }  // namespace

@@ -36,6 +36,13 @@ TEST_F(BaseFiles, OnlyAbandonedTemporariesOfTheTargetAreRemoved) {
     EXPECT_EQ(remove_abandoned_temporaries(folder_ / "absent", ".rpb", [](std::string_view) { return true; }), 0u);
 }
 
+TEST_F(BaseFiles, WhatKilledWritersLeftGoesWithTheNextOne) {
+    for (const char* name : {".a.123.tmp.ckpt", ".a.9.tmp.ckpt", ".b.9.tmp.ckpt"}) folder_.write(name, "x");
+    ASSERT_TRUE(write_text(folder_ / "a.ckpt", "new").ok());
+    EXPECT_EQ(folder_.files().size(), 2u);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / ".b.9.tmp.ckpt"));
+}
+
 TEST_F(BaseFiles, TwoWritersOfOneTargetDoNotMix) {
     auto first = OutputFile::create(folder_ / "a");
     ASSERT_TRUE(first.ok());
