@@ -69,6 +69,24 @@ def check_killed_ranks() -> None:
     assert report["checkpoint"]["runs"] > 1
 
 
+def check_stops() -> None:
+    """The clock ends all, and so does a signal to any of them: what is there is kept, and the render goes on from it."""
+    by_clock = render(2, "--spp", "60000", "--paths", "8192", "--time", "0.5", "--snapshots", "0.1")
+    assert 0 < by_clock["image"]["average_spp"] < 60000 and Path("a.pfm").stat().st_size > 0
+    options = ["--spp", "1024", "--paths", "8192"]
+    expected = render(0, *options)["image"]["film_hash"]
+    kept = ["--checkpoint", "b.ckpt", "--checkpoint-every", "0.2", "--resume"]
+    job = subprocess.Popen(command(3, *options, *kept), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    begin = time.monotonic()
+    while job.poll() is None and not Path("b.ckpt").exists() and time.monotonic() - begin < LIMIT:
+        time.sleep(0.02)
+    processes = subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()
+    assert job.poll() is None and len(processes) == 3, "the render ended before a rank could be stopped"
+    os.kill(int(processes[2]), signal.SIGINT)
+    assert job.wait(LIMIT) != 0
+    assert render(2, *options, *kept, "--snapshots", "0.2")["image"]["film_hash"] == expected
+
+
 def check_refusals() -> None:
     for wrong in (["--turntable", "3"], ["--memory-limit", "1"], ["--pool", "host"]):
         run = subprocess.run(command(2, *wrong), env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT)
@@ -84,6 +102,7 @@ def main() -> None:
         subprocess.run([PROGRAM, "bake", "scene/scene.pbrt", "-o", "scene.rpb", "--block-size", "32K"], check=True, capture_output=True)
         check_films()
         check_killed_ranks()
+        check_stops()
         check_refusals()
 
 
