@@ -53,7 +53,7 @@ typedef struct rp_supply {
 } rp_supply;
 
 // The first free slots take the samples listed in `again` (there are `listed` of them; these paths were under way when a checkpoint was
-// written), the others the next samples by number. later: more will be listed in rounds to come, so slots without a sample stay free.
+// written), the others the next samples by number. later: rounds to come will have more samples, so slots without one stay free.
 static inline void rp_begin_paths(__constant rp_render_params* params, const rp_supply* supply, const __global uint* free_list, const rp_paths* paths,
                                   __global uint* queue, rp_sample_numbers numbers, const __global rp_path_sample* again, uint listed,
                                   uint later RP_STAGE_PARAMETER) {

@@ -267,6 +267,17 @@ Status GrowingFile::append(std::string_view text) {
     return error;
 }
 
+namespace {
+
+// Whether the file still has this name: its writer may have put it in place since, and have begun another.
+bool is_named(int descriptor, const std::filesystem::path& path) {
+    struct stat opened {
+    }, named{};
+    return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+}  // namespace
+
 size_t remove_abandoned_temporaries(const std::filesystem::path& folder, std::string_view extension,
                                     const std::function<bool(std::string_view stem)>& is_target) {
     size_t removed = 0;
@@ -277,7 +288,7 @@ size_t remove_abandoned_temporaries(const std::filesystem::path& folder, std::st
         if (stem.empty() || !is_target(stem)) continue;
         const int descriptor = file_system().open(entry->path(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0);
         if (descriptor < 0) continue;
-        if (try_lock(descriptor) == Lock::taken && ::unlink(entry->path().c_str()) == 0) removed++;
+        if (try_lock(descriptor) == Lock::taken && is_named(descriptor, entry->path()) && ::unlink(entry->path().c_str()) == 0) removed++;
         ::close(descriptor);
     }
     return removed;

@@ -1,6 +1,8 @@
 #include "cluster/mpi_thread.hpp"
 
+#ifdef __linux__
 #include <sys/prctl.h>
+#endif
 
 #include <algorithm>
 #include <chrono>
@@ -24,7 +26,7 @@ constexpr int first_data = first_answer + static_cast<int>(max_slots);
 // has used up its share (a block took 3.4 to 4 ms to come, and takes 0.8 to 1.3: bench/journal/cluster.md).
 constexpr std::chrono::microseconds long_nap{100}, nap{30};
 constexpr std::chrono::milliseconds soon_after{1};
-constexpr unsigned long nap_slack = 1000;  // nanoseconds; Linux makes naps 50 us longer by itself
+[[maybe_unused]] constexpr unsigned long nap_slack = 1000;  // nanoseconds; Linux makes naps 50 us longer by itself
 // Between looks at whether whoever asks has given up.
 constexpr double patience = 0.2;
 const std::atomic<bool> never{false};
@@ -72,7 +74,9 @@ void MpiThread::end_mpi() {
 }
 
 void MpiThread::work() {
+#ifdef __linux__
     prctl(PR_SET_TIMERSLACK, nap_slack);
+#endif
     begin_mpi();
     try {
         for (;;) {

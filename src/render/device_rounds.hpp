@@ -92,7 +92,8 @@ private:
     uint64_t texture_waits_ = 0;
     uint32_t started_ = 0, ended_ = 0;
     double stall_seconds_ = 0;
-    double attended_seconds_ = 0;  // spent here since a round ended: the device may also wait for whoever calls
+    // Host time in start, finish, page and wait_for_block since a round ended. It bounds the stall: a caller that pauses does not count.
+    double attended_seconds_ = 0;
 };
 
 }  // namespace raypager

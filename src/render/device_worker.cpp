@@ -38,9 +38,10 @@ Result<bool> DeviceWorker::take_samples() {
     if (!w.begins_again()) {
         std::vector<rp_path_sample> again = pool_.take_again();
         if (!again.empty()) {
-            RAYPAGER_TRY(settle());
-            if (w.has_idle_slots()) RAYPAGER_TRY(w.wake_idle_slots());
+            // Noted first: if the device fails in between, others are to begin them.
             if (several_) again_.insert(again_.end(), again.begin(), again.end());
+            RAYPAGER_TRY(settle());
+            RAYPAGER_TRY(w.wake_idle_slots());
             w.begin_with(std::move(again));
         }
     }
@@ -49,11 +50,10 @@ Result<bool> DeviceWorker::take_samples() {
     while (!several_ || w.numbers().count() - w.samples_begun() <= soon) {
         const auto range = pool_.take();
         if (!range) break;
-        if (w.has_idle_slots()) {
-            RAYPAGER_TRY(settle());
-            RAYPAGER_TRY(w.wake_idle_slots());
-        }
         w.numbers().append(*range);
+        if (!w.may_have_idle_slots()) continue;
+        RAYPAGER_TRY(settle());
+        RAYPAGER_TRY(w.wake_idle_slots());
     }
     if (several_) w.expect_more(pool_.expects_more());
     const bool begins = w.begins_again() || w.numbers().count() > w.samples_begun();

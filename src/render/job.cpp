@@ -100,7 +100,7 @@ bool RenderJob::all_ended() const {
     if (options_.peers) return finished_;
     if (devices_.several()) return devices_.idle();
     const WorkerFigures only = devices_.figures().front();
-    return only.all_idle && !only.begins_again && !in_first_pass_;
+    return only.all_idle && !only.begins_again && !in_first_pass_ && !adaptive_;  // stages end by themselves
 }
 
 uint64_t RenderJob::samples_begun() const {
@@ -233,18 +233,20 @@ RenderProgress RenderJob::progress() const {
 
 // Once, where waiting for blocks makes a render more than ten times as long as its kernels take. First loads, which every render has, do not count.
 void RenderJob::warn_if_slow(double now) {
-    if (now < next_slow_check_) return;
+    if (now < next_slow_check_ || (options_.peers && options_.peers->rank() > 0)) return;
     next_slow_check_ *= 2;
-    double stall = 0, kernels = 0;
-    uint64_t loads = 0, evictions = 0;
     const std::vector<WorkerFigures> all = devices_.figures();
+    double stall = -outside_.stall_seconds / static_cast<double>(all.size()), kernels = 0;
+    uint64_t loads = 0, evictions = 0;
     for (const WorkerFigures& f : all) {
         stall += f.work.stall_seconds / static_cast<double>(all.size());
         for (const double seconds : f.work.stage_seconds) kernels += seconds / static_cast<double>(all.size());
         loads += f.work.loads;
         evictions += f.work.evictions;
     }
-    if (10 * kernels > now || stall < now / 2 || evictions < loads / 2) return;
+    loads -= outside_.loads;
+    evictions -= outside_.evictions;
+    if (10 * kernels > now || stall < now / 2 || 2 * evictions <= loads) return;
     next_slow_check_ = std::numeric_limits<double>::infinity();
     warn(
         fmt::format("rays wait for blocks: the device has worked for {:.1f} of {:.1f} s; a larger --memory-limit or --geometry-limit, or more "

@@ -190,7 +190,8 @@ private:
     double snapshot_seconds_ = 0, snapshot_interval_ = 0;
     Clock::time_point start_ = Clock::now(), render_start_ = start_;
     double next_progress_ = 0, next_snapshot_ = 0, last_reported_ = 0;
-    double next_slow_check_ = 5;  // seconds of rendering
+    static constexpr double first_slow_check = 5;  // seconds of rendering
+    double next_slow_check_ = first_slow_check;
     uint64_t last_rays_ = 0;
     double rate_ = 0;
 };

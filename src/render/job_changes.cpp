@@ -47,6 +47,7 @@ Status RenderJob::restart() {
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
     start_ = render_start_ = Clock::now();
     next_progress_ = 0;
+    next_slow_check_ = first_slow_check;
     next_snapshot_ = snapshot_interval_ = options_.snapshot_seconds;
     return {};
 }

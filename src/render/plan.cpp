@@ -162,7 +162,7 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
         return sharers.host_limit ? sharers.host_limit : host_limit(options, device, sharers.devices * device_bytes, sharers.processes);
     };
     if (!memory) {  // and who gives what it asks for is not to learn then that something else is missing
-        const Status host = check_host_pool(scene, plan.form, options, host_limit_beside(0), device);
+        const Status host = check_host_pool(scene, plan.form, options, host_limit_beside(needs.fixed + min_slots * needs.per_slot), device);
         return host ? memory.status() : Status::failed(memory.status().message() + "; and " + host.message());
     }
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);

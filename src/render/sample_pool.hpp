@@ -32,7 +32,7 @@ public:
     void cut(uint64_t number);
     void clear();
     uint64_t left() const;  // numbers
-    // Whether there are samples, or will be more: as a matter of course, so not those of a device that fails.
+    // Whether there are samples, or more will come. Those that a device gives back when it fails are not foreseen.
     bool expects_more() const;
     void expect_more(bool more);
     std::vector<rp_path_sample> again() const;

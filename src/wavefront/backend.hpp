@@ -42,7 +42,7 @@ struct Round {
     std::span<const uint32_t> newly_published;  // blocks that are in the page table with them, and were not in the round before
     rp_sample_numbers numbers = {0, 0, 0, 0};   // of the samples that come next
     uint32_t listed_again = 0;                  // samples in WavefrontBuffers::again
-    bool more_again = false;                    // more of them will be listed in rounds to come
+    bool more_later = false;                    // rounds to come will have more samples
     uint32_t report = 0;                        // number of the report that it fills
 };
 
@@ -88,7 +88,7 @@ protected:
     }
     Status set_generate(Kernel& generate, const Round& round) const {
         const WavefrontBuffers& b = buffers_;
-        const uint32_t more = round.more_again ? 1 : 0;
+        const uint32_t more = round.more_later ? 1 : 0;
         if (params_.adaptive_error > 0)
             return generate.set(b.params, b.counters, b.free_list, b.slots.status(), b.slots.planes(), b.queue, round.numbers, b.again,
                                 round.listed_again, more, b.stage_pixels);

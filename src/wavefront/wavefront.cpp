@@ -254,7 +254,7 @@ Status Wavefront::start_round(uint32_t number, std::span<const rp_page> page_cha
     RAYPAGER_TRY(list_samples_again());
     const rp_sample_numbers numbers = numbers_.for_round(samples_begun_);
     const bool more = samples_again().size() > listed_again_ || expects_more_ || numbers.end < numbers_.count();
-    has_idle_slots_ = has_idle_slots_ || !more;
+    may_have_idle_slots_ = may_have_idle_slots_ || !more;
     const Round round = {number, page_changes, newly_published, numbers, listed_again_, more, report};
     RAYPAGER_TRY(backend_->launch(round, events_[report]));
     if (count_waits_) {
@@ -309,8 +309,9 @@ void Wavefront::add_times(const StageEvents& events) {
 
 Status Wavefront::wake_idle_slots() {
     RAYPAGER_CHECK(started_ == finished_);
+    if (!may_have_idle_slots_) return {};
     RAYPAGER_TRY(buffers_.slots.free_idle(device_.kernels()));
-    has_idle_slots_ = false;
+    may_have_idle_slots_ = false;
     return backend_->wake_all_slots();
 }
 

@@ -98,10 +98,11 @@ public:
         again_list_ = std::move(samples);
         begun_again_ = 0;
     }
-    // There will be more samples: slots without one stay free meanwhile. Else they sleep, and cost nothing in the rounds that are left.
+    // There will be more samples: slots without one stay free meanwhile. Else they are idle from then on, and cost nothing in the rounds that are
+    // left.
     void expect_more(bool more) { expects_more_ = more; }
-    // Whether slots may sleep for want of samples; then they must be woken before there are more.
-    bool has_idle_slots() const { return has_idle_slots_; }
+    // Whether some slots may be idle; then they must be woken before there are more samples.
+    bool may_have_idle_slots() const { return may_have_idle_slots_; }
     // REQUIRES: no round is under way.
     Status wake_idle_slots();
     // Whether some of them are still to be begun. Then only one round may be under way: how many it begins is known when it has ended.
@@ -145,7 +146,7 @@ private:
     uint64_t samples_begun_ = 0;
     std::vector<rp_path_sample> again_list_;
     size_t begun_again_ = 0;
-    bool expects_more_ = false, has_idle_slots_ = false;
+    bool expects_more_ = false, may_have_idle_slots_ = false;
     uint32_t listed_again_ = 0;                   // on the device for the round under way
     std::array<StageEvents, max_rounds> events_;  // of rounds under way
     uint32_t started_ = 0, finished_ = 0;

@@ -137,6 +137,11 @@ TEST_F(SeveralDevices, sample_as_adaptively_as_one) {
     EXPECT_EQ(report(options_).film_hash, one.film_hash);
     options_.device = device(1);
     EXPECT_EQ(report(options_).film_hash, one.film_hash);
+    // Between two stages a round is under way that has no rays.
+    options_.tuning.traversal = Traversal::automatic;
+    RenderInstruments instruments;
+    instruments.rounds_under_way = 2;
+    EXPECT_EQ(run(options_, instruments).report.film_hash, one.film_hash);
 }
 
 // As many as are at hand go on, each time other ones.
