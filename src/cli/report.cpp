@@ -81,7 +81,7 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
     line("loaded", fmt::format("{}, {:.1f} times the scene, {:.1f} bytes per ray", format_bytes(paging.bytes_loaded),
                                ratio(double(paging.bytes_loaded), double(all)), ratio(double(paging.bytes_loaded), double(report.rays.total()))));
     const double stall = report.seconds.stall / static_cast<double>(std::max<size_t>(1, devices));
-    line("stalled", fmt::format("{} without a kernel while rays wait for blocks, {:.1f} % of the render", format_duration(stall),
+    line("stalled", fmt::format("{} idle while rays wait for blocks, {:.1f} % of the render", format_duration(stall),
                                 100 * ratio(stall, report.seconds.render)));
     uint64_t samples = 0;
     for (const RenderReport::DeviceWork& device : report.devices) samples += device.samples;
