@@ -271,8 +271,8 @@ namespace {
 
 // Whether the file still has this name: its writer may have put it in place since, and have begun another.
 bool is_named(int descriptor, const std::filesystem::path& path) {
-    struct stat opened {
-    }, named{};
+    struct stat opened = {};
+    struct stat named = {};
     return ::fstat(descriptor, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 

@@ -23,7 +23,7 @@ constexpr uint32_t max_slots = 8192;
 constexpr int first_data = first_answer + static_cast<int>(max_slots);
 
 // Between looks at what has come. It does not spin: where kernels keep all cores busy, a thread that has slept gets one at once, and one that spins
-// has used up its share (a block took 3.4 to 4 ms to come, and takes 0.8 to 1.3: bench/journal/cluster.md).
+// has used up its share (a block took 3.4 to 4 ms to come, and takes about one: bench/journal/cluster.md).
 constexpr std::chrono::microseconds long_nap{100}, nap{30};
 constexpr std::chrono::milliseconds soon_after{1};
 [[maybe_unused]] constexpr unsigned long nap_slack = 1000;  // nanoseconds; Linux makes naps 50 us longer by itself

@@ -1,12 +1,12 @@
 #include "cut/world_cut.hpp"
 
 #include <algorithm>
-#include <mutex>
 #include <numeric>
 
 #include "base/group_places.hpp"
 #include "base/jitter.hpp"
 #include "base/parallel.hpp"
+#include "base/reused_memory.hpp"
 #include "cut/partition.hpp"
 
 namespace raypager {
@@ -21,26 +21,6 @@ constexpr size_t sampled = 16, max_sample = size_t{1} << 22, sample_of_region = 
 static_assert(max_sample / sample_of_region <= UINT16_MAX);
 // A ref, and what weighing takes where vertices are compared that triangles share.
 constexpr uint64_t bytes_of_ref = sizeof(PrimitiveRef) + 40;
-
-// Memory for refs that one thread after another uses: to the system, new memory is more work than to us what we do with it.
-class Buffers {
-public:
-    PrimitiveRefs take() {
-        const std::lock_guard lock(mutex_);
-        if (free_.empty()) return {};
-        PrimitiveRefs refs = std::move(free_.back());
-        free_.pop_back();
-        return refs;
-    }
-    void give(PrimitiveRefs&& refs) {
-        const std::lock_guard lock(mutex_);
-        free_.push_back(std::move(refs));
-    }
-
-private:
-    std::mutex mutex_;
-    std::vector<PrimitiveRefs> free_;
-};
 
 }  // namespace
 
@@ -93,7 +73,7 @@ WorldParts WorldCut::run(uint64_t limit, uint64_t memory) && {
     size_t largest = 0;
     for (const Part& region : regions) largest = std::max(largest, region.end - region.begin);
     std::vector<std::vector<Part>> parts(regions.size());
-    Buffers buffers;
+    ReusedMemory<PrimitiveRefs> buffers;
     parallel_for(
         regions.size(), 1,
         [&](size_t region, size_t) {

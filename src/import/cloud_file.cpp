@@ -9,6 +9,7 @@
 #include <new>
 
 #include "base/kept_pieces.hpp"
+#include "base/reused_memory.hpp"
 #include "import/endings.hpp"
 #include "import/geographic.hpp"
 #include "import/origin.hpp"
@@ -41,26 +42,6 @@ constexpr size_t piece_points = 4096, piece_bytes = size_t{512} << 10, pieces_at
 struct Scratch {
     std::vector<std::byte> bytes;
     std::vector<FilePoint> points;
-};
-
-// Memory that one thread after another uses: new memory would cost more than what is done with it.
-class ScratchPool {
-public:
-    Scratch take() {
-        const std::lock_guard lock(mutex_);
-        if (free_.empty()) return {};
-        Scratch scratch = std::move(free_.back());
-        free_.pop_back();
-        return scratch;
-    }
-    void give(Scratch&& scratch) {
-        const std::lock_guard lock(mutex_);
-        free_.push_back(std::move(scratch));
-    }
-
-private:
-    std::mutex mutex_;
-    std::vector<Scratch> free_;
 };
 
 std::vector<FilePoint> take_sample(const PointReader& reader, const InputFile& file) {
@@ -129,7 +110,7 @@ Status CloudFile::stream_records(const RecordReader& reader, const InputFile& fi
                                  MeshIssues& issues) const {
     const RecordRange& records = reader.records();
     const size_t piece = std::clamp<size_t>(piece_bytes / records.stride, 1, piece_points);
-    ScratchPool scratch;
+    ReusedMemory<Scratch> scratch;
     UnwrittenVector<CloudPoint> converted;
     for (uint64_t first = 0; first < records.count; first += pieces_at_once * piece) {
         const auto count = static_cast<size_t>(std::min<uint64_t>(records.count - first, pieces_at_once * piece));

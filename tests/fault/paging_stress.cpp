@@ -13,69 +13,18 @@
 #include <set>
 #include <thread>
 
+#include "fault/tiny_blocks.hpp"
 #include "raypager/abi/path.h"
 #include "raypager/abi/wide.h"
-#include "render/render.hpp"
 #include "residency/read_ahead.hpp"
-#include "support/device_scene.hpp"
 #include "support/failing_device.hpp"
 #include "support/failing_file_system.hpp"
-#include "support/sanitizers.hpp"
-#include "support/test_options.hpp"
 #include "support/thorough.hpp"
-#include "unit/bake_scenes.hpp"
 
 namespace raypager {
 namespace {
 
-#if RAYPAGER_ADDRESS_SANITIZER || RAYPAGER_THREAD_SANITIZER
-constexpr uint32_t triangles = 30000, min_blocks = 200;  // sanitizers cost five to twenty times the time
-#else
-constexpr uint32_t triangles = 100000, min_blocks = 600;
-#endif
-
-// Blocks wait before they are uploaded, as files do.
-class SlowUploads final : public DeviceHooks {
-public:
-    explicit SlowUploads(support::FailingFileSystem& disk) : disk_(disk) {}
-    void before_upload() override { disk_.delay(); }
-
-private:
-    support::FailingFileSystem& disk_;
-};
-
-class PagingStressOnDevice : public testing::Test {
-protected:
-    void SetUp() override {
-        Scene scene = blocks_test::scene_of({blocks_test::mesh_shape(blocks_test::soup(triangles, 1, 0.004f))});
-        rp_light sky = {};
-        sky.kind = RP_LIGHT_INFINITE;
-        sky.radiance[0] = sky.radiance[1] = sky.radiance[2] = 1;
-        scene.lights = {sky};
-        scene.width = 16;
-        scene.height = 8;
-        scene.spp = 1;
-        scene.max_depth = 2;
-        BakeOptions bake_options;
-        bake_options.block_bytes = 16 << 10;
-        bake_options.block_entries = 8;
-        auto file = support::bake_and_open(scene, bake_options, folder_.path(), "tiny");
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
-        ASSERT_GE(file_->scene().blocks.size(), min_blocks);
-        options_.tuning.paths = 128;
-        options_.instruments.device_hooks = std::make_shared<SlowUploads>(disk_);
-        const auto resident = render(*file_, options_, {});
-        ASSERT_TRUE(resident.ok()) << resident.status().message();
-        hash_ = resident->report.film_hash;
-    }
-
-    support::TemporaryFolder folder_;
-    support::FailingFileSystem disk_;
-    std::shared_ptr<const BlockFile> file_;
-    support::TestOptions options_;
-    uint64_t hash_ = 0;
-};
+using PagingStressOnDevice = TinyBlocks;
 
 TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
     const char* wanted = std::getenv("RAYPAGER_SCHEDULES");
@@ -106,31 +55,6 @@ TEST_F(PagingStressOnDevice, TheFilmIsTheSameForEverySchedule) {
         EXPECT_GT(result->report.paging.evictions, 0u);
         fmt::print("{}: {} loads of {} blocks\n", what, result->report.paging.loads, file_->scene().blocks.size());
     }
-}
-
-// No limit makes a render crawl without a word. It takes some seconds to be sure.
-TEST_F(PagingStressOnDevice, SaysThatLimitsMakeARenderCrawl) {
-    support::TestOptions options = options_;
-    options.geometry_limit = 2 * uint64_t{file_->scene().largest_block(support::default_form())};
-    options.host_limit = 1;
-    options.spp = 1000;
-    disk_.longest_delay_us = 20000;
-    std::atomic<bool> stop{false};
-    options.stop_now = &stop;
-    std::vector<std::string> warnings;
-    RenderCallbacks callbacks;
-    callbacks.warning = [&](const std::string& text) {
-        warnings.push_back(text);
-        stop = true;
-    };
-    const auto result = render(*file_, options, callbacks);
-    disk_.clear();
-    ASSERT_TRUE(result.ok()) << result.status().message();
-    ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_NE(warnings[0].find("rays wait for blocks: the device has worked for "), std::string::npos) << warnings[0];
-    const RenderReport::Seconds& seconds = result->report.seconds;
-    EXPECT_GT(seconds.stall, 5.0 / 2);
-    EXPECT_LE(seconds.stall + seconds.trace, seconds.render * 1.02);
 }
 
 // Whether these bytes are a block in that form.
