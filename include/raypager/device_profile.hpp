@@ -51,6 +51,7 @@ struct DeviceProfile {
     // Work-items of a launch, for each of the device's units. They loop over their queues.
     uint32_t items = 1;              // of stages that do not trace
     uint32_t ray_items = 1;          // that trace rays one by one
+    uint32_t region_tile = 16;       // pixels a side of tiles where a render goes region by region, and not all is resident: regions become compact
     uint32_t persistent_items = 1;   // the same, where they fetch rays themselves
     uint32_t stream_items = 1;       // that trace streams, each alone in its group
     uint32_t wake_items = 1;         // with streams

@@ -72,7 +72,7 @@ struct RenderTuning {
     uint32_t loads_in_flight = 0;            // while blocks must be evicted for them; 0: the default of the policy
     std::optional<double> hold_above_ready;  // no block leaves for another while more than this share of the slots can go on, 0 to 1
     bool wait_for_loads = false;             // every round waits for the loads that were started before it, as in the paper
-    uint32_t tile_size = 16;                 // camera paths start in tiles of so many pixels a side, 1 to 1024
+    uint32_t tile_size = 0;                  // camera paths start in tiles of so many pixels a side, 1 to 1024; 0: what suits the device, 16 mostly
     // So many samples of a pixel are begun one after the other, at most, 1 to 64; 0: up to 16, but 1 if the time decides how many there are, or
     // pictures are looked at before the end, as with snapshots and checkpoints.
     uint32_t together = 0;

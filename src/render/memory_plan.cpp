@@ -26,6 +26,11 @@ uint64_t slots_for_loads(const MemoryNeeds& needs, uint64_t pool) {
     return static_cast<uint64_t>(std::min(bytes / static_cast<double>(needs.per_slot), static_cast<double>(needs.max_chosen_slots)));
 }
 
+// With so many, a render that may have only a part of the geometry resident takes no more memory in all than one that has all of it.
+uint64_t slots_instead_of_geometry(const MemoryNeeds& needs, uint64_t pool) {
+    return std::max(needs.default_slots, needs.preferred_slots) + (needs.geometry - pool) / needs.per_slot;
+}
+
 uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
     uint64_t slots = needs.default_slots;
     if (std::min(pool, left) < needs.geometry) {
@@ -37,6 +42,9 @@ uint64_t wanted_slots(const MemoryNeeds& needs, uint64_t pool, uint64_t left) {
         // On a CPU twice those that are near, unless that is too many for regions.
         const uint64_t at_least = std::min(2 * needs.cached_slots, std::max(needs.cached_slots, needs.max_region_slots));
         if (const uint64_t half = std::max({slots / 2, needs.default_slots, at_least}); half <= needs.max_region_slots) slots = std::min(slots, half);
+        // Where memory is short, pool and slots of a GPU share it by halves (bench/journal/gpu-paging.md).
+        if (needs.cached_slots == 0 && beside == 0) slots = std::max(slots, needs.preferred_slots);
+        slots = std::min(slots, slots_instead_of_geometry(needs, std::min(pool, left)));
     } else {
         slots = std::max(slots, std::min(needs.preferred_slots, (left - needs.geometry) / needs.per_slot));
     }

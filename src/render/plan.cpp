@@ -168,6 +168,8 @@ Result<RenderPlan> plan_render(const BakedScene& scene, const RenderOptions& opt
     plan.params.slot_count = static_cast<uint32_t>(memory->slots);
     const uint64_t pixels = uint64_t{params.width} * params.height;
     if (chooses_region(options)) plan.params.order.region = chosen_region(params.order, *memory, needs, pixels);
+    if (plan.params.order.region > 0 && options.tuning.tile_size == 0 && !holds_all(*memory, needs))
+        plan.params.order.tile_size = device.profile.region_tile;
     plan.device_bytes = needs.fixed + memory->slots * needs.per_slot + memory->pool_bytes;
     plan.host_limit = host_limit_beside(plan.device_bytes);
     RAYPAGER_TRY(check_host_pool(scene, plan.form, options, plan.host_limit, device));

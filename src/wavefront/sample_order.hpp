@@ -14,6 +14,7 @@ inline constexpr uint32_t largest_tile = 1024;
 inline constexpr uint32_t max_passes = 65535;  // what a pixel of the film holds (abi/film.h)
 
 // For so many samples per pixel, with groups of at most `together` passes. region: as rp_sample_order has it.
+inline constexpr uint32_t default_tile = 16;
 rp_sample_order make_order(uint32_t tile_size, uint32_t together, uint32_t spp, uint64_t pixels, uint32_t region = 0);
 // The size of groups for a picture of so many pixels, 1 to 16.
 uint32_t default_together(uint64_t pixels);

@@ -86,6 +86,7 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
     needs.default_slots = 1 << 20;
+    needs.preferred_slots = 1 << 24;
     // Of room that the pool may not have: a quarter, if that is not more than what slots may take ...
     EXPECT_EQ(plan_memory(needs)->slots, (200u << 20) / 100);
     needs.limit = 513 << 20;
@@ -119,6 +120,7 @@ TEST(MemoryPlan, more_rays_in_flight_when_blocks_must_be_swapped) {
 TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
     MemoryNeeds needs = ordinary();
     needs.limit = uint64_t{4} << 30;
+    needs.preferred_slots = 1 << 24;
     needs.geometry_limit_percent = 50;
     const uint64_t all = plan_memory(needs)->slots;
     ASSERT_GT(all, 1u << 20);
@@ -170,6 +172,7 @@ TEST(MemoryPlan, slots_that_are_far_only_where_loads_are_dearer) {
 TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     MemoryNeeds needs = ordinary();
     needs.geometry_limit_percent = 25;
+    needs.preferred_slots = 1 << 24;
     const uint64_t slots = plan_memory(needs)->slots;
     needs.max_region_slots = slots / 2 - 1;
     EXPECT_EQ(plan_memory(needs)->slots, slots) << "too short";
@@ -180,6 +183,40 @@ TEST(MemoryPlan, fewer_rays_in_flight_where_they_meet_fewer_blocks) {
     needs = ordinary();
     needs.max_region_slots = UINT64_MAX;
     EXPECT_EQ(plan_memory(needs)->slots, 1u << 16) << "everything is resident";
+}
+
+TEST(MemoryPlan, a_geometry_limit_takes_no_more_in_all_than_everything_resident) {
+    for (const uint32_t default_slots : {1u << 16, 1u << 20})
+        for (const uint32_t preferred_slots : {0u, 1u << 18, 1u << 22})
+            for (const uint64_t cached : {0u, 1u << 18})
+                for (const double percent : {90.0, 50.0, 29.0, 12.5, 3.0, 0.1}) {
+                    MemoryNeeds needs = ordinary();
+                    needs.limit = uint64_t{64} << 30;
+                    needs.default_slots = default_slots;
+                    needs.preferred_slots = preferred_slots;
+                    needs.cached_slots = cached;
+                    needs.slots_for_loads = 1.0 / 54;
+                    const auto taken = [&] {
+                        const auto plan = plan_memory(needs);
+                        return plan->pool_bytes + plan->slots * needs.per_slot;
+                    };
+                    const uint64_t resident = taken();
+                    needs.geometry_limit_percent = percent;
+                    EXPECT_LE(taken(), resident) << default_slots << ' ' << preferred_slots << ' ' << cached << ' ' << percent;
+                }
+}
+
+TEST(MemoryPlan, memory_that_is_short_is_shared_by_halves_on_a_gpu) {
+    MemoryNeeds needs = ordinary();
+    needs.preferred_slots = 1 << 20;
+    needs.max_region_slots = UINT64_MAX;
+    needs.limit = needs.fixed + needs.largest_block + (80 << 20);
+    EXPECT_EQ(plan_memory(needs)->slots, (40u << 20) / 100);
+    needs.preferred_slots = 1 << 17;
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 17) << "no more than are of use";
+    needs.preferred_slots = 1 << 20;
+    needs.cached_slots = 1 << 17;  // a CPU
+    EXPECT_EQ(plan_memory(needs)->slots, 1u << 17);
 }
 
 TEST(SlotUse, slots_are_given_out_together_as_far_as_few_rays_wait) {
