@@ -285,7 +285,8 @@ void add_tuning_options(OptionParser& parser, RenderSettings& settings) {
                   "no block leaves for another while more than this share of the path slots can go on, 0% to 100% (default: by policy, 40% or 100%)",
                   into(options.tuning.hold_above_ready, parse_share));
     parser.flag("wait-for-loads", "each round waits for the blocks that were on their way before it", options.tuning.wait_for_loads);
-    parser.option("tile", "PIXELS", "camera paths start in tiles of this many pixels a side (default: 16, on GPUs 128 with --region where not all is resident)",
+    parser.option("tile", "PIXELS",
+                  "camera paths start in tiles of this many pixels a side (default: 16, on GPUs 128 with --region where not all is resident)",
                   into_count(options.tuning.tile_size, 1, 1024));
     parser.option("together", "N",
                   "samples of a pixel that are begun one after the other, 1 to 64 (default: up to 16; 1 with --time, --snapshots, --log or "

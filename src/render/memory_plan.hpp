@@ -45,11 +45,11 @@ inline constexpr uint64_t min_slots = 1024;
 // the preferred number of them as far as everything stays resident. When blocks must be swapped, every ray in flight makes a load serve more rays
 // (bytes moved a ray fall as 1 / slots) and a round fuller, so there may be more. Where that is taken from the pool: on a GPU up to the preferred
 // number, else up to a sixth of the scene's bytes and four times the ordinary number. Of room that the pool may not have: up to half of the scene's
-// bytes, or a quarter up to max_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than cached_slots only as far
-// as loads are dearer: in proportion to the scene's bytes, and inversely to the share of it that is resident. Renders that go region by region meet fewer
-// blocks at a time, and half of these slots, on a CPU twice cached_slots at least where regions are left then, are better: there is less to look at
-// and to fetch from far. Always at most half of what is left beside the fixed part if the pool could use the other half, a quarter of all paths of
-// the render, and so many that slots and pool together are no more than they would be with everything resident.
+// bytes, or a quarter up to max_slot_bytes. On a CPU more slots than its caches hold are dearer to read, so there are more than cached_slots only as
+// far as loads are dearer: in proportion to the scene's bytes, and inversely to the share of it that is resident. Renders that go region by region
+// meet fewer blocks at a time, and half of these slots, on a CPU twice cached_slots at least where regions are left then, are better: there is less
+// to look at and to fetch from far. Always at most half of what is left beside the fixed part if the pool could use the other half, a quarter of all
+// paths of the render, and so many that slots and pool together are no more than they would be with everything resident.
 Result<MemoryPlan> plan_memory(const MemoryNeeds& needs);
 
 }  // namespace raypager

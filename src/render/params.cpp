@@ -120,8 +120,7 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
     if (pixels == 0 || pixels > uint64_t{1} << 31)
         return Status::usage(fmt::format("--size {}x{}: between 1 and 2^31 pixels are possible", params.width, params.height));
     if (params.spp == 0 || params.spp > max_spp) return Status::usage(fmt::format("--spp {}: from 1 to {}", params.spp, max_spp));
-    if (options.tuning.tile_size > largest_tile)
-        return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tuning.tile_size, largest_tile));
+    if (options.tuning.tile_size > largest_tile) return Status::usage(fmt::format("--tile {}: from 1 to {}", options.tuning.tile_size, largest_tile));
     if (options.tuning.together > max_together)
         return Status::usage(fmt::format("--together {}: from 1 to {}", options.tuning.together, max_together));
     const uint32_t together = options.tuning.together ? options.tuning.together : is_seen_growing(options) ? 1 : default_together(pixels);
@@ -129,7 +128,8 @@ Result<rp_render_params> make_params(const BakedScene& scene, const RenderOption
         return Status::usage(fmt::format("--adaptive {:g}: from 0.0001 to 10", options.adaptive_error));
     // Where sampling is adaptive, of the samples before the first stage.
     const uint32_t ordered = options.adaptive_error > 0 ? std::min(params.spp, AdaptiveSampling::first_samples) : params.spp;
-    params.order = make_order(options.tuning.tile_size ? options.tuning.tile_size : default_tile, together, ordered, pixels, options.tuning.region.value_or(0));
+    params.order =
+        make_order(options.tuning.tile_size ? options.tuning.tile_size : default_tile, together, ordered, pixels, options.tuning.region.value_or(0));
     if (params.max_depth > 60000) return Status::usage("--max-depth: at most 60000");
     params.stage_begin = pixels * ordered;
     return params;
