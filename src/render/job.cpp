@@ -37,7 +37,8 @@ Status RenderJob::prepare() {
     }
     if (shares()) film_.resize(wavefront().film_words());
     RAYPAGER_TRY(checkpointer_->restore([this](uint64_t first, std::span<const uint32_t> words) { return write_words(first, words); }));
-    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(checkpointer_->next_sample()) : std::nullopt));
+    const uint64_t next_sample = options_.peers ? common_begin_ : checkpointer_->next_sample();
+    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(next_sample) : std::nullopt));
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), first().rounds().device().info().cpu_cores());
     render_start_ = Clock::now();

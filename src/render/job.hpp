@@ -110,6 +110,7 @@ private:
     Status film_to_first(const std::function<Status(std::span<uint32_t>)>& see);
     Status gather_contents(Checkpointer::Contents& contents);
     Status checkpoint_of_all();
+    Status share_film_for_stage();
     Status stage_of_all();
     Status restart_common(uint64_t from);
     Status finish_with_peers();

@@ -301,18 +301,22 @@ Status RenderJob::checkpoint_of_all() {
     return {};
 }
 
-// Each decides by the film of all, so all decide the same.
-Status RenderJob::stage_of_all() {
-    devices_.doing("choosing pixels");
+// Each decides about stages by the film of all, so all decide the same.
+Status RenderJob::share_film_for_stage() {
     adaptive_->begin_taking();
-    RAYPAGER_TRY(film_to_first([this](std::span<uint32_t> piece) -> Status {
+    return film_to_first([this](std::span<uint32_t> piece) -> Status {
         std::vector<std::byte> bytes;
         if (options_.peers->rank() == 0) put(bytes, std::vector<uint32_t>(piece.begin(), piece.end()));
         RAYPAGER_TRY(options_.peers->broadcast(bytes));
         std::span<const std::byte> rest(bytes);
         adaptive_->take(take<uint32_t>(rest));
         return {};
-    }));
+    });
+}
+
+Status RenderJob::stage_of_all() {
+    devices_.doing("choosing pixels");
+    RAYPAGER_TRY(share_film_for_stage());
     const SampleStage& stage = adaptive_->next();
     if (stage.pixels.empty()) {
         last_stage_ended_ = finished_ = true;

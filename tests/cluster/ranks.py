@@ -41,50 +41,60 @@ def check_films() -> None:
             assert sum(device["paths"] for device in report["devices"]) == report["rays"]["camera"]
 
 
+def begin_until_kept(ranks: int, checkpoint: str, *options: str) -> tuple[subprocess.Popen, list[int]]:
+    """A job that has written its checkpoint since, or has ended; and its ranks."""
+    file = Path(checkpoint)
+    before = file.stat().st_mtime_ns if file.exists() else 0
+    job = subprocess.Popen(command(ranks, *options), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    begin = time.monotonic()
+    while job.poll() is None and time.monotonic() - begin < LIMIT and not (file.exists() and file.stat().st_mtime_ns > before):
+        time.sleep(0.02)
+    return job, [int(process) for process in subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()]
+
+
+# Of a few seconds, so that they can be stopped; adaptive ones are then past their first samples.
+LONG = (["--spp", "1024", "--paths", "8192"], ["--spp", "256", "--paths", "8192", "--adaptive", "0.04"])
+
+
 def check_killed_ranks() -> None:
     """A rank that is killed ends the render, which goes on from its last checkpoint with other numbers of ranks."""
-    options = ["--spp", "1024", "--paths", "8192"]
-    expected = render(0, *options)["image"]["film_hash"]
-    kept = ["--checkpoint", "a.ckpt", "--checkpoint-every", "0.2", "--resume"]
-    stops = 0
-    for ranks in (3, 2):
-        before = Path("a.ckpt").stat().st_mtime_ns if Path("a.ckpt").exists() else 0
-        job = subprocess.Popen(
-            command(ranks, *options, *kept), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-        )
-        begin = time.monotonic()
-        while (
-            job.poll() is None and time.monotonic() - begin < LIMIT and not (Path("a.ckpt").exists() and Path("a.ckpt").stat().st_mtime_ns > before)
-        ):
-            time.sleep(0.02)
-        processes = subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()
-        if job.poll() is None and processes:
-            os.kill(int(processes[stops % len(processes)]), signal.SIGKILL)
-            assert job.wait(LIMIT) != 0, "the render went on without a rank"
-            stops += 1
-        job.wait(LIMIT)
-    assert stops > 0, "every render ended before a rank could be killed"
-    report = render(2, *options, *kept)
-    assert report["image"]["film_hash"] == expected
-    assert report["checkpoint"]["runs"] > 1
+    for options in LONG:
+        expected = render(0, *options)["image"]
+        kept = ["--checkpoint", "a.ckpt", "--checkpoint-every", "0.2", "--resume"]
+        Path("a.ckpt").unlink(missing_ok=True)
+        kills = 0
+        for ranks in (3, 2):
+            job, processes = begin_until_kept(ranks, "a.ckpt", *options, *kept)
+            if job.poll() is None and processes:
+                os.kill(processes[kills % len(processes)], signal.SIGKILL)
+                assert job.wait(LIMIT) != 0, "the render went on without a rank"
+                kills += 1
+            job.wait(LIMIT)
+        assert kills > 0, "every render ended before a rank could be killed"
+        report = render(2, *options, *kept)
+        assert report["image"] == expected, f"{options}: {report['image']}, not {expected}"
+        assert report["checkpoint"]["runs"] > 1
 
 
 def check_stops() -> None:
     """The clock ends all, and so does a signal to any of them: what is there is kept, and the render goes on from it."""
     by_clock = render(2, "--spp", "60000", "--paths", "8192", "--time", "0.5", "--snapshots", "0.1")
     assert 0 < by_clock["image"]["average_spp"] < 60000 and Path("a.pfm").stat().st_size > 0
-    options = ["--spp", "1024", "--paths", "8192"]
-    expected = render(0, *options)["image"]["film_hash"]
-    kept = ["--checkpoint", "b.ckpt", "--checkpoint-every", "0.2", "--resume"]
-    job = subprocess.Popen(command(3, *options, *kept), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-    begin = time.monotonic()
-    while job.poll() is None and not Path("b.ckpt").exists() and time.monotonic() - begin < LIMIT:
-        time.sleep(0.02)
-    processes = subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()
-    assert job.poll() is None and len(processes) == 3, "the render ended before a rank could be stopped"
-    os.kill(int(processes[2]), signal.SIGINT)
-    assert job.wait(LIMIT) != 0
-    assert render(2, *options, *kept, "--snapshots", "0.2")["image"]["film_hash"] == expected
+    for options in LONG:
+        expected = render(0, *options)["image"]
+        kept = ["--checkpoint", "b.ckpt", "--checkpoint-every", "0.2", "--resume"]
+        Path("b.ckpt").unlink(missing_ok=True)
+        job, processes = begin_until_kept(3, "b.ckpt", *options, *kept)
+        assert job.poll() is None and len(processes) == 3, "the render ended before a rank could be stopped"
+        begun = Path("b.ckpt").stat().st_mtime_ns
+        os.kill(processes[2], signal.SIGINT)
+        assert job.wait(LIMIT) != 0
+        assert Path("b.ckpt").stat().st_mtime_ns > begun, "what was there is not kept"
+        # A number of ranks, or one process, in turn.
+        for ranks in (0, 2) if "--adaptive" in options else (2,):
+            Path("c.ckpt").write_bytes(Path("b.ckpt").read_bytes())
+            report = render(ranks, *options, *kept[2:], "--checkpoint", "c.ckpt", "--snapshots", "0.2")
+            assert report["image"] == expected, f"{ranks} ranks, {options}: {report['image']}, not {expected}"
 
 
 def check_refusals() -> None:
