@@ -18,6 +18,11 @@ public:
     uint32_t count() const override { return static_cast<uint32_t>(mpi_.count()); }
     uint32_t local_count() const override { return static_cast<uint32_t>(mpi_.local_count()); }
     Result<uint64_t> add(uint32_t number, uint64_t value) override { return mpi_.add(number, value); }
+    Status tell(std::vector<std::byte> bytes) override {
+        mpi_.tell(std::move(bytes));
+        return {};
+    }
+    std::vector<std::vector<std::byte>> told() const override { return mpi_.told(); }
     void serve(Shelf* shelf) override { mpi_.serve(shelf); }
     Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) override {
         return mpi_.get(rank, number, bytes, seconds, stop);

@@ -58,6 +58,7 @@ void MpiThread::begin_mpi() {
     MPI_Comm_size(local, &local_count_);
     MPI_Comm_free(&local);
     const std::lock_guard lock(mutex_);
+    told_.resize(static_cast<size_t>(count_));
     ready_ = true;
     for_others_.notify_all();
 }
@@ -165,7 +166,7 @@ bool MpiThread::begin_asked() {
     MPI_Irecv(asked->answer.get(), static_cast<int>(asked->answer_bytes), MPI_BYTE, asked->to, first_answer + tag, MPI_COMM_WORLD,
               &asked->requests[0]);
     MPI_Isend(&question, sizeof question, MPI_BYTE, asked->to, question_tag, MPI_COMM_WORLD, &asked->requests[1]);
-    if (question.kind == Question::put)
+    if (question.kind == Question::tell || question.kind == Question::put)
         MPI_Isend(asked->sent.data(), static_cast<int>(asked->sent.size()), MPI_BYTE, asked->to, first_data + tag, MPI_COMM_WORLD,
                   &asked->requests[2]);
     asked_[slot] = std::move(asked);
@@ -233,10 +234,11 @@ void MpiThread::answer(Served& served) {
         if (served.code == Code::bytes && found.size() != question.value) served.code = Code::none;
         return served.code == Code::bytes ? send(served, found.data(), found.size()) : send(served, &served.code, sizeof served.code);
     }
-    std::span<std::byte> room = shelf_ && question.value > 0 ? shelf_->room_for(question.number) : std::span<std::byte>();
+    const bool for_shelf = shelf_ && question.kind == Question::put && question.value > 0;
+    std::span<std::byte> room = for_shelf ? shelf_->room_for(question.number) : std::span<std::byte>();
     if (room.size() != question.value) {
-        served.scrap.resize(question.value);
-        room = served.scrap;
+        served.own.resize(question.value);
+        room = served.own;
     }
     served.receives = true;
     MPI_Irecv(room.data(), static_cast<int>(room.size()), MPI_BYTE, served.from, first_data + static_cast<int>(question.slot), MPI_COMM_WORLD,
@@ -265,9 +267,10 @@ void MpiThread::end_received(Served& served) {
     {
         const std::lock_guard lock(mutex_);
         const uint64_t number = served.question.number;
-        if (shelf_ && shelf_ == served.shelf && served.question.value == 0) shelf_->will_not_come(number);
-        if (shelf_ && shelf_ == served.shelf && served.question.value > 0 && served.scrap.empty() && shelf_->has_come(number))
-            served.code = Code::bytes;
+        const bool told = served.question.kind == Question::tell, is_for_shelf = !told && shelf_ && shelf_ == served.shelf;
+        if (told) told_[static_cast<size_t>(served.from)] = std::move(served.own);
+        if (is_for_shelf && served.question.value == 0) shelf_->will_not_come(number);
+        if (told || (is_for_shelf && served.question.value > 0 && served.own.empty() && shelf_->has_come(number))) served.code = Code::bytes;
     }
     send(served, &served.code, sizeof served.code);
 }
@@ -300,6 +303,17 @@ uint64_t MpiThread::add(uint32_t number, uint64_t value) {
     uint64_t before = 0;
     std::memcpy(&before, asked->answer.get(), sizeof before);
     return before;
+}
+
+void MpiThread::tell(std::vector<std::byte> bytes) {
+    const auto asked = make_question({Question::tell, 0, 0, bytes.size()}, 0, sizeof(Code));
+    asked->sent = std::move(bytes);
+    ask(asked, std::numeric_limits<double>::infinity(), never);
+}
+
+std::vector<std::vector<std::byte>> MpiThread::told() const {
+    const std::lock_guard lock(mutex_);
+    return told_;
 }
 
 Peers::Answer MpiThread::get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) {

@@ -39,6 +39,8 @@ public:
 
     // See Peers; from any thread.
     uint64_t add(uint32_t number, uint64_t value);
+    void tell(std::vector<std::byte> bytes);
+    std::vector<std::vector<std::byte>> told() const;
     Peers::Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop);
     Peers::Answer put(uint32_t rank, uint64_t number, std::vector<std::byte> bytes, const std::atomic<bool>& stop);
     void serve(Peers::Shelf* shelf);
@@ -46,16 +48,16 @@ public:
 private:
     using Code = Peers::Answer;
     struct Question {
-        enum Kind : uint32_t { add, get, put } kind = add;
+        enum Kind : uint32_t { add, tell, get, put } kind = add;
         uint32_t slot = 0;  // of who asks: says which tags answer and bytes have
         uint64_t number = 0;
-        uint64_t value = 0;  // of get and put: how many bytes
+        uint64_t value = 0;  // of all but add: how many bytes
     };
     // What this rank asks of another. Whoever waits for it may give up before it is answered.
     struct Asked {
         Question question;
         int to = 0;
-        std::vector<std::byte> sent;  // of put
+        std::vector<std::byte> sent;  // of tell and put
         std::unique_ptr<std::byte[]> answer;
         size_t answer_bytes = 0;                                                                       // that there is room for, then that have come
         std::array<MPI_Request, 3> requests = {MPI_REQUEST_NULL, MPI_REQUEST_NULL, MPI_REQUEST_NULL};  // the answer's first
@@ -68,7 +70,7 @@ private:
         int from = 0;
         uint64_t value = 0;
         Code code = Code::none;
-        std::vector<std::byte> scrap;  // what has no place
+        std::vector<std::byte> own;  // what is told, or has no place
         MPI_Request request = MPI_REQUEST_NULL;
         bool receives = false;
         const Peers::Shelf* shelf = nullptr;  // that it is answered from
@@ -93,7 +95,7 @@ private:
     bool ask(const std::shared_ptr<Asked>& asked, double seconds, const std::atomic<bool>& stop);
 
     int rank_ = 0, count_ = 1, local_count_ = 1;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::condition_variable for_thread_, for_others_;
     // Under the mutex.
     const std::function<void()>* task_ = nullptr;
@@ -101,6 +103,7 @@ private:
     std::exception_ptr error_;  // of the task
     bool ready_ = false, stop_ = false;
     Peers::Shelf* shelf_ = nullptr;
+    std::vector<std::vector<std::byte>> told_;  // by rank
     // The thread's own.
     std::vector<std::shared_ptr<Asked>> asked_;
     std::vector<uint32_t> free_slots_;

@@ -39,6 +39,29 @@ def check_films() -> None:
             assert report["image"] == one["image"], f"{ranks} ranks of {devices} devices at {limit}: {report['image']}, not {one['image']}"
             assert len(report["devices"]) == ranks * devices
             assert sum(device["paths"] for device in report["devices"]) == report["rays"]["camera"]
+            assert [device["rank"] for device in report["devices"]] == [rank for rank in range(ranks) for _ in range(devices)]
+            for figure in ("loads", "evictions", "bytes_loaded"):
+                assert sum(device[figure] for device in report["devices"]) == report["paging"][figure]
+            assert abs(sum(device["stall_seconds"] for device in report["devices"]) - report["seconds"]["stall"]) < 1e-6
+            if ranks > 1:
+                assert len(report["ranks"]) == ranks
+                assert report["peak"]["host_bytes"] == max(rank["peak_host_bytes"] for rank in report["ranks"]) > 0
+
+
+def check_live_figures() -> None:
+    """Rows of the log are of all ranks: a sample takes as many rays as in the finished render."""
+    options = ["--spp", "1024", "--paths", "4096", "--log", "a.csv", "--snapshots", "0.2", "--geometry-limit", "30%"]
+    run = subprocess.run(command(3, *options), env=ENVIRONMENT | {"POCL_DEVICES": "pthread"}, capture_output=True, text=True, timeout=LIMIT)
+    assert run.returncode == 0, run.stderr
+    *rows, last = [[float(cell or 0) for cell in row.split(",")] for row in Path("a.csv").read_text().splitlines()[1:]]
+    assert len(rows) > 1, rows
+    for row in rows:
+        samples, loads, rays = row[1] / last[1], row[3] / last[3], row[5] / last[5]
+        assert abs(rays - samples) < 0.1, f"{rays} of the rays for {samples} of the samples"
+        assert samples < 0.2 or loads > 0.6 * samples, f"{loads} of the loads for {samples} of the samples"
+    report = json.loads(Path("a.json").read_text())
+    assert last[5] == report["rays"]["total"] and last[3] == report["paging"]["loads"]
+    assert all(f"rank {rank} device 0" in run.stderr for rank in range(3)), run.stderr
 
 
 def begin_until_kept(ranks: int, checkpoint: str, *options: str) -> tuple[subprocess.Popen, list[int]]:
@@ -111,6 +134,7 @@ def main() -> None:
         subprocess.run([PROGRAM, "make-scene", "cornell", "-o", "scene", "--triangles", "30K"], check=True, capture_output=True)
         subprocess.run([PROGRAM, "bake", "scene/scene.pbrt", "-o", "scene.rpb", "--block-size", "32K"], check=True, capture_output=True)
         check_films()
+        check_live_figures()
         check_killed_ranks()
         check_stops()
         check_refusals()

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 namespace raypager::support {
 
@@ -19,6 +20,17 @@ public:
         const uint64_t before = group_.numbers_[number];
         group_.numbers_[number] += value;
         return before;
+    }
+
+    Status tell(std::vector<std::byte> bytes) override {
+        const std::lock_guard lock(group_.mutex_);
+        group_.told_[rank_] = std::move(bytes);
+        return {};
+    }
+
+    std::vector<std::vector<std::byte>> told() const override {
+        const std::lock_guard lock(group_.mutex_);
+        return group_.told_;
     }
 
     Status broadcast(std::vector<std::byte>& bytes) override {
@@ -93,7 +105,7 @@ private:
     Shelf* shelf_ = nullptr;
 };
 
-PeerThreads::PeerThreads(uint32_t count) : together_(count), handed_(count), words_(count) {
+PeerThreads::PeerThreads(uint32_t count) : together_(count), handed_(count), told_(count), words_(count) {
     for (uint32_t rank = 0; rank < count; rank++) peers_.push_back(std::make_shared<Peer>(*this, rank, count));
 }
 

@@ -30,8 +30,9 @@ private:
     std::barrier<> together_;
     std::mutex mutex_;
     uint64_t numbers_[Peers::common_numbers] = {};
-    std::vector<std::vector<std::byte>> handed_;  // by rank
-    std::vector<std::span<uint32_t>> words_;      // by rank
+    // By rank.
+    std::vector<std::vector<std::byte>> handed_, told_;
+    std::vector<std::span<uint32_t>> words_;
 };
 
 }  // namespace raypager::support
