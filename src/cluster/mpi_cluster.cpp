@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -103,6 +105,9 @@ private:
     MpiThread& mpi_;
 };
 
+// That a launcher has to end a job.
+constexpr std::chrono::seconds launcher_time{10};
+
 // Set by launchers: Open MPI's, MPICH's and others that speak PMI, Slurm's.
 bool was_launched() {
     const char* names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"};
@@ -127,8 +132,16 @@ std::shared_ptr<Peers> Cluster::peers() const {
     return state_ && state_->peers.count() > 1 ? std::shared_ptr<Peers>(state_, &state_->peers) : nullptr;
 }
 
+bool Cluster::ends_first(double seconds) { return state_->mpi.add_soon(Peers::common_numbers - 1, 1, seconds).value_or(0) == 0; }
+
+// The launcher ends the others; it may hang as well.
 int Cluster::end(int exit_status) {
-    if (state_ && state_->peers.count() > 1 && exit_status != 0) state_->mpi.run([exit_status] { MPI_Abort(MPI_COMM_WORLD, exit_status); });
+    if (!peers() || exit_status == 0) return exit_status;
+    std::thread([exit_status] {
+        std::this_thread::sleep_for(launcher_time);
+        std::_Exit(exit_status);
+    }).detach();
+    state_->mpi.run([exit_status] { MPI_Abort(MPI_COMM_WORLD, exit_status); });
     return exit_status;
 }
 

@@ -1,6 +1,6 @@
 """Renders that several processes share, by mpirun: the film is that of one, also after a rank was killed and with another number of ranks.
 
-usage: ranks.py RAYPAGER MPIRUN
+usage: ranks.py RAYPAGER MPIRUN SILENT_RANK
 """
 
 import json
@@ -9,10 +9,11 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
-PROGRAM, MPIRUN = sys.argv[1:3]
+PROGRAM, MPIRUN, SILENT_RANK = sys.argv[1:4]
 LIMIT = 120  # seconds of one render
 # Open MPI's words; others have their own defaults for both.
 ENVIRONMENT = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
@@ -128,6 +129,26 @@ def check_refusals() -> None:
         assert len(lines) == 1, f"{wrong}: {run.stderr}"
 
 
+def check_silent_ranks() -> None:
+    """A rank that does not answer is named, and keeps nobody from ending the job with an error."""
+    others = ["-n", "2", PROGRAM, "render", "scene.rpb", "-o", "a.pfm"]
+    for wrong in (["--turntable", "3"], []):
+        job = subprocess.Popen(
+            [MPIRUN, "-n", "1", SILENT_RANK, ":", *others, *wrong], env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        watch = threading.Timer(LIMIT, job.kill)
+        watch.start()
+        lines = []
+        for line in job.stderr:
+            lines += [line] if line.startswith("raypager:") else []
+            if "has waited for" in line:
+                job.terminate()
+        status = job.wait(LIMIT)
+        watch.cancel()
+        assert status != 0 and 1 <= len(lines) <= (2 if wrong else 1), lines
+        assert ("--turntable" if wrong else "rank 1 has waited for 1") in lines[0] and ("rank 0, which" in lines[0]) == (not wrong), lines
+
+
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -138,6 +159,7 @@ def main() -> None:
         check_killed_ranks()
         check_stops()
         check_refusals()
+        check_silent_ranks()
 
 
 main()
