@@ -72,6 +72,14 @@ public:
         return group_.peers_[rank]->take(number, bytes) ? Answer::bytes : Answer::none;
     }
 
+    bool change_kept(uint64_t number) {
+        const std::lock_guard lock(mutex_);
+        std::span<const std::byte> found;
+        if (!shelf_ || shelf_->find(number, found) != Answer::bytes) return false;
+        const_cast<std::byte&>(found[found.size() / 3]) ^= std::byte{4};
+        return true;
+    }
+
     std::atomic<double> delay{0};  // seconds
     std::atomic<bool> damages{false}, spoils_once{false};
 
@@ -113,6 +121,7 @@ PeerThreads::~PeerThreads() = default;
 Peers& PeerThreads::peer(uint32_t rank) const { return *peers_[rank]; }
 std::shared_ptr<Peers> PeerThreads::shared(uint32_t rank) const { return peers_[rank]; }
 void PeerThreads::make_slow(uint32_t rank, double seconds) { peers_[rank]->delay = seconds; }
+bool PeerThreads::change_kept(uint32_t rank, uint64_t number) { return peers_[rank]->change_kept(number); }
 void PeerThreads::spoil_once(uint32_t rank) { peers_[rank]->spoils_once = true; }
 void PeerThreads::damage(uint32_t rank) { peers_[rank]->damages = true; }
 

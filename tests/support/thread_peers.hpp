@@ -21,6 +21,8 @@ public:
     void make_slow(uint32_t rank, double seconds);
     // What others get from this one is damaged from now on.
     void damage(uint32_t rank);
+    // A byte of what this one keeps of that number changes in its memory; false: it keeps nothing of that number.
+    bool change_kept(uint32_t rank, uint64_t number);
     // The next bytes that are put there arrive damaged.
     void spoil_once(uint32_t rank);
 
