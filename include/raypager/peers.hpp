@@ -26,6 +26,11 @@ public:
     static constexpr uint32_t common_numbers = 8;
     virtual Result<uint64_t> add(uint32_t number, uint64_t value) = 0;
 
+    // What each tells rank 0 of itself, whenever it likes; what it told before is forgotten. Waits for nobody.
+    virtual Status tell(std::vector<std::byte> bytes) = 0;
+    // On rank 0: what each has told last, by rank; nothing of those that have not told anything.
+    virtual std::vector<std::vector<std::byte>> told() const = 0;
+
     // By all together, in the same order everywhere. All get what rank 0 has; bytes gets its size.
     virtual Status broadcast(std::vector<std::byte>& bytes) = 0;
     // Rank 0 gets what each has, by rank; the others get nothing.

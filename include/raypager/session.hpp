@@ -99,7 +99,7 @@ struct BlockStatus {
     uint32_t waiting_rays = 0;
 };
 
-// Counts and seconds include those of the runs before a checkpoint that the render went on from.
+// Counts and seconds include those of the runs before a checkpoint that the render went on from; on rank 0 of several processes, those of all.
 struct RenderProgress {
     double seconds = 0;           // of rendering, snapshots included
     double snapshot_seconds = 0;  // of these: spent on snapshots by this run
@@ -111,7 +111,7 @@ struct RenderProgress {
     uint64_t loads = 0, bytes_loaded = 0;
     uint64_t resident_bytes = 0, geometry_bytes = 0, pool_bytes = 0;  // the last: that may be resident; on all devices together
     struct Device {
-        uint32_t index = 0;                                                    // as in --device
+        uint32_t rank = 0, index = 0;                                          // of the process; as in --device
         uint64_t samples = 0, rays = 0, bytes_loaded = 0, resident_bytes = 0;  // samples: begun
     };
     std::vector<Device> devices;  // that render, by this run
@@ -126,7 +126,7 @@ struct RenderReport {
     // What each did in this run; of several devices without those that have failed.
     struct DeviceFigures {
         uint32_t rank = 0, index = 0;  // of the process; as in --device
-        uint64_t samples = 0, rays = 0, loads = 0, bytes_loaded = 0, rounds = 0, texture_waits = 0;
+        uint64_t samples = 0, rays = 0, loads = 0, evictions = 0, bytes_loaded = 0, rounds = 0, texture_waits = 0;
         uint64_t peak_memory_bytes = 0, peak_geometry_bytes = 0;
         double trace_seconds = 0, stall_seconds = 0, build_seconds = 0;
     };
@@ -135,14 +135,14 @@ struct RenderReport {
     };
     std::vector<DeviceWork> devices;
     // Of each process, where there are several: bytes of blocks in its memory for all, bytes that its cache has asked for, by where they came from,
-    // and answers of others that came late or damaged.
+    // answers of others that came late or damaged, and bytes of blocks in host memory at most, the cache's among them.
     struct Rank {
-        uint64_t kept_bytes = 0, from_memory = 0, from_peers = 0, from_file = 0, late = 0, damaged = 0;
+        uint64_t kept_bytes = 0, from_memory = 0, from_peers = 0, from_file = 0, late = 0, damaged = 0, peak_host_bytes = 0;
     };
     std::vector<Rank> ranks;
     struct Limits {
         uint64_t memory_bytes = 0, geometry_bytes = 0, host_bytes = 0;
-    } limits, peak;
+    } limits, peak;  // peak: of the device, and the process, that had most
     uint32_t width = 0, height = 0, spp = 0, max_depth = 0, paths = 0, seed = 0;
     uint32_t tile_size = 0, together = 0, region = 0;  // as RenderTuning has them; those of its checkpoint, if the render went on from one
     std::string policy, connection;

@@ -7,7 +7,7 @@
 #include "base/words.hpp"
 #include "bench/cluster_model.hpp"
 #include "bench/forecast_runs.hpp"
-#include "raypager/abi/film.h"
+#include "film/film_layout.hpp"
 #include "render/render.hpp"
 #include "store/block_source.hpp"
 #include "store/shards.hpp"
@@ -105,7 +105,7 @@ private:
         settings.together = plan->region_pixels * trace_.path_count() / pixels();
         settings.host_bytes = plan->host_bytes;
         settings.link = how_.link;
-        settings.film_bytes = pixels() * RP_FILM_WORDS * sizeof(uint32_t);
+        settings.film_bytes = pixels() * FilmLayout(options_.layers).words() * sizeof(uint32_t);
         settings.stop = how_.stop;
         if (simulation_bytes(trace_, settings) > most_simulation_bytes)
             return Status::usage(fmt::format("--nodes: a simulation of {} nodes with {} blocks each takes {}; give fewer", format_count(nodes),

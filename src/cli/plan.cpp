@@ -7,6 +7,7 @@
 #include "base/files.hpp"
 #include "base/log.hpp"
 #include "cli/bench_lists.hpp"
+#include "cli/developing.hpp"
 #include "cli/look_options.hpp"
 #include "cli/output_paths.hpp"
 #include "cli/plan_nodes.hpp"
@@ -30,7 +31,7 @@ constexpr const char* about_plan =
     "resident; what other limits would do to it; and which one would halve what the limit costs. Short parts of the very render, spread over all of\n"
     "it, are rendered within each limit and timed; where the device has it, with more memory than --memory-limit says. INPUT and options are those "
     "of\n"
-    "'raypager render', without --layers, --denoise, --adaptive and checkpoints.";
+    "'raypager render', without --time, --adaptive and checkpoints.";
 
 struct PlanSettings {
     RenderSettings render;
@@ -59,6 +60,8 @@ Result<std::optional<PlanSettings>> parse_plan_settings(const Arguments& argumen
         return into_path(*render.report)(text);
     });
     add_picture_options(parser, render);
+    add_exposure_options(parser, render);
+    add_layer_options(parser, render);
     add_look_options(parser, render.look, render.texts);
     add_device_options(parser, render);
     add_paging_options(parser, render);
@@ -70,6 +73,7 @@ Result<std::optional<PlanSettings>> parse_plan_settings(const Arguments& argumen
     if (*outcome == OptionParser::Outcome::help_shown) return std::optional<PlanSettings>();
     render.inputs.assign(inputs.begin(), inputs.end());
     RAYPAGER_TRY(check_inputs(parser, render));
+    RAYPAGER_TRY(check_distinct_files(parser, render));
     RAYPAGER_TRY(check_look_options(parser, render.look, render.inputs));
     RAYPAGER_TRY(check_node_options(parser, settings.nodes));
     if (render.options.time_seconds > 0) return parser.wrong("--time: a plan is of a number of samples; give --spp in its place");
@@ -129,6 +133,7 @@ Json plan_json(const PlanSettings& settings, const RenderOptions& options, const
         {"scene",
          {{"triangles", scene.triangles()}, {"spheres", scene.spheres()}, {"blocks", scene.count()}, {"geometry_bytes", forecast.scene_bytes}}},
         {"image", {{"width", forecast.width}, {"height", forecast.height}, {"spp", forecast.spp}}},
+        {"layers", options.layers.any() ? Json(film_layer_list(options.layers)) : Json(nullptr)},
         {"limits", {{"memory", options.memory_limit}, {"geometry", options.geometry_limit}, {"geometry_percent", options.geometry_limit_percent}}},
         {"asked", row_json(forecast.asked)},
         {"resident", row_json(forecast.resident)},
@@ -180,9 +185,10 @@ Status plan(const PlanSettings& settings) {
 }  // namespace
 
 Status run_plan(const Arguments& arguments) {
-    const auto settings = parse_plan_settings(arguments);
+    auto settings = parse_plan_settings(arguments);
     if (!settings) return settings.status();
     if (!*settings) return {};
+    RAYPAGER_TRY(choose_denoiser((*settings)->render));
     return run_in_ranks([&settings](const std::shared_ptr<Peers>& peers, bool&) {
         return peers ? Status::usage("plan: is for one process; start it without mpirun") : plan(**settings);
     });

@@ -17,9 +17,9 @@ namespace raypager {
 namespace {
 
 // What is wrong with the options or the scene all ranks find, at about the same time. The first one says so, and gets time for it.
-void let_one_say_why(Peers& peers) {
-    const auto earlier = peers.add(Peers::common_numbers - 1, 1);
-    if (earlier && *earlier > 0) std::this_thread::sleep_for(std::chrono::seconds(2));
+void let_one_say_why(Cluster& cluster) {
+    constexpr double grace = 2;  // seconds
+    if (!cluster.ends_first(grace)) std::this_thread::sleep_for(std::chrono::duration<double>(grace));
 }
 
 // Others would wait for this one for ever. (An error is one line.)
@@ -41,7 +41,7 @@ Status run_in_ranks(const std::function<Status(std::shared_ptr<Peers>, bool& tog
     StopSignal::leave_quietly();
     try {
         const Status status = run(cluster.peers(), together);
-        if (!together) let_one_say_why(*cluster.peers());
+        if (!together) let_one_say_why(cluster);
         if (!together) end_all(cluster, status ? "ended before the others" : status.message(), status ? 1 : status.exit_code());
         return status;
     } catch (const std::bad_alloc&) {

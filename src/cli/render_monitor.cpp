@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "base/log.hpp"
 #include "cli/developing.hpp"
@@ -30,14 +31,19 @@ bool goes_on_from_checkpoint(const RenderSettings& settings) {
     return checkpoint.resume && std::filesystem::exists(checkpoint.file, ignored);
 }
 
-// Of the samples so far, by device: "0: 51 %, 1: 49 %".
+// Of the samples so far, by device: "0: 51 %, 1: 49 %"; of several processes by rank: "rank 0: 51 %, 1: 49 %".
 std::string shares_text(const RenderProgress& progress) {
     uint64_t all = 0;
-    for (const RenderProgress::Device& device : progress.devices) all += device.samples;
-    std::string text;
-    for (const RenderProgress::Device& device : progress.devices)
-        text += fmt::format("{}{}: {:.0f} %", text.empty() ? "" : ", ", device.index,
-                            100 * static_cast<double>(device.samples) / static_cast<double>(std::max<uint64_t>(1, all)));
+    std::map<uint32_t, uint64_t> samples;
+    const bool by_rank = progress.devices.back().rank > 0;
+    for (const RenderProgress::Device& device : progress.devices) {
+        all += device.samples;
+        samples[by_rank ? device.rank : device.index] += device.samples;
+    }
+    std::string text = by_rank ? "rank " : "";
+    for (const auto& [number, count] : samples)
+        text += fmt::format("{}{}: {:.0f} %", number == samples.begin()->first ? "" : ", ", number,
+                            100 * static_cast<double>(count) / static_cast<double>(std::max<uint64_t>(1, all)));
     return text;
 }
 

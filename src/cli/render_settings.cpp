@@ -93,15 +93,7 @@ void add_developing_options(OptionParser& parser, RenderSettings& settings) {
             if (!error || !(*error >= 0.0001 && *error <= 10)) return Status::usage(fmt::format("'{}' is not a number from 0.0001 to 10", text));
             return *error;
         }));
-    parser.option("layers", "LIST",
-                  "channels beside the picture's in an .exr file: albedo, normal, depth, position, object, instance, material, samples, variance, "
-                  "waits, or all (default: none)",
-                  into(settings.options.layers, parse_film_layers));
-    parser.flag(
-        "denoise",
-        "take the noise out of the picture with Intel's Open Image Denoise, which must be installed; its film has the layers albedo and normal, "
-        "too, 52 bytes more per pixel",
-        settings.denoise);
+    add_layer_options(parser, settings);
     parser.option("turntable", "N",
                   "N pictures, NAME_000.png and so on, for which the camera goes once around what the scene shows, about the axis that is upright "
                   "in the picture (default: one picture, as named)",
@@ -137,25 +129,6 @@ void add_checkpoint_options(OptionParser& parser, RenderSettings& settings) {
         "go on from the checkpoint, or start from the beginning if there is none yet; scene and picture options must be the same, but --spp may be "
         "larger; limits, policy and paths may differ",
         checkpoint.resume);
-}
-
-// No file may be written twice, nor over something that is read.
-Status check_distinct_files(const OptionParser& parser, const RenderSettings& settings) {
-    std::vector<std::pair<const char*, std::filesystem::path>> files;
-    for (const auto& input : settings.inputs) files.emplace_back("INPUT", input);
-    if (settings.reference) files.emplace_back("--reference", *settings.reference);
-    const size_t read_only = files.size();
-    files.emplace_back("-o", settings.output);
-    if (settings.log) files.emplace_back("--log", *settings.log);
-    if (settings.report) files.emplace_back("--report", *settings.report);
-    if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) files.emplace_back("--checkpoint", checkpoint);
-    if (const auto& trace = settings.options.record.file; !trace.empty()) files.emplace_back("--record-trace", trace);
-    for (size_t i = read_only; i < files.size(); ++i)
-        for (size_t j = 0; j < i; ++j)
-            if (same_file(files[i].second, files[j].second))
-                return parser.wrong(
-                    fmt::format("{} and {} are the same file, {}; name another", files[j].first, files[i].first, files[i].second.string()));
-    return {};
 }
 
 Status check_picture_options(const OptionParser& parser, const RenderSettings& settings) {
@@ -213,6 +186,18 @@ void add_paging_options(OptionParser& parser, RenderSettings& settings) {
                   into(options.tuning.traversal, parse_traversal));
 }
 
+void add_layer_options(OptionParser& parser, RenderSettings& settings) {
+    parser.option("layers", "LIST",
+                  "channels beside the picture's in an .exr file: albedo, normal, depth, position, object, instance, material, samples, variance, "
+                  "waits, or all (default: none)",
+                  into(settings.options.layers, parse_film_layers));
+    parser.flag(
+        "denoise",
+        "take the noise out of the picture with Intel's Open Image Denoise, which must be installed; its film has the layers albedo and normal, "
+        "too, 52 bytes more per pixel",
+        settings.denoise);
+}
+
 void add_exposure_options(OptionParser& parser, RenderSettings& settings) {
     parser.option("background", "SPEC",
                   "what the camera sees where nothing is, instead of the sky: R,G,B (linear radiance), #rrggbb (sRGB), or transparent, which gives "
@@ -242,6 +227,24 @@ Status check_inputs(const OptionParser& parser, const RenderSettings& settings) 
     if (has_ending(settings.inputs.front(), ".rpb") && changes_points(settings.bake.points))
         return parser.wrong(
             fmt::format("'{}' is a block file; what becomes of points is decided when it is baked", settings.inputs.front().string()));
+    return {};
+}
+
+Status check_distinct_files(const OptionParser& parser, const RenderSettings& settings) {
+    std::vector<std::pair<const char*, std::filesystem::path>> files;
+    for (const auto& input : settings.inputs) files.emplace_back("INPUT", input);
+    if (settings.reference) files.emplace_back("--reference", *settings.reference);
+    const size_t read_only = files.size();
+    if (!settings.output.empty()) files.emplace_back("-o", settings.output);
+    if (settings.log) files.emplace_back("--log", *settings.log);
+    if (settings.report) files.emplace_back("--report", *settings.report);
+    if (const auto& checkpoint = settings.options.checkpoint.file; !checkpoint.empty()) files.emplace_back("--checkpoint", checkpoint);
+    if (const auto& trace = settings.options.record.file; !trace.empty()) files.emplace_back("--record-trace", trace);
+    for (size_t i = read_only; i < files.size(); ++i)
+        for (size_t j = 0; j < i; ++j)
+            if (same_file(files[i].second, files[j].second))
+                return parser.wrong(
+                    fmt::format("{} and {} are the same file, {}; name another", files[j].first, files[i].first, files[i].second.string()));
     return {};
 }
 

@@ -45,10 +45,14 @@ void add_device_options(OptionParser& parser, RenderSettings& settings);
 // Those that decide how it pages, and how the picture is shown, which a view has, too.
 void add_paging_options(OptionParser& parser, RenderSettings& settings);
 void add_exposure_options(OptionParser& parser, RenderSettings& settings);
+// What the film keeps beside the picture.
+void add_layer_options(OptionParser& parser, RenderSettings& settings);
 // Where block files are kept, and what becomes of points.
 void add_baking_options(OptionParser& parser, RenderSettings& settings);
 // Rules between options of a block file and of baking, which are for every verb that shows one.
 Status check_inputs(const OptionParser& parser, const RenderSettings& settings);
+// No file may be written twice, nor over something that is read.
+Status check_distinct_files(const OptionParser& parser, const RenderSettings& settings);
 void add_tuning_options(OptionParser& parser, RenderSettings& settings);
 
 // settings.options with size, samples and camera (choose_camera) filled in from the scene where they were not given, and the layers that denoising

@@ -59,6 +59,23 @@ Json settings_json(const RenderSettings& settings, const Json& of_render) {
 
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
+// Where blocks came from that were not in a rank's cache.
+std::string ranks_text(const RenderReport& report) {
+    RenderReport::Rank all;
+    for (const RenderReport::Rank& rank : report.ranks) {
+        all.from_memory += rank.from_memory;
+        all.from_peers += rank.from_peers;
+        all.from_file += rank.from_file;
+        all.late += rank.late;
+        all.damaged += rank.damaged;
+    }
+    std::string text = fmt::format("memory {}, other ranks {}, the file {}", format_bytes(all.from_memory), format_bytes(all.from_peers),
+                                   format_bytes(all.from_file));
+    if (all.late > 0) text += fmt::format(", {} late", counted(all.late, "answer"));
+    if (all.damaged > 0) text += fmt::format(", {} damaged", counted(all.damaged, "block"));
+    return text;
+}
+
 std::string paging_table(const Blocks& scene, const RenderReport& report, uint64_t ground) {
     const uint64_t all = scene.memory_bytes(report.form);
     const uint64_t resident = std::min(report.limits.geometry_bytes, all);
@@ -87,10 +104,11 @@ std::string paging_table(const Blocks& scene, const RenderReport& report, uint64
     for (const RenderReport::DeviceWork& device : report.devices) samples += device.samples;
     for (const RenderReport::DeviceWork& device : report.devices) {
         if (report.devices.size() == 1) break;
-        line((device.rank > 0 ? fmt::format("rank {} device {}", device.rank, device.index) : fmt::format("device {}", device.index)).c_str(),
+        line((report.ranks.size() > 1 ? fmt::format("rank {} device {}", device.rank, device.index) : fmt::format("device {}", device.index)).c_str(),
              fmt::format("{:.0f} % of the samples, {}, {} loaded, {} of memory", 100 * ratio(double(device.samples), double(samples)),
                          counted(device.loads, "load"), format_bytes(device.bytes_loaded), format_bytes(device.peak_memory_bytes)));
     }
+    if (report.ranks.size() > 1) line("blocks from", ranks_text(report));
     line("device memory", fmt::format("{} at most, limit {}", format_bytes(report.peak.memory_bytes), format_bytes(report.limits.memory_bytes)));
     return text;
 }

@@ -16,6 +16,8 @@ public:
     Cluster& operator=(const Cluster&) = delete;
     // Null where there is one rank.
     std::shared_ptr<Peers> peers() const;
+    // Of ranks that end before the others, whether this is the first one; or rank 0, who knows it, does not answer in so many seconds.
+    bool ends_first(double seconds);
     // Ends the program, with this exit status: where there are other ranks and it is not 0, theirs, too.
     int end(int exit_status);
 

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -18,6 +20,11 @@ public:
     uint32_t count() const override { return static_cast<uint32_t>(mpi_.count()); }
     uint32_t local_count() const override { return static_cast<uint32_t>(mpi_.local_count()); }
     Result<uint64_t> add(uint32_t number, uint64_t value) override { return mpi_.add(number, value); }
+    Status tell(std::vector<std::byte> bytes) override {
+        mpi_.tell(std::move(bytes));
+        return {};
+    }
+    std::vector<std::vector<std::byte>> told() const override { return mpi_.told(); }
     void serve(Shelf* shelf) override { mpi_.serve(shelf); }
     Answer get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) override {
         return mpi_.get(rank, number, bytes, seconds, stop);
@@ -98,6 +105,9 @@ private:
     MpiThread& mpi_;
 };
 
+// That a launcher has to end a job.
+constexpr std::chrono::seconds launcher_time{10};
+
 // Set by launchers: Open MPI's, MPICH's and others that speak PMI, Slurm's.
 bool was_launched() {
     const char* names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"};
@@ -122,8 +132,16 @@ std::shared_ptr<Peers> Cluster::peers() const {
     return state_ && state_->peers.count() > 1 ? std::shared_ptr<Peers>(state_, &state_->peers) : nullptr;
 }
 
+bool Cluster::ends_first(double seconds) { return state_->mpi.add_soon(Peers::common_numbers - 1, 1, seconds).value_or(0) == 0; }
+
+// The launcher ends the others; it may hang as well.
 int Cluster::end(int exit_status) {
-    if (state_ && state_->peers.count() > 1 && exit_status != 0) state_->mpi.run([exit_status] { MPI_Abort(MPI_COMM_WORLD, exit_status); });
+    if (!peers() || exit_status == 0) return exit_status;
+    std::thread([exit_status] {
+        std::this_thread::sleep_for(launcher_time);
+        std::_Exit(exit_status);
+    }).detach();
+    state_->mpi.run([exit_status] { MPI_Abort(MPI_COMM_WORLD, exit_status); });
     return exit_status;
 }
 

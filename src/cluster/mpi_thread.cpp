@@ -27,6 +27,8 @@ constexpr int first_data = first_answer + static_cast<int>(max_slots);
 constexpr std::chrono::microseconds long_nap{100}, nap{30};
 constexpr std::chrono::milliseconds soon_after{1};
 [[maybe_unused]] constexpr unsigned long nap_slack = 1000;  // nanoseconds; Linux makes naps 50 us longer by itself
+// Between looks at whether others are waited for too long.
+constexpr std::chrono::milliseconds between_looks{500};
 // Between looks at whether whoever asks has given up.
 constexpr double patience = 0.2;
 const std::atomic<bool> never{false};
@@ -58,19 +60,32 @@ void MpiThread::begin_mpi() {
     MPI_Comm_size(local, &local_count_);
     MPI_Comm_free(&local);
     const std::lock_guard lock(mutex_);
+    told_.resize(static_cast<size_t>(count_));
+    calls_.resize(static_cast<size_t>(count_));
     ready_ = true;
     for_others_.notify_all();
 }
 
-// Others may ask until they, too, have come to their end.
+// Others may ask until they, too, have come to their end; and all have got their answers before anybody leaves.
 void MpiThread::end_mpi() {
     in_task_ = true;
-    while (under_way_ > 0) idle(poll());
-    MPI_Request all_have = MPI_REQUEST_NULL;
-    MPI_Ibarrier(MPI_COMM_WORLD, &all_have);
-    wait(all_have);
+    const auto all_come_here = [this] {
+        steps_++;
+        MPI_Request all_have = MPI_REQUEST_NULL;
+        MPI_Ibarrier(MPI_COMM_WORLD, &all_have);
+        wait(all_have);
+    };
+    all_come_here();
+    may_call_ = false;
+    while (has_asked()) idle(poll());
+    all_come_here();
     while (!served_.empty()) idle(poll());
     MPI_Finalize();
+}
+
+bool MpiThread::has_asked() const {
+    const std::lock_guard lock(mutex_);
+    return under_way_ > 0 || !to_ask_.empty();
 }
 
 void MpiThread::work() {
@@ -98,6 +113,7 @@ void MpiThread::work() {
 
 void MpiThread::carry_out(const std::function<void()>& task) {
     in_task_ = true;
+    steps_++;
     std::exception_ptr error;
     try {
         task();
@@ -121,16 +137,68 @@ void MpiThread::run(const std::function<void()>& task) {
 }
 
 void MpiThread::wait(MPI_Request request) {
-    for (;;) {
-        int done = 0;
+    wait_begin_ = Clock::now();
+    for (int done = 0;;) {
         MPI_Test(&request, &done, MPI_STATUS_IGNORE);
-        if (done) return;
+        if (done) break;
         idle(poll());
+    }
+    wait_begin_.reset();
+}
+
+double MpiThread::waited(Clock::time_point now) const {
+    Clock::time_point begin = wait_begin_.value_or(now);
+    for (const std::shared_ptr<Asked>& asked : asked_)
+        if (asked && asked->is_waited_for) begin = std::min(begin, asked->begin);
+    return std::chrono::duration<double>(now - begin).count();
+}
+
+// All that wait for long ask all; who answers is there.
+void MpiThread::look_who_is_late() {
+    const auto now = Clock::now();
+    if (!may_call_ || now - last_look_ < between_looks) return;
+    last_look_ = now;
+    const double seconds = waited(now);
+    if (seconds < RollCall::first) {
+        next_call_ = RollCall::first;
+        call_begin_.reset();
+    } else if (call_begin_ && std::chrono::duration<double>(now - *call_begin_).count() >= RollCall::grace) {
+        call_begin_.reset();
+        const std::string text = who_is_late();
+        if (!text.empty()) log_warning(text);
+    } else if (!call_begin_ && seconds >= next_call_) {
+        next_call_ = 2 * seconds;
+        call_begin_ = now;
+        call_all();
     }
 }
 
+// Those that have not answered the last time have not been there since.
+void MpiThread::call_all() {
+    const std::lock_guard lock(mutex_);
+    for (size_t rank = 0; rank < calls_.size(); rank++) {
+        if (static_cast<int>(rank) == rank_ || (calls_[rank] && !calls_[rank]->done)) continue;
+        calls_[rank] = make_question({Question::call, 0, 0, 0}, static_cast<uint32_t>(rank), sizeof(RollCall::Answer));
+        calls_[rank]->is_waited_for = false;
+        to_ask_.push_back(calls_[rank]);
+    }
+}
+
+std::string MpiThread::who_is_late() const {
+    std::vector<std::optional<RollCall::Answer>> answers(calls_.size());
+    answers[static_cast<size_t>(rank_)] = here();
+    const std::lock_guard lock(mutex_);
+    for (size_t rank = 0; rank < calls_.size(); rank++) {
+        if (!calls_[rank] || !calls_[rank]->done) continue;
+        answers[rank].emplace();
+        std::memcpy(&*answers[rank], calls_[rank]->answer.get(), sizeof(RollCall::Answer));
+    }
+    return RollCall::text(static_cast<uint32_t>(rank_), answers);
+}
+
 void MpiThread::idle(bool happened) {
-    const auto now = std::chrono::steady_clock::now();
+    look_who_is_late();
+    const auto now = Clock::now();
     if (happened) {
         last_event_ = now;
         return;
@@ -165,7 +233,7 @@ bool MpiThread::begin_asked() {
     MPI_Irecv(asked->answer.get(), static_cast<int>(asked->answer_bytes), MPI_BYTE, asked->to, first_answer + tag, MPI_COMM_WORLD,
               &asked->requests[0]);
     MPI_Isend(&question, sizeof question, MPI_BYTE, asked->to, question_tag, MPI_COMM_WORLD, &asked->requests[1]);
-    if (question.kind == Question::put)
+    if (question.kind == Question::tell || question.kind == Question::put)
         MPI_Isend(asked->sent.data(), static_cast<int>(asked->sent.size()), MPI_BYTE, asked->to, first_data + tag, MPI_COMM_WORLD,
                   &asked->requests[2]);
     asked_[slot] = std::move(asked);
@@ -224,6 +292,10 @@ void MpiThread::answer(Served& served) {
         numbers_[question.number % numbers_.size()] += question.value;
         return send(served, &served.value, sizeof served.value);
     }
+    if (question.kind == Question::call) {
+        served.here = here();
+        return send(served, &served.here, sizeof served.here);
+    }
     const std::lock_guard lock(mutex_);
     served.shelf = shelf_;
     if (shelf_) served.memory = shelf_->memory();
@@ -233,10 +305,11 @@ void MpiThread::answer(Served& served) {
         if (served.code == Code::bytes && found.size() != question.value) served.code = Code::none;
         return served.code == Code::bytes ? send(served, found.data(), found.size()) : send(served, &served.code, sizeof served.code);
     }
-    std::span<std::byte> room = shelf_ && question.value > 0 ? shelf_->room_for(question.number) : std::span<std::byte>();
+    const bool for_shelf = shelf_ && question.kind == Question::put && question.value > 0;
+    std::span<std::byte> room = for_shelf ? shelf_->room_for(question.number) : std::span<std::byte>();
     if (room.size() != question.value) {
-        served.scrap.resize(question.value);
-        room = served.scrap;
+        served.own.resize(question.value);
+        room = served.own;
     }
     served.receives = true;
     MPI_Irecv(room.data(), static_cast<int>(room.size()), MPI_BYTE, served.from, first_data + static_cast<int>(question.slot), MPI_COMM_WORLD,
@@ -265,9 +338,10 @@ void MpiThread::end_received(Served& served) {
     {
         const std::lock_guard lock(mutex_);
         const uint64_t number = served.question.number;
-        if (shelf_ && shelf_ == served.shelf && served.question.value == 0) shelf_->will_not_come(number);
-        if (shelf_ && shelf_ == served.shelf && served.question.value > 0 && served.scrap.empty() && shelf_->has_come(number))
-            served.code = Code::bytes;
+        const bool told = served.question.kind == Question::tell, is_for_shelf = !told && shelf_ && shelf_ == served.shelf;
+        if (told) told_[static_cast<size_t>(served.from)] = std::move(served.own);
+        if (is_for_shelf && served.question.value == 0) shelf_->will_not_come(number);
+        if (told || (is_for_shelf && served.question.value > 0 && served.own.empty() && shelf_->has_come(number))) served.code = Code::bytes;
     }
     send(served, &served.code, sizeof served.code);
 }
@@ -282,24 +356,38 @@ std::shared_ptr<MpiThread::Asked> MpiThread::make_question(const Question& quest
 }
 
 bool MpiThread::ask(const std::shared_ptr<Asked>& asked, double seconds, const std::atomic<bool>& stop) {
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin = Clock::now();
     std::unique_lock lock(mutex_);
     to_ask_.push_back(asked);
     for_thread_.notify_all();
     while (!asked->done && !stop) {
-        const double left = seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        const double left = seconds - std::chrono::duration<double>(Clock::now() - begin).count();
         if (left <= 0) break;
         asked->changed.wait_for(lock, std::chrono::duration<double>(std::min(left, patience)));
     }
+    asked->is_waited_for = false;
     return asked->done;
 }
 
-uint64_t MpiThread::add(uint32_t number, uint64_t value) {
+uint64_t MpiThread::add(uint32_t number, uint64_t value) { return *add_soon(number, value, std::numeric_limits<double>::infinity()); }
+
+std::optional<uint64_t> MpiThread::add_soon(uint32_t number, uint64_t value, double seconds) {
     const auto asked = make_question({Question::add, 0, number, value}, 0, sizeof(uint64_t));
-    ask(asked, std::numeric_limits<double>::infinity(), never);
+    if (!ask(asked, seconds, never)) return std::nullopt;
     uint64_t before = 0;
     std::memcpy(&before, asked->answer.get(), sizeof before);
     return before;
+}
+
+void MpiThread::tell(std::vector<std::byte> bytes) {
+    const auto asked = make_question({Question::tell, 0, 0, bytes.size()}, 0, sizeof(Code));
+    asked->sent = std::move(bytes);
+    ask(asked, std::numeric_limits<double>::infinity(), never);
+}
+
+std::vector<std::vector<std::byte>> MpiThread::told() const {
+    const std::lock_guard lock(mutex_);
+    return told_;
 }
 
 Peers::Answer MpiThread::get(uint32_t rank, uint64_t number, std::span<std::byte> bytes, double seconds, const std::atomic<bool>& stop) {

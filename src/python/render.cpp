@@ -206,6 +206,7 @@ void add_render(nb::module_& module) {
                 nb::list devices;
                 for (const RenderProgress::Device& device : progress.devices) {
                     nb::dict facts;
+                    facts["rank"] = device.rank;
                     facts["index"] = device.index;
                     facts["samples"] = device.samples;
                     facts["rays"] = device.rays;
@@ -215,7 +216,7 @@ void add_render(nb::module_& module) {
                 }
                 return devices;
             },
-            "Of each device: a dict of its index, and of samples begun, rays, bytes loaded and resident.")
+            "Of each device: a dict of the rank of its process (0), its index, and of samples begun, rays, bytes loaded and resident.")
         .def("__repr__", [](const RenderProgress& progress) {
             return "Progress(fraction=" + std::to_string(progress.fraction) + ", spp=" + std::to_string(progress.spp) + ")";
         });

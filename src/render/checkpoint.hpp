@@ -39,6 +39,9 @@ struct WorkDone {
     WorkDone& operator+=(const WorkDone& more);
 };
 
+// Of a process beside rank 0, whose clock counts for all.
+WorkDone without_clock(WorkDone work);
+
 struct CheckpointState {
     RenderIdentity identity;
     std::string device;  // name and driver

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "base/check.hpp"
 #include "base/log.hpp"
@@ -37,7 +36,8 @@ Status RenderJob::prepare() {
     }
     if (shares()) film_.resize(wavefront().film_words());
     RAYPAGER_TRY(checkpointer_->restore([this](uint64_t first, std::span<const uint32_t> words) { return write_words(first, words); }));
-    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(checkpointer_->next_sample()) : std::nullopt));
+    const uint64_t next_sample = options_.peers ? common_begin_ : checkpointer_->next_sample();
+    if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(next_sample) : std::nullopt));
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), first().rounds().device().info().cpu_cores());
     render_start_ = Clock::now();
@@ -197,77 +197,6 @@ WorkDone RenderJob::work() const {
     sum.bytes_loaded -= outside_.bytes_loaded;
     sum.rounds -= outside_.rounds;
     return sum;
-}
-
-RenderProgress RenderJob::progress() const {
-    const WorkDone done = work();
-    const std::vector<WorkerFigures> devices = devices_.figures();
-    RenderProgress p;
-    p.seconds = done.render_seconds;
-    p.snapshot_seconds = snapshot_seconds_;
-    // Those that are begun again count as begun; a first pass that goes coarse to fine does so as a whole.
-    uint64_t begun = samples_begun() - first_pass_.left() - pool_.again().size(), under_way = 0;
-    // What others have taken is as good as begun.
-    if (options_.peers) begun = std::max(begun, common_begin_ + std::min(common_taken_, common_end()));
-    for (const WorkerFigures& f : devices) {
-        begun -= f.again_left;
-        under_way += uint64_t{f.ready_rays} + f.counters.waiting_rays();
-        p.resident_bytes += f.resident_bytes;
-        p.pool_bytes += f.pool_bytes;
-        p.devices.push_back(
-            {f.index, f.work.camera_rays, f.work.camera_rays + f.work.bounce_rays + f.work.shadow_rays, f.work.bytes_loaded, f.resident_bytes});
-    }
-    p.spp = static_cast<double>(begun) / static_cast<double>(pixels_);
-    p.finished_spp = static_cast<double>(begun - std::min(begun, under_way)) / static_cast<double>(pixels_);
-    const uint64_t most = adaptive_ ? pixels_ * wavefront().params().spp : samples_to_begin_;
-    const double by_samples = last_stage_ended_ ? 1 : static_cast<double>(begun) / static_cast<double>(most);
-    const double by_time = options_.time_seconds > 0 ? p.seconds / (earlier_.render_seconds + options_.time_seconds) : 0;
-    p.fraction = std::min(1.0, std::max(by_samples, by_time));
-    p.rays = done.camera_rays + done.bounce_rays + done.shadow_rays;
-    p.rays_per_second = rate_;
-    p.loads = done.loads;
-    p.bytes_loaded = done.bytes_loaded;
-    p.geometry_bytes = scene_.memory_bytes(first().rounds().plan().form);
-    return p;
-}
-
-// Once, where waiting for blocks makes a render more than ten times as long as its kernels take. First loads, which every render has, do not count.
-void RenderJob::warn_if_slow(double now) {
-    if (now < next_slow_check_ || (options_.peers && options_.peers->rank() > 0)) return;
-    next_slow_check_ *= 2;
-    const std::vector<WorkerFigures> all = devices_.figures();
-    double stall = -outside_.stall_seconds / static_cast<double>(all.size()), kernels = 0;
-    uint64_t loads = 0, evictions = 0;
-    for (const WorkerFigures& f : all) {
-        stall += f.work.stall_seconds / static_cast<double>(all.size());
-        for (const double seconds : f.work.stage_seconds) kernels += seconds / static_cast<double>(all.size());
-        loads += f.work.loads;
-        evictions += f.work.evictions;
-    }
-    loads -= outside_.loads;
-    evictions -= outside_.evictions;
-    if (10 * kernels > now || stall < now / 2 || 2 * evictions <= loads) return;
-    next_slow_check_ = std::numeric_limits<double>::infinity();
-    warn(
-        fmt::format("rays wait for blocks: the device has worked for {:.1f} of {:.1f} s; a larger --memory-limit or --geometry-limit, or more "
-                    "--paths, would make the render many times as fast; 'raypager plan' says what limits cost",
-                    kernels, now));
-}
-
-Status RenderJob::report_progress() {
-    const double now = render_seconds();
-    warn_if_slow(now);
-    if (callbacks_.progress && now >= next_progress_) {
-        next_progress_ = now + options_.progress_seconds;
-        const WorkDone done = work();
-        const uint64_t rays =
-            done.camera_rays + done.bounce_rays + done.shadow_rays - earlier_.camera_rays - earlier_.bounce_rays - earlier_.shadow_rays;
-        if (now > last_reported_) rate_ = static_cast<double>(rays - std::min(rays, last_rays_)) / (now - last_reported_);
-        last_reported_ = now;
-        last_rays_ = rays;
-        callbacks_.progress(progress());
-    }
-    return callbacks_.snapshot && !options_.peers && options_.snapshot_seconds > 0 && now >= next_snapshot_ ? snapshot(now) : Status();
 }
 
 }  // namespace raypager

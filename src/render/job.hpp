@@ -67,8 +67,6 @@ private:
     Status keep_checkpoint();
     Status save_checkpoint();
     Status take_contents(Checkpointer::Contents& contents);
-    void warn_if_slow(double now);
-    Status report_progress();
     void warn(const std::string& message) const;
     Status with_advice(const Status& error) const;
     WorkDone work() const;
@@ -110,9 +108,23 @@ private:
     Status film_to_first(const std::function<Status(std::span<uint32_t>)>& see);
     Status gather_contents(Checkpointer::Contents& contents);
     Status checkpoint_of_all();
+    Status share_film_for_stage();
     Status stage_of_all();
     Status restart_common(uint64_t from);
     Status finish_with_peers();
+
+    // job_progress.cpp: how far it is; on rank 0 of several processes, with what others have told.
+    struct Standing {
+        int64_t begun = 0;  // samples, without those that are to be begun again
+        WorkDone work;
+        std::vector<std::vector<WorkerFigures>> devices;  // by rank
+    };
+    int64_t begun_here(const std::vector<WorkerFigures>& devices) const;
+    Status tell_progress();
+    Standing standing() const;
+    RenderProgress progress_at(const Standing& all) const;
+    void warn_if_slow(double now);
+    Status report_progress();
 
     // job_film.cpp: the film, of all devices together, and what becomes of it.
     Status read_words(uint64_t first_word, std::span<uint32_t> words);
@@ -125,6 +137,7 @@ private:
     Result<MeasuredRender> result();
     Status check_alone() const;
     static RenderReport::DeviceWork device_work(const DeviceWorker& worker);
+    uint64_t peak_host_bytes() const;
     RenderReport make_report(const FilmResolver& film) const;
 
     // job_stages.cpp: what comes in steps, and where it ends before its time.
@@ -159,7 +172,7 @@ private:
     WorkDone earlier_;                   // by runs before this one, and by devices that have failed
     WorkDone outside_;                   // what the device did before a restart: not of this render
     std::vector<uint32_t> film_;         // with several devices: what was taken from theirs, or was there before
-    uint64_t texture_waits_before_ = 0;  // of devices that have failed
+    uint64_t texture_waits_before_ = 0;  // of devices that have failed, and in the end of other processes
     uint64_t begun_before_ = 0;          // samples: by runs before this one, or in another order, or by devices that have failed
     uint64_t sample_limit_ = 0;          // of numbers
     uint64_t samples_to_begin_ = 0;      // in all
@@ -174,7 +187,7 @@ private:
     double concurrent_of_peers_ = 0;  // seconds
     std::vector<RenderReport::DeviceWork> peer_devices_;
     std::vector<RenderReport::Rank> rank_figures_;  // of all
-    Clock::time_point last_asked_;
+    Clock::time_point last_asked_, last_told_;
     std::optional<AdaptiveSampling> adaptive_;
     bool last_stage_ended_ = false;  // of adaptive sampling
     bool between_stages_ = false;    // an error has ended the render there: its film is of neither

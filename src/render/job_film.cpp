@@ -135,6 +135,7 @@ RenderReport::DeviceWork RenderJob::device_work(const DeviceWorker& worker) {
     work.samples = figures.work.camera_rays;
     work.rays = figures.work.camera_rays + figures.work.bounce_rays + figures.work.shadow_rays;
     work.loads = figures.paging.loads;
+    work.evictions = figures.paging.evictions;
     work.bytes_loaded = figures.paging.bytes_loaded;
     work.rounds = figures.rounds;
     work.texture_waits = figures.texture_waits;
@@ -147,6 +148,8 @@ RenderReport::DeviceWork RenderJob::device_work(const DeviceWorker& worker) {
     return work;
 }
 
+uint64_t RenderJob::peak_host_bytes() const { return first().rounds().residency().host_peak_bytes() + blocks_from().held_bytes(); }
+
 RenderReport RenderJob::make_report(const FilmResolver& film) const {
     const rp_render_params& params = wavefront().params();
     WorkDone done = work();
@@ -154,7 +157,8 @@ RenderReport RenderJob::make_report(const FilmResolver& film) const {
     RenderReport report;
     const DeviceRounds& rounds = first().rounds();
     report.limits = {rounds.device().budget().limit(), rounds.residency().pool_bytes(), rounds.plan().host_limit};
-    report.peak.host_bytes = rounds.residency().host_peak_bytes() + blocks_from().held_bytes();
+    report.peak.host_bytes = peak_host_bytes();
+    for (const RenderReport::Rank& rank : rank_figures_) report.peak.host_bytes = std::max(report.peak.host_bytes, rank.peak_host_bytes);
     for (size_t i = 0; i < devices_.count(); i++) report.devices.push_back(device_work(devices_.worker(i)));
     report.devices.insert(report.devices.end(), peer_devices_.begin(), peer_devices_.end());
     for (const RenderReport::DeviceWork& device : report.devices) {

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstring>
 #include <utility>
 
 #include "base/hash.hpp"
 #include "render/job.hpp"
 #include "render/params.hpp"
 #include "render/plan.hpp"
+#include "render/value_bytes.hpp"
 #include "store/shards.hpp"
 
 namespace raypager {
@@ -25,31 +25,8 @@ constexpr uint32_t action_bits = 8;
 // Of the number of stop requests: those that are not to wait for paths under way.
 constexpr uint64_t at_once_unit = uint64_t{1} << 32;
 
-template <class T>
-void put(std::vector<std::byte>& bytes, const std::vector<T>& values) {
-    const uint64_t count = values.size();
-    const auto append = [&](std::span<const std::byte> more) { bytes.insert(bytes.end(), more.begin(), more.end()); };
-    append(std::as_bytes(std::span(&count, 1)));
-    append(std::as_bytes(std::span(values)));
-}
-
-template <class T>
-std::vector<T> take(std::span<const std::byte>& bytes) {
-    uint64_t count = 0;
-    std::memcpy(&count, bytes.data(), sizeof count);
-    bytes = bytes.subspan(sizeof count);
-    std::vector<T> values(count);
-    std::memcpy(values.data(), bytes.data(), count * sizeof(T));
-    bytes = bytes.subspan(count * sizeof(T));
-    return values;
-}
-
-// Those of a rank beside rank 0, whose clock counts for all.
-WorkDone counts_of(WorkDone work) {
-    work.render_seconds = 0;
-    work.runs = 0;
-    return work;
-}
+// Between two times that a rank tells rank 0 how far it is.
+constexpr std::chrono::milliseconds between_tellings{100};
 
 }  // namespace
 
@@ -75,10 +52,10 @@ Status RenderJob::begin_with_peers(rp_render_params& params, const DeviceInfo& d
     beginning.resumed = checkpointer_->resumed() ? 1 : 0;
     const RenderIdentity identity = beginning.identity;
     std::vector<std::byte> bytes;
-    put(bytes, std::vector{beginning});
+    put_values(bytes, std::vector{beginning});
     RAYPAGER_TRY(options_.peers->broadcast(bytes));
     std::span<const std::byte> rest(bytes);
-    beginning = take<Beginning>(rest)[0];
+    beginning = take_values<Beginning>(rest)[0];
     const uint32_t rank = options_.peers->rank();
     const auto hash = [](const RenderIdentity& of) { return hash64(std::as_bytes(std::span(&of, 1))); };
     if (hash(identity) != hash(beginning.identity) || params.spp != beginning.spp)
@@ -116,16 +93,16 @@ Status RenderJob::share_blocks(const DeviceInfo& device) {
 Status RenderJob::share_checkpoint() {
     std::vector<std::byte> bytes;
     if (options_.peers->rank() == 0) {
-        put(bytes, checkpointer_->gaps());
-        put(bytes, checkpointer_->under_way());
+        put_values(bytes, checkpointer_->gaps());
+        put_values(bytes, checkpointer_->under_way());
     }
     RAYPAGER_TRY(options_.peers->broadcast(bytes));
     std::span<const std::byte> rest(bytes);
     const uint64_t rank = options_.peers->rank(), ranks = options_.peers->count();
-    std::vector<SampleRange> gaps = take<SampleRange>(rest);
+    std::vector<SampleRange> gaps = take_values<SampleRange>(rest);
     for (SampleRange& gap : gaps) gap = {gap.begin + gap.size() * rank / ranks, gap.begin + gap.size() * (rank + 1) / ranks};
     pool_.add(std::move(gaps));
-    const std::vector<rp_path_sample> again = take<rp_path_sample>(rest);
+    const std::vector<rp_path_sample> again = take_values<rp_path_sample>(rest);
     const auto at = [&](uint64_t share) { return again.begin() + static_cast<std::ptrdiff_t>(again.size() * share / ranks); };
     pool_.add_again({at(rank), at(rank + 1)});
     return {};
@@ -157,6 +134,7 @@ Status RenderJob::act_with_peers() {
     const auto now = Clock::now();
     if (now - last_asked_ < std::chrono::milliseconds(20)) return {};
     last_asked_ = now;
+    if (now - last_told_ >= between_tellings) RAYPAGER_TRY(tell_progress());
     RAYPAGER_TRY(ask_to_stop());
     RAYPAGER_TRY(say_idle(takes_no_more() && devices_.idle()));
     Peers& peers = *options_.peers;
@@ -225,6 +203,7 @@ Status RenderJob::act(PeerAction what) {
     }
     RAYPAGER_TRY(settle());
     RAYPAGER_TRY(collect_films());
+    RAYPAGER_TRY(tell_progress());
     if (what == PeerAction::stage || what == PeerAction::finish) {
         // A device may have failed in the last moment; then others do its work again.
         const auto agreed = all_agree(takes_no_more() && devices_.idle());
@@ -268,9 +247,9 @@ Status RenderJob::film_to_first(const std::function<Status(std::span<uint32_t>)>
 Status RenderJob::gather_contents(Checkpointer::Contents& contents) {
     RAYPAGER_TRY(take_contents(contents));
     std::vector<std::byte> bytes;
-    put(bytes, contents.left);
-    put(bytes, contents.under_way);
-    put(bytes, std::vector{contents.work});
+    put_values(bytes, contents.left);
+    put_values(bytes, contents.under_way);
+    put_values(bytes, std::vector{contents.work});
     const auto all = options_.peers->gather(bytes);
     if (!all) return all.status();
     // Nobody takes samples before rank 0 has seen how many were taken.
@@ -280,11 +259,11 @@ Status RenderJob::gather_contents(Checkpointer::Contents& contents) {
     RAYPAGER_TRY(options_.peers->broadcast(nothing));
     for (size_t rank = 1; rank < all->size(); rank++) {
         std::span<const std::byte> rest((*all)[rank]);
-        const auto left = take<SampleRange>(rest);
-        const auto under_way = take<rp_path_sample>(rest);
+        const auto left = take_values<SampleRange>(rest);
+        const auto under_way = take_values<rp_path_sample>(rest);
         contents.left.insert(contents.left.end(), left.begin(), left.end());
         contents.under_way.insert(contents.under_way.end(), under_way.begin(), under_way.end());
-        contents.work += counts_of(take<WorkDone>(rest)[0]);
+        contents.work += without_clock(take_values<WorkDone>(rest)[0]);
     }
     contents.left.push_back({common_begin_ + std::min(*begun, common_end()), sample_limit_});
     return {};
@@ -301,18 +280,22 @@ Status RenderJob::checkpoint_of_all() {
     return {};
 }
 
-// Each decides by the film of all, so all decide the same.
-Status RenderJob::stage_of_all() {
-    devices_.doing("choosing pixels");
+// Each decides about stages by the film of all, so all decide the same.
+Status RenderJob::share_film_for_stage() {
     adaptive_->begin_taking();
-    RAYPAGER_TRY(film_to_first([this](std::span<uint32_t> piece) -> Status {
+    return film_to_first([this](std::span<uint32_t> piece) -> Status {
         std::vector<std::byte> bytes;
-        if (options_.peers->rank() == 0) put(bytes, std::vector<uint32_t>(piece.begin(), piece.end()));
+        if (options_.peers->rank() == 0) put_values(bytes, std::vector<uint32_t>(piece.begin(), piece.end()));
         RAYPAGER_TRY(options_.peers->broadcast(bytes));
         std::span<const std::byte> rest(bytes);
-        adaptive_->take(take<uint32_t>(rest));
+        adaptive_->take(take_values<uint32_t>(rest));
         return {};
-    }));
+    });
+}
+
+Status RenderJob::stage_of_all() {
+    devices_.doing("choosing pixels");
+    RAYPAGER_TRY(share_film_for_stage());
     const SampleStage& stage = adaptive_->next();
     if (stage.pixels.empty()) {
         last_stage_ended_ = finished_ = true;
@@ -347,7 +330,7 @@ Status RenderJob::finish_with_peers() {
     RAYPAGER_TRY(keeps_checkpoints_ ? checkpoint_of_all() : film_to_first({}));
     struct Done {
         WorkDone work;
-        uint64_t begun;
+        uint64_t begun, texture_waits;
         double concurrent_seconds;
         RenderReport::Rank figures;
     };
@@ -357,8 +340,11 @@ Status RenderJob::finish_with_peers() {
     };
     std::vector<std::byte> bytes;
     const ShardedBlocks::Figures blocks = sharded_->figures();
-    Done own = {
-        work(), samples_begun(), 0, {blocks.kept_bytes, blocks.from_memory, blocks.from_peers, blocks.from_file, blocks.late, blocks.damaged}};
+    Done own = {work(),
+                samples_begun(),
+                texture_waits_before_,
+                0,
+                {blocks.kept_bytes, blocks.from_memory, blocks.from_peers, blocks.from_file, blocks.late, blocks.damaged, peak_host_bytes()}};
     rank_figures_.push_back(own.figures);
     std::vector<DeviceDone> devices;
     for (size_t i = 0; i < devices_.count(); i++) {
@@ -367,18 +353,19 @@ Status RenderJob::finish_with_peers() {
         devices.push_back({{}, d});
         d.facts.name.copy(devices.back().name.data(), devices.back().name.size() - 1);
     }
-    put(bytes, std::vector{own});
-    put(bytes, devices);
+    put_values(bytes, std::vector{own});
+    put_values(bytes, devices);
     const auto all = options_.peers->gather(bytes);
     if (!all) return all.status();
     for (size_t rank = 1; rank < all->size(); rank++) {
         std::span<const std::byte> rest((*all)[rank]);
-        const Done done = take<Done>(rest)[0];
-        of_peers_ += counts_of(done.work);
+        const Done done = take_values<Done>(rest)[0];
+        of_peers_ += without_clock(done.work);
         begun_by_peers_ += done.begun;
+        texture_waits_before_ += done.texture_waits;
         concurrent_of_peers_ += done.concurrent_seconds;
         rank_figures_.push_back(done.figures);
-        for (const DeviceDone& d : take<DeviceDone>(rest)) {
+        for (const DeviceDone& d : take_values<DeviceDone>(rest)) {
             RenderReport::DeviceWork& device = peer_devices_.emplace_back(RenderReport::DeviceWork{d.figures, {d.name.data(), {}, {}, {}}});
             device.rank = static_cast<uint32_t>(rank);
         }

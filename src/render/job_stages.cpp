@@ -77,8 +77,7 @@ Status RenderJob::begin_adaptive(std::optional<uint64_t> next_sample) {
     const AdaptiveSettings settings = {params.adaptive_error, params.width, params.height, params.spp, params.order.tile_size};
     adaptive_.emplace(settings, FilmLayout(params));
     if (!next_sample) return {};
-    if (options_.peers) return Status::usage("a render with --adaptive goes on from its checkpoint in one process alone");
-    RAYPAGER_TRY(read_for_stage());
+    RAYPAGER_TRY(options_.peers ? share_film_for_stage() : read_for_stage());
     const auto stage = adaptive_->resume(*next_sample);
     if (!stage) return stage.status().at(options_.checkpoint.file.string());
     if (stage->passes == 0) return {};
@@ -86,7 +85,8 @@ Status RenderJob::begin_adaptive(std::optional<uint64_t> next_sample) {
     if (!gaps.empty() && gaps.front().begin < stage->begin)
         return Status::failed("a sample of an earlier stage has not begun; the checkpoint is damaged, remove it to start over")
             .at(options_.checkpoint.file.string());
-    return begin_stage(*stage, {{*next_sample, stage->end()}});
+    // Several processes take them as numbers that they have in common.
+    return begin_stage(*stage, options_.peers ? std::vector<SampleRange>() : std::vector{SampleRange{*next_sample, stage->end()}});
 }
 
 // Once the last path of a stage has ended, the film says which pixels go on.

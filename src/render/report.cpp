@@ -92,6 +92,7 @@ Json devices_array(const RenderReport& report) {
                            {"paths", device.samples},
                            {"rays", device.rays},
                            {"loads", device.loads},
+                           {"evictions", device.evictions},
                            {"bytes_loaded", device.bytes_loaded},
                            {"rounds", device.rounds},
                            {"peak_bytes", device.peak_memory_bytes},
@@ -108,7 +109,8 @@ Json ranks_array(const RenderReport& report) {
                          {"bytes_from_ranks", rank.from_peers},
                          {"bytes_from_file", rank.from_file},
                          {"late", rank.late},
-                         {"damaged", rank.damaged}});
+                         {"damaged", rank.damaged},
+                         {"peak_host_bytes", rank.peak_host_bytes}});
     return ranks;
 }
 

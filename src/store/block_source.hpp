@@ -44,6 +44,8 @@ public:
 private:
     // pageable: a block, or behind these a page (BakedScene::is_page).
     virtual Status fetch(uint32_t pageable, std::span<std::byte> stored) const = 0;
+    // Whether that has compared them with the checksum already, as who gets them from elsewhere if they are wrong.
+    virtual bool fetches_verified() const { return false; }
     // The error that says so, with what to do about it.
     virtual Status damaged(uint32_t pageable, const std::string& what) const = 0;
 };

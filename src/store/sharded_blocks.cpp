@@ -17,6 +17,8 @@ namespace {
 
 // Who can read the file does not wait longer for a peer, and asks one that was late no more for some time.
 constexpr double patience = 2, late_for = 10;  // seconds
+// Who cannot read it waits as long as it takes, and says for whom.
+constexpr double long_wait = 10;  // seconds
 constexpr int max_tries = 3;
 constexpr auto between_questions = std::chrono::milliseconds(5);
 constexpr uint32_t fill_threads = 4;
@@ -95,15 +97,17 @@ Status ShardedBlocks::divide(uint64_t room) {
     kept = 0;
     for (uint32_t pageable = 0; pageable < owners_.size(); pageable++) {
         const uint32_t owner = owners_[pageable];
+        const bool reads_itself = owner == no_owner || (*offers)[owner].has_bytes;
+        const uint32_t reader = reads_itself ? owner : readers[turn++ % readers.size()];
         if (owner == peers_.rank()) {
             kept_[kept].pageable = pageable;
+            kept_[kept].reader = reader;
             kept_[kept].at = kept_bytes_;
             kept_[kept].bytes = sizes[pageable];
             kept_bytes_ += sizes[pageable];
             kept++;
         }
-        if (owner == no_owner || (*offers)[owner].has_bytes) continue;
-        if (readers[turn++ % readers.size()] == peers_.rank()) errands_.push_back({pageable, owner});
+        if (!reads_itself && reader == peers_.rank()) errands_.push_back({pageable, owner});
     }
     return {};
 }
@@ -196,6 +200,13 @@ void ShardedBlocks::warn_once(uint32_t rank, const std::string& text) const {
     warn_(text);
 }
 
+// begin: by the steady clock.
+void ShardedBlocks::warn_if_long(double begin, uint32_t rank, uint32_t pageable) const {
+    if (steady_seconds() - begin < long_wait) return;
+    warn_once(rank, fmt::format("rank {} has waited for {} s for {}, which rank {} is to bring; it goes on waiting", peers_.rank(), long_wait,
+                                scene().pageable_name(pageable), rank));
+}
+
 bool ShardedBlocks::take_kept(uint32_t pageable, std::span<std::byte> stored) const {
     const Kept* const kept = find_kept(pageable);
     if (!kept || kept->state != State::here) return false;
@@ -211,6 +222,7 @@ bool ShardedBlocks::take_kept(uint32_t pageable, std::span<std::byte> stored) co
 Result<bool> ShardedBlocks::take_from_owner(uint32_t pageable, std::span<std::byte> stored) const {
     const uint32_t owner = owners_[pageable];
     const bool can_read = own_.has_bytes();
+    const double begin = steady_seconds();
     int tries = 0;
     for (; !stop_; std::this_thread::sleep_for(between_questions)) {
         {
@@ -230,6 +242,7 @@ Result<bool> ShardedBlocks::take_from_owner(uint32_t pageable, std::span<std::by
             slow_until_[owner] = steady_seconds() + late_for;
         }
         if (can_read) return false;
+        warn_if_long(begin, owner, pageable);
         if (answer == Peers::Answer::none || (answer == Peers::Answer::bytes && ++tries == max_tries)) return cannot_be_had(pageable, answer);
     }
     return Status::failed("the render has ended");
@@ -247,7 +260,10 @@ Status ShardedBlocks::fetch(uint32_t pageable, std::span<std::byte> stored) cons
     const uint32_t owner = owners_[pageable];
     if (owner == peers_.rank()) {
         // Another process may have to bring it first.
-        while (!own_.has_bytes() && find_kept(pageable)->state == State::awaited && !stop_) std::this_thread::sleep_for(between_questions);
+        const double begin = steady_seconds();
+        const Kept& kept = *find_kept(pageable);
+        for (; !own_.has_bytes() && kept.state == State::awaited && !stop_; std::this_thread::sleep_for(between_questions))
+            warn_if_long(begin, kept.reader, pageable);
         if (take_kept(pageable, stored)) {
             from_memory_ += stored.size();
             return {};

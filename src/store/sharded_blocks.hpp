@@ -46,6 +46,7 @@ private:
         uint32_t pageable = 0;
         uint64_t at = 0;
         uint32_t bytes = 0;
+        uint32_t reader = 0;  // the rank that reads it from the file
         std::atomic<State> state{State::awaited};
     };
     // Read here, for the memory of a process that cannot.
@@ -67,8 +68,11 @@ private:
     Result<bool> take_from_owner(uint32_t pageable, std::span<std::byte> stored) const;
     Status cannot_be_had(uint32_t pageable, Peers::Answer answer) const;
     void warn_once(uint32_t rank, const std::string& text) const;
+    void warn_if_long(double begin, uint32_t rank, uint32_t pageable) const;
 
+    // From wherever they come, they are compared where they are to be used; so memory, the way and the file are looked at together, once.
     Status fetch(uint32_t pageable, std::span<std::byte> stored) const override;
+    bool fetches_verified() const override { return true; }
     Status damaged(uint32_t pageable, const std::string& what) const override;
     std::shared_ptr<const void> memory() const override { return memory_; }
     Peers::Answer find(uint64_t number, std::span<const std::byte>& found) override;

@@ -18,7 +18,7 @@ Status RoundReports::allocate(Device& device, uint32_t blocks, uint32_t at_once)
     buffer_ = std::move(*buffer);
     device_ = &device;
     blocks_ = blocks;
-    at_once_ = std::min(blocks, at_once);
+    at_once_ = at_least_ = std::min(blocks, at_once);
     return {};
 }
 
@@ -44,8 +44,17 @@ Status RoundReports::finish_read(uint32_t number, RoundCounters& counters, std::
     if (told > blocks_) return Status::failed(fmt::format("a round tells of {} blocks, but there are {}; this is a bug", told, blocks_));
     demand = {reinterpret_cast<const rp_block_demand*>(words.data() + head_bytes), std::min(told, reading.blocks)};
     if (told > reading.blocks) RAYPAGER_TRY(read_rest(number, told, demand));
+    note(told);
     const bool sound = std::ranges::all_of(demand, [this](const rp_block_demand& of_block) { return of_block.block < blocks_; });
     return sound ? Status() : Status::failed(fmt::format("a round tells of blocks that there are not, beyond {}; this is a bug", blocks_));
+}
+
+// The first rounds of a render may tell of nearly all blocks, and each read takes the bus.
+void RoundReports::note(uint32_t told) {
+    most_told_ = std::max(most_told_, told);
+    if (++reads_ < rounds_to_forget) return;
+    if (most_told_ < at_once_ / 4) at_once_ = std::max(at_least_, 2 * most_told_);
+    most_told_ = reads_ = 0;
 }
 
 Status RoundReports::read_rest(uint32_t number, uint32_t told, std::span<const rp_block_demand>& demand) {

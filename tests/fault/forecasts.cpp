@@ -161,7 +161,7 @@ protected:
 };
 
 TEST_F(CliPlan, SaysSecondsAndBytes) {
-    ASSERT_EQ(run("wedge.off --size 24x16 --spp 2 --effort 0.01 --report r.json"), 0) << file(".stderr");
+    ASSERT_EQ(run("wedge.off --size 24x16 --spp 2 --effort 0.01 --background transparent --exposure 1 --report r.json"), 0) << file(".stderr");
     EXPECT_NE(file(".stdout").find("24x16, 2 spp on "), std::string::npos) << file(".stdout");
     EXPECT_NE(file(".stdout").find("> "), std::string::npos) << "the row that was asked for";
     const auto report = nlohmann::json::parse(file("r.json"), nullptr, false);
@@ -171,6 +171,29 @@ TEST_F(CliPlan, SaysSecondsAndBytes) {
     EXPECT_EQ(report["asked"]["slow_down"], 1.0);
     EXPECT_EQ(report["halves_excess_bytes"], nullptr);
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.pfm"));
+}
+
+// Layers are words of the film, and of path slots, which there must be room for.
+TEST_F(CliPlan, CountsTheMemoryOfLayers) {
+    const std::string render = "wedge.off --size 64x64 --spp 1 --paths 1024 --effort 0.01 --report r.json ";
+    const auto memory = [&](const std::string& more) {
+        EXPECT_EQ(run(render + more), 0) << file(".stderr");
+        const auto report = nlohmann::json::parse(file("r.json"), nullptr, false);
+        return report.is_object() ? report["asked"]["memory_bytes"].get<uint64_t>() : 0;
+    };
+    constexpr uint64_t pixels = 64 * 64;
+    setenv("RAYPAGER_OIDN", RAYPAGER_FAKE_OIDN_2, 1);
+    const uint64_t plain = memory(""), denoised = memory("--denoise"), layered = memory("--layers albedo,normal"), all = memory("--layers all");
+    unsetenv("RAYPAGER_OIDN");
+    EXPECT_GE(denoised, plain + 52 * pixels) << "as its help says";
+    EXPECT_EQ(denoised, layered);
+    EXPECT_GT(all, layered);
+    EXPECT_EQ(nlohmann::json::parse(file("r.json"))["layers"].get<std::string>().find("albedo"), 0u);
+    // What has room without layers is refused with them, as the render would be.
+    const std::string limit = fmt::format("--memory-limit {} ", (plain + layered) / 2);
+    EXPECT_EQ(run(render + limit), 0) << file(".stderr");
+    EXPECT_EQ(run(render + limit + "--layers albedo,normal"), 1);
+    EXPECT_NE(file(".stderr").find("the smallest that would do is"), std::string::npos) << file(".stderr");
 }
 
 TEST_F(CliPlan, RefusesInOneLine) {
@@ -187,7 +210,12 @@ TEST_F(CliPlan, RefusesInOneLine) {
     refused("wedge.off --limits 50%,0", 2, "--limits");
     refused("wedge.off --effort 0", 2, "--effort");
     refused("wedge.off --memory-limit 1M --geometry-limit 2M", 2, "--geometry-limit");
+    refused("wedge.off --layers albedo,colour", 2, "--layers");
+    refused("wedge.off --report wedge.off", 2, "same file");
     refused("none.off", 1, "none.off");
+    setenv("RAYPAGER_OIDN", "none.so", 1);
+    refused("wedge.off --denoise", 1, "--denoise");
+    unsetenv("RAYPAGER_OIDN");
     ASSERT_EQ(run("wedge.off --size 24x16 --spp 1 --effort 0.01"), 0);
     refused("wedge.off --size 24x16 --memory-limit 4K", 1, "the smallest that would do is");
     refused("wedge.off --size 24x16 --geometry-limit 1", 1, "give at least that");

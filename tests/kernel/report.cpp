@@ -157,6 +157,25 @@ TEST_F(Report, what_is_not_read_at_once_is_read_afterwards) {
     EXPECT_TRUE(demand.empty());
 }
 
+TEST_F(Report, what_was_much_once_is_not_read_for_ever) {
+    use(20'000, 100);
+    for (uint32_t block = 0; block < blocks_; block++) word(RP_DEMAND_USED, block) = block + 1, mark(block);
+    write();
+    ASSERT_EQ(report(64, 1).size(), blocks_);
+    EXPECT_EQ(reports_.at_once(), blocks_);
+    expected();
+    for (uint32_t round = 0; round < RoundReports::rounds_to_forget; round++) {
+        word(RP_DEMAND_USED, 7) = round + 100;
+        mark(7);
+        write();
+        ASSERT_EQ(report(1, 1).size(), 1u);
+        expected();
+        ASSERT_TRUE(reports_.at_once() == blocks_ || round >= RoundReports::rounds_to_forget / 2) << "forgotten too soon";
+    }
+    for (uint32_t round = 0; round < RoundReports::rounds_to_forget; round++) ASSERT_TRUE(report(1, 1).empty());
+    EXPECT_EQ(reports_.at_once(), 100u);
+}
+
 // With single rays: whose block has come goes on in that round, so requests end with the change of the page table, or, where the table was written as
 // a whole, with the stage that asks all blocks.
 TEST_F(Report, nobody_waits_for_what_has_come) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 namespace raypager::support {
 
@@ -19,6 +20,17 @@ public:
         const uint64_t before = group_.numbers_[number];
         group_.numbers_[number] += value;
         return before;
+    }
+
+    Status tell(std::vector<std::byte> bytes) override {
+        const std::lock_guard lock(group_.mutex_);
+        group_.told_[rank_] = std::move(bytes);
+        return {};
+    }
+
+    std::vector<std::vector<std::byte>> told() const override {
+        const std::lock_guard lock(group_.mutex_);
+        return group_.told_;
     }
 
     Status broadcast(std::vector<std::byte>& bytes) override {
@@ -60,6 +72,14 @@ public:
         return group_.peers_[rank]->take(number, bytes) ? Answer::bytes : Answer::none;
     }
 
+    bool change_kept(uint64_t number) {
+        const std::lock_guard lock(mutex_);
+        std::span<const std::byte> found;
+        if (!shelf_ || shelf_->find(number, found) != Answer::bytes) return false;
+        const_cast<std::byte&>(found[found.size() / 3]) ^= std::byte{4};
+        return true;
+    }
+
     std::atomic<double> delay{0};  // seconds
     std::atomic<bool> damages{false}, spoils_once{false};
 
@@ -93,7 +113,7 @@ private:
     Shelf* shelf_ = nullptr;
 };
 
-PeerThreads::PeerThreads(uint32_t count) : together_(count), handed_(count), words_(count) {
+PeerThreads::PeerThreads(uint32_t count) : together_(count), handed_(count), told_(count), words_(count) {
     for (uint32_t rank = 0; rank < count; rank++) peers_.push_back(std::make_shared<Peer>(*this, rank, count));
 }
 
@@ -101,6 +121,7 @@ PeerThreads::~PeerThreads() = default;
 Peers& PeerThreads::peer(uint32_t rank) const { return *peers_[rank]; }
 std::shared_ptr<Peers> PeerThreads::shared(uint32_t rank) const { return peers_[rank]; }
 void PeerThreads::make_slow(uint32_t rank, double seconds) { peers_[rank]->delay = seconds; }
+bool PeerThreads::change_kept(uint32_t rank, uint64_t number) { return peers_[rank]->change_kept(number); }
 void PeerThreads::spoil_once(uint32_t rank) { peers_[rank]->spoils_once = true; }
 void PeerThreads::damage(uint32_t rank) { peers_[rank]->damages = true; }
 

@@ -21,6 +21,8 @@ public:
     void make_slow(uint32_t rank, double seconds);
     // What others get from this one is damaged from now on.
     void damage(uint32_t rank);
+    // A byte of what this one keeps of that number changes in its memory; false: it keeps nothing of that number.
+    bool change_kept(uint32_t rank, uint64_t number);
     // The next bytes that are put there arrive damaged.
     void spoil_once(uint32_t rank);
 
@@ -30,8 +32,9 @@ private:
     std::barrier<> together_;
     std::mutex mutex_;
     uint64_t numbers_[Peers::common_numbers] = {};
-    std::vector<std::vector<std::byte>> handed_;  // by rank
-    std::vector<std::span<uint32_t>> words_;      // by rank
+    // By rank.
+    std::vector<std::vector<std::byte>> handed_, told_;
+    std::vector<std::span<uint32_t>> words_;
 };
 
 }  // namespace raypager::support

@@ -128,6 +128,16 @@ TEST(CliReport, ProgressFitsSixtyColumns) {
     EXPECT_TRUE(progress_text(progress, 0).starts_with("spp 12345.6 | ")) << progress_text(progress, 0);
 }
 
+TEST(CliReport, ProgressSaysWhoTakesTheSamples) {
+    RenderProgress progress;
+    progress.spp = 1;
+    progress.devices = {{0, 0, 1, 0, 0, 0}, {0, 1, 2, 0, 0, 0}};
+    EXPECT_EQ(progress_text(progress, 4), "spp 1.0/4 | 0.00 Mrays/s | 0: 33 %, 1: 67 % | 0 loads");
+    progress.devices[1] = {1, 0, 1, 0, 0, 0};
+    progress.devices.push_back({1, 1, 2, 0, 0, 0});
+    EXPECT_EQ(progress_text(progress, 4), "spp 1.0/4 | 0.00 Mrays/s | rank 0: 25 %, 1: 75 % | 0 loads");
+}
+
 TEST(CliReport, CountsThingsAsPeopleDo) {
     EXPECT_EQ(primitives_text(0, 0), "0 triangles");
     EXPECT_EQ(primitives_text(1, 0), "1 triangle");

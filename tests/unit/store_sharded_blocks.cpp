@@ -208,6 +208,21 @@ TEST_F(Shards, do_not_believe_damaged_bytes) {
     EXPECT_EQ(all[1].figures.damaged, 0u);
 }
 
+// As by a cosmic ray: nobody uses the changed bytes, neither who keeps them nor who gets them.
+TEST_F(Shards, notice_what_has_changed_in_memory) {
+    uint32_t changed = 0;
+    const auto all = read_all({true, true, true}, enough, [&] {
+        for (uint32_t i = 0; i < count(); i++) changed += group_.change_kept(1, i);
+    });
+    ASSERT_GT(changed, 0u);
+    for (const Seen& seen : all) {
+        EXPECT_TRUE(seen.errors.empty()) << seen.errors.begin()->second;
+        EXPECT_EQ(seen.figures.damaged, changed);
+        ASSERT_EQ(seen.warnings.size(), 1u);
+    }
+    EXPECT_NE(all[1].warnings[0].find("has changed in memory"), std::string::npos) << all[1].warnings[0];
+}
+
 TEST_F(Shards, are_filled_again_with_what_came_damaged) {
     group_.spoil_once(1);
     for (const Seen& seen : read_all({true, false, false}, enough)) {
