@@ -124,6 +124,7 @@ private:
     Standing standing() const;
     RenderProgress progress_at(const Standing& all) const;
     void warn_if_slow(double now);
+    void warn_of_waits();
     Status report_progress();
 
     // job_film.cpp: the film, of all devices together, and what becomes of it.

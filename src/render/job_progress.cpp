@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/words.hpp"
+#include "render/expected_waits.hpp"
 #include "render/job.hpp"
 #include "render/value_bytes.hpp"
 
@@ -83,6 +85,30 @@ RenderProgress RenderJob::progress_at(const Standing& all) const {
     p.bytes_loaded = all.work.bytes_loaded;
     p.geometry_bytes = scene_.memory_bytes(first().rounds().plan().form);
     return p;
+}
+
+// At the start, by the limits alone.
+void RenderJob::warn_of_waits() {
+    if ((options_.peers && options_.peers->rank() > 0) || options_.time_seconds > 0 || options_.tuning.pool_place == PoolPlace::host) return;
+    const DeviceRounds& rounds = first().rounds();
+    const DeviceInfo& device = rounds.device().info();
+    const double geometry = static_cast<double>(scene_.memory_bytes(rounds.plan().form));
+    WaitNeeds needs;
+    needs.paths = samples_to_begin_ - std::min(samples_to_begin_, begun_before_);
+    needs.slots = uint64_t{rounds.slots()} * devices_.count() * (options_.peers ? options_.peers->count() : 1);
+    needs.blocks = scene_.pageable_count();
+    needs.resident_share = geometry > 0 ? static_cast<double>(rounds.residency().pool_bytes()) / geometry : 1;
+    needs.max_depth = wavefront().params().max_depth;
+    needs.compute_units = device.compute_units;
+    needs.on_host = device.profile.shares_host_memory;
+    needs.sweeps = options_.tuning.policy == PolicyKind::sweep;
+    const ExpectedSeconds expected = expected_seconds(needs);
+    if (!crawls(expected)) return;
+    next_slow_check_ = std::numeric_limits<double>::infinity();
+    warn(fmt::format(
+        "with {} and {:.1f} % of the scene resident, rays are expected to wait for blocks for some {:.0f} s, where tracing takes {:.1f} s; a larger "
+        "--memory-limit or --geometry-limit, or more --paths, would make the render many times as fast; 'raypager plan' says what limits cost",
+        counted(needs.slots, "path slot"), 100 * std::min(1.0, needs.resident_share), expected.waiting, expected.tracing));
 }
 
 // Once, where waiting for blocks makes a render more than ten times as long as its kernels take. First loads, which every render has, do not count.
