@@ -35,6 +35,8 @@ public:
     // Hands over the film to go on with.
     Status restore(const FilmTarget& film) const;
 
+    // Rendering begins: the first interval counts from now.
+    void begin() { last_ = Clock::now(); }
     // Whether the interval is over.
     bool due() const;
     // Between two rounds. left: of all samples, numbered up to `limit`, those that have not begun. under_way: those that are not in the film.

@@ -158,6 +158,9 @@ Status DeviceGroup::settle(bool still) {
     still_ = still;
     if (still)
         changed_.wait(lock, [this] { return std::none_of(members_.begin(), members_.end(), [](const auto& m) { return m->takes_arrivals; }); });
+    // What has come since they parked counts as well.
+    for (const std::unique_ptr<Member>& member : members_)
+        if (still && member->worker->usable()) member->figures = member->worker->figures();
     return {};
 }
 

@@ -41,6 +41,7 @@ Status RenderJob::prepare() {
     if (goes_coarse_first(*params)) RAYPAGER_TRY(begin_first_pass());
     recorder_.begin(options_.tuning, instruments_, wavefront().params(), first().rounds().device().info().cpu_cores());
     render_start_ = Clock::now();
+    checkpointer_->begin();
     next_snapshot_ = snapshot_interval_ = options_.snapshot_seconds;
     warn_of_waits();
     if (options_.tuning.pool_place == PoolPlace::host) RAYPAGER_TRY(first().rounds().residency().load_all(first().rounds().device().kernels()));

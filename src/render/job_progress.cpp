@@ -64,15 +64,18 @@ RenderProgress RenderJob::progress_at(const Standing& all) const {
     p.seconds = all.work.render_seconds;
     p.snapshot_seconds = snapshot_seconds_;
     uint64_t under_way = 0;
+    const uint32_t first_rank = options_.peers ? options_.peers->rank() : 0;  // all others know of themselves alone
     for (size_t rank = 0; rank < all.devices.size(); rank++)
         for (const WorkerFigures& f : all.devices[rank]) {
             under_way += uint64_t{f.ready_rays} + f.counters.waiting_rays();
             p.resident_bytes += f.resident_bytes;
             p.pool_bytes += f.pool_bytes;
-            p.devices.push_back({static_cast<uint32_t>(rank), f.index, f.work.camera_rays,
+            p.devices.push_back({first_rank + static_cast<uint32_t>(rank), f.index, f.work.camera_rays,
                                  f.work.camera_rays + f.work.bounce_rays + f.work.shadow_rays, f.work.bytes_loaded, f.resident_bytes});
         }
-    const auto begun = static_cast<uint64_t>(std::max<int64_t>(0, all.begun));
+    auto begun = static_cast<uint64_t>(std::max<int64_t>(0, all.begun));
+    // What others have taken is as good as begun.
+    if (first_rank > 0) begun = std::max(begun, common_begin_ + std::min(common_taken_, common_end()));
     p.spp = static_cast<double>(begun) / static_cast<double>(pixels_);
     p.finished_spp = static_cast<double>(begun - std::min(begun, under_way)) / static_cast<double>(pixels_);
     const uint64_t most = adaptive_ ? pixels_ * wavefront().params().spp : samples_to_begin_;

@@ -78,7 +78,6 @@ Status ShardedBlocks::divide(uint64_t room) {
         all_room += offer.room;
     }
     owners_ = choose_owners(sizes, rooms);
-    warned_.resize(rooms.size());
     slow_until_.resize(rooms.size());
     std::vector<uint32_t> readers;
     for (uint32_t rank = 0; rank < offers->size(); rank++)
@@ -151,7 +150,7 @@ void ShardedBlocks::run_errand(const Errand& errand) {
             status = Status::failed("not enough host memory to read a block; give a smaller --host-limit");
         }
         if (!status) {
-            warn_once(peers_.rank(), status.message());
+            warn_once(peers_.rank(), Fault::unread, status.message());
             bytes.clear();
         }
         if (peers_.put(errand.rank, errand.pageable, std::move(bytes), stop_) == Peers::Answer::bytes || !status) return;
@@ -179,6 +178,7 @@ std::span<std::byte> ShardedBlocks::room_for(uint64_t number) {
 
 bool ShardedBlocks::has_come(uint64_t number) {
     Kept& kept = *find_kept(number);
+    last_came_ = steady_seconds();
     if (!is_right(kept.pageable, bytes_of(kept))) return false;
     kept.state = State::here;
     return true;
@@ -191,20 +191,18 @@ void ShardedBlocks::will_not_come(uint64_t number) {
 
 bool ShardedBlocks::is_right(uint32_t pageable, std::span<const std::byte> stored) const { return hash64(stored) == checksum_of(pageable); }
 
-void ShardedBlocks::warn_once(uint32_t rank, const std::string& text) const {
+void ShardedBlocks::warn_once(uint32_t rank, Fault fault, const std::string& text) const {
     {
         const std::lock_guard lock(mutex_);
-        if (warned_[rank]) return;
-        warned_[rank] = true;
+        if (!warned_.insert({rank, fault}).second) return;
     }
     warn_(text);
 }
 
-// begin: by the steady clock.
-void ShardedBlocks::warn_if_long(double begin, uint32_t rank, uint32_t pageable) const {
-    if (steady_seconds() - begin < long_wait) return;
-    warn_once(rank, fmt::format("rank {} has waited for {} s for {}, which rank {} is to bring; it goes on waiting", peers_.rank(), long_wait,
-                                scene().pageable_name(pageable), rank));
+// begin: by the steady clock. what: the rank has to do with it. A large store takes a while to be handed out: as long as anything comes, all is well.
+void ShardedBlocks::warn_if_long(double begin, uint32_t rank, const std::string& what) const {
+    if (steady_seconds() - std::max(begin, last_came_.load()) < long_wait) return;
+    warn_once(rank, Fault::awaited, fmt::format("rank {} has waited for {} s for {}; it goes on waiting", peers_.rank(), long_wait, what));
 }
 
 bool ShardedBlocks::take_kept(uint32_t pageable, std::span<std::byte> stored) const {
@@ -213,7 +211,7 @@ bool ShardedBlocks::take_kept(uint32_t pageable, std::span<std::byte> stored) co
     std::ranges::copy(bytes_of(*kept), stored.begin());
     if (is_right(pageable, stored)) return true;
     damaged_++;
-    warn_once(peers_.rank(),
+    warn_once(peers_.rank(), Fault::changed,
               fmt::format("rank {}: {} has changed in memory; the machine's memory may be faulty", peers_.rank(), scene().pageable_name(pageable)));
     return false;
 }
@@ -230,20 +228,22 @@ Result<bool> ShardedBlocks::take_from_owner(uint32_t pageable, std::span<std::by
             if (can_read && slow_until_[owner] > steady_seconds()) return false;
         }
         const Peers::Answer answer = peers_.get(owner, pageable, stored, can_read ? patience : std::numeric_limits<double>::infinity(), stop_);
+        if (answer == Peers::Answer::bytes) last_came_ = steady_seconds();
         if (answer == Peers::Answer::bytes && is_right(pageable, stored)) return true;
         if (answer == Peers::Answer::bytes) {
             damaged_++;
-            warn_once(owner,
+            warn_once(owner, Fault::damaged,
                       fmt::format("{} came damaged from rank {}; its memory or the network may be faulty", scene().pageable_name(pageable), owner));
         } else if (answer == Peers::Answer::late && !stop_) {
             late_++;
-            warn_once(owner, fmt::format("rank {} has not answered for {} s; blocks that it keeps are read from the file", owner, patience));
+            warn_once(owner, Fault::late,
+                      fmt::format("rank {} has not answered for {} s; blocks that it keeps are read from the file", owner, patience));
             const std::lock_guard lock(mutex_);
             slow_until_[owner] = steady_seconds() + late_for;
         }
         if (can_read) return false;
-        warn_if_long(begin, owner, pageable);
         if (answer == Peers::Answer::none || (answer == Peers::Answer::bytes && ++tries == max_tries)) return cannot_be_had(pageable, answer);
+        warn_if_long(begin, owner, fmt::format("{}, which rank {} keeps", scene().pageable_name(pageable), owner));
     }
     return Status::failed("the render has ended");
 }
@@ -263,7 +263,7 @@ Status ShardedBlocks::fetch(uint32_t pageable, std::span<std::byte> stored) cons
         const double begin = steady_seconds();
         const Kept& kept = *find_kept(pageable);
         for (; !own_.has_bytes() && kept.state == State::awaited && !stop_; std::this_thread::sleep_for(between_questions))
-            warn_if_long(begin, kept.reader, pageable);
+            warn_if_long(begin, kept.reader, fmt::format("{}, which rank {} is to bring", scene().pageable_name(pageable), kept.reader));
         if (take_kept(pageable, stored)) {
             from_memory_ += stored.size();
             return {};

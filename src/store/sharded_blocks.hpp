@@ -8,7 +8,9 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "raypager/peers.hpp"
@@ -67,8 +69,9 @@ private:
     bool take_kept(uint32_t pageable, std::span<std::byte> stored) const;
     Result<bool> take_from_owner(uint32_t pageable, std::span<std::byte> stored) const;
     Status cannot_be_had(uint32_t pageable, Peers::Answer answer) const;
-    void warn_once(uint32_t rank, const std::string& text) const;
-    void warn_if_long(double begin, uint32_t rank, uint32_t pageable) const;
+    enum class Fault : uint8_t { unread, changed, damaged, late, awaited };
+    void warn_once(uint32_t rank, Fault fault, const std::string& text) const;
+    void warn_if_long(double begin, uint32_t rank, const std::string& what) const;
 
     // From wherever they come, they are compared where they are to be used; so memory, the way and the file are looked at together, once.
     Status fetch(uint32_t pageable, std::span<std::byte> stored) const override;
@@ -91,8 +94,9 @@ private:
     std::atomic<size_t> next_kept_{0}, next_errand_{0};
     std::atomic<bool> stop_{false};
     mutable std::mutex mutex_;
-    mutable std::vector<bool> warned_;        // by rank
-    mutable std::vector<double> slow_until_;  // by rank; seconds of the steady clock
+    mutable std::set<std::pair<uint32_t, Fault>> warned_;  // of which rank
+    mutable std::vector<double> slow_until_;               // by rank; seconds of the steady clock
+    mutable std::atomic<double> last_came_ = 0;            // anything from another rank; likewise
     mutable std::atomic<uint64_t> from_memory_{0}, from_peers_{0}, from_file_{0}, late_{0}, damaged_{0};
     std::vector<std::thread> threads_;
 };

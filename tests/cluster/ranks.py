@@ -5,6 +5,7 @@ usage: ranks.py RAYPAGER MPIRUN SILENT_RANK
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -66,13 +67,16 @@ def check_live_figures() -> None:
 
 
 def begin_until_kept(ranks: int, checkpoint: str, *options: str) -> tuple[subprocess.Popen, list[int]]:
-    """A job that has written its checkpoint since, or has ended; and its ranks."""
+    """A job that has written its checkpoint a few times since, or has ended; and its ranks. What it says goes into the file "said"."""
     file = Path(checkpoint)
-    before = file.stat().st_mtime_ns if file.exists() else 0
-    job = subprocess.Popen(command(ranks, *options), env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    last, written = file.stat().st_mtime_ns if file.exists() else 0, 0
+    with open("said", "w") as said:
+        job = subprocess.Popen(command(ranks, *options), env=ENVIRONMENT, stdout=said, stderr=said, start_new_session=True)
     begin = time.monotonic()
-    while job.poll() is None and time.monotonic() - begin < LIMIT and not (file.exists() and file.stat().st_mtime_ns > before):
+    while job.poll() is None and time.monotonic() - begin < LIMIT and written < 3:
         time.sleep(0.02)
+        if file.exists() and file.stat().st_mtime_ns > last:
+            last, written = file.stat().st_mtime_ns, written + 1
     return job, [int(process) for process in subprocess.run(["pgrep", "-P", str(job.pid)], capture_output=True, text=True).stdout.split()]
 
 
@@ -114,6 +118,8 @@ def check_stops() -> None:
         os.kill(processes[2], signal.SIGINT)
         assert job.wait(LIMIT) != 0
         assert Path("b.ckpt").stat().st_mtime_ns > begun, "what was there is not kept"
+        kept_samples = re.search(r"has ([\d.]+) samples per pixel", Path("said").read_text())
+        assert kept_samples and float(kept_samples[1]) > 8, f"a checkpoint behind the first samples was to be tried: {Path('said').read_text()}"
         # A number of ranks, or one process, in turn.
         for ranks in (0, 2) if "--adaptive" in options else (2,):
             Path("c.ckpt").write_bytes(Path("b.ckpt").read_bytes())
