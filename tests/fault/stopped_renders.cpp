@@ -93,6 +93,19 @@ TEST_F(StoppedRenders, that_are_long_go_region_by_region_unless_they_are_looked_
     EXPECT_EQ(with_regions.region, 2u) << "three paths for each of half of 64 slots";
     EXPECT_EQ(at_once.region, 0u);
     EXPECT_EQ(with_regions.film_hash, at_once.film_hash);
+    // Regions are made of tiles that suit the device, unless the user has chosen them or all is resident.
+    const auto tile = [&](const auto& change) {
+        const RenderReport report = rendered([&](support::TestOptions& options) {
+            options.tuning.profile = {{find_profile_field("region-tile"), 7}};
+            change(options);
+        });
+        EXPECT_EQ(report.film_hash, at_once.film_hash);
+        return report.tile_size;
+    };
+    EXPECT_EQ(tile([](support::TestOptions&) {}), 7u);
+    EXPECT_EQ(tile([](support::TestOptions& options) { options.tuning.tile_size = 5; }), 5u);
+    EXPECT_EQ(tile([](support::TestOptions& options) { options.tuning.region = 0; }), 16u);
+    EXPECT_EQ(tile([](support::TestOptions& options) { options.geometry_limit_percent = 0; }), 16u);
     EXPECT_EQ(rendered([](support::TestOptions& options) { options.spp = 2; }).region, 0u) << "too short";
     EXPECT_EQ(rendered([](support::TestOptions& options) { options.time_seconds = 1000; }).region, 0u);
     EXPECT_EQ(rendered([](support::TestOptions& options) { options.snapshot_seconds = 1000; }).region, 0u);
