@@ -1,5 +1,5 @@
 // Arithmetic that must come out the same wherever it is inlined: a product that no compiler may fuse with the following sum, minima and
-// maxima of finite numbers, and the decoding of grid coordinates.
+// maxima of finite numbers, a reciprocal square root, and the decoding of grid coordinates.
 #ifndef RP_ARITHMETIC_CL
 #define RP_ARITHMETIC_CL
 
@@ -31,6 +31,7 @@ static inline uint rp_any_byte(uint2 bytes, uint k) {
 }
 #define rp_min(a, b) fmin(a, b)
 #define rp_max(a, b) fmax(a, b)
+static inline float rp_rsqrt(float x) { return rsqrt(x); }
 #else
 #pragma OPENCL FP_CONTRACT OFF
 static inline float rp_mul(float a, float b) { return a * b; }
@@ -40,6 +41,8 @@ static inline uint rp_any_byte(uint2 bytes, uint k) { return (k < 4u ? bytes.x >
 // Comparisons, not fmin: a CPU does them in one instruction.
 #define rp_min(a, b) ((a) < (b) ? (a) : (b))
 #define rp_max(a, b) ((a) > (b) ? (a) : (b))
+// Not rsqrt, of which Intel's compiler has two, one for kernels that it makes vectors of: they differ in the last bit.
+static inline float rp_rsqrt(float x) { return 1.0f / sqrt(x); }
 #endif
 
 // Grid coordinate (abi/block.h) of the near or far plane of an axis. The selector of an axis says which half of the word is near.

@@ -2,6 +2,7 @@
 #ifndef RP_GGX_CL
 #define RP_GGX_CL
 
+#include "common/arithmetic.cl"
 #include "raypager/abi/scene.h"
 
 // Where materials lie: with textures, and where instances change their colours, each vertex has one of its own.
@@ -71,7 +72,7 @@ static inline float2 rp_sample_disk(float u, float v) {
 static inline float3 rp_ggx_sample_normal(float3 v, rp_roughness alpha, float u0, float u1) {
     const float3 s = normalize((float3)(RP_ALONG(alpha) * v.x, RP_ACROSS(alpha) * v.y, v.z));
     const float length2 = s.x * s.x + s.y * s.y;
-    const float3 t1 = length2 > 0.0f ? (float3)(-s.y, s.x, 0.0f) * rsqrt(length2) : (float3)(1.0f, 0.0f, 0.0f);
+    const float3 t1 = length2 > 0.0f ? (float3)(-s.y, s.x, 0.0f) * rp_rsqrt(length2) : (float3)(1.0f, 0.0f, 0.0f);
     const float3 t2 = cross(s, t1);
     float2 p = rp_sample_disk(u0, u1);
     const float blend = 0.5f * (1.0f + s.z);

@@ -381,10 +381,19 @@ static inline void rp_shade_one(__constant rp_render_params* params, const __glo
 #include "shading/shade_gathered.cl"
 #endif
 
-__kernel void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params, const __global rp_material* restrict materials,
-                       const __global rp_light* restrict lights, const __global uint* restrict light_steps,
-                       const __global rp_primitive_range* restrict ranges, const __global uint* restrict queue, __global uint* restrict status,
-                       __global uint4* restrict planes, volatile __global uint* restrict counters, __global uint* restrict film) {
+// Intel's compiler for CPUs makes vectors of work-items, and crashes over it where materials have layers, for instance. Not where it is told that
+// there are vectors already.
+#ifdef RP_NV_PTX
+#define RP_NO_MORE_VECTORS
+#else
+#define RP_NO_MORE_VECTORS __attribute__((vec_type_hint(float16)))
+#endif
+
+__kernel RP_NO_MORE_VECTORS void rp_shade(RP_SHADE_PARAMETERS __constant rp_render_params* restrict params,
+                                          const __global rp_material* restrict materials, const __global rp_light* restrict lights,
+                                          const __global uint* restrict light_steps, const __global rp_primitive_range* restrict ranges,
+                                          const __global uint* restrict queue, __global uint* restrict status, __global uint4* restrict planes,
+                                          volatile __global uint* restrict counters, __global uint* restrict film) {
     const rp_paths paths = {params->slot_count, status, planes};
     __local uint totals[2];
     uint mine[2] = {0u, 0u};

@@ -11,6 +11,7 @@
 
 #include "block/block_coding.hpp"
 #include "block/check_instances.hpp"
+#include "block/coordinates.hpp"
 #include "scene/clean_mesh.hpp"
 
 namespace raypager {
@@ -99,7 +100,8 @@ private:
         const BlockPositions positions(header_, bytes_.data() + header_.vertices_at);
         for (uint32_t i = 0; i < header_.vertex_count; i++) {
             const Float3 p = positions[i];
-            if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) return bad(fmt::format("vertex {} is not finite", i));
+            if (!is_stored_coordinate(p.x) || !is_stored_coordinate(p.y) || !is_stored_coordinate(p.z))
+                return bad(fmt::format("vertex {} is not finite, or too far away", i));
         }
         for (uint32_t i = 0; i < header_.vertex_count && RP_BLOCK_HAS_UVS(header_.attributes_at); i++) {
             const auto uv = item<Float2>(uvs_at(header_), i);
@@ -108,7 +110,7 @@ private:
         }
         for (uint64_t i = 0; i < header_.sphere_count; i++) {
             for (const float value : item<rp_sphere>(header_.spheres_at, i).center)
-                if (!std::isfinite(value)) return bad(fmt::format("sphere {} is not finite", i));
+                if (!is_stored_coordinate(value)) return bad(fmt::format("sphere {} is not finite, or too far away", i));
             if (item<rp_u32>(header_.spheres_at + header_.sphere_count * uint64_t{sizeof(rp_sphere)}, i) >= primitives())
                 return bad(fmt::format("sphere {} is a primitive that does not exist", i));
         }
@@ -178,7 +180,7 @@ private:
         for (uint32_t i = first; i < first + count; i++) {
             const rp_u32 word = item<rp_sphere>(header_.spheres_at, i).word;
             const float radius = std::bit_cast<float>(word);
-            if (ref & RP_LEAF_POINTS ? (word & 255u) > RP_POINT_LARGEST_CODE : !(radius > 0 && std::isfinite(radius)))
+            if (ref & RP_LEAF_POINTS ? (word & 255u) > RP_POINT_LARGEST_CODE : !(radius > 0 && is_stored_coordinate(radius)))
                 return bad(fmt::format("sphere {} has no radius", i));
         }
         spheres_ += count;

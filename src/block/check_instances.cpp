@@ -7,6 +7,8 @@
 #include <cstring>
 #include <vector>
 
+#include "block/coordinates.hpp"
+
 namespace raypager {
 namespace {
 
@@ -49,7 +51,10 @@ private:
             if (ref != nodes_ || nodes_ >= header_.node_count) return failed(fmt::format("node {} is absent or out of order", ref));
             if (depth == RP_BLOCK_MAX_DEPTH) return failed("its tree is too deep");
             const auto node = item<rp_node>(header_.nodes_at, nodes_++);
-            for (const uint64_t side : {1, 0}) stack.push_back({node.child[side].ref, depth + 1, path << 1 | side});
+            for (const uint64_t side : {1, 0}) {
+                if (!is_stored_box(node.child[side])) return failed(fmt::format("the boxes of node {} make no sense", ref));
+                stack.push_back({node.child[side].ref, depth + 1, path << 1 | side});
+            }
         }
         return {};
     }
@@ -94,15 +99,15 @@ private:
     // As make_instance has it (world/instance_record.hpp).
     static Status check_placement(const rp_instance& record, uint32_t index) {
         Transform linear;
-        bool finite = std::isfinite(record.reach) && record.reach >= 0;
+        bool finite = is_stored_coordinate(record.reach) && record.reach >= 0;
         for (size_t i = 0; i < 3; i++) {
-            finite = finite && std::isfinite(record.center[i]);
+            finite = finite && is_stored_coordinate(record.center[i]);
             for (size_t j = 0; j < 3; j++) {
                 finite = finite && std::isfinite(record.to_object[3 * i + j]);
                 linear.m[i][j] = record.to_object[3 * i + j];
             }
         }
-        if (!finite) return failed(fmt::format("instance {} is not finite", index));
+        if (!finite) return failed(fmt::format("instance {} is not finite, or too far away", index));
         return linear.inverse() ? Status() : failed(fmt::format("instance {} is flat", index));
     }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "block/block_coding.hpp"
+#include "block/coordinates.hpp"
 #include "raypager/abi/path.h"
 #include "scene/check_material.hpp"
 #include "scene/light_images.hpp"
@@ -29,12 +30,10 @@ bool finite(std::span<const float> values) {
     return true;
 }
 
-bool good_grid(const float (&origin)[3], const float (&cell)[3]) {
-    return finite(origin) && finite(cell) && cell[0] > 0 && cell[1] > 0 && cell[2] > 0;
-}
-
 bool good_bounds(const float (&lower)[3], const float (&upper)[3]) {
-    return finite(lower) && finite(upper) && lower[0] <= upper[0] && lower[1] <= upper[1] && lower[2] <= upper[2];
+    bool good = true;
+    for (int a = 0; a < 3; a++) good = good && is_stored_coordinate(lower[a]) && is_stored_coordinate(upper[a]) && lower[a] <= upper[a];
+    return good;
 }
 
 Status check_scalars(const BakedScene& scene) {
@@ -48,7 +47,7 @@ Status check_scalars(const BakedScene& scene) {
         return bad(scalars, "the response of the film makes no sense");
     if (!good_position_cell(scene.position_cell)) return bad(scalars, "the grid of positions makes no sense");
     if (!good_bounds(scene.lower, scene.upper)) return bad(scalars, "the bounds make no sense");
-    if (!good_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");
+    if (!is_stored_grid(scene.top_grid.origin, scene.top_grid.cell)) return bad(scalars, "the grid of the top tree makes no sense");
     if (scene.triangles >= RP_NONE || scene.spheres >= RP_NONE || scene.triangles + scene.spheres >= RP_NONE)
         return bad(scalars, "too many primitives");
     if (scene.instances >= RP_NONE) return bad(scalars, "too many instances");
@@ -198,7 +197,8 @@ Status check_block_entries(const BakedScene& scene) {
         if (of_block == 1 && block_entry.block != next_block++) return bad(block_entries, fmt::format("block entry {} is out of order", i));
         if (block_entry.block >= scene.blocks.size() || of_block > RP_MAX_BLOCK_ENTRIES)
             return bad(block_entries, fmt::format("block entry {} leads to no block", i));
-        if (!good_grid(block_entry.origin, block_entry.cell)) return bad(block_entries, fmt::format("the grid of block entry {} makes no sense", i));
+        if (!is_stored_grid(block_entry.origin, block_entry.cell))
+            return bad(block_entries, fmt::format("the grid of block entry {} makes no sense", i));
         if ((block_entry.root & RP_REF_BLOCK_ENTRY) == RP_REF_BLOCK_ENTRY || block_entry.root == RP_REF_EXIT ||
             (!(block_entry.root & RP_REF_LEAF) && uint64_t{block_entry.root} * sizeof(rp_node) >= scene.blocks[block_entry.block].stored_bytes))
             return bad(block_entries, fmt::format("block entry {} has no root", i));

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <vector>
 
+#include "block/coordinates.hpp"
 #include "store/format.hpp"
 #include "store/section_status.hpp"
 
@@ -41,10 +41,8 @@ public:
 
 private:
     static bool good(const rp_object& object) {
-        bool good = object.levels < RP_INSTANCE_MAX_LEVELS;
-        for (int a = 0; a < 3; a++)
-            good = good && std::isfinite(object.top.origin[a]) && std::isfinite(object.top.cell[a]) && object.top.cell[a] > 0 &&
-                   std::isfinite(object.base[a]);
+        bool good = object.levels < RP_INSTANCE_MAX_LEVELS && is_stored_grid(object.top.origin, object.top.cell);
+        for (const float coordinate : object.base) good = good && is_stored_coordinate(coordinate);
         return good;
     }
 
@@ -85,7 +83,11 @@ private:
             if (entry.ref != nodes_ || nodes_ >= scene_.top_nodes.size())
                 return bad_section(top_nodes, fmt::format("node {} is absent or out of order", entry.ref));
             if (entry.depth == RP_TOP_MAX_DEPTH) return bad_section(top_nodes, "the tree is too deep");
-            for (const uint64_t side : {1, 0}) stack.push_back({scene_.top_nodes[nodes_].child[side].ref, entry.depth + 1, entry.path << 1 | side});
+            for (const uint64_t side : {1, 0}) {
+                const rp_child& child = scene_.top_nodes[nodes_].child[side];
+                if (!is_stored_box(child)) return bad_section(top_nodes, fmt::format("the boxes of node {} make no sense", nodes_));
+                stack.push_back({child.ref, entry.depth + 1, entry.path << 1 | side});
+            }
             nodes_++;
         }
         return reached == count ? Status() : bad_section(top_nodes, "some block entries are never reached");

@@ -202,6 +202,9 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.triangles++; }), "");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.triangles = UINT64_MAX; }), "too many");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.cell[2] = 0; }), "grid");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.cell[2] = 1e35f; }), "grid");  // planes that are not finite
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.origin[0] = -1e30f; }), "grid");
+    expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.upper[1] = 1e20f; }), "bounds");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.root = 1; }), "top tree");
     expect_refused(with_item<Scalars>(scalars, 0, [](Scalars& s) { s.top_grid.root = RP_REF_EXIT; }), "top tree");
     expect_refused(with_item<rp_material>(materials, 0, [](rp_material& m) { m.kind = 17; }), "material 0");
@@ -226,6 +229,7 @@ TEST_F(DamagedBlockFile, NonsenseIsRefused) {
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = RP_RANGE_POINT_COLOR | RP_RANGE_UV; }), "flags");
     expect_refused(with_item<rp_primitive_range>(ranges, 1, [](rp_primitive_range& r) { r.flags = RP_RANGE_POINT_COLOR | RP_RANGE_VERTEX_COLOR; }),
                    "flags");
+    expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].y = RP_BOX_ABSENT; }), "boxes of node 0");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[1].ref = 0; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { n.child[0].ref = RP_REF_LEAF; }), "top tree");
     expect_refused(with_item<rp_node>(top_nodes, 0, [](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); }), "top tree");
@@ -352,6 +356,7 @@ TEST_F(DamagedBlockFile, ChecksOfBlocksKnowSpheres) {
     const uint64_t sphere = view.header.spheres_at, id = sphere + view.header.sphere_count * sizeof(rp_sphere);
     const rp_u32 x = std::bit_cast<rp_u32>(view.spheres[0].center[0]);
     refused(sphere, ~x & 0x7f800000u, "not finite");
+    refused(sphere, x ^ std::bit_cast<rp_u32>(1e20f), "too far away");
     refused(id, 0x80000000u, "does not exist");
     refused(id + 4 * (view.header.sphere_count - 1), 0x80000000u, "does not exist");
     // An infinite radius, and the code that is not used.

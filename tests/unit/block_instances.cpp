@@ -56,12 +56,14 @@ protected:
 
 TEST_F(DamagedInstances, Records) {
     EXPECT_EQ(with_record([](rp_instance& r) { r.object = 2; }), "instance 3 is of an object that does not exist, or has nothing in it");
-    for (const float bad : {float(NAN), float(INFINITY)}) {
-        EXPECT_EQ(with_record([&](rp_instance& r) { r.to_object[4] = bad; }), "instance 3 is not finite");
-        EXPECT_EQ(with_record([&](rp_instance& r) { r.center[2] = bad; }), "instance 3 is not finite");
-        EXPECT_EQ(with_record([&](rp_instance& r) { r.reach = bad; }), "instance 3 is not finite");
+    for (const float bad : {float(NAN), float(INFINITY), 1e20f}) {
+        if (bad != 1e20f) {
+            EXPECT_EQ(with_record([&](rp_instance& r) { r.to_object[4] = bad; }), "instance 3 is not finite, or too far away");
+        }
+        EXPECT_EQ(with_record([&](rp_instance& r) { r.center[2] = bad; }), "instance 3 is not finite, or too far away");
+        EXPECT_EQ(with_record([&](rp_instance& r) { r.reach = bad; }), "instance 3 is not finite, or too far away");
     }
-    EXPECT_EQ(with_record([](rp_instance& r) { r.reach = -1; }), "instance 3 is not finite");
+    EXPECT_EQ(with_record([](rp_instance& r) { r.reach = -1; }), "instance 3 is not finite, or too far away");
     EXPECT_EQ(with_record([](rp_instance& r) { std::fill_n(r.to_object, 9, 0.0f); }), "instance 3 is flat");
     EXPECT_EQ(with_record([](rp_instance& r) { std::copy_n(r.to_object, 3, r.to_object + 6); }), "instance 3 is flat");
     EXPECT_EQ(with_record([](rp_instance& r) { r.path_low ^= 1; }), "the path of instance 3 leads elsewhere");
@@ -98,6 +100,8 @@ TEST_F(DamagedInstances, TraitsOfRecords) {
 TEST_F(DamagedInstances, Trees) {
     // The last node has two leaves, since nodes lie in depth-first order: the one that is met last.
     const auto last = [&](const std::function<void(rp_node&)>& change) { return with_item(header_.nodes_at, header_.node_count - 1, change); };
+    EXPECT_EQ(last([](rp_node& n) { n.child[0].z = RP_BOX_ABSENT; }),
+              "the boxes of node " + std::to_string(header_.node_count - 1) + " make no sense");
     const std::string twice = last([](rp_node& n) { n.child[1].ref = n.child[0].ref; });
     EXPECT_NE(twice.find("is absent or out of order"), std::string::npos) << twice;
     const std::string swapped = last([](rp_node& n) { std::swap(n.child[0].ref, n.child[1].ref); });
