@@ -34,7 +34,8 @@ def processor_name() -> str:
 def conditions(options: argparse.Namespace, command: list[str], cores: int) -> dict:
     commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     version = subprocess.run([options.raypager, "--version"], capture_output=True, text=True).stdout.strip()
-    words = [str(Path(command[0]).resolve().relative_to(ROOT)), *command[1:]]
+    script = Path(command[0]).resolve()
+    words = [str(script.relative_to(ROOT) if script.is_relative_to(ROOT) else script), *command[1:]]
     return {
         "date": datetime.date.today().isoformat(),
         "command": shlex.join(words),
