@@ -113,7 +113,7 @@ class LuxCore:
         running = time.monotonic()
         self.started = running - began
         while not session.HasDone():
-            time.sleep(0.005)
+            time.sleep(0.02)
             session.UpdateStats()
         seconds = time.monotonic() - running
         stats = session.GetStats()

@@ -1,6 +1,7 @@
 """Brings raypager and a rival to the same error, once their pictures agree."""
 
 import argparse
+import contextlib
 import math
 import os
 import statistics
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from . import pictures, scenes, table
+from .memory import DeviceMemory
 from .tools import Failed, Raypager, Render, Rival, run
 
 
@@ -131,6 +133,7 @@ class Comparison:
             render=median(lambda done, error: pictures.seconds_to(done.seconds, error, target)),
             whole=median(lambda done, error: done.whole - done.seconds + pictures.seconds_to(done.seconds, error, target)),
             processor=median(lambda done, error: pictures.seconds_to(done.processor, error, target)),
+            memory=max(done.memory for done, _ in runs),
         )
 
 
@@ -142,43 +145,66 @@ def same_kind(raypager: Raypager, rivals: list[Rival]) -> None:
             raise Failed(f"{rival.name} renders on a {rival.told['kind']}, raypager on {own['name']}; choose one with --raypager-device")
 
 
+def contestants(
+    options: argparse.Namespace, raypager: Raypager, started: list[tuple[str, Rival, dict]], gpu: DeviceMemory | None, idle: int
+) -> tuple[list[Contestant], list[Contestant]]:
+    """raypager's and the rival's. idle: bytes of the GPU in use before the rival was started, which keeps some until it is closed."""
+
+    def metered(work: Callable[[], Render], before: Callable[[], int]) -> Render:
+        if not gpu:
+            return work()
+        already = before()
+        done, peak = gpu.during(work)
+        return done._replace(memory=peak - already)
+
+    def at(limit: str) -> Contestant:
+        def render(samples: int, seed: int) -> Render:
+            return metered(lambda: raypager.render(samples, seed, limit), gpu.now if gpu else int)
+
+        return Contestant("raypager", limit, render)
+
+    def of(name: str, rival: Rival, more: dict) -> Contestant:
+        def render(samples: int, seed: int) -> Render:
+            return metered(lambda: rival.render(samples, seed, **more), lambda: idle)
+
+        return Contestant(name, "all", render)
+
+    return [at(limit) for limit in options.limits.split(",")], [of(*each) for each in started]
+
+
 def compare_scene(options: argparse.Namespace, scene: str, start: Callable[[Path, Path], list[tuple[str, Rival, dict]]]) -> dict:
     print(f"{scene}: making it", file=sys.stderr, flush=True)
     prepared = prepare(options, scene)
     work = options.work / Path(scene).stem
     raypager = Raypager(options.raypager, options.raypager_device, prepared.baked, options.size, prepared.bake_seconds, work)
     raypager.render(1, 0)  # compiles kernels
-    started = start(prepared.exported, work)
-    rivals = list({id(rival): rival for _, rival, _ in started}.values())
-    try:
+    with contextlib.ExitStack() as ends:
+        gpu = DeviceMemory() if raypager.told["device"]["type"] == "GPU" and DeviceMemory.is_there() else None
+        if gpu:
+            ends.callback(gpu.close)
+        idle = gpu.now() if gpu else 0
+        started = start(prepared.exported, work)
+        rivals = list({id(rival): rival for _, rival, _ in started}.values())
+        for rival in rivals:
+            ends.callback(rival.close)
         same_kind(raypager, rivals)
-
-        def at(limit: str) -> Contestant:
-            return Contestant("raypager", limit, lambda samples, seed: raypager.render(samples, seed, limit))
-
-        def of(name: str, rival: Rival, more: dict) -> Contestant:
-            return Contestant(name, "all", lambda samples, seed: rival.render(samples, seed, **more))
-
-        comparison = Comparison(options, work, [at(limit) for limit in options.limits.split(",")], [of(*each) for each in started])
+        comparison = Comparison(options, work, *contestants(options, raypager, started, gpu, idle))
         print(f"{scene}: comparing pictures", file=sys.stderr, flush=True)
         found, agree = comparison.agree()
         target, rows = comparison.measure() if agree else (None, [])
-        return {
-            "scene": scene,
-            "triangles": prepared.triangles,
-            "vertices": prepared.vertices,
-            "size": options.size,
-            "commands": prepared.commands + [" ".join(raypager.command(options.spp, 1000, "100%"))] + [" ".join(r.command) for r in rivals],
-            "raypager": raypager.told["device"],
-            "rival": {"version": rivals[0].told["version"], "device": rivals[0].told["device"]},
-            "agreement": found._asdict(),
-            "agree": agree,
-            "target_rmse": target,
-            "rows": [row._asdict() for row in rows],
-        }
-    finally:
-        for rival in rivals:
-            rival.close()
+    return {
+        "scene": scene,
+        "triangles": prepared.triangles,
+        "vertices": prepared.vertices,
+        "size": options.size,
+        "commands": prepared.commands + [" ".join(raypager.command(options.spp, 1000, "100%"))] + [" ".join(r.command) for r in rivals],
+        "raypager": raypager.told["device"],
+        "rival": {"version": rivals[0].told["version"], "device": rivals[0].told["device"]},
+        "agreement": found._asdict(),
+        "agree": agree,
+        "target_rmse": target,
+        "rows": [row._asdict() for row in rows],
+    }
 
 
 def compare(options: argparse.Namespace, start: Callable[[Path, Path], list[tuple[str, Rival, dict]]]) -> int:

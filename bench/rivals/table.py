@@ -22,6 +22,7 @@ class Row(NamedTuple):
     render: float
     whole: float
     processor: float
+    memory: int  # most bytes at once: of a GPU's, or of main memory
 
 
 def processor_name() -> str:
@@ -81,7 +82,7 @@ def times_of(result: dict) -> list[list[str]]:
         for name in columns(result):
             seconds, other = getattr(row, name), getattr(best, name)
             cells += [f"{seconds:.3g}", f"**{seconds / other:.2f}**" if row.ours and name == "render" else f"{seconds / other:.2f}"]
-        lines.append(cells)
+        lines.append(cells + [f"{row.memory / 2**20:.0f}"])
     return lines
 
 
@@ -105,6 +106,7 @@ def text_of(conditions: dict, results: list[dict]) -> str:
         heads = ["scene", "renderer", "resident", "samples", "RMSE with these"]
         for name in columns(results[0]):
             heads += [{"render": "render, s", "whole": "with building, s", "processor": "processor, s"}[name], "ratio"]
+        heads += ["memory, MiB"]
         parts += ["Seconds to raypager's RMSE; a ratio below 1 means that raypager is faster:", markdown(heads, times)]
     return "\n\n".join(parts) + "\n"
 

@@ -25,6 +25,7 @@ class Render(NamedTuple):
     seconds: float  # of rendering alone
     whole: float  # with starting and reading or building what the scene needs
     processor: float  # processor seconds of rendering, on all cores; for raypager those of the whole process
+    memory: int  # most bytes of main memory that the process had at once
 
 
 class Renderer(Protocol):
@@ -60,13 +61,16 @@ class Raypager:
         return [str(w) for w in words + (["--device", self.device] if self.device else [])]
 
     def render(self, samples: int, seed: int, limit: str = "100%") -> Render:
-        began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
-        run(*self.command(samples, seed, limit))
-        whole, after = time.monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+        command, log, began = self.command(samples, seed, limit), self.work / "raypager.log", time.monotonic()
+        with open(log, "w") as said:
+            process = subprocess.Popen(command, stdout=said, stderr=said)
+            _, status, used = os.wait4(process.pid, 0)
+        whole, process.returncode = time.monotonic() - began, os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            raise Failed(f"{' '.join(command)}: {log.read_text(errors='replace').strip()[-2000:] or 'failed'}")
         self.told = json.loads((self.work / "raypager.json").read_text())
-        processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         picture = pictures.read_pfm(self.work / "raypager.pfm")
-        return Render(picture, samples, self.told["seconds"]["render"], self.build + whole, processor)
+        return Render(picture, samples, self.told["seconds"]["render"], self.build + whole, used.ru_utime + used.ru_stime, used.ru_maxrss << 10)
 
 
 class Rival:
@@ -95,7 +99,7 @@ class Rival:
         self.process.stdin.write(json.dumps({"samples": samples, "seed": seed, "picture": str(picture), "more": more}) + "\n")
         self.process.stdin.flush()
         told = self.answer()
-        return Render(np.load(picture), told["samples"], told["seconds"], self.told["build"] + told["seconds"], told["processor"])
+        return Render(np.load(picture), told["samples"], told["seconds"], self.told["build"] + told["seconds"], told["processor"], told["memory"])
 
     def close(self) -> None:
         self.process.stdin.close()
@@ -115,6 +119,8 @@ def serve(load: Callable[[], Renderer]) -> None:
         picture, samples, seconds = renderer.render(request["samples"], request["seed"], **request["more"])
         processor = time.process_time() - before
         np.save(request["picture"], np.ascontiguousarray(picture, np.float32))
-        print(json.dumps({"samples": samples, "seconds": seconds, "processor": processor}), file=answers, flush=True)
+        told = {"samples": samples, "seconds": seconds, "processor": processor}
+        told["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
+        print(json.dumps(told), file=answers, flush=True)
     answers.close()
     os._exit(0)  # without destructors, some of which crash

@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import struct
 import sys
+import time
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +19,7 @@ from conftest import waves
 
 BENCH = Path(__file__).parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
-from rivals import comparison, geometry, options, pictures, scenes, tools  # noqa: E402
+from rivals import comparison, geometry, memory, options, pictures, scenes, tools  # noqa: E402
 
 
 def corners(mesh: geometry.Mesh) -> np.ndarray:
@@ -184,6 +186,7 @@ def test_what_others_draw_differently_is_refused(program: Path, tmp_path: Path) 
 
 PASSES_FOR_A_RIVAL = """
 import sys
+import time
 from pathlib import Path
 program, baked, size, work, bench, factor = sys.argv[1:]
 sys.path.insert(0, bench)
@@ -241,3 +244,34 @@ def test_a_rival_that_ends_is_one_line(program: Path, tmp_path: Path, capsys: py
     assert compare(program, tmp_path, "fails") == 1
     said = capsys.readouterr().err.strip().splitlines()
     assert "rival ended: out of luck; all that it said is in " in said[-1]
+
+
+def test_device_memory_is_the_most_meanwhile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    says = tmp_path / "says"
+    says.write_text("100")
+    script = tmp_path / "nvidia-smi"
+    script.write_text(f"#!/bin/sh\nwhile sleep 0.01; do cat {says}; echo; done\n")
+    script.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    assert memory.DeviceMemory.is_there()
+    device = memory.DeviceMemory()
+    try:
+        assert device.now() == 100 << 20
+
+        def becomes(mebibytes: int) -> None:
+            """That is what the driver says from now on, and what has been heard."""
+            (tmp_path / "next").write_text(str(mebibytes))
+            (tmp_path / "next").rename(says)
+            end = time.monotonic() + 60
+            while device.last != mebibytes << 20 and time.monotonic() < end:
+                time.sleep(0.01)
+
+        def work() -> str:
+            becomes(700)
+            becomes(300)
+            return "done"
+
+        assert device.during(work) == ("done", 700 << 20)
+        assert device.now() == 300 << 20, "what was before does not count"
+    finally:
+        device.close()
