@@ -115,7 +115,6 @@ class Cycles:
 
     def shape(self, name, shape):
         import numpy as np
-
         from rivals import geometry
 
         vertices, triangles = geometry.read_ply(shape.mesh)

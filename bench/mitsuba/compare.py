@@ -29,7 +29,6 @@ class Mitsuba:
 
     def __init__(self, scene, width, height, variant):
         import drjit
-
         import mitsuba
 
         self.drjit, self.mitsuba, self.variant, self.pixels = drjit, mitsuba, variant, width * height
@@ -42,8 +41,7 @@ class Mitsuba:
         self.version = f"Mitsuba {mitsuba.__version__}"
         self.device = VARIANTS[variant]
         self.kind = "GPU" if variant == "cuda" else "CPU"
-        self.ready = set()
-        self.render(1, 0, "independent")
+        self.render(1, 0, "independent")  # compiles
 
     def wait(self):
         if self.variant != "scalar":
@@ -52,9 +50,6 @@ class Mitsuba:
     def render(self, samples, seed, sampler):
         import numpy as np
 
-        if (samples, sampler) not in self.ready:  # some samplers compile anew for each number
-            self.ready.add((samples, sampler))
-            self.passes(samples, seed, sampler)
         began = time.monotonic()
         picture, used = self.passes(samples, seed, sampler)
         return np.array(picture), used, time.monotonic() - began

@@ -112,6 +112,8 @@ class Comparison:
         first = self.ours[0].render(self.options.spp, 7)
         target = self.error(first.picture)
         samples = {id(tool): self.options.spp for tool in self.ours} | {id(tool): self.samples(tool, target) for tool in self.theirs}
+        for tool in self.theirs:
+            tool.render(samples[id(tool)], 999)  # some compile anew for each number of samples
         runs: dict[int, list[tuple[Render, float]]] = {}
         for repeat in range(self.options.repeats):
             for tool in self.ours + self.theirs:

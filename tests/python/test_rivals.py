@@ -153,7 +153,7 @@ def test_pictures_come_in_and_go_out(tmp_path: Path) -> None:
 
 def chosen(program: Path, work: Path, scene: Path | str, *more: str) -> argparse.Namespace:
     words = [str(scene), "--raypager", str(program), "--work", str(work), "--size", "48x27", "--spp", "4", "--reference-spp", "64", "--repeats", "1"]
-    return options.parser("rival", "").parse_args([*words, "--limits", "100%,50%", "--most-bias", "2", *more])
+    return options.parser("rival", "").parse_args([*words, "--limits", "100%,50%", "--most-bias", "2", "--most-difference", "4", *more])
 
 
 def test_scenes_become_diffuse_and_come_back(program: Path, tmp_path: Path) -> None:
