@@ -55,7 +55,7 @@ def prepare(options: argparse.Namespace, scene: str) -> Prepared:
         if getattr(options, "materials", "diffuse") == "diffuse":
             scenes.all_diffuse(source)
     elif not source.exists():
-        raise Failed(f"{scene}: no such file, and no kind of scene; kinds are {', '.join(scenes.KINDS)}")
+        raise Failed(f"no such file, and no kind of scene; kinds are {', '.join(scenes.KINDS)}")
     baked = source
     if source.suffix != ".rpb":
         baked = folder / "scene.rpb"
@@ -210,15 +210,17 @@ def compare_scene(options: argparse.Namespace, scene: str, start: Callable[[Path
 
 
 def compare(options: argparse.Namespace, start: Callable[[Path, Path], list[tuple[str, Rival, dict]]]) -> int:
-    """Compares all scenes, writes result.json and result.md into the work folder and prints the latter. 0, or 1 if pictures differ or all fails.
+    """Compares all scenes, writes result.json and result.md into the work folder and prints the latter. 0, or 1 if pictures differ or a
+    scene fails.
 
     start: from scene.xml and a folder for logs, the rival's processes, already started: name, process, and what else a render is asked with."""
-    try:
-        results = [compare_scene(options, scene, start) for scene in options.scenes]
-    except (Failed, ValueError, OSError) as error:
-        print(f"{Path(sys.argv[0]).parent.name}/{Path(sys.argv[0]).name}: {error}", file=sys.stderr)
-        return 1
-    conditions = table.conditions(options, sys.argv, len(os.sched_getaffinity(0)))
-    text = table.write(options.work, conditions, results)
-    print(text)
-    return 0 if all(result["agree"] for result in results) else 1
+    results, failed = [], False
+    for scene in options.scenes:
+        try:
+            results.append(compare_scene(options, scene, start))
+        except (Failed, ValueError, OSError) as error:
+            print(f"{Path(sys.argv[0]).parent.name}/{Path(sys.argv[0]).name}: {scene}: {error}", file=sys.stderr)
+            failed = True
+    if results:
+        print(table.write(options.work, table.conditions(options, sys.argv, len(os.sched_getaffinity(0))), results))
+    return 0 if not failed and all(result["agree"] for result in results) else 1

@@ -180,7 +180,7 @@ def test_what_others_draw_differently_is_refused(program: Path, tmp_path: Path) 
         prepared = comparison.prepare(chosen(program, tmp_path / "work", path), str(path))
         with pytest.raises(ValueError, match=what):
             scenes.read(prepared.exported)
-    with pytest.raises(tools.Failed, match="nothing.pbrt: no such file"):
+    with pytest.raises(tools.Failed, match="no such file, and no kind"):
         comparison.prepare(chosen(program, tmp_path / "work", "nothing.pbrt"), "nothing.pbrt")
 
 
