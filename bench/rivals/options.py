@@ -25,7 +25,7 @@ def parser(name: str, about: str, materials: bool = False) -> argparse.ArgumentP
     add("--reference-spp", type=int, default=1024, help="of the two pictures of each renderer that the reference is made of (default: 1024)")
     add("--limits", default="100%,29%,12.5%", help="how much of its geometry raypager may have resident (default: 100%%,29%%,12.5%%)")
     add("--repeats", type=int, default=3, help="interleaved; medians count (default: 3)")
-    add("--most-bias", type=float, default=0.5, help="largest bias of a colour channel, in %% of its mean (default: 0.5)")
+    add("--most-bias", type=float, default=0.1, help="largest bias of a colour channel, in %% of its mean (default: 0.1)")
     add("--most-difference", type=float, default=1.0, help="largest difference that noise does not explain, in %% of the mean (default: 1)")
     if materials:
         add("--materials", choices=("diffuse", "own"), default="diffuse", help="of scenes that are made (default: diffuse, as for all rivals)")

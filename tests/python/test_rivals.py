@@ -114,6 +114,9 @@ def test_noise_is_told_from_other_pictures() -> None:
     moved = pictures.agreement(noisy(random, np.roll(truth, 1, 0), 0.03), ours)
     assert max(np.abs(moved.bias)) < 0.003 and moved.unexplained > 0.3, f"seed {seed}"
     assert not moved.within(0.005, 0.02), f"seed {seed}: the same mean, but not the same picture"
+    half = np.where(np.arange(160)[:, None] < 80, 0.97, 1.03)
+    uneven = pictures.agreement(noisy(random, truth * half, 0.1), noisy(random, truth, 0.1))
+    assert max(np.abs(uneven.bias)) < 0.01 and math.isclose(uneven.unexplained, 0.03, rel_tol=0.6), f"seed {seed}: far below the noise of a pixel"
 
 
 def test_what_is_no_number_does_not_agree() -> None:
