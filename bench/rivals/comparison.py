@@ -179,7 +179,7 @@ def compare_scene(options: argparse.Namespace, scene: str, start: Callable[[Path
     prepared = prepare(options, scene)
     work = options.work / Path(scene).stem
     raypager = Raypager(options.raypager, options.raypager_device, prepared.baked, options.size, prepared.bake_seconds, work)
-    raypager.render(1, 0)  # compiles kernels
+    raypager.warm_up()
     with contextlib.ExitStack() as ends:
         gpu = DeviceMemory() if raypager.told["device"]["type"] == "GPU" and DeviceMemory.is_there() else None
         if gpu:

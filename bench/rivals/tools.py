@@ -24,7 +24,7 @@ class Render(NamedTuple):
     samples: int  # per pixel; some renderers round what is asked for
     seconds: float  # of rendering alone
     whole: float  # with starting and reading or building what the scene needs
-    processor: float  # processor seconds of rendering, on all cores; for raypager those of the whole process
+    processor: float  # processor seconds of rendering, on all cores
     memory: int  # most bytes of main memory that the process had at once
 
 
@@ -53,6 +53,12 @@ class Raypager:
     def __init__(self, program: Path, device: str | None, scene: Path, size: str, build: float, work: Path):
         self.program, self.device, self.scene, self.size, self.build, self.work = program, device, scene, size, build, work
         self.told: dict = {}  # report of the last render
+        self.start = 0.0  # processor seconds of a process that renders next to nothing
+
+    def warm_up(self) -> None:
+        """Compiles kernels, and measures what starting takes."""
+        self.render(1, 0)
+        self.start = self.render(1, 0).processor
 
     def command(self, samples: int, seed: int, limit: str) -> list[str]:
         words = [self.program, "render", self.scene, "-o", self.work / "raypager.pfm", "--spp", samples, "--size", self.size, "--seed", seed]
@@ -70,7 +76,9 @@ class Raypager:
             raise Failed(f"{' '.join(command)}: {log.read_text(errors='replace').strip()[-2000:] or 'failed'}")
         self.told = json.loads((self.work / "raypager.json").read_text())
         picture = pictures.read_pfm(self.work / "raypager.pfm")
-        return Render(picture, samples, self.told["seconds"]["render"], self.build + whole, used.ru_utime + used.ru_stime, used.ru_maxrss << 10)
+        # The start that was measured held a sample, too.
+        processor = (used.ru_utime + used.ru_stime - self.start) * (samples / (samples - 1) if self.start > 0 and samples > 1 else 1)
+        return Render(picture, samples, self.told["seconds"]["render"], self.build + whole, max(0.0, processor), used.ru_maxrss << 10)
 
 
 class Rival:
