@@ -12,8 +12,7 @@ static inline RP_FLOATS RP_NAME(rp_sum3_)(RP_FLOATS a, RP_FLOATS b, RP_FLOATS c)
 
 // a * b - c * d, the area on one side of an edge: 0, or of the right sign.
 static inline RP_FLOATS RP_NAME(rp_edge_function_)(RP_FLOATS a, RP_FLOATS b, RP_FLOATS c, RP_FLOATS d) { return RP_MUL(a, b) - RP_MUL(c, d); }
-// The same where both products round to the same number: the difference of what rounding took from them, which is exact but for one
-// rounding (Dekker 1971; fma gives the rounding error of a product).
+// What rounding took from it: from its products, which is exact but for one rounding (Dekker 1971; fma gives the rounding error of a product).
 static inline RP_FLOATS RP_NAME(rp_edge_remainder_)(RP_FLOATS a, RP_FLOATS b, RP_FLOATS c, RP_FLOATS d) {
     const RP_FLOATS ab = RP_MUL(a, b), cd = RP_MUL(c, d);
     return fma(a, b, -ab) - fma(c, d, -cd);
@@ -43,20 +42,19 @@ static inline RP_NAME(rp_edges_) RP_NAME(rp_edge_functions_)(RP_FLOATS ax, RP_FL
 }
 
 // First half: on which side of the edges the ray passes. Edges and vertices belong to all triangles that share them. ax to cy: vertices as the ray
-// sees them, sheared. Lanes in which the triangle is missed are clear in the result; if all are, edges may be left as they were.
+// sees them, sheared. Lanes in which the triangle is missed are clear in the result; if all are, edges may be left as they were. Else these are areas
+// to the last bits: on a triangle that is a thousand times as long as wide, those above are wrong by a thousand times as much, and so would be the
+// distance, by which rays that leave such a triangle would hit it again.
 static inline uint RP_NAME(rp_inside_)(RP_FLOATS ax, RP_FLOATS ay, RP_FLOATS bx, RP_FLOATS by, RP_FLOATS cx, RP_FLOATS cy, uint lanes,
                                        RP_NAME(rp_edges_)* edges) {
     const RP_NAME(rp_edges_) e = RP_NAME(rp_edge_functions_)(ax, ay, bx, by, cx, cy);
-    RP_FLOATS u = e.u, v = e.v, w = e.w;
-    uint inside = lanes & ~RP_MASK(RP_NAME(rp_signs_differ_)(u, v, w));
+    uint inside = lanes & ~RP_MASK(RP_NAME(rp_signs_differ_)(e.u, e.v, e.w));
     if (inside == 0u) return 0u;
-    if (inside & RP_MASK((u == 0.0f) | (v == 0.0f) | (w == 0.0f))) {
-        // Rounding is monotone, so an edge function never has the wrong sign, but it may have come out as 0 and passed for an edge.
-        u = u == 0.0f ? RP_NAME(rp_edge_remainder_)(cx, by, cy, bx) : u;
-        v = v == 0.0f ? RP_NAME(rp_edge_remainder_)(ax, cy, ay, cx) : v;
-        w = w == 0.0f ? RP_NAME(rp_edge_remainder_)(bx, ay, by, ax) : w;
-        inside &= ~RP_MASK(RP_NAME(rp_signs_differ_)(u, v, w));
-    }
+    const RP_FLOATS u = RP_ADD(e.u, RP_NAME(rp_edge_remainder_)(cx, by, cy, bx)), v = RP_ADD(e.v, RP_NAME(rp_edge_remainder_)(ax, cy, ay, cx)),
+                    w = RP_ADD(e.w, RP_NAME(rp_edge_remainder_)(bx, ay, by, ax));
+    // Rounding is monotone, so an edge function never has the wrong sign, but it may have come out as 0 and passed for an edge.
+    if (inside & RP_MASK((e.u == 0.0f) | (e.v == 0.0f) | (e.w == 0.0f)))
+        inside &= ~RP_MASK(RP_NAME(rp_signs_differ_)(e.u == 0.0f ? u : e.u, e.v == 0.0f ? v : e.v, e.w == 0.0f ? w : e.w));
     edges->u = u;
     edges->v = v;
     edges->w = w;
@@ -64,9 +62,8 @@ static inline uint RP_NAME(rp_inside_)(RP_FLOATS ax, RP_FLOATS ay, RP_FLOATS bx,
 }
 
 // The distance of a hit on a primitive with the bounds [low, high] (relative to the ray's origin), and whether it is one by them. t is wrong by
-// rounding, on long thin triangles by much more than positions are. It is moved to where the ray is within the bounds: or boxes around them would
-// decide, by the order of visits, what is hit, and rays would pass through faces that they begin before. Bounds that end behind the origin are not
-// hit at all, which boxes around them may have seen or not.
+// rounding. It is moved to where the ray is within the bounds: or boxes around them would decide, by the order of visits, what is hit, and rays would
+// pass through faces that they begin before. Bounds that end behind the origin are not hit at all, which boxes around them may have seen or not.
 static inline RP_INTS RP_NAME(rp_in_bounds_)(RP_FLOATS t, RP_NAME(rp_vector_) low, RP_NAME(rp_vector_) high, RP_NAME(rp_vector_) reciprocal,
                                              RP_FLOATS* distance) {
     const RP_NAME(rp_vector_) a = RP_NAME(rp_product_)(low, reciprocal), b = RP_NAME(rp_product_)(high, reciprocal);

@@ -1,6 +1,9 @@
 // The scenes whose light is checked.
 #include "reference/scenes.hpp"
 
+#include <cmath>
+#include <numbers>
+
 #include "base/check.hpp"
 #include "raypager/materials.hpp"
 #include "reference/scene_builder.hpp"
@@ -216,6 +219,31 @@ Furnace furnace(FurnaceKind kind, double albedo, double alpha, uint32_t subdivis
     }
     Furnace result{scene.finish(), expected};
     result.scene.max_depth = max_depth;
+    return result;
+}
+
+Furnace thin_prism(double length, PictureSize size) {
+    constexpr uint32_t sides = 10;
+    constexpr double radius = 0.014;
+    const Vec3 along = normalized(Vec3(1, 0.3, 1)), across = normalized(cross(along, Vec3(0, 1, 0))), up = cross(across, along);
+    TriangleMesh mesh;
+    for (uint32_t i = 0; i < sides; i++) {
+        const double angle = 2 * std::numbers::pi * i / sides;
+        const Vec3 from_axis = across * (radius * std::cos(angle)) + up * (radius * std::sin(angle));
+        for (const double end : {-length / 2, length / 2}) {
+            const Vec3 p = from_axis + along * end;
+            mesh.positions.push_back({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+        }
+        const uint32_t a = 2 * i, b = 2 * ((i + 1) % sides);
+        mesh.triangles.push_back({a, b, a + 1});
+        mesh.triangles.push_back({a + 1, b, b + 1});
+    }
+    SceneBuilder scene(size);
+    scene.add("prism", std::move(mesh), scene.material(diffuse(grey(0.5))));
+    scene.camera(across * 0.1 + up * 0.05, {0, 0, 0}, along, 6);
+    scene.infinite_light(grey(1));
+    Furnace result{scene.finish(), 0.5};
+    result.scene.max_depth = 5;
     return result;
 }
 

@@ -50,6 +50,8 @@ struct Furnace {
 };
 // albedo: of closed and diffuse. alpha: of rough_conductor. subdivisions: 0 for a SpherePrimitive, else an icosphere. Flat normals.
 Furnace furnace(FurnaceKind kind, double albedo = 0.5, double alpha = 0.3, uint32_t subdivisions = 0, PictureSize size = {32, 32});
+// The same of FurnaceKind::diffuse with albedo 0.5, for a prism of ten sides, 0.028 thick and so long, in a direction along no axis.
+Furnace thin_prism(double length, PictureSize size = {32, 32});
 // Four balls of glass one behind the other, seen along their axis, under an even sky: radiance 1.
 Scene glass_row(PictureSize size = {32, 32});
 // A white ball in a ball of glass, which fills the picture, under the same sky.
