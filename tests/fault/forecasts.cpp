@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -87,10 +88,11 @@ TEST_F(Forecasts, say_what_a_render_takes) {
     };
     EXPECT_LE(result->resident.moved_bytes, static_cast<double>(result->scene_bytes));
     EXPECT_GE(result->resident.moved_bytes, 0.9 * bytes_of(100));
-    // A quarter of the samples is measured, and loads depend on when others arrive: two renders differ by a third, more beside other programs.
-    const double asked = bytes_of(40);
-    EXPECT_GT(result->asked.moved_bytes, asked / 4);
-    EXPECT_LT(result->asked.moved_bytes, asked * 4);
+    // A quarter of the samples is measured, and loads depend on when others arrive: two renders differ by a third, beside other programs by a factor
+    // of five.
+    const std::array<double, 3> asked = {bytes_of(40), bytes_of(40), bytes_of(40)};
+    EXPECT_GT(result->asked.moved_bytes, *std::ranges::min_element(asked) / 4);
+    EXPECT_LT(result->asked.moved_bytes, *std::ranges::max_element(asked) * 4);
 }
 
 TEST_F(Forecasts, without_a_limit_nothing_is_slower) {
