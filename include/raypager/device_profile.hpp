@@ -34,6 +34,11 @@ struct DeviceProfile {
     uint32_t scenes_for_slots = 0;  // how many times the bytes of the scene they may take there
     double loads_for_slots = 0;     // with caches_slots: bytes of slots = this * bytes of the scene / resident fraction
     uint32_t rounds_under_way = 1;  // at most
+    uint32_t region_tile = 16;      // pixels a side of tiles where a render goes region by region, and not all is resident: regions become compact
+
+    // What it is expected to do in a second, roughly: to tell a render that crawls before it begins (render/expected_waits.hpp).
+    double expected_rays = 1e6;   // one of its units
+    double expected_loads = 1e4;  // blocks, one after the other
 
     // Paging.
     uint32_t blocks_per_load = 1;         // of the pool, for each load in flight, ...
@@ -51,7 +56,6 @@ struct DeviceProfile {
     // Work-items of a launch, for each of the device's units. They loop over their queues.
     uint32_t items = 1;              // of stages that do not trace
     uint32_t ray_items = 1;          // that trace rays one by one
-    uint32_t region_tile = 16;       // pixels a side of tiles where a render goes region by region, and not all is resident: regions become compact
     uint32_t persistent_items = 1;   // the same, where they fetch rays themselves
     uint32_t stream_items = 1;       // that trace streams, each alone in its group
     uint32_t wake_items = 1;         // with streams

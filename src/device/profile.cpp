@@ -31,6 +31,8 @@ DeviceProfile cpu_profile(bool streams, uint32_t cores, uint32_t host_threads) {
     p.scenes_for_slots = 2;  // not measured, as above
     // Scenes of 60 to 300 MB at 29, 12.5 and 3 % on two cores (cpu-paging.md).
     p.loads_for_slots = 1.0 / 54;
+    p.expected_rays = 1.3e6;   // two busy cores, clutter of 200 K triangles: 2.6 M rays a second
+    p.expected_loads = 10000;  // two cores, the sweep (expected_waits.cpp)
     // A host thread that plans needs a core: two rounds make 3 % resident up to 18 % slower, the rest little faster (cpu-paging.md,
     // cpu-traversal.md).
     p.rounds_under_way = 1;
@@ -93,6 +95,8 @@ DeviceProfile gpu_profile(uint32_t units, uint32_t host_threads) {
     p.loader_threads = std::clamp<uint32_t>(host_threads / 4, 2, 4);
     p.read_ahead_threads = std::clamp<uint32_t>(host_threads / 2, 1, 8);  // the host has little else to do; number: not measured
 
+    p.expected_rays = 3.2e6;   // an H200 among clutter: 105 M paths a second, at four rays (gpu-paging.md)
+    p.expected_loads = 65000;  // an H200 handles 90,000 (gpu-paging.md)
     // Regions of a few rows of tiles are long strips, with more blocks around them than squares: 128 pixels instead of 16, 12.5 % of a render's
     // memory: clutter - 10 %, a terrain - 6 %; 29 %: - 2 % (gpu-paging.md).
     p.region_tile = 128;

@@ -12,9 +12,8 @@ struct WaitNeeds {
     uint64_t blocks = 0;        // and pages
     double resident_share = 1;  // of their bytes, 0 to 1
     uint32_t max_depth = 0;
-    uint32_t compute_units = 1;
-    bool on_host = false;  // the device is a CPU
-    bool sweeps = false;   // PolicyKind::sweep: blocks come in turn, whatever is waited for
+    double rays_per_second = 1, loads_per_second = 1;
+    bool sweeps = false;  // PolicyKind::sweep: blocks come in turn, whatever is waited for
 };
 
 struct ExpectedSeconds {

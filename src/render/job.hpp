@@ -125,6 +125,7 @@ private:
     RenderProgress progress_at(const Standing& all) const;
     void warn_if_slow(double now);
     void warn_of_waits();
+    void warn_that_it_crawls(const std::string& why);
     Status report_progress();
 
     // job_film.cpp: the film, of all devices together, and what becomes of it.

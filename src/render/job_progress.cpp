@@ -90,6 +90,14 @@ RenderProgress RenderJob::progress_at(const Standing& all) const {
     return p;
 }
 
+// Once, by limits or by what has been seen.
+void RenderJob::warn_that_it_crawls(const std::string& why) {
+    next_slow_check_ = std::numeric_limits<double>::infinity();
+    warn(why +
+         "; a larger --memory-limit or --geometry-limit, or more --paths, would make the render many times as fast; 'raypager plan' says what limits "
+         "cost");
+}
+
 // At the start, by the limits alone.
 void RenderJob::warn_of_waits() {
     if ((options_.peers && options_.peers->rank() > 0) || options_.time_seconds > 0 || options_.tuning.pool_place == PoolPlace::host) return;
@@ -102,15 +110,13 @@ void RenderJob::warn_of_waits() {
     needs.blocks = scene_.pageable_count();
     needs.resident_share = geometry > 0 ? static_cast<double>(rounds.residency().pool_bytes()) / geometry : 1;
     needs.max_depth = wavefront().params().max_depth;
-    needs.compute_units = device.compute_units;
-    needs.on_host = device.profile.shares_host_memory;
+    needs.rays_per_second = device.compute_units * device.profile.expected_rays;
+    needs.loads_per_second = device.profile.expected_loads;
     needs.sweeps = options_.tuning.policy == PolicyKind::sweep;
     const ExpectedSeconds expected = expected_seconds(needs);
     if (!crawls(expected)) return;
-    next_slow_check_ = std::numeric_limits<double>::infinity();
-    warn(fmt::format(
-        "with {} and {:.1f} % of the scene resident, rays are expected to wait for blocks for some {:.0f} s, where tracing takes {:.1f} s; a larger "
-        "--memory-limit or --geometry-limit, or more --paths, would make the render many times as fast; 'raypager plan' says what limits cost",
+    warn_that_it_crawls(fmt::format(
+        "with {} and {:.1f} % of the scene resident, rays are expected to wait for blocks for some {:.0f} s, where tracing takes {:.1f} s",
         counted(needs.slots, "path slot"), 100 * std::min(1.0, needs.resident_share), expected.waiting, expected.tracing));
 }
 
@@ -131,11 +137,7 @@ void RenderJob::warn_if_slow(double now) {
     loads -= outside_.loads;
     evictions -= outside_.evictions;
     if (10 * kernels > devices * now || stall < devices * now / 2 || 2 * evictions <= loads) return;
-    next_slow_check_ = std::numeric_limits<double>::infinity();
-    warn(
-        fmt::format("rays wait for blocks: the device has worked for {:.1f} of {:.1f} s; a larger --memory-limit or --geometry-limit, or more "
-                    "--paths, would make the render many times as fast; 'raypager plan' says what limits cost",
-                    kernels / devices, now));
+    warn_that_it_crawls(fmt::format("rays wait for blocks: the device has worked for {:.1f} of {:.1f} s", kernels / devices, now));
 }
 
 Status RenderJob::report_progress() {

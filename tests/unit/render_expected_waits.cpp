@@ -12,8 +12,8 @@ WaitNeeds two_cores() {
     needs.blocks = 887;
     needs.resident_share = 0.02;
     needs.max_depth = 5;
-    needs.compute_units = 2;
-    needs.on_host = true;
+    needs.rays_per_second = 2 * 1.3e6;
+    needs.loads_per_second = 10000;
     return needs;
 }
 
@@ -49,7 +49,8 @@ TEST(ExpectedWaits, ordinary_limits_go_without_a_word) {
     needs.blocks = 1343;
     needs.resident_share = 0.17;
     needs.max_depth = 5;
-    needs.compute_units = 132;
+    needs.rays_per_second = 132 * 3.2e6;
+    needs.loads_per_second = 65000;
     EXPECT_FALSE(crawls(expected_seconds(needs)));
     needs.slots = 1024;
     EXPECT_TRUE(crawls(expected_seconds(needs)));
