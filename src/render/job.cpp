@@ -34,7 +34,7 @@ Status RenderJob::prepare() {
         pool_.add(instruments_.parts(wavefront().params()));
         samples_to_begin_ = pool_.left();
     }
-    if (shares()) film_.resize(wavefront().film_words());
+    begin_shared_film();
     RAYPAGER_TRY(checkpointer_->restore([this](uint64_t first, std::span<const uint32_t> words) { return write_words(first, words); }));
     const uint64_t next_sample = options_.peers ? common_begin_ : checkpointer_->next_sample();
     if (params->adaptive_error > 0) RAYPAGER_TRY(begin_adaptive(resumed_ ? std::optional(next_sample) : std::nullopt));

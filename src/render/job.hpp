@@ -78,7 +78,9 @@ private:
     Result<std::vector<DeviceShare>> choose_shares(DeviceInfo& first) const;
     Status open_checkpoint(rp_render_params& params, const DeviceInfo& device);
     std::vector<Result<std::unique_ptr<DeviceRounds>>> make_all_rounds(rp_render_params& params, std::vector<DeviceShare>& shares);
-    Result<std::unique_ptr<DeviceRounds>> make_rounds(const rp_render_params& params, const DeviceShare& share);
+    Result<std::unique_ptr<Device>> open_device(const DeviceShare& share) const;
+    Result<std::unique_ptr<DeviceRounds>> make_rounds(const rp_render_params& params, const DeviceShare& share,
+                                                      Result<std::unique_ptr<Device>> device);
     void drop(const DeviceGroup::Failure& failure);
     Status drop_failed();
     // Those that fail are dropped, as long as there is another one. REQUIRES: settled.
@@ -132,6 +134,7 @@ private:
     Status read_words(uint64_t first_word, std::span<uint32_t> words);
     Status write_words(uint64_t first_word, std::span<const uint32_t> words);
     Status collect_films();
+    void begin_shared_film();
     Status collect_film(DeviceWorker& worker);
     Status for_film_pieces(const std::function<Status(uint64_t first_word, std::span<uint32_t> words)>& see);
     Result<FilmResolver> read_film(FilmUse use = FilmUse::all);
@@ -174,6 +177,7 @@ private:
     WorkDone earlier_;                   // by runs before this one, and by devices that have failed
     WorkDone outside_;                   // what the device did before a restart: not of this render
     std::vector<uint32_t> film_;         // with several devices: what was taken from theirs, or was there before
+    std::vector<uint32_t> device_film_;  // with several devices: one of theirs, while it is taken
     uint64_t texture_waits_before_ = 0;  // of devices that have failed, and in the end of other processes
     uint64_t begun_before_ = 0;          // samples: by runs before this one, or in another order, or by devices that have failed
     uint64_t sample_limit_ = 0;          // of numbers

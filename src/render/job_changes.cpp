@@ -35,7 +35,7 @@ Status RenderJob::restart() {
     begun_before_ = 0;
     sample_limit_ = samples_to_begin_ = params->stage_begin;
     pool_.add({{0, sample_limit_}});
-    if (shares()) film_.assign(wavefront().film_words(), 0);
+    begin_shared_film();
     adaptive_.reset();
     first_pass_ = {};
     in_first_pass_ = false;

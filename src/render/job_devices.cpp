@@ -21,15 +21,20 @@ Status RenderJob::check_several() const {
     return {};
 }
 
-Result<std::unique_ptr<DeviceRounds>> RenderJob::make_rounds(const rp_render_params& params, const DeviceShare& share) {
+Result<std::unique_ptr<Device>> RenderJob::open_device(const DeviceShare& share) const {
     auto device = Device::open(share.selector, options_.memory_limit, options_.tuning.profile, share.hooks);
     if (!device) return device.status();
     // Devices that share the memory of the machine share what is taken of it by default, too.
     if (share.devices > 1 && options_.memory_limit == 0 && (*device)->profile().shares_host_memory) {
         const uint64_t part = (*device)->default_limit().bytes / share.devices;
         device = Device::open(share.selector, part, options_.tuning.profile, share.hooks);
-        if (!device) return device.status();
     }
+    return device;
+}
+
+Result<std::unique_ptr<DeviceRounds>> RenderJob::make_rounds(const rp_render_params& params, const DeviceShare& share,
+                                                             Result<std::unique_ptr<Device>> device) {
+    if (!device) return device.status();
     RAYPAGER_TRY(check_picture_size(params, (*device)->info()));
     return DeviceRounds::create(blocks_from(), options_, instruments_, params, std::move(*device), share,
                                 [this](const std::string& text) { warn(text); });
@@ -84,14 +89,21 @@ std::vector<Result<std::unique_ptr<DeviceRounds>>> RenderJob::make_all_rounds(rp
     bool any = false;
     std::vector<std::future<Result<std::unique_ptr<DeviceRounds>>>> others;
     std::vector<std::shared_ptr<HostCache>> caches;
-    for (DeviceShare& share : shares) {
+    // A driver takes a quarter of a second for each.
+    std::vector<std::future<Result<std::unique_ptr<Device>>>> opened;
+    const auto how = shares.size() > 1 ? std::launch::async : std::launch::deferred;
+    for (const DeviceShare& share : shares) opened.push_back(std::async(how, [this, &share] { return open_device(share); }));
+    for (size_t i = 0; i < shares.size(); i++) {
+        DeviceShare& share = shares[i];
         share.order_is_given = any || (options_.peers && options_.peers->rank() > 0);
         share.shared_caches = caches;
         if (any && share.caches == 1) {
-            others.push_back(std::async(std::launch::async, [this, &params, &share] { return make_rounds(params, share); }));
+            others.push_back(std::async(std::launch::async, [this, &params, &share, device = std::move(opened[i])]() mutable {
+                return make_rounds(params, share, device.get());
+            }));
             continue;
         }
-        made.push_back(make_rounds(params, share));
+        made.push_back(make_rounds(params, share, opened[i].get()));
         if (!made.back()) continue;
         const DeviceRounds& rounds = **made.back();
         if (!any) params.order = rounds.plan().params.order;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/parallel.hpp"
 #include "render/job.hpp"
 
 namespace raypager {
@@ -21,27 +22,36 @@ Status RenderJob::write_words(uint64_t first_word, std::span<const uint32_t> wor
     return {};
 }
 
+void RenderJob::begin_shared_film() {
+    if (!shares()) return;
+    film_.assign(wavefront().film_words(), 0);
+    device_film_.resize(film_.size());
+}
+
 // Then it is safe, whichever of several devices fails afterwards. REQUIRES: settled.
 Status RenderJob::collect_films() {
     if (!shares()) return {};
     return on_each_device([this](DeviceWorker& worker) { return collect_film(worker); });
 }
 
+// All of the device's film is here before any of it is added.
 Status RenderJob::collect_film(DeviceWorker& worker) {
     if (!worker.has_new_film()) return {};
     Wavefront& w = worker.wavefront();
     const FilmLayout layout(w.params());
-    const FilmAdder adder(layout);
-    std::vector<uint32_t> sum = film_, words(std::min<uint64_t>(film_.size(), film_piece_words(layout.words())));
-    for (uint64_t first = 0; first < sum.size(); first += words.size()) {
-        const auto piece = std::span(words).first(std::min<uint64_t>(words.size(), sum.size() - first));
-        RAYPAGER_TRY(w.read_film(first, piece));
-        adder.add(std::span(sum).subspan(first, piece.size()), piece);
-    }
+    const uint64_t piece_words = film_piece_words(layout.words());
+    const auto piece_at = [piece_words](std::vector<uint32_t>& film, uint64_t first) {
+        return std::span(film).subspan(first, std::min(piece_words, film.size() - first));
+    };
+    for (uint64_t first = 0; first < device_film_.size(); first += piece_words) RAYPAGER_TRY(w.read_film(first, piece_at(device_film_, first)));
     std::vector<rp_path_sample> under_way;
     RAYPAGER_TRY(worker.rounds().read_samples_under_way(under_way));
     RAYPAGER_TRY(w.clear_film());
-    film_ = std::move(sum);
+    const FilmAdder adder(layout);
+    parallel_for((film_.size() + piece_words - 1) / piece_words, 1, [&](size_t begin, size_t end) {
+        for (uint64_t first = begin * piece_words; first < std::min(end * piece_words, film_.size()); first += piece_words)
+            adder.add(piece_at(film_, first), piece_at(device_film_, first));
+    });
     worker.film_was_taken(std::move(under_way));
     return {};
 }
