@@ -70,7 +70,7 @@ static inline void rp_add_without_result(volatile __global uint* word, uint numb
 
 // `rays` rays enter a block together. origin, reciprocal: of one of their stream. Whether they are counted follows from these bits, since a walk has
 // no register left for a number of its own: origins differ where directions are the same, and the other way round. RP_TRACK_ENTERS: 2^k - 1, one in
-// 2^k is counted.
+// 2^k is counted. Rounds count from 1.
 static inline void rp_note_entry(const rp_geometry* g, float2 origin, float2 reciprocal, uint rays, uint block, uint round) {
 #ifdef RP_TRACK_ENTERS
     const uint2 bits = as_uint2(origin) ^ as_uint2(reciprocal);

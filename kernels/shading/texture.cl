@@ -27,7 +27,7 @@ typedef struct rp_textures {
     __constant rp_texture_tables* at;  // where the tables begin
     volatile __global uint* demand;
     volatile __global uint* counters;
-    uint block_count, round;  // pages: of geometry and of images
+    uint block_count, round;  // pages: of geometry and of images; 0: what is looked up is not noted
 #ifdef RP_SKY_PAGED
     const __global rp_light* lights;
     const __global uint* light_steps;
@@ -230,6 +230,7 @@ static inline void rp_note_texture_page(const rp_textures* t, uint page, uint bi
     volatile __global uint* const used = t->demand + RP_DEMAND_USED * (size_t)t->block_count + page;
 #endif
 #if defined(RP_TRACK_ENTERS)
+    if (t->round == 0u) return;
     if ((bits >> 16 & RP_TRACK_ENTERS) != 0u) return;
     rp_add_without_result(used, 1u);
     rp_mark(t->geometry->marks, page);

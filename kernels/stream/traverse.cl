@@ -354,8 +354,10 @@ static inline void rp_step(const rp_geometry* g, rp_walk* walk, uint round, cons
 #endif
                 if ((rays & s->resumed) != 0ul) rays = rp_still_before(s, rays, g->block_entries, block_entry);
                 if (rays != 0ul) {
-                    rp_note_entry(g, (float2)(RP_OF_RAY(s->origin[0], 0), RP_OF_RAY(s->origin[1], 0)),
-                                  (float2)(RP_OF_RAY(s->inverse[0], 0), RP_OF_RAY(s->inverse[1], 0)), (uint)popcount(rays), content->block, round);
+                    if (round != 0u)  // else nothing is noted
+                        rp_note_entry(g, (float2)(RP_OF_RAY(s->origin[0], 0), RP_OF_RAY(s->origin[1], 0)),
+                                      (float2)(RP_OF_RAY(s->inverse[0], 0), RP_OF_RAY(s->inverse[1], 0)), (uint)popcount(rays), content->block,
+                                      round);
                     walk->record = rp_wide_root(rp_block_address(g, page.x), root, &walk->leaf);
                     walk->rays = rays;
                     rp_fetch_record(walk->record);

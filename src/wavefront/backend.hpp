@@ -32,6 +32,7 @@ struct WavefrontBuffers {
 // What kernels are built with, as " -D...": for those that trace, those that shade, and those that make camera rays; and for all of single rays.
 struct BackendSettings {
     std::string tracing, shading, cameras, single_rays;
+    bool notes = true;      // kernels note which blocks are entered, and pages looked up
     bool textures = false;  // the scene has some: stages must be built for it
 };
 

@@ -44,6 +44,7 @@ Status StreamBackend::build(const BackendSettings& settings) {
                               {shade_, all, "rp_shade"},
                               {report_, all, "rp_report"}},
                              geometry_.definitions() + settings.tracing + settings.shading + settings.cameras + " -DRP_SHADE_LANES=16"));
+    notes_ = settings.notes;
     textures_ = settings.textures;
     const WavefrontBuffers& b = buffers_;
     if (textures_) return {};
@@ -52,6 +53,7 @@ Status StreamBackend::build(const BackendSettings& settings) {
 
 Status StreamBackend::launch(const Round& round, StageEvents& events) {
     const uint32_t slots = params_.slot_count, blocks = geometry_.block_count(), cores = device_.info().compute_units;
+    const uint32_t noted_round = notes_ ? round.number : 0;
     const WavefrontBuffers& b = buffers_;
     Queue& queue = device_.kernels();
     const std::vector<RoundBegin> begins = round_begins(round.page_changes, round.newly_published, blocks);
@@ -65,10 +67,10 @@ Status StreamBackend::launch(const Round& round, StageEvents& events) {
     const uint32_t group = device_.group_size();
     RAYPAGER_TRY(set_generate(generate_, round));
     RAYPAGER_TRY(queue.launch(generate_, uint64_t{cores} * device_.profile().generate_groups * group, group, &events.generate));
-    RAYPAGER_TRY(geometry_.set(trace_, round.number, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.params, b.ranges, b.film));
+    RAYPAGER_TRY(geometry_.set(trace_, noted_round, slots, b.queue, b.slots.status(), b.slots.planes(), b.counters, b.params, b.ranges, b.film));
     RAYPAGER_TRY(geometry_.launch(device_, queue, trace_, slots, &events.extend));
     if (textures_)
-        RAYPAGER_TRY(geometry_.set(shade_, round.number, b.textures, b.free_list, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue,
+        RAYPAGER_TRY(geometry_.set(shade_, noted_round, b.textures, b.free_list, b.params, b.materials, b.lights, b.light_steps, b.ranges, b.queue,
                                    b.slots.status(), b.slots.planes(), b.counters, b.film));
     RAYPAGER_TRY(queue.launch(shade_, uint64_t{cores} * device_.profile().shade_items, 1, &events.shade));
     constexpr uint32_t marks = 64;  // in a row

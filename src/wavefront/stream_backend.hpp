@@ -28,7 +28,7 @@ private:
 
     Buffer awake_;
     Kernel begin_, wake_, generate_, trace_, shade_;
-    bool textures_ = false;
+    bool notes_ = true, textures_ = false;
     std::vector<uint32_t> requests_;  // by block, as rounds have told
     uint64_t all_requests_ = 0;
 };

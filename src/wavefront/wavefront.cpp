@@ -118,7 +118,8 @@ std::string BlockNotes::definitions(BlockForm form, uint32_t slots) const {
     if (use == Use::last_round) result += " -DRP_TRACK_LAST_ROUND";
     // Of single rays a sample is enough to tell blocks apart, and costs nothing. Each number has kernels of its own, so there are not many.
     const int counted = form == BlockForm::wide || slots < 1u << 18 ? 1 : slots < 1u << 22 ? 8 : 256;
-    if (use == Use::entries) result += fmt::format(" -DRP_TRACK_ENTERS={}u", counted - 1);
+    // Streams ask as they enter a block, so that kernels are the same whether all of a scene is resident or not.
+    if (use == Use::entries || (use == Use::none && form == BlockForm::wide)) result += fmt::format(" -DRP_TRACK_ENTERS={}u", counted - 1);
     return result;
 }
 
@@ -136,6 +137,7 @@ Result<std::unique_ptr<Wavefront>> Wavefront::create(Device& device, const Baked
     BackendSettings settings;
     const BlockNotes kept = scene.pageable_count() == 0 ? BlockNotes() : notes;
     settings.tracing = kept.definitions(form, params.slot_count);
+    settings.notes = kept.use != BlockNotes::Use::none;
     settings.textures = scene.has_textures();
     settings.shading = shading_definitions(scene);
     settings.cameras = camera_definitions(params) + (film.adaptive() ? " -DRP_ADAPTIVE" : "");

@@ -257,6 +257,7 @@ TEST(BlockNotes, each_policy_gets_what_it_goes_by) {
     EXPECT_EQ(notes(PolicyKind::lru, BlockForm::stored, many), " -DRP_TRACK_LAST_ROUND");
     EXPECT_EQ(notes(PolicyKind::most_wanted, BlockForm::stored, many), " -DRP_TRACK_BOUNCES -DRP_TRACK_LAST_ROUND");
     EXPECT_EQ(BlockNotes().definitions(BlockForm::stored, many), "");
+    EXPECT_EQ(BlockNotes().definitions(BlockForm::wide, many), " -DRP_TRACK_ENTERS=0u") << "no kernels of their own";
 }
 
 }  // namespace
